@@ -1,0 +1,90 @@
+"""Many lights, deferred, measured: a night forest with hundreds of fireflies in Python and OpenGL 3.3.
+
+The names below are what most users need; each is imported when it is first asked for.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from firefly_sample.capture.sequence import capture_frames
+    from firefly_sample.errors import FireflyError
+    from firefly_sample.frame import Frame
+    from firefly_sample.plan.build import build_plan
+    from firefly_sample.renderer import Renderer
+    from firefly_sample.scene.geom import Geom, GeomNode
+    from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+    from firefly_sample.scene.lights import AmbientLight, PointLight, PointLights
+    from firefly_sample.scene.loader import load_model
+    from firefly_sample.scene.material import Material, Texture
+    from firefly_sample.scene.node import PandaNode
+    from firefly_sample.scene.nodepath import NodePath
+    from firefly_sample.scene.parameter import Parameter
+    from firefly_sample.scene.scene import Camera, Scene
+    from firefly_sample.settings import Settings
+
+    __version__: str
+
+__all__ = [
+    "AmbientLight",
+    "Camera",
+    "FireflyError",
+    "Frame",
+    "Geom",
+    "GeomNode",
+    "Material",
+    "NodePath",
+    "OrthographicLens",
+    "PandaNode",
+    "Parameter",
+    "PerspectiveLens",
+    "PointLight",
+    "PointLights",
+    "Renderer",
+    "Scene",
+    "Settings",
+    "Texture",
+    "__version__",
+    "build_plan",
+    "capture_frames",
+    "load_model",
+]
+
+_MODULES = {
+    "capture.sequence": ("capture_frames",),
+    "errors": ("FireflyError",),
+    "frame": ("Frame",),
+    "plan.build": ("build_plan",),
+    "renderer": ("Renderer",),
+    "scene.geom": ("Geom", "GeomNode"),
+    "scene.lens": ("OrthographicLens", "PerspectiveLens"),
+    "scene.lights": ("AmbientLight", "PointLight", "PointLights"),
+    "scene.loader": ("load_model",),
+    "scene.material": ("Material", "Texture"),
+    "scene.node": ("PandaNode",),
+    "scene.nodepath": ("NodePath",),
+    "scene.parameter": ("Parameter",),
+    "scene.scene": ("Camera", "Scene"),
+    "settings": ("Settings",),
+}
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for, and keep it."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        value: Any = version("firefly_sample")
+    elif name in _HOMES:
+        value = getattr(import_module(f"firefly_sample.{_HOMES[name]}"), name)
+    else:
+        raise AttributeError(f"module 'firefly_sample' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,43 @@
+"""Where the shaders and the models are: in an installed wheel, or in a checkout."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from firefly_sample.errors import FireflyError
+
+__all__ = ["asset_dir", "model_path", "shader_path"]
+
+
+def asset_dir(kind: str) -> Path:
+    """The folder `shaders` or `models`.
+
+    Parameters
+    ----------
+    kind : {"shaders", "models"}
+
+    Raises
+    ------
+    FireflyError
+        If neither the wheel's ``_assets`` nor the checkout has that folder.
+    """
+    package = Path(str(files("firefly_sample")))
+    candidates = (package / "_assets" / kind, package.parent / kind)
+    for path in candidates:
+        if path.is_dir():
+            return path
+    raise FireflyError(
+        f"the package's {kind}/ folder is missing (looked in {candidates[0]} and {candidates[1]}): "
+        "reinstall firefly_sample"
+    )
+
+
+def shader_path(name: str) -> Path:
+    """The file of the shader `name`, for example ``geometry.frag`` or ``include/lens.glsl``."""
+    return asset_dir("shaders") / name
+
+
+def model_path(name: str) -> Path:
+    """The file of the model `name`, for example ``terrain.glb``."""
+    return asset_dir("models") / name

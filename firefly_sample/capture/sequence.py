@@ -1,0 +1,229 @@
+"""Render a sequence of frames to files."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from firefly_sample.capture.manifest import (
+    FrameEntry,
+    Manifest,
+    pixel_hash,
+    remove_manifest,
+    write_manifest,
+)
+from firefly_sample.capture.writers import file_name, output_folder, write_image
+from firefly_sample.errors import OutputError
+from firefly_sample.frame import check_outputs
+from firefly_sample.settings import Settings
+
+if TYPE_CHECKING:
+    from firefly_sample.frame import Frame
+
+__all__ = ["DEFAULT_TIME", "capture_frames", "capture_settings", "default_folder", "parse_frames"]
+
+DEFAULT_TIME = 5.0
+"""Seconds at frame 0."""
+
+MAX_FRAMES = 1_000_000
+"""Frame numbers end below this: file names have six digits, so that they sort."""
+
+
+def capture_frames(
+    scene: str = "forest",
+    folder: str | Path | None = None,
+    *,
+    frames: str | int | range = "0:1",
+    fps: float = 24.0,
+    time: float = DEFAULT_TIME,
+    size: tuple[int, int] = (800, 600),
+    settings: Settings | None = None,
+    outputs: Iterable[str] = ("color",),
+    parameters: Mapping[str, Any] | None = None,
+    device: int | None = None,
+    require_gpu: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Manifest:
+    """Render frames of a scene into files, and describe them in ``manifest.json``.
+
+    Every file is written whole or not at all. The manifest comes last and lists only what is there; when
+    the run fails or is interrupted, the frames that are complete stay and there is no manifest.
+
+    Parameters
+    ----------
+    scene : str
+        Name of a scene plugin, or "package.module:object".
+    folder : path, optional
+        Where to; made if need be. ``captures/<scene>`` when absent. Files of the same names are replaced.
+    frames : str, int or range
+        "FIRST:END" or "FIRST:END:STEP", END not included, or the number of one frame.
+    fps : float
+        Frames a second.
+    time : float
+        Seconds at frame 0: frame i shows ``time + i / fps``.
+    size : (int, int)
+        Width and height in pixels.
+    settings : Settings, optional
+        `capture_settings` of the outputs when absent.
+    outputs : iterable of str
+        Names from `firefly_sample.frame.OUTPUTS`; "color" becomes a PNG, any other an ``.npz``.
+    parameters : mapping, optional
+        The scene's parameters; those left out have their defaults.
+    device, require_gpu : see `firefly_sample.Renderer`
+    progress : callable, optional
+        Called with (frames done, frames in all), first with (0, all).
+
+    Returns
+    -------
+    Manifest
+        What was written to ``manifest.json``.
+
+    Warns
+    -----
+    UserWarning
+        Once for each thing that a frame has to say, for example blended materials drawn as cut-outs, and
+        for a software driver.
+
+    Raises
+    ------
+    FireflyError
+        If the scene, a parameter, the frames, the size, an output, the folder or the driver is not as it
+        must be; the message says which. A folder that was made for nothing is removed again.
+    """
+    from firefly_sample.scene.parameter import resolve_parameters
+    from firefly_sample.scenes import find_scene
+
+    numbers = parse_frames(frames)
+    if not (math.isfinite(fps) and fps > 0):
+        raise OutputError(f"fps must be a finite number above 0, got {fps!r}")
+    if not math.isfinite(time):
+        raise OutputError(f"time must be a finite number of seconds, got {time!r}")
+    names = check_outputs(outputs)
+    settings = settings if settings is not None else capture_settings(names)
+    check_outputs(names, settings.supersample)
+    plugin = find_scene(scene)
+    resolved = resolve_parameters(plugin.name, plugin.parameters, dict(parameters or {}))
+    folder = Path(folder) if folder is not None else default_folder(scene)
+
+    with output_folder(folder):
+        from firefly_sample.renderer import Renderer
+
+        built = plugin.build(**resolved)
+        with Renderer(size, settings, device=device, require_gpu=require_gpu) as renderer:
+            manifest = _new_manifest(scene, resolved, settings, renderer.driver, renderer.software)
+            warned: set[str] = set()
+            if progress is not None:
+                progress(0, len(numbers))
+            for done, index in enumerate(numbers, start=1):
+                frame = renderer.render(built, time + index / fps, names)
+                if done == 1:
+                    remove_manifest(folder)
+                _add_frame(manifest, folder, index, frame)
+                for warning in dict.fromkeys(frame.warnings):
+                    if warning not in warned:
+                        warned.add(warning)
+                        warnings.warn(warning, stacklevel=2)
+                if progress is not None:
+                    progress(done, len(numbers))
+        write_manifest(folder, manifest)
+    return manifest
+
+
+def capture_settings(outputs: Iterable[str], **changes: Any) -> Settings:
+    """Settings to capture `outputs` with: 2x2 supersampling for colour alone, none beside data outputs.
+
+    Raises
+    ------
+    SettingsError
+        If one of `changes` does not exist or has no such value.
+    """
+    supersample = 2 if tuple(outputs) == ("color",) else 1
+    return Settings().with_changes(**({"supersample": supersample} | changes))
+
+
+def default_folder(scene: str) -> Path:
+    """Where the frames of a scene go when nobody says where: ``captures/<its plugin's name>``.
+
+    Raises
+    ------
+    SceneNotFoundError
+        If there is no such scene.
+    """
+    from firefly_sample.scenes import find_scene
+
+    return Path("captures") / find_scene(scene).name
+
+
+def parse_frames(frames: str | int | range) -> range:
+    """Frame numbers from "FIRST:END", "FIRST:END:STEP" (END is not included) or one number.
+
+    Raises
+    ------
+    OutputError
+        If it is none of these, holds no frame, or a number is negative or not below `MAX_FRAMES`.
+    """
+    numbers = frames
+    if isinstance(numbers, str):
+        match = re.fullmatch(r"(\d+)(?::(\d+)(?::(\d+))?)?", numbers.strip(), re.ASCII)
+        if match is None:
+            raise OutputError(
+                f"frames must be FIRST:END, FIRST:END:STEP or one number, none negative, got {frames!r}"
+            )
+        first, end, step = (None if part is None else int(part) for part in match.groups())
+        assert first is not None
+        if step == 0:
+            raise OutputError(f"frames {frames!r}: the step must be 1 or more")
+        numbers = first if end is None else range(first, end, step or 1)
+    if isinstance(numbers, int):
+        numbers = range(numbers, numbers + 1)
+    if not numbers:
+        raise OutputError(f"frames {frames!r} holds no frame: the end is not included, so 0:1 is one frame")
+    if min(numbers[0], numbers[-1]) < 0 or max(numbers[0], numbers[-1]) >= MAX_FRAMES:
+        raise OutputError(f"frames must be between 0 and {MAX_FRAMES - 1}, got {frames!r}")
+    return numbers
+
+
+def _new_manifest(
+    scene: str, parameters: dict[str, Any], settings: Settings, driver: str, software: bool
+) -> Manifest:
+    from firefly_sample import __version__
+
+    return {
+        "scene": scene,
+        "parameters": parameters,
+        "settings": settings.as_dict(),
+        "seed": parameters.get("seed"),
+        "driver": driver,
+        "software": software,
+        "version": __version__,
+        "frames": [],
+    }
+
+
+def _add_frame(manifest: Manifest, folder: Path, index: int, frame: Frame) -> None:
+    """Write a frame's images and its entry."""
+    entry: FrameEntry = {
+        "index": index,
+        "time": frame.time,
+        "lights": {
+            "in_scene": frame.lights.in_scene,
+            "in_view": frame.lights.in_view,
+            "dropped": frame.lights.dropped,
+        },
+        "files": {},
+        "sha256": {},
+    }
+    for output, image in frame.images.items():
+        name = file_name(output, index)
+        write_image(folder / name, output, image)
+        entry["files"][output] = name
+        entry["sha256"][output] = pixel_hash(image)
+    if "id" in frame.images:
+        names = list(frame.id_names)
+        if manifest.setdefault("id_names", names) != names:
+            entry["id_names"] = names
+    manifest["frames"].append(entry)

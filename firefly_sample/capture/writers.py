@@ -1,0 +1,92 @@
+"""Write images to files that are either whole or not there."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from firefly_sample.errors import FireflyError
+from firefly_sample.frame import Image
+
+__all__ = ["file_name", "open_whole", "output_folder", "write_image"]
+
+
+def file_name(output: str, index: int) -> str:
+    """The file of one output of one frame, for example ``color_000012.png``."""
+    return f"{output}_{index:06d}.{'png' if output == 'color' else 'npz'}"
+
+
+def write_image(path: Path, output: str, image: Image) -> None:
+    """Write one image: color as PNG, everything else as a compressed ``.npz`` with one array named `output`.
+
+    Raises
+    ------
+    FireflyError
+        If the file cannot be written.
+    """
+    with open_whole(path) as file:
+        if path.suffix == ".png":
+            import PIL.Image
+
+            PIL.Image.fromarray(image).save(file, format="PNG")
+        else:
+            arrays: dict[str, Any] = {output: image}
+            np.savez_compressed(file, **arrays)
+
+
+@contextmanager
+def open_whole(path: Path) -> Iterator[IO[bytes]]:
+    """A file to write, which takes its name only when everything is in it.
+
+    It grows under a temporary name in the same folder, so that the last step is a rename, which is atomic.
+
+    Raises
+    ------
+    FireflyError
+        If the file cannot be written, for example because the disk is full.
+    """
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with unfinished.open("wb") as file:
+            yield file
+        unfinished.replace(path)
+    except BaseException as error:
+        with suppress(OSError):
+            unfinished.unlink()
+        if isinstance(error, OSError):
+            raise FireflyError(f"cannot write {path}: {error.strerror or error}") from error
+        raise
+
+
+@contextmanager
+def output_folder(folder: Path) -> Iterator[None]:
+    """A folder that exists and can be written; what was made for it goes again if the block fails early.
+
+    Folders that already existed, or into which something was written, stay.
+
+    Raises
+    ------
+    FireflyError
+        If the folder cannot be made or written.
+    """
+    made = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
+    try:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:
+            reason = error.strerror or error
+            raise FireflyError(f"cannot write into folder {folder} ({reason}): choose another one") from error
+        yield
+    except BaseException:
+        with suppress(OSError):
+            for path in made:
+                path.rmdir()
+        raise

@@ -1,0 +1,1 @@
+"""The commands of ``firefly``, one a file."""

@@ -1,0 +1,83 @@
+"""``firefly capture``: render frames to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from firefly_sample.capture.manifest import manifest_as_json
+from firefly_sample.capture.sequence import DEFAULT_TIME, capture_frames, capture_settings, default_folder
+from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time, Whole
+from firefly_sample.commands.terminal import progress_bar
+
+__all__ = ["capture"]
+
+
+def capture(
+    scene: SceneName = DEFAULT_SCENE,
+    *,
+    output: Annotated[
+        Path | None,
+        Parameter(name=["--output", "-o"], metavar="DIR", show_default=lambda _: "captures/SCENE"),
+    ] = None,
+    frames: Annotated[str, Parameter(metavar="A:B[:STEP]", allow_leading_hyphen=True)] = "0:1",
+    fps: float = 24.0,
+    time: Time = DEFAULT_TIME,
+    size: Size = (800, 600),
+    outputs: Outputs = ("color",),
+    device: Whole | None = None,
+    require_gpu: Flag = False,
+    json: Flag = False,
+    quiet: Annotated[Flag, Parameter(name=["--quiet", "-q"])] = False,
+    settings: dict[str, Any],
+    parameters: dict[str, Any],
+) -> int:
+    """Render frames of a scene to files: PNG for color, npz for data, and manifest.json.
+
+    Options also come from the environment (FIREFLY_CAPTURE_SIZE=320x240) and, in
+    the current folder, from the tables [firefly.capture] of firefly.toml and
+    [tool.firefly.capture] of pyproject.toml.
+
+    Parameters
+    ----------
+    output
+        Folder for the files; made if need be, files of the same names are replaced.
+    frames
+        Frames A to B - 1, or the number of one frame.
+    fps
+        Frames a second.
+    time
+        Seconds at frame 0.
+    device
+        Which EGL device to draw with (see firefly doctor).
+    require_gpu
+        Fail rather than draw with a software driver.
+    json
+        Print the manifest.
+    quiet
+        No progress bar and no summary.
+    """
+    folder = output if output is not None else default_folder(scene)
+    with progress_bar("frames", show=not quiet) as progress:
+        manifest = capture_frames(
+            scene,
+            folder,
+            frames=frames,
+            fps=fps,
+            time=time,
+            size=size,
+            settings=capture_settings(outputs, **settings),
+            outputs=outputs,
+            parameters=parameters,
+            device=device,
+            require_gpu=require_gpu,
+            progress=progress,
+        )
+    if json:
+        print(manifest_as_json(manifest), end="")
+    elif not quiet:
+        count = len(manifest["frames"])
+        print(f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}")
+    return 0

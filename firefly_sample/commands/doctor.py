@@ -1,0 +1,197 @@
+"""``firefly doctor``: what is here, what is missing, and the line that installs it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import sys
+import warnings
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+
+from firefly_sample.columns import align
+from firefly_sample.commands.options import Flag
+from firefly_sample.commands.terminal import print_json
+from firefly_sample.errors import FireflyError
+
+__all__ = ["Finding", "doctor", "examine"]
+
+APT = "apt-get install --no-install-recommends"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the report.
+
+    Attributes
+    ----------
+    name : str
+    ok : bool
+    needed : bool
+        True if nothing can be captured without it.
+    found : str
+        What is there, or what is wrong.
+    fix : str
+        The line that mends it; empty if there is nothing to mend.
+    """
+
+    name: str
+    ok: bool
+    needed: bool
+    found: str
+    fix: str = ""
+
+
+def doctor(*, json: Flag = False) -> int:
+    """Show driver, devices and versions, what is missing, and the line that installs it.
+
+    The exit code is 0 if firefly capture can work here, 1 otherwise.
+
+    Parameters
+    ----------
+    json
+        Print JSON.
+    """
+    findings = examine()
+    ready = all(finding.ok for finding in findings if finding.needed)
+    if json:
+        print_json({"ready": ready, "findings": [asdict(finding) for finding in findings]})
+    else:
+        print(_as_text(findings, ready))
+    return 0 if ready else 1
+
+
+def examine() -> list[Finding]:
+    """Everything that is known about this machine; a failing check is a finding, not an exception."""
+    return [
+        Finding("Python", True, True, f"{platform.python_version()} ({sys.executable})"),
+        Finding("platform", True, True, platform.platform()),
+        *_packages(),
+        *_assets(),
+        _library("GL", "libgl1"),
+        _library("EGL", "libegl1"),
+        *_devices(),
+        _display(),
+    ]
+
+
+def _as_text(findings: list[Finding], ready: bool) -> str:
+    marks = {(True, True): "ok", (True, False): "ok", (False, True): "MISSING", (False, False): "without"}
+    lines = align([(marks[f.ok, f.needed], f.name, f.found) for f in findings]).splitlines()
+    fixes = list(dict.fromkeys(f.fix for f in findings if f.fix))
+    if fixes:
+        lines += ["", "To mend it:", *(f"  {fix}" for fix in fixes)]
+    return "\n".join([*lines, "", f"firefly capture {'works' if ready else 'cannot work'} here."])
+
+
+def _packages() -> Iterator[Finding]:
+    """The distribution's own requirements and their installed versions."""
+    from importlib.metadata import PackageNotFoundError, requires, version
+
+    try:
+        yield Finding("firefly_sample", True, True, version("firefly_sample"))
+    except PackageNotFoundError:
+        yield Finding("firefly_sample", False, True, "not installed", "pip install .")
+        return
+    for requirement in requires("firefly_sample") or ():
+        spec, _, marker = (part.strip() for part in requirement.partition(";"))
+        name = re.split(r"[^\w.-]", spec, maxsplit=1)[0]
+        needed = "extra" not in marker
+        try:
+            yield Finding(name, True, needed, version(name))
+        except PackageNotFoundError:
+            yield Finding(name, False, needed, "not installed", f"pip install '{spec}'")
+
+
+def _assets() -> Iterator[Finding]:
+    from firefly_sample.assets import asset_dir
+
+    for kind in ("shaders", "models"):
+        try:
+            yield Finding(kind, True, True, str(asset_dir(kind)))
+        except FireflyError as error:
+            yield Finding(kind, False, True, str(error), "pip install --force-reinstall firefly_sample")
+
+
+def _library(name: str, package: str) -> Finding:
+    """Whether the loader finds a library as glcontext asks for it, and can load it."""
+    import ctypes
+    from ctypes.util import find_library
+
+    fix = f"{APT} {package}"
+    variable = f"GLCONTEXT_LINUX_LIB{name}"
+    file = os.environ.get(variable) or find_library(name)
+    if file is None:
+        return Finding(f"lib{name}", False, True, "not found", fix)
+    try:
+        ctypes.CDLL(file)
+    except OSError as error:
+        return Finding(f"lib{name}", False, True, f"{file} cannot be loaded: {error}", fix)
+    return Finding(f"lib{name}", True, True, file)
+
+
+def _devices() -> Iterator[Finding]:
+    """Every EGL device, and what the one that is used by default can do."""
+    count = _device_count()
+    if isinstance(count, Finding):
+        yield count
+        return
+    given = os.environ.get("GLCONTEXT_DEVICE_INDEX", "0")
+    chosen = int(given) if given.isdigit() else -1
+    if not 0 <= chosen < count:
+        found = f"GLCONTEXT_DEVICE_INDEX is {given!r}, but the devices are 0 to {count - 1}"
+        yield Finding("device", False, True, found, "unset GLCONTEXT_DEVICE_INDEX")
+    for index in range(count):
+        yield from _device(index, chosen=index == chosen)
+
+
+def _device_count() -> int | Finding:
+    """How many EGL devices there are, learnt from the refusal of one that does not exist."""
+    from firefly_sample.gpu.device import Device
+
+    try:
+        Device(10**6).release()
+    except FireflyError as error:
+        match = re.search(r"found (\d+) device", str(error))
+        if match is not None and int(match[1]):
+            return int(match[1])
+        return Finding("device", False, True, str(error), f"{APT} libegl1 libgl1 libgl1-mesa-dri")
+    return 1  # a driver that does not number its devices
+
+
+def _device(index: int, chosen: bool) -> Iterator[Finding]:
+    from firefly_sample.gpu.device import Device
+
+    name = f"device {index}"
+    try:
+        device = Device(index)
+    except FireflyError as error:
+        yield Finding(name, False, chosen, str(error), f"{APT} libgl1-mesa-dri")
+        return
+    kind = "software, slow" if device.software else "GPU"
+    yield Finding(name, True, chosen, f"{device.renderer} ({kind}); {device.vendor}; OpenGL {device.version}")
+    if chosen:
+        can = device.capabilities
+        found = "yes" if can.clip_control else "no: position=depth32f is as coarse as depth24"
+        yield Finding("reversed depth", can.clip_control, False, found)
+        found = "yes" if can.snorm_targets else "no: they are stored in RG16"
+        yield Finding("signed normals", can.snorm_targets, False, found)
+        yield Finding("largest picture", True, True, f"{device.max_size} pixels a side")
+    device.release()
+
+
+def _display() -> Finding:
+    """Whether a window could be opened."""
+    where = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
+    if not where:
+        return Finding("display", False, False, "none: firefly run needs one, firefly capture does not")
+    try:
+        import glfw
+    except ImportError:
+        return Finding("display", True, False, f"{where}, untried without glfw")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # glfw warns where a plain answer is wanted
+        opened = bool(glfw.init())
+        glfw.terminate()
+    return Finding("display", opened, False, where if opened else f"{where} cannot be opened")

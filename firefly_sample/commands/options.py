@@ -1,0 +1,207 @@
+"""Options that commands share, and those that come from `Settings` and from a scene's parameters."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
+
+from cyclopts import Group, Parameter, Token
+
+from firefly_sample.errors import SceneError
+from firefly_sample.frame import OUTPUTS
+from firefly_sample.settings import Settings
+
+if TYPE_CHECKING:
+    from firefly_sample.scene.parameter import Parameter as SceneParameter
+    from firefly_sample.scene.scene import ScenePlugin
+
+__all__ = [
+    "DEFAULT_SCENE",
+    "Flag",
+    "Outputs",
+    "SceneName",
+    "Size",
+    "Time",
+    "Whole",
+    "Wholes",
+    "parameter_help",
+    "with_scene_options",
+]
+
+DEFAULT_SCENE = "forest"
+
+SETTINGS_HELP = {
+    "look": "Correct shading, or classic: as Panda3D's sample draws it, faults included.",
+    "position": "Where a pixel's position comes from: its own target, or a depth buffer.",
+    "lights": "Spheres, one full-screen pass a light, or one pass that loops over all lights.",
+    "volume_depth_test": "Shade light volumes only where they end behind the surface.",
+    "supersample": "2 averages four samples a pixel.",
+    "exposure": "Radiance is multiplied by it.",
+    "tone": "The curve from radiance to display.",
+}
+_SETTINGS_DEFAULT = {"tone": "the look's own", "supersample": "1; 2 to capture color alone"}
+
+
+def _outputs(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
+    return tuple(name.strip() for token in tokens for name in token.value.split(",") if name.strip())
+
+
+def _size(_: Any, tokens: Sequence[Token]) -> tuple[int, int]:
+    text = tokens[0].value
+    match = re.fullmatch(r"(\d+)[x×](\d+)", text.strip(), re.ASCII)
+    if match is None:
+        raise ValueError(f"a size is WIDTHxHEIGHT in pixels, for example 800x600, got {text!r}")
+    width, height = int(match[1]), int(match[2])
+    if not (width and height):
+        raise ValueError(f"width and height must be 1 or more, got {text!r}")
+    return width, height
+
+
+def _whole(_: Any, tokens: Sequence[Token]) -> int:
+    # cyclopts' own conversion rounds 7.6 to 8 without a word
+    return _to_whole(tokens[0].value)
+
+
+def _wholes(_: Any, tokens: Sequence[Token]) -> tuple[int, ...]:
+    return tuple(_to_whole(text) for token in tokens for text in token.value.split(","))
+
+
+def _to_whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"it must be a whole number, got {text!r}") from None
+
+
+SceneName = Annotated[
+    str,
+    Parameter(
+        help="A scene by name (see firefly scenes), or package.module:object. Give it before its options."
+    ),
+]
+Outputs = Annotated[
+    tuple[str, ...],
+    Parameter(
+        help=f"Images to make, separated by commas, from: {', '.join(OUTPUTS)}.",
+        converter=_outputs,
+        n_tokens=1,
+        metavar="NAMES",
+        show_default=",".join,
+        negative=(),
+    ),
+]
+Size = Annotated[
+    tuple[int, int],
+    Parameter(
+        help="Width and height in pixels.",
+        converter=_size,
+        n_tokens=1,
+        metavar="WxH",
+        show_default=lambda size: "x".join(map(str, size)),
+        allow_leading_hyphen=True,
+    ),
+]
+Whole = Annotated[int, Parameter(converter=_whole, metavar="INT")]
+Wholes = Annotated[tuple[int, ...], Parameter(converter=_wholes, n_tokens=1, metavar="INTS", negative=())]
+Time = Annotated[float, Parameter(metavar="SECONDS")]
+Flag = Annotated[bool, Parameter(show_default=False)]
+
+
+def with_scene_options(command: Callable[..., int], plugin: ScenePlugin | None = None) -> Callable[..., int]:
+    """`command` with an option for each setting and each parameter of a scene.
+
+    Parameters
+    ----------
+    command : callable
+        Takes ``settings`` and ``parameters``, dicts of what was given, as keyword arguments.
+    plugin : ScenePlugin, optional
+        The options are those of the settings alone when absent.
+
+    Raises
+    ------
+    SceneError
+        If a parameter's option exists already.
+    """
+    signature = inspect.signature(command, eval_str=True)
+    own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
+    added = _settings_options() + (_scene_options(plugin) if plugin is not None else [])
+    _check_unique(own, added, plugin)
+
+    @functools.wraps(command)
+    def run(*arguments: Any, **options: Any) -> int:
+        settings, parameters, rest = {}, {}, {}
+        for name, value in options.items():
+            kind, _, bare = name.partition("__")
+            if kind == "settings":
+                settings[bare] = value
+            elif kind == "parameters":
+                parameters[bare] = value
+            else:
+                rest[name] = value
+        return command(*arguments, settings=settings, parameters=parameters, **rest)
+
+    run.__signature__ = signature.replace(parameters=own + added)  # type: ignore[attr-defined]
+    run.__annotations__ = {p.name: p.annotation for p in own + added}
+    return run
+
+
+def _option(kind: str, name: str, hint: Any, about: str, default: str, group: Group) -> inspect.Parameter:
+    """A keyword that is absent unless it is given; `default` is what the help shows."""
+    option = Parameter(
+        name="--" + name.replace("_", "-"),
+        help=about,
+        group=group,
+        show_default=lambda _: default,
+        negative=None if hint is bool and default == "True" else (),
+    )
+    return inspect.Parameter(
+        f"{kind}__{name}",
+        inspect.Parameter.KEYWORD_ONLY,
+        default=None,
+        annotation=Annotated[Whole if hint is int else hint, option],
+    )
+
+
+def _settings_options() -> list[inspect.Parameter]:
+    group = Group("Settings", sort_key=1)
+    hints, options = get_type_hints(Settings), []
+    for field in fields(Settings):
+        # an optional choice may itself be called "none": keep None out of the hint
+        choices = [part for part in get_args(hints[field.name]) if part is not type(None)]
+        hint = choices[0] if len(choices) == 1 else hints[field.name]
+        default = _SETTINGS_DEFAULT.get(field.name, str(field.default))
+        options.append(_option("settings", field.name, hint, SETTINGS_HELP[field.name], default, group))
+    return options
+
+
+def _scene_options(plugin: ScenePlugin) -> list[inspect.Parameter]:
+    group = Group(f"Scene {plugin.name}", sort_key=2)
+    return [
+        _option("parameters", p.name, p.type, parameter_help(p), str(p.default), group)
+        for p in plugin.parameters
+    ]
+
+
+def parameter_help(parameter: SceneParameter) -> str:
+    """A parameter's help with its range and unit, for example "Its height (between 0 and 9 units)."."""
+    ranged = parameter.minimum is not None or parameter.maximum is not None
+    about = " ".join(part for part in (parameter.range_text() if ranged else "", parameter.unit) if part)
+    return f"{parameter.help.rstrip('.')} ({about})." if about else parameter.help
+
+
+def _check_unique(
+    own: list[inspect.Parameter], added: list[inspect.Parameter], plugin: ScenePlugin | None
+) -> None:
+    taken = {p.name for p in own} | {"help", "version"}
+    for parameter in added:
+        name = parameter.name.partition("__")[2]
+        if name in taken:
+            raise SceneError(
+                f"scene {plugin.name if plugin else ''!r}: its parameter {name!r} has the name of an option "
+                "that this command has for every scene: rename the parameter"
+            )
+        taken.add(name)

@@ -1,0 +1,53 @@
+"""``firefly plan``: what a frame requires, and why."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from cyclopts import Group, Parameter
+from cyclopts.validators import mutually_exclusive
+
+from firefly_sample.capture.sequence import DEFAULT_TIME, capture_settings
+from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time
+from firefly_sample.commands.terminal import print_json
+
+__all__ = ["plan"]
+
+_FORM = Group("Form", validator=mutually_exclusive)
+
+
+def plan(
+    scene: SceneName = DEFAULT_SCENE,
+    *,
+    time: Time = DEFAULT_TIME,
+    size: Size = (800, 600),
+    outputs: Outputs = ("color",),
+    json: Annotated[Flag, Parameter(group=_FORM)] = False,
+    dot: Annotated[Flag, Parameter(group=_FORM)] = False,
+    settings: dict[str, Any],
+    parameters: dict[str, Any],
+) -> int:
+    """Show the passes and targets of one frame, and what in the scene asked for each.
+
+    Nothing is drawn and no driver is needed: the plan is the one for a driver that lacks nothing.
+
+    Parameters
+    ----------
+    time
+        Seconds.
+    json
+        Print JSON.
+    dot
+        Print a Graphviz graph.
+    """
+    from firefly_sample.plan.build import build_plan
+    from firefly_sample.plan.report import plan_as_dict, plan_as_dot, plan_as_text
+    from firefly_sample.scenes import build_scene, find_scene
+
+    chosen = capture_settings(outputs, **settings)
+    frame = build_plan(build_scene(find_scene(scene), **parameters), chosen, size, outputs, time)
+    if json:
+        print_json(plan_as_dict(frame))
+    else:
+        print((plan_as_dot if dot else plan_as_text)(frame), end="")
+    return 0

@@ -1,0 +1,32 @@
+"""``firefly run``: the window."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from firefly_sample.commands.options import DEFAULT_SCENE, SceneName, Size, Time
+from firefly_sample.settings import Settings
+
+__all__ = ["run"]
+
+
+def run(
+    scene: SceneName = DEFAULT_SCENE,
+    *,
+    time: Time = 0.0,
+    size: Size = (800, 600),
+    settings: dict[str, Any],
+    parameters: dict[str, Any],
+) -> int:
+    """Open a window on a scene; F1 shows the keys.
+
+    Parameters
+    ----------
+    time
+        Seconds to start at.
+    """
+    from firefly_sample.viewer import window
+
+    chosen = Settings().with_changes(**settings)
+    window.run(scene, parameters=parameters, size=size, settings=chosen, time=time)
+    return 0

@@ -1,0 +1,54 @@
+"""``firefly scenes``: the scenes that are installed."""
+
+from __future__ import annotations
+
+from firefly_sample.columns import align
+from firefly_sample.commands.options import Flag, parameter_help
+from firefly_sample.commands.terminal import print_json
+
+__all__ = ["scenes"]
+
+
+def scenes(*, json: Flag = False) -> int:
+    """List the installed scenes and their parameters.
+
+    Parameters
+    ----------
+    json
+        Print JSON.
+    """
+    from firefly_sample.scenes import list_scenes
+
+    plugins = list_scenes()
+    if json:
+        print_json(
+            [
+                {
+                    "name": plugin.name,
+                    "summary": plugin.summary,
+                    "parameters": [
+                        {
+                            "name": parameter.name,
+                            "type": parameter.type.__name__,
+                            "default": parameter.default,
+                            "minimum": parameter.minimum,
+                            "maximum": parameter.maximum,
+                            "unit": parameter.unit,
+                            "live": parameter.live,
+                            "help": parameter.help,
+                        }
+                        for parameter in plugin.parameters
+                    ],
+                }
+                for plugin in plugins
+            ]
+        )
+        return 0
+    for plugin in plugins:
+        print(f"{plugin.name}: {plugin.summary}")
+        rows = [
+            (f"  --{p.name.replace('_', '-')}", str(p.default), parameter_help(p)) for p in plugin.parameters
+        ]
+        if rows:
+            print(align(rows))
+    return 0

@@ -1,0 +1,103 @@
+"""Every error this package raises on purpose.
+
+::
+
+    FireflyError                      something a user can act on; str() is one line
+    ├── SceneError                    the scene graph, a light, a lens or a parameter
+    │   ├── NodeError                 a node: a cycle, a detached node, a singular matrix, a non-finite number
+    │   ├── LightError                a light's colour, radius or arrays
+    │   ├── LensError                 a lens's field of view, film, near or far
+    │   ├── ParameterError            a scene parameter's name, type or range
+    │   └── SceneNotFoundError        no such scene plugin
+    ├── ModelError                    a model file that is missing or damaged
+    ├── SettingsError                 a setting's name, value or combination
+    ├── OutputError                   an output (image) that does not exist or cannot be had so
+    ├── PlanError                     a pass that reads what nobody wrote
+    ├── ViewerError                   no display, or no library, to open a window with
+    └── GpuError                      the driver
+        ├── NoGpuError                no GL library, no device, or a software driver where a GPU was required
+        └── ShaderError               a shader that does not compile; names file and line
+
+Each is also the built-in exception that fits (`ValueError`, `FileNotFoundError`,
+`RuntimeError`), so that callers need not import this module to catch them.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "FireflyError",
+    "GpuError",
+    "LensError",
+    "LightError",
+    "ModelError",
+    "NoGpuError",
+    "NodeError",
+    "OutputError",
+    "ParameterError",
+    "PlanError",
+    "SceneError",
+    "SceneNotFoundError",
+    "SettingsError",
+    "ShaderError",
+    "ViewerError",
+]
+
+
+class FireflyError(Exception):
+    """The root of all errors of this package; str() is one line: what, where and what to do."""
+
+
+class SceneError(FireflyError, ValueError):
+    """Something in the scene description is wrong."""
+
+
+class NodeError(SceneError):
+    """A node of the scene graph cannot do what was asked; the message names the node."""
+
+
+class LightError(SceneError):
+    """A light's data is wrong; the message names the light."""
+
+
+class LensError(SceneError):
+    """A lens cannot have these values."""
+
+
+class ParameterError(SceneError):
+    """A scene parameter does not exist or is out of its range."""
+
+
+class SceneNotFoundError(SceneError):
+    """No scene plugin of that name."""
+
+
+class ModelError(FireflyError, ValueError):
+    """A model file is missing or damaged; the message names the file."""
+
+
+class SettingsError(FireflyError, ValueError):
+    """A setting does not exist, has no such value, or does not go with another."""
+
+
+class OutputError(FireflyError, ValueError):
+    """An output image does not exist or cannot be had with these settings."""
+
+
+class PlanError(FireflyError, RuntimeError):
+    """A frame plan is inconsistent; the message names the pass and the target."""
+
+
+class ViewerError(FireflyError, RuntimeError):
+    """There is no window to be had; the message says what works without one."""
+
+
+class GpuError(FireflyError, RuntimeError):
+    """The driver refused something."""
+
+
+class NoGpuError(GpuError):
+    """There is no OpenGL to draw with, or not the one that was asked for."""
+
+
+class ShaderError(GpuError):
+    """A shader does not compile or link; the message names file and line."""

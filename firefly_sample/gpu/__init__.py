@@ -1,0 +1,1 @@
+"""All OpenGL calls are in this folder and in `passes/`, nowhere else."""

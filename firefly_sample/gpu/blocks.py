@@ -1,0 +1,87 @@
+"""Uniform blocks: one table of fields yields the NumPy dtype and the GLSL text (std140).
+
+Only vec4 fields are used, so that std140 has nothing to pad and both sides agree by construction. The
+cast from float64 to float32 happens here and in `firefly_sample.gpu.uploads`, nowhere else.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.plan.frame_plan import FramePlan, View
+from firefly_sample.scene.scene import VerticalGradient
+
+__all__ = ["BLOCKS", "block_dtype", "block_glsl", "shading_values", "view_values"]
+
+BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
+    "View": (
+        ("projection", "A, B, C, D of the lens, for this frame's clip range"),
+        ("film", "x and z film offset, 1/A, 1/C"),
+        (
+            "unprojection",
+            "y_fold and w_fold: y = y_fold/(depth + w_fold), orthographic y_fold*(depth + w_fold)",
+        ),
+        ("size", "samples across and down, and half of each"),
+        ("up", "the world's up in view space"),
+    ),
+    "Shading": (
+        ("ambient", "sum of the ambient lights"),
+        ("horizon", "background at and below elevation 0"),
+        ("zenith", "background straight up"),
+        ("tone", "exposure"),
+    ),
+}
+"""Blocks by name: (field, what it is); every field is a vec4, named u_<field> in GLSL."""
+
+_BINDINGS = {name: index for index, name in enumerate(BLOCKS)}
+
+
+def binding(block: str) -> int:
+    """The uniform buffer binding of a block."""
+    return _BINDINGS[block]
+
+
+def block_dtype(block: str) -> np.dtype[Any]:
+    """The NumPy dtype of a block: four float32 a field."""
+    return np.dtype([(name, np.float32, 4) for name, _ in BLOCKS[block]])
+
+
+def block_glsl(block: str) -> str:
+    """The GLSL declaration of a block."""
+    lines = [f"    vec4 u_{name};  // {what}" for name, what in BLOCKS[block]]
+    return "\n".join([f"layout(std140) uniform {block} {{", *lines, "};"])
+
+
+def _packed(block: str, values: dict[str, Any]) -> NDArray[Any]:
+    packed = np.zeros((), dtype=block_dtype(block))
+    for name, _ in BLOCKS[block]:
+        value = np.asarray(values[name], dtype=np.float64)
+        packed[name][: len(value)] = value
+    return packed
+
+
+def view_values(view: View) -> NDArray[Any]:
+    """The `View` block; all folding of constants is done in float64 before the cast."""
+    lens = view.lens
+    width, height = view.size
+    return _packed(
+        "View",
+        {
+            "projection": (lens.A, lens.B, lens.C, lens.D),
+            "film": (lens.x_offset, lens.z_offset, 1.0 / lens.A, 1.0 / lens.C),
+            "unprojection": (lens.y_fold, lens.w_fold),
+            "size": (width, height, width / 2, height / 2),
+            "up": view.world_to_view[2, :3],
+        },
+    )
+
+
+def shading_values(plan: FramePlan) -> NDArray[Any]:
+    """The `Shading` block."""
+    sky = plan.background
+    low, high = (sky.horizon, sky.zenith) if isinstance(sky, VerticalGradient) else (sky, sky)
+    values = {"ambient": plan.ambient, "horizon": low, "zenith": high, "tone": (plan.settings.exposure,)}
+    return _packed("Shading", values)

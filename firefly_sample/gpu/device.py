@@ -1,0 +1,163 @@
+"""The OpenGL context: made headless through EGL, or taken over from a window."""
+
+from __future__ import annotations
+
+import os
+from types import TracebackType
+from typing import Any
+
+import moderngl
+
+from firefly_sample.errors import GpuError, NoGpuError
+from firefly_sample.gpu.raw import DEPTH_CLAMP, RawGL
+from firefly_sample.plan.frame_plan import Capabilities
+
+__all__ = ["Device"]
+
+_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software", "basic render")
+
+
+class Device:
+    """An OpenGL 3.3 core context and what it can do.
+
+    Enter it (``with device:``) around GL calls: it makes the context current, which another library
+    (pyrender, a window) may have changed, and gives the previous state back to nobody.
+
+    Parameters
+    ----------
+    index : int, optional
+        EGL device; the environment's GLCONTEXT_DEVICE_INDEX, else 0, when absent.
+    window : bool
+        Take over the context of the window that is current in this thread instead of making one.
+
+    Raises
+    ------
+    NoGpuError
+        If there is no OpenGL library, no such device, or it has no OpenGL 3.3.
+    """
+
+    def __init__(self, index: int | None = None, window: bool = False) -> None:
+        self._backend = _window_backend() if window else _egl_backend(index)
+        try:
+            self.ctx = moderngl.create_context(context=self._backend)
+        except Exception as error:
+            raise NoGpuError(f"OpenGL 3.3 core is needed; this driver said: {_one_line(error)}") from error
+        self.raw = RawGL(self._backend)
+        self.renderer: str = self.ctx.info["GL_RENDERER"]
+        self.version: str = self.ctx.info["GL_VERSION"]
+        self.vendor: str = self.ctx.info["GL_VENDOR"]
+        self.max_size: int = min(self.ctx.info["GL_MAX_TEXTURE_SIZE"], *self.ctx.info["GL_MAX_VIEWPORT_DIMS"])
+        extensions = self.ctx.extensions
+        self.capabilities = Capabilities(
+            clip_control="GL_ARB_clip_control" in extensions or self.ctx.version_code >= 450,
+            snorm_targets="GL_EXT_render_snorm" in extensions or self._can_render(0x8F99),
+        )
+
+        self._idle = self.ctx.simple_framebuffer((1, 1))
+
+    def unbind(self) -> None:
+        """Bind a framebuffer of the device's own and no program, so that those in use can be released."""
+        self._idle.use()
+        self.raw.use_program(0)
+
+    @property
+    def software(self) -> bool:
+        """True if the driver is a known software rasteriser."""
+        return any(name in self.renderer.lower() for name in _SOFTWARE)
+
+    def _can_render(self, internal_format: int) -> bool:
+        """Whether a 16-bit signed normalised pair can be a colour attachment (3.3 does not promise it)."""
+        texture = None
+        try:
+            texture = self.ctx.texture((1, 1), 2, dtype="ni2", internal_format=internal_format)
+            framebuffer = self.ctx.framebuffer([texture])
+            framebuffer.release()
+        except Exception:  # noqa: BLE001  moderngl has one class for every refusal
+            return False
+        finally:
+            if texture is not None:
+                texture.release()
+        return self.ctx.error == "GL_NO_ERROR"
+
+    def set_depth_clamp(self, on: bool) -> None:
+        """Clamp depth to the near and far planes instead of clipping there."""
+        (self.ctx.enable_direct if on else self.ctx.disable_direct)(DEPTH_CLAMP)
+
+    def check(self, where: str) -> None:
+        """Raise `GpuError` if the driver noted an error since the last check.
+
+        Raises
+        ------
+        GpuError
+            With OpenGL's name of the error and `where`.
+        """
+        error = self.ctx.error
+        if error != "GL_NO_ERROR":
+            raise GpuError(f"the driver reported {error} in {where} ({self.renderer})")
+
+    def __enter__(self) -> Device:
+        self.ctx.__enter__()  # type: ignore[no-untyped-call]
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.ctx.__exit__(kind, value, trace)  # type: ignore[no-untyped-call]
+
+    def release(self) -> None:
+        """Free the context itself. Objects must have been released before."""
+        with self:
+            for attachment in self._idle.color_attachments:
+                attachment.release()
+            self._idle.depth_attachment.release()
+            self._idle.release()
+        self.ctx.release()
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def _egl_backend(index: int | None) -> Any:
+    import glcontext
+
+    given = os.environ.get("GLCONTEXT_DEVICE_INDEX")
+    if given is not None and not given.isdigit():
+        raise NoGpuError(f"the environment's GLCONTEXT_DEVICE_INDEX must be a whole number, got {given!r}")
+    if index is None:
+        index = int(given or 0)
+    if index < 0:
+        raise NoGpuError(f"device must be 0 or more, got {index}")
+    try:
+        # a given index must win over the environment, which glcontext prefers
+        os.environ.pop("GLCONTEXT_DEVICE_INDEX", None)
+        return glcontext.get_backend_by_name("egl")(mode="standalone", glversion=330, device_index=index)
+    except Exception as error:
+        raise NoGpuError(_explain(error, index)) from error
+    finally:
+        if given is not None:
+            os.environ["GLCONTEXT_DEVICE_INDEX"] = given
+
+
+def _window_backend() -> Any:
+    import glcontext
+
+    try:
+        return glcontext.default_backend()(mode="detect", glversion=330)
+    except Exception as error:
+        raise NoGpuError(f"the window has no usable OpenGL context: {_one_line(error)}") from error
+
+
+def _explain(error: BaseException, index: int) -> str:
+    """What went wrong in one line, with the way out."""
+    said = _one_line(error)
+    if "libEGL" in said or "libGL" in said:
+        return (
+            f"no OpenGL library ({said}): install Mesa, on Debian or Ubuntu with "
+            "'apt-get install libegl1 libgl1 libgl1-mesa-dri'"
+        )
+    if "device" in said:
+        return f"there is no EGL device {index} ({said}): leave the device out for the default, 0"
+    if "0x3009" in said:
+        return f"the driver has no OpenGL 3.3 core ({said}): install a newer driver or Mesa's llvmpipe"
+    return f"no OpenGL context could be made ({said}): run 'firefly doctor'"

@@ -1,0 +1,91 @@
+"""Everything a renderer keeps on the GPU, in one place with one lifetime."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.gpu.blocks import BLOCKS, binding, block_dtype, shading_values, view_values
+from firefly_sample.gpu.device import Device
+from firefly_sample.gpu.images import Images
+from firefly_sample.gpu.programs import Program, Programs
+from firefly_sample.gpu.timers import Timers
+from firefly_sample.gpu.uploads import Uploads
+from firefly_sample.plan.frame_plan import FramePlan
+
+__all__ = ["Gpu"]
+
+
+class Gpu:
+    """A device and the caches over it. Release it before its device."""
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self.ctx = device.ctx
+        self.programs = Programs(device.ctx)
+        self.uploads = Uploads(device.ctx)
+        self.images = Images(device)
+        self.timers = Timers(device.raw)
+        self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
+        self._streams: dict[str, moderngl.Buffer] = {}
+        self._arrays: dict[tuple[str, Program], tuple[tuple[moderngl.Buffer, ...], moderngl.VertexArray]] = {}
+
+    def begin(self, plan: FramePlan) -> None:
+        """Bring targets and uniform blocks up to date for a frame, and free what is gone."""
+        self.uploads.sweep()
+        self.images.prepare(plan)
+        for name, values in (("View", view_values(plan.view)), ("Shading", shading_values(plan))):
+            self._blocks[name].write(values.tobytes())
+            self._blocks[name].bind_to_uniform_block(binding(name))
+        if self.device.capabilities.clip_control:
+            self.device.raw.set_clip_range(plan.view.reverse)
+
+    def end(self) -> None:
+        """Leave the context as OpenGL starts it."""
+        if self.device.capabilities.clip_control:
+            self.device.raw.set_clip_range(False)
+        self.ctx.enable_only(moderngl.NOTHING)
+
+    def stream(self, name: str, rows: NDArray[Any]) -> moderngl.Buffer:
+        """A buffer whose content changes from frame to frame; it grows and never shrinks."""
+        data = np.ascontiguousarray(rows)
+        buffer = self._streams.get(name)
+        if buffer is None or buffer.size < data.nbytes:
+            if buffer is not None:
+                buffer.release()
+            buffer = self._streams[name] = self.ctx.buffer(reserve=max(64, 2 * data.nbytes), dynamic=True)
+        if data.nbytes:
+            buffer.write(data.tobytes())
+        return buffer
+
+    def fixed(self, name: str, rows: NDArray[Any]) -> moderngl.Buffer:
+        """A buffer that is written once."""
+        if name not in self._streams:
+            self._streams[name] = self.ctx.buffer(np.ascontiguousarray(rows).tobytes())
+        return self._streams[name]
+
+    def array(self, name: str, program: Program, *content: tuple[Any, ...]) -> moderngl.VertexArray:
+        """A vertex array over streams and fixed buffers, remade when one of them was."""
+        buffers = tuple(entry[0] for entry in content)
+        kept = self._arrays.get((name, program))
+        if kept is None or kept[0] != buffers:
+            if kept is not None:
+                kept[1].release()
+            kept = (buffers, self.ctx.vertex_array(program.mgl, list(content)))
+            self._arrays[(name, program)] = kept
+        return kept[1]
+
+    def release(self) -> None:
+        """Free everything but the device."""
+        for _, array in self._arrays.values():
+            array.release()
+        for buffer in (*self._streams.values(), *self._blocks.values()):
+            buffer.release()
+        self._arrays.clear()
+        self._streams.clear()
+        self._blocks.clear()
+        for part in (self.uploads, self.images, self.programs, self.timers):
+            part.release()

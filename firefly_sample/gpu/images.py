@@ -1,0 +1,134 @@
+"""The textures behind a plan's targets, and the framebuffers of its passes."""
+
+from __future__ import annotations
+
+import moderngl
+
+from firefly_sample.errors import PlanError
+from firefly_sample.gpu.device import Device
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from firefly_sample.plan.targets import FORMATS, Target
+
+__all__ = ["BoundImages", "Images"]
+
+
+class Images:
+    """Textures by target, kept from frame to frame while size and format stay."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._textures: dict[tuple[str, str, tuple[int, int]], moderngl.Texture] = {}
+        self._framebuffers: dict[tuple[str, tuple[str, ...]], moderngl.Framebuffer] = {}
+        self._size: tuple[int, int] | None = None
+
+    def prepare(self, plan: FramePlan) -> None:
+        """Forget everything of another size or format, so that memory follows what is drawn."""
+        wanted = {self._key(plan, target) for target in plan.targets}
+        if all(key in self._textures for key in wanted):
+            return
+        if self._textures.keys() - wanted:
+            self.release()
+        for target in plan.targets:
+            key = self._key(plan, target)
+            if key not in self._textures:
+                self._textures[key] = self._make(target, key[2])
+
+    def _key(self, plan: FramePlan, target: Target) -> tuple[str, str, tuple[int, int]]:
+        return target.name, target.format, plan.view.size if target.per_sample else plan.size
+
+    def _make(self, target: Target, size: tuple[int, int]) -> moderngl.Texture:
+        form = FORMATS[target.format]
+        if form.depth:
+            texture = self._device.ctx.depth_texture(size)
+            texture.compare_func = ""
+            texture.use(0)
+            if form.gl_format is not None:
+                self._device.raw.allocate_depth(size, form.gl_format)
+        else:
+            texture = self._device.ctx.texture(
+                size, form.components, dtype=form.dtype, internal_format=form.gl_format
+            )
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+    def texture(self, plan: FramePlan, name: str) -> moderngl.Texture:
+        """The texture of a target of this plan."""
+        target = plan.target(name)
+        if target is None:
+            raise PlanError(f"this frame has no target {name!r}")
+        return self._textures[self._key(plan, target)]
+
+    def framebuffer(self, plan: FramePlan, step: PassPlan, names: tuple[str, ...]) -> moderngl.Framebuffer:
+        """A pass's own framebuffer (timer queries read wrong on a shared one) over the shared textures."""
+        key = (step.name, names)
+        if key not in self._framebuffers:
+            textures = {name: self.texture(plan, name) for name in names}
+            depth = [name for name in names if FORMATS[_format(plan, name)].depth]
+            colors = [texture for name, texture in textures.items() if name not in depth]
+            self._framebuffers[key] = self._device.ctx.framebuffer(
+                colors, textures[depth[0]] if depth else None
+            )
+        return self._framebuffers[key]
+
+    def release(self) -> None:
+        """Free all textures and framebuffers."""
+        self._device.unbind()
+        for framebuffer in self._framebuffers.values():
+            framebuffer.release()
+        for texture in self._textures.values():
+            texture.release()
+        self._framebuffers.clear()
+        self._textures.clear()
+
+
+def _format(plan: FramePlan, name: str) -> str:
+    target = plan.target(name)
+    assert target is not None
+    return target.format
+
+
+class BoundImages:
+    """What one pass may touch: only what it declared."""
+
+    def __init__(self, images: Images, plan: FramePlan, step: PassPlan) -> None:
+        self._images = images
+        self._plan = plan
+        self._step = step
+
+    def read(self, name: str) -> moderngl.Texture:
+        """The texture of a target that the pass reads.
+
+        Raises
+        ------
+        PlanError
+            If the pass does not declare that it reads it.
+        """
+        if name not in self._step.reads:
+            raise PlanError(f"pass {self._step.name!r} does not declare that it reads {name!r}")
+        return self._images.texture(self._plan, name)
+
+    def color_names(self) -> tuple[str, ...]:
+        """The colour targets that the pass draws into, in attachment order."""
+        names = (*self._step.writes, *self._step.updates)
+        return tuple(name for name in names if not FORMATS[_format(self._plan, name)].depth)
+
+    def draw_into(self) -> moderngl.Framebuffer:
+        """The pass's framebuffer, bound, with its viewport set and what the pass writes cleared.
+
+        All colour targets clear to zero (integers too), so that one clear serves them.
+        """
+        names = (*self._step.writes, *self._step.updates)
+        framebuffer = self._images.framebuffer(self._plan, self._step, names)
+        framebuffer.use()
+        framebuffer.viewport = (0, 0, *framebuffer.size)
+        writes_depth = "depth" in self._step.writes
+        framebuffer.depth_mask = writes_depth
+        if self._step.writes:
+            depth = self._plan.target("depth")
+            framebuffer.clear(0.0, 0.0, 0.0, 0.0, depth=depth.clear[0] if depth and writes_depth else 1.0)
+        return framebuffer
+
+    def depth_framebuffer(self, name: str) -> moderngl.Framebuffer:
+        """A framebuffer of a depth target alone, to copy from or to."""
+        return self._images.framebuffer(self._plan, self._step, (name,))

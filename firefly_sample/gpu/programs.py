@@ -1,0 +1,122 @@
+"""Compiled shaders by (stem, variant, outputs), with their uniforms checked both ways."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+
+from firefly_sample.errors import GpuError, ShaderError
+from firefly_sample.gpu.blocks import BLOCKS, binding
+from firefly_sample.gpu.shader_source import ShaderSource, load_source
+from firefly_sample.plan.variants import Variant, defines
+
+__all__ = ["Program", "Programs"]
+
+
+class Program:
+    """A linked program that knows its uniforms, samplers and blocks."""
+
+    def __init__(
+        self, ctx: moderngl.Context, vertex: ShaderSource, fragment: ShaderSource, outputs: tuple[str, ...]
+    ):
+        self.name = fragment.name.removesuffix(".frag")
+        self._ctx = ctx
+        self._texts = (vertex.text, fragment.text)
+        self.mgl = _link(ctx, vertex, fragment, outputs)
+        self.attributes = frozenset(
+            name for name in self.mgl if isinstance(self.mgl[name], moderngl.Attribute)
+        )
+        self._uniforms = frozenset(name for name in self.mgl if isinstance(self.mgl[name], moderngl.Uniform))
+        for name in BLOCKS:
+            block = self.mgl.get(name, None)
+            if isinstance(block, moderngl.UniformBlock):
+                block.binding = binding(name)
+        self._units: dict[str, int] = {}
+
+    def use(
+        self,
+        uniforms: Mapping[str, Any] | None = None,
+        textures: Mapping[str, moderngl.Texture] | None = None,
+    ) -> None:
+        """Set every uniform and bind every texture.
+
+        Raises
+        ------
+        GpuError
+            If an active uniform is not given, or a given name does not occur in the source.
+        """
+        uniforms, textures = uniforms or {}, textures or {}
+        given = uniforms.keys() | textures.keys()
+        missing = self._uniforms - given
+        if missing:
+            raise GpuError(f"shader {self.name!r}: uniform {min(missing)!r} is not given")
+        for name in given - self._uniforms:
+            # an optimised-out uniform is fine, a misspelt one is not
+            if not any(re.search(rf"\b{name}\b", text) for text in self._texts):
+                raise GpuError(f"shader {self.name!r}: there is no uniform {name!r}")
+        for name, value in uniforms.items():
+            if name in self._uniforms:
+                self.mgl[name] = value
+        for name, texture in textures.items():
+            if name in self._uniforms:
+                unit = self._units.setdefault(name, len(self._units))
+                self.mgl[name] = unit
+                texture.use(unit)
+
+    def release(self) -> None:
+        """Free the GL program."""
+        self.mgl.release()
+
+
+def _link(
+    ctx: moderngl.Context, vertex: ShaderSource, fragment: ShaderSource, outputs: tuple[str, ...]
+) -> moderngl.Program:
+    try:
+        return ctx.program(
+            vertex_shader=vertex.text,
+            fragment_shader=fragment.text,
+            fragment_outputs={f"o_{name}": index for index, name in enumerate(outputs)},
+        )
+    except moderngl.Error as error:
+        log = str(error)
+        # moderngl's report is headed by the stage's name
+        source = vertex if "vertex_shader" in log else fragment
+        raise ShaderError(source.explain(log)) from error
+
+
+class Programs:
+    """Programs by (stem, variant, outputs), compiled at first use."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._programs: dict[tuple[str, str, Variant, tuple[str, ...]], Program] = {}
+
+    def get(
+        self, stem: str, variant: Variant, outputs: tuple[str, ...], vertex: str | None = None
+    ) -> Program:
+        """The program of ``<stem>.frag`` and ``<vertex or stem>.vert``.
+
+        Parameters
+        ----------
+        outputs : tuple of str
+            Names of the colour targets in attachment order; the shader declares ``o_<name>``.
+        """
+        vertex = vertex or stem
+        key = (stem, vertex, variant, outputs)
+        program = self._programs.get(key)
+        if program is None:
+            given = defines(variant)
+            program = Program(
+                self._ctx, load_source(f"{vertex}.vert", given), load_source(f"{stem}.frag", given), outputs
+            )
+            self._programs[key] = program
+        return program
+
+    def release(self) -> None:
+        """Free all programs."""
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()

@@ -1,0 +1,47 @@
+"""Meshes that stand in for light volumes, scaled so that they hold the unit sphere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["circumscribed_icosphere"]
+
+Float64 = NDArray[np.float64]
+
+
+def circumscribed_icosphere(subdivisions: int = 1) -> Float64:
+    """Triangles around the unit sphere, counter-clockwise from outside; no face cuts into it.
+
+    One subdivision (80 triangles) covers 6% more area than the sphere; two cost four times the vertices
+    for 1.7%.
+
+    Returns
+    -------
+    ndarray of float64, shape (20 * 4**subdivisions, 3, 3)
+    """
+    g = (1.0 + np.sqrt(5.0)) / 2.0
+    corners = np.array([(s * 1.0, t * g, 0.0) for s in (-1, 1) for t in (-1, 1)])
+    points = np.concatenate([np.roll(corners, shift, axis=1) for shift in range(3)])
+    # the faces of the icosahedron are the triples of corners at edge length 2 from each other
+    near = np.abs(np.linalg.norm(points[:, None] - points[None], axis=2) - 2.0) < 1e-9
+    faces = [
+        (i, j, k)
+        for i in range(12)
+        for j in range(i + 1, 12)
+        for k in range(j + 1, 12)
+        if near[i, j] and near[j, k] and near[i, k]
+    ]
+    triangles = points[np.array(faces)]
+    outward = np.einsum("ij,ij->i", np.cross(triangles[:, 1], triangles[:, 2]), triangles[:, 0]) > 0
+    triangles = np.where(outward[:, None, None], triangles, triangles[:, [0, 2, 1]])
+    triangles /= np.linalg.norm(triangles, axis=2, keepdims=True)
+    for _ in range(subdivisions):
+        a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+        ab, bc, ca = (m / np.linalg.norm(m, axis=1, keepdims=True) for m in (a + b, b + c, c + a))
+        quarters = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+        triangles = np.concatenate([np.stack(quarter, axis=1) for quarter in quarters])
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    inradius = np.einsum("ij,ij->i", normals, triangles[:, 0]).min()
+    return np.asarray(triangles * (1.0 + 1e-6) / inradius)

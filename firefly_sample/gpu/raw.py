@@ -1,0 +1,101 @@
+"""The few OpenGL functions that moderngl has no call for, taken from the context's own loader."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+__all__ = ["RawGL"]
+
+LOWER_LEFT = 0x8CA1
+NEGATIVE_ONE_TO_ONE = 0x935E
+ZERO_TO_ONE = 0x935F
+DEPTH_CLAMP = 0x864F
+TEXTURE_2D = 0x0DE1
+DEPTH_COMPONENT = 0x1902
+FLOAT = 0x1406
+READ_FRAMEBUFFER = 0x8CA8
+DRAW_FRAMEBUFFER = 0x8CA9
+DEPTH_BUFFER_BIT = 0x0100
+NEAREST = 0x2600
+TIME_ELAPSED = 0x88BF
+SAMPLES_PASSED = 0x8914
+QUERY_RESULT = 0x8866
+
+_KINDS = ("Buffer", "Framebuffer", "Program", "Query", "Sampler", "Shader", "Texture", "VertexArray")
+
+
+class RawGL:
+    """Raw calls of the context whose `backend` (a glcontext context) loads them; it must be current."""
+
+    def __init__(self, backend: Any) -> None:
+        self._backend = backend
+        self._functions: dict[str, Any] = {}
+
+    def _call(self, name: str, *arguments: Any, returns: Any = None) -> Any:
+        """Call an OpenGL function: whole numbers go as 32 bits, None and references as pointers."""
+        function = self._functions.get(name)
+        if function is None:
+            pointer = self._backend.load_opengl_function(name)
+            types = [ctypes.c_uint if isinstance(value, int) else ctypes.c_void_p for value in arguments]
+            function = ctypes.CFUNCTYPE(returns, *types)(pointer)
+            self._functions[name] = function
+        return function(*arguments)
+
+    def set_clip_range(self, zero_to_one: bool) -> None:
+        """Choose the clip-space depth range: [0, 1], or OpenGL's own [-1, 1]. Needs ARB_clip_control."""
+        self._call("glClipControl", LOWER_LEFT, ZERO_TO_ONE if zero_to_one else NEGATIVE_ONE_TO_ONE)
+
+    def allocate_depth(self, size: tuple[int, int], internal_format: int) -> None:
+        """Give the depth texture that is bound to the active unit another internal format."""
+        width, height = size
+        self._call(
+            "glTexImage2D", TEXTURE_2D, 0, internal_format, width, height, 0, DEPTH_COMPONENT, FLOAT, None
+        )
+
+    def copy_depth(self, source: int, destination: int, size: tuple[int, int]) -> None:
+        """Copy a depth buffer between two framebuffer objects of the same size and depth format."""
+        width, height = size
+        self._call("glBindFramebuffer", READ_FRAMEBUFFER, source)
+        self._call("glBindFramebuffer", DRAW_FRAMEBUFFER, destination)
+        self._call("glBlitFramebuffer", 0, 0, width, height, 0, 0, width, height, DEPTH_BUFFER_BIT, NEAREST)
+
+    def use_program(self, program: int) -> None:
+        """Make a program current, or none with 0."""
+        self._call("glUseProgram", program)
+
+    def create_query(self) -> int:
+        """A new query object."""
+        name = ctypes.c_uint(0)
+        self._call("glGenQueries", 1, ctypes.byref(name))
+        return name.value
+
+    def begin_query(self, kind: int, query: int) -> None:
+        """Start a `TIME_ELAPSED` or `SAMPLES_PASSED` query."""
+        self._call("glBeginQuery", kind, query)
+
+    def end_query(self, kind: int) -> None:
+        """End the running query of that kind."""
+        self._call("glEndQuery", kind)
+
+    def query_result(self, query: int) -> int:
+        """The result of an ended query; waits for it."""
+        result = ctypes.c_uint64(0)
+        self._call("glGetQueryObjectui64v", query, QUERY_RESULT, ctypes.byref(result))
+        return result.value
+
+    def delete_query(self, query: int) -> None:
+        """Free a query object."""
+        self._call("glDeleteQueries", 1, ctypes.byref(ctypes.c_uint(query)))
+
+    def count_objects(self, highest: int = 4096) -> dict[str, int]:
+        """How many GL objects live among the names 1..`highest`, by kind; kinds without any are left out."""
+        counts = {}
+        for kind in _KINDS:
+            live = sum(
+                bool(self._call(f"glIs{kind}", name, returns=ctypes.c_ubyte))
+                for name in range(1, highest + 1)
+            )
+            if live:
+                counts[kind] = live
+        return counts

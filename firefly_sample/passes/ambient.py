@@ -1,0 +1,20 @@
+"""Ambient pass: albedo times the sum of the ambient lights, the first light in the radiance."""
+
+from __future__ import annotations
+
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.passes.base import draw_fullscreen
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+
+__all__ = ["AmbientPass"]
+
+
+class AmbientPass:
+    """Fills the radiance."""
+
+    name = "ambient"
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        draw_fullscreen(gpu, step, images)

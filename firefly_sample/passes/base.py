@@ -1,0 +1,33 @@
+"""What a pass is: a name and a way to draw its step of a plan into the images that the step declares."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+
+__all__ = ["Pass", "draw_fullscreen"]
+
+
+class Pass(Protocol):
+    """One step of the pipeline."""
+
+    name: str
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+
+
+def draw_fullscreen(
+    gpu: Gpu, step: PassPlan, images: BoundImages, uniforms: dict[str, object] | None = None
+) -> None:
+    """Run a pass's fragment shader once over every pixel, with each target that it reads as ``u_<name>``."""
+    import moderngl
+
+    images.draw_into()
+    gpu.ctx.enable_only(moderngl.NOTHING)
+    program = gpu.programs.get(step.name, step.variant, images.color_names(), vertex="fullscreen")
+    program.use(uniforms, {f"u_{name}": images.read(name) for name in step.reads})
+    gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)

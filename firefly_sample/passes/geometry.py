@@ -1,0 +1,45 @@
+"""Geometry pass: every surface once, into the G-buffer."""
+
+from __future__ import annotations
+
+import moderngl
+
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
+
+__all__ = ["GeometryPass"]
+
+
+class GeometryPass:
+    """Draws the batches in the plan's order: opaque before cut-out, front to back."""
+
+    name = "geometry"
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        images.draw_into()
+        # less-equal: strict less would drop geometry whose depth rounds to the clear value
+        gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
+        outputs = images.color_names()
+        for batch in plan.batches:
+            cull = moderngl.NOTHING if batch.material.double_sided else moderngl.CULL_FACE
+            gpu.ctx.enable_only(moderngl.DEPTH_TEST | cull)
+            gpu.ctx.cull_face = "back"
+            gpu.ctx.front_face = "cw" if batch.mirrored else "ccw"
+            program = gpu.programs.get(self.name, batch.variant, outputs)
+            textures = {}
+            if batch.material.texture is not None:
+                textures["u_texture"] = gpu.uploads.texture(batch, stored=plan.settings.look == "classic")
+            program.use(_uniforms(batch), textures)
+            gpu.uploads.drawable(batch, program).render(moderngl.TRIANGLES)
+        gpu.ctx.front_face = "ccw"
+        gpu.ctx.depth_func = "<"
+
+
+def _uniforms(batch: Batch) -> dict[str, object]:
+    color = batch.material.base_color if batch.color is None else batch.material.base_color * batch.color
+    uniforms: dict[str, object] = {"u_base_color": tuple(float(channel) for channel in color)}
+    if batch.cutout:
+        uniforms["u_alpha_cutoff"] = batch.material.alpha_cutoff
+    return uniforms

@@ -1,0 +1,246 @@
+"""Turn a scene into a FramePlan: collect, cull, sort, choose targets and passes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import LightError, NodeError, SceneError
+from firefly_sample.frame import LightCounts, check_outputs
+from firefly_sample.plan.collect import Group, Snapshot, collect
+from firefly_sample.plan.cull import frustum_corners, holds_frustum, spheres_in_frustum
+from firefly_sample.plan.frame_plan import Batch, Capabilities, FramePlan, LightSet, SpriteSet, View
+from firefly_sample.plan.steps import Needs, check_passes, choose_passes, choose_targets, geometry_variant
+from firefly_sample.plan.variants import GeometryVariant
+from firefly_sample.scene.lens import Lens, PerspectiveLens
+from firefly_sample.scene.lights import Falloff
+from firefly_sample.scene.scene import Scene, VerticalGradient
+from firefly_sample.settings import Settings
+
+__all__ = ["Planner", "build_plan"]
+
+Float64 = NDArray[np.float64]
+PointRows = tuple[Float64, Float64, Float64]
+
+
+def build_plan(
+    scene: Scene,
+    settings: Settings | None = None,
+    size: tuple[int, int] = (800, 600),
+    outputs: tuple[str, ...] = ("color",),
+    time: float = 0.0,
+    capabilities: Capabilities | None = None,
+) -> FramePlan:
+    """The plan of one frame; nothing is drawn and no driver is needed.
+
+    Parameters
+    ----------
+    scene : Scene
+        It is updated to `time` first.
+    settings : Settings, optional
+    size : (int, int)
+        Width and height of the picture in pixels.
+    outputs : tuple of str
+        Names from `firefly_sample.frame.OUTPUTS`.
+    time : float
+        Seconds.
+    capabilities : Capabilities, optional
+        What the driver can do; everything when absent.
+
+    Raises
+    ------
+    FireflyError
+        If an output, a light, the camera or the lens is wrong; the message names it.
+    """
+    return Planner().plan(scene, settings or Settings(), size, outputs, time, capabilities or Capabilities())
+
+
+class Planner:
+    """Builds plans and keeps what did not change between them (the walk of the scene graph)."""
+
+    def __init__(self) -> None:
+        self._snapshot = Snapshot()
+
+    def plan(
+        self,
+        scene: Scene,
+        settings: Settings,
+        size: tuple[int, int],
+        outputs: tuple[str, ...],
+        time: float,
+        capabilities: Capabilities,
+    ) -> FramePlan:
+        """See `build_plan`."""
+        outputs = check_outputs(outputs, settings.supersample)
+        if not np.isfinite(time):
+            raise SceneError(f"time must be a finite number of seconds, got {time!r}")
+        scene.update(time)
+        if not self._snapshot.is_current(scene.root):
+            self._snapshot = collect(scene.root)
+        snapshot = self._snapshot
+        lens = _lens_for(scene.lens, size)
+        world_to_view, view_to_world = _camera_matrices(scene)
+        planes = lens.frustum_planes()
+        groups = [_cull_group(group, world_to_view, planes) for group in snapshot.groups]
+        geometry = sum(len(depths) for _, depths, _, _ in groups)
+        in_scene, lights = _lights(snapshot, time, world_to_view, planes, lens)
+        in_view = sum(len(light_set) for light_set in lights)
+        sprites = _sprites(snapshot, time, world_to_view, planes)
+        ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
+        needs = Needs(
+            settings=settings,
+            outputs=outputs,
+            capabilities=capabilities,
+            geometry=geometry,
+            lights=in_view,
+            sprites=len(sprites),
+            ambient=bool(ambient.any()),
+            gradient=isinstance(scene.background, VerticalGradient),
+            orthographic=not isinstance(lens, PerspectiveLens),
+        )
+        targets = choose_targets(needs)
+        passes = choose_passes(needs, targets)
+        check_passes(passes, targets)
+        samples = (size[0] * settings.supersample, size[1] * settings.supersample)
+        view = View(
+            size=samples,
+            lens=lens.constants("zero_to_one" if needs.reverse else "gl", needs.reverse),
+            reverse=needs.reverse,
+            near=lens.get_near(),
+            far=lens.get_far(),
+            world_to_view=world_to_view,
+            view_to_world=view_to_world,
+        )
+        return FramePlan(
+            size=size,
+            settings=settings,
+            outputs=outputs,
+            time=float(time),
+            view=view,
+            batches=_batches(groups, geometry_variant(needs, targets)),
+            ambient=ambient,
+            lights=lights,
+            sprites=sprites,
+            background=scene.background,
+            targets=targets,
+            passes=passes,
+            counts=LightCounts(in_scene, in_view, 0),
+            id_names=snapshot.id_names,
+            warnings=_warnings(snapshot, settings, capabilities),
+        )
+
+
+def _lens_for(lens: Lens, size: tuple[int, int]) -> Lens:
+    """The lens with the picture's aspect ratio (its vertical field of view stays)."""
+    aspect = size[0] / size[1]
+    if abs(lens.get_aspect_ratio() / aspect - 1.0) < 1e-4:
+        return lens
+    return lens.with_aspect_ratio(aspect)
+
+
+def _camera_matrices(scene: Scene) -> tuple[Float64, Float64]:
+    """World to view and back, without the scale that a camera's parents may have."""
+    view_to_world = np.array(scene.camera.get_net_transform().get_mat(), dtype=np.float64)
+    lengths = np.linalg.norm(view_to_world[:3, :3], axis=1)
+    if not np.isfinite(view_to_world).all() or not lengths.min() > 0:
+        raise NodeError(f"camera {scene.camera}: its net transform is singular or not finite")
+    view_to_world[:3, :3] /= lengths[:, None]
+    return np.asarray(np.linalg.inv(view_to_world), dtype=np.float64), view_to_world
+
+
+def _cull_group(
+    group: Group, world_to_view: Float64, planes: Float64
+) -> tuple[Group, Float64, Float64, NDArray[np.int32]]:
+    """A group's instances in view, nearest first: (group, depths, model_to_view, ids)."""
+    centers = group.centers @ world_to_view[:3, :3] + world_to_view[3, :3]
+    seen = np.flatnonzero(spheres_in_frustum(planes, centers, group.radii))
+    nearest = centers[seen, 1] - group.radii[seen]
+    order = np.argsort(nearest, kind="stable")
+    chosen = seen[order]
+    return group, nearest[order], group.model_to_world[chosen] @ world_to_view, group.ids[chosen]
+
+
+def _batches(
+    groups: list[tuple[Group, Float64, Float64, NDArray[np.int32]]], frame: GeometryVariant
+) -> tuple[Batch, ...]:
+    """Draws, opaque ones first, then cut-outs, each front to back by their nearest instance."""
+    keyed = []
+    for index, (group, depths, model_to_view, ids) in enumerate(groups):
+        if not len(depths) or not len(group.geom.triangles):
+            continue
+        material = group.material
+        cutout = material.alpha_mode != "opaque"
+        variant = GeometryVariant(
+            frame.albedo,
+            frame.normal,
+            frame.distance,
+            frame.id,
+            frame.classic,
+            frame.snorm,
+            frame.orthographic,
+            textured=material.texture is not None,
+            vertex_color=group.geom.colors is not None and group.color is None,
+            cutout=cutout,
+            double_sided=material.double_sided,
+        )
+        batch = Batch(group.geom, material, group.color, cutout, group.mirrored, model_to_view, ids, variant)
+        keyed.append(((cutout, depths[0], index), batch))
+    return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))
+
+
+def _lights(
+    snapshot: Snapshot, time: float, world_to_view: Float64, planes: Float64, lens: Lens
+) -> tuple[int, tuple[LightSet, ...]]:
+    """How many lights the scene has, and those that can change this view, by falloff and way of drawing."""
+    in_scene, rows = 0, []
+    for node, net in snapshot.lights:
+        arrays = node.evaluate(time)
+        in_scene += len(arrays)
+        positions = arrays.positions @ (net @ world_to_view)[:3, :3] + (net @ world_to_view)[3, :3]
+        if not np.isfinite(positions).all():
+            raise LightError(f"light {node.name!r}: its place in view space is not finite")
+        useful = (arrays.radii > 0) & arrays.colors.any(axis=1)
+        chosen = np.flatnonzero(useful & spheres_in_frustum(planes, positions, arrays.radii))
+        rows.append((node.falloff, (positions[chosen], arrays.colors[chosen], arrays.radii[chosen])))
+    corners = frustum_corners(lens.constants(), lens.get_near(), lens.get_far())
+    sets = []
+    for falloff in Falloff:
+        parts = [row for kind, row in rows if kind is falloff]
+        if not parts:
+            continue
+        positions, colors, radii = (np.concatenate(column) for column in zip(*parts, strict=True))
+        full = holds_frustum(corners, positions, radii)
+        for fullscreen, mask in ((False, ~full), (True, full)):
+            if mask.any():
+                sets.append(LightSet(falloff, fullscreen, positions[mask], colors[mask], radii[mask]))
+    return in_scene, tuple(sets)
+
+
+def _sprites(snapshot: Snapshot, time: float, world_to_view: Float64, planes: Float64) -> SpriteSet:
+    """All dots in view, in view space."""
+    parts: list[PointRows] = [(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))]
+    for node, net in snapshot.sprites:
+        arrays = node.evaluate(time)
+        positions = arrays.positions @ (net @ world_to_view)[:3, :3] + (net @ world_to_view)[3, :3]
+        useful = (arrays.radii > 0) & arrays.colors.any(axis=1)
+        chosen = np.flatnonzero(useful & spheres_in_frustum(planes, positions, arrays.radii))
+        parts.append((positions[chosen], arrays.colors[chosen], arrays.radii[chosen]))
+    return SpriteSet(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _warnings(snapshot: Snapshot, settings: Settings, capabilities: Capabilities) -> tuple[str, ...]:
+    blended = dict.fromkeys(
+        group.material.name for group in snapshot.groups if group.material.alpha_mode == "blend"
+    )
+    warnings = []
+    if blended:
+        warnings.append(
+            f"blended materials are drawn as cut-outs: {', '.join(blended)} "
+            "(deferred shading keeps one surface a pixel)"
+        )
+    if settings.position == "depth32f" and not capabilities.clip_control:
+        warnings.append(
+            "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer, "
+            "as accurate as depth24; position=linear32f is accurate here"
+        )
+    return tuple(warnings)

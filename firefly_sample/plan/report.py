@@ -1,0 +1,101 @@
+"""A plan in words: the JSON of ``firefly plan``, a Graphviz graph, and a table for people."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+from firefly_sample.columns import align
+from firefly_sample.plan.frame_plan import FramePlan
+
+__all__ = ["plan_as_dict", "plan_as_dot", "plan_as_text"]
+
+
+def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
+    """The plan as plain JSON values.
+
+    Returns
+    -------
+    dict
+        ``passes`` (name, reads, writes, updates, because) in drawing order, ``targets`` (name, format,
+        bytes_per_pixel, because), ``lights`` (drawn, culled) and ``warnings``. What the frame does not
+        have is not mentioned. With supersampling a target's bytes are those of one sample.
+    """
+    return {
+        "passes": [
+            {
+                "name": step.name,
+                "reads": list(step.reads),
+                "writes": list(step.writes),
+                "updates": list(step.updates),
+                "because": step.because,
+            }
+            for step in plan.passes
+        ],
+        "targets": [
+            {
+                "name": target.name,
+                "format": target.format,
+                "bytes_per_pixel": target.bytes_per_pixel,
+                "because": target.because,
+            }
+            for target in plan.targets
+        ],
+        "lights": {"drawn": plan.counts.in_view, "culled": plan.counts.in_scene - plan.counts.in_view},
+        "warnings": list(plan.warnings),
+    }
+
+
+def plan_as_dot(plan: FramePlan) -> str:
+    """The plan as a Graphviz graph: boxes are passes, rounded shapes targets, a dashed edge an update."""
+    lines = ["digraph frame {", "    rankdir=LR;", '    node [fontname="sans-serif"];']
+    for target in plan.targets:
+        label = _quote(f"{target.name}\n{target.format}, {target.bytes_per_pixel} B")
+        about = _quote(target.because)
+        lines.append(f"    {_quote('target ' + target.name)} [shape=oval, label={label}, tooltip={about}];")
+    for step in plan.passes:
+        name = _quote(f"pass {step.name}")
+        lines.append(f"    {name} [shape=box, label={_quote(step.name)}, tooltip={_quote(step.because)}];")
+        lines += [f"    {_quote('target ' + target)} -> {name};" for target in step.reads]
+        lines += [f"    {name} -> {_quote('target ' + target)};" for target in step.writes]
+        lines += [
+            f"    {name} -> {_quote('target ' + target)} [style=dashed, dir=both];" for target in step.updates
+        ]
+    return "\n".join([*lines, "}", ""])
+
+
+def plan_as_text(plan: FramePlan) -> str:
+    """The plan as two aligned tables and a line of sums."""
+    passes = [
+        (step.name, _names(step.reads), _names(step.writes), _names(step.updates), step.because)
+        for step in plan.passes
+    ]
+    targets = [
+        (target.name, target.format, str(target.bytes_per_pixel), target.because) for target in plan.targets
+    ]
+    width, height = plan.size
+    sizes = [
+        target.bytes_per_pixel * (plan.settings.supersample**2 if target.per_sample else 1)
+        for target in plan.targets
+    ]
+    counts = plan.counts
+    unit = "pixel" if plan.settings.supersample == 1 else "sample"
+    parts = [
+        align([("PASS", "READS", "WRITES", "UPDATES", "BECAUSE"), *passes]),
+        align([("TARGET", "FORMAT", f"BYTES A {unit.upper()}", "BECAUSE"), *targets]),
+        f"{sum(sizes)} bytes a pixel, {sum(sizes) * width * height / 2**20:.1f} MiB at {width}x{height}"
+        f"{'' if unit == 'pixel' else f', supersample {plan.settings.supersample}'}; "
+        f"lights: {counts.in_view} drawn, {counts.in_scene - counts.in_view} culled",
+        *(f"warning: {warning}" for warning in plan.warnings),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _names(names: Iterable[str]) -> str:
+    return ", ".join(names) or "-"
+
+
+def _quote(text: str) -> str:
+    """A quoted string of the dot language, whose escapes of quotes and line breaks are those of JSON."""
+    return json.dumps(text, ensure_ascii=False)

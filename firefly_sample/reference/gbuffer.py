@@ -1,0 +1,50 @@
+"""float64 twin of ``shaders/include/gbuffer.glsl``: how albedo and normals are packed.
+
+Octahedral normals: Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors",
+JCGT 3(2), 2014.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["decode_albedo", "decode_normal", "encode_albedo", "encode_normal", "quantise_snorm16"]
+
+Float64 = NDArray[np.float64]
+
+
+def encode_albedo(albedo: ArrayLike) -> Float64:
+    """Square roots spend 8 bits about as the eye wants them, and squaring is exact; drivers' sRGB is not."""
+    return np.asarray(np.sqrt(np.clip(np.asarray(albedo, dtype=np.float64), 0.0, 1.0)))
+
+
+def decode_albedo(stored: ArrayLike) -> Float64:
+    """The inverse of `encode_albedo`."""
+    return np.asarray(stored, dtype=np.float64) ** 2
+
+
+def encode_normal(normal: ArrayLike) -> Float64:
+    """Unit vectors (..., 3) to octahedral coordinates (..., 2) in -1..1."""
+    n = np.asarray(normal, dtype=np.float64)
+    n = n / np.abs(n).sum(axis=-1, keepdims=True)
+    xy = n[..., :2]
+    return np.where(n[..., 2:] < 0.0, (1.0 - np.abs(xy[..., ::-1])) * _sign_not_zero(xy), xy)
+
+
+def decode_normal(encoded: ArrayLike) -> Float64:
+    """Octahedral coordinates (..., 2) to unit vectors (..., 3)."""
+    e = np.asarray(encoded, dtype=np.float64)
+    z = 1.0 - np.abs(e).sum(axis=-1, keepdims=True)
+    xy = np.where(z < 0.0, (1.0 - np.abs(e[..., ::-1])) * _sign_not_zero(e), e)
+    n = np.concatenate([xy, z], axis=-1)
+    return np.asarray(n / np.linalg.norm(n, axis=-1, keepdims=True))
+
+
+def quantise_snorm16(value: ArrayLike) -> Float64:
+    """Round to the nearest 16-bit signed normalised number."""
+    return np.asarray(np.round(np.clip(np.asarray(value, dtype=np.float64), -1.0, 1.0) * 32767.0) / 32767.0)
+
+
+def _sign_not_zero(value: Float64) -> Float64:
+    return np.where(value >= 0.0, 1.0, -1.0)

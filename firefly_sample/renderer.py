@@ -1,0 +1,248 @@
+"""The renderer: a plan's passes in their fixed order, and the images that they leave."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from types import TracebackType
+
+from firefly_sample.errors import GpuError, NoGpuError
+from firefly_sample.frame import Frame
+from firefly_sample.gpu.device import Device
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.gpu.presenter import Layer, Presenter
+from firefly_sample.passes.ambient import AmbientPass
+from firefly_sample.passes.base import Pass
+from firefly_sample.passes.depth_copy import DepthCopyPass
+from firefly_sample.passes.geometry import GeometryPass
+from firefly_sample.passes.plain import PlainPass
+from firefly_sample.passes.point_lights import PointLightsPass
+from firefly_sample.passes.resolve import ResolvePass
+from firefly_sample.plan.build import Planner
+from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.readback import Surface, read_images
+from firefly_sample.scene.scene import Scene
+from firefly_sample.settings import Settings
+
+__all__ = ["PASSES", "Renderer", "SoftwareDriverWarning", "check_size"]
+
+PASSES: tuple[type[Pass], ...] = (
+    GeometryPass,
+    DepthCopyPass,
+    AmbientPass,
+    PointLightsPass,
+    PlainPass,
+    ResolvePass,
+)
+"""Every pass in drawing order; a plan holds those that its frame needs."""
+
+
+class SoftwareDriverWarning(UserWarning):
+    """The driver computes on the CPU: right, but slow."""
+
+
+def check_size(size: tuple[int, int], supersample: int, limit: int | None = None) -> tuple[int, int]:
+    """`size` as whole numbers.
+
+    Raises
+    ------
+    GpuError
+        If it is below 1, or above what the driver can draw (`limit`, when known).
+    """
+    width, height = (int(side) for side in size)
+    if width < 1 or height < 1 or (width, height) != tuple(size):
+        raise GpuError(f"size must be two whole numbers of 1 or more, got {size[0]}x{size[1]}")
+    if limit is not None and max(width, height) * supersample > limit:
+        scaled = f" at supersample {supersample}" if supersample > 1 else ""
+        raise GpuError(
+            f"size {width}x{height}{scaled} is above this driver's limit of {limit} pixels a side: "
+            "choose a smaller one"
+        )
+    return width, height
+
+
+class Renderer:
+    """Draws scenes into Frames. A context manager: it frees its GL objects when left.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Width and height in pixels; `resize` changes it.
+    settings : Settings, optional
+    device : int, optional
+        EGL device index.
+    require_gpu : bool
+        Refuse a software driver instead of warning about it.
+    count_fragments : bool
+        Count the fragments that the light pass shades, in `Frame.shaded`.
+    window : bool
+        Draw with the context of the window that is current in this thread.
+
+    Raises
+    ------
+    NoGpuError
+        If there is no OpenGL 3.3 or, with `require_gpu`, only a software driver.
+    GpuError
+        If the size is out of the driver's range.
+
+    Examples
+    --------
+    >>> from firefly_sample import Renderer, Scene
+    >>> with Renderer((64, 48)) as renderer:  # doctest: +SKIP
+    ...     frame = renderer.render(Scene(), time=0.0, outputs=("color", "depth"))
+    """
+
+    def __init__(
+        self,
+        size: tuple[int, int] = (800, 600),
+        settings: Settings | None = None,
+        *,
+        device: int | None = None,
+        require_gpu: bool = False,
+        count_fragments: bool = False,
+        window: bool = False,
+    ) -> None:
+        self.settings = settings or Settings()
+        self.size = check_size(size, self.settings.supersample)
+        self.count_fragments = count_fragments
+        self._planner = Planner()
+        self._passes = {made.name: made for made in (kind() for kind in PASSES)}
+        self._device = Device(device, window=window)
+        try:
+            check_size(size, self.settings.supersample, self._device.max_size)
+            if require_gpu and self.software:
+                raise NoGpuError(
+                    f"a GPU is required, but the driver is a software rasteriser ({self.driver}): "
+                    "install the GPU's driver, or leave require_gpu out"
+                )
+        except Exception:
+            self._device.release()
+            raise
+        if self.software and not window:
+            warnings.warn(
+                f"drawing on the CPU ({self.driver}): right, but slow", SoftwareDriverWarning, stacklevel=2
+            )
+        with self._device:
+            self._gpu = Gpu(self._device)
+        self._presenter = Presenter(self._gpu) if window else None
+        self._open = True
+
+    @property
+    def driver(self) -> str:
+        """The GL renderer string."""
+        return self._device.renderer
+
+    @property
+    def software(self) -> bool:
+        """True if the driver is a software rasteriser."""
+        return self._device.software
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Draw the next frames at another size.
+
+        Raises
+        ------
+        GpuError
+            If it is out of the driver's range.
+        """
+        self.size = check_size(size, self.settings.supersample, self._device.max_size)
+
+    def plan(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> FramePlan:
+        """What `render` would draw."""
+        return self._planner.plan(
+            scene, self.settings, self.size, tuple(outputs), time, self._device.capabilities
+        )
+
+    def render(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> Frame:
+        """Draw `scene` at `time` (seconds) and read back `outputs` (names from `frame.OUTPUTS`).
+
+        Raises
+        ------
+        FireflyError
+            If the scene, an output or a shader is wrong; the message names it.
+        """
+        outputs = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+        return self.draw(self.plan(scene, time, outputs))
+
+    def draw(self, plan: FramePlan, read: bool = True) -> Frame:
+        """Draw a plan that `plan` made and read back its outputs; without `read`, the Frame has no images."""
+        if not self._open:
+            raise GpuError("this renderer is closed: make a new one")
+        with self._device:
+            milliseconds, shaded = self._draw_passes(plan)
+            images = (
+                read_images(plan, lambda name: self._gpu.images.texture(plan, name).read()) if read else {}
+            )
+        return Frame(
+            images=images,
+            time=plan.time,
+            size=plan.size,
+            milliseconds=milliseconds,
+            lights=plan.counts,
+            driver=self.driver,
+            software=self.software,
+            shaded=shaded,
+            id_names=plan.id_names,
+            warnings=plan.warnings,
+        )
+
+    def present(self, plan: FramePlan, layers: Iterable[Layer] = ()) -> None:
+        """Put the output "color" of the plan that was drawn last on the window, and `layers` over it.
+
+        A plan without that output gives a black window. The window's own buffers are the caller's to swap.
+
+        Raises
+        ------
+        GpuError
+            If this renderer was not made with ``window=True``.
+        """
+        if self._presenter is None:
+            raise GpuError("this renderer draws without a window: make it with window=True to present frames")
+        with self._device:
+            color = self._gpu.images.texture(plan, "color") if plan.target("color") else None
+            self._presenter.show(plan.size, color, layers)
+            self._device.check("the window")
+
+    def _draw_passes(self, plan: FramePlan) -> tuple[dict[str, float], int | None]:
+        gpu = self._gpu
+        gpu.begin(plan)
+        try:
+            for step in plan.passes:
+                counted = self.count_fragments and step.name == "point_lights"
+                with gpu.timers.measure(step.name, count=counted):
+                    self._passes[step.name].draw(gpu, plan, step, BoundImages(gpu.images, plan, step))
+        finally:
+            gpu.end()
+        self._device.check(f"the frame at time {plan.time:g}")
+        return gpu.timers.collect()
+
+    def surface(self, plan: FramePlan) -> Surface:
+        """The G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.
+
+        `Frame` holds the same as float32; whoever measures errors wants this.
+        """
+
+        def read(name: str) -> bytes:
+            with self._device:
+                return bytes(self._gpu.images.texture(plan, name).read())
+
+        return Surface(plan, read)
+
+    def close(self) -> None:
+        """Free every GL object and the context."""
+        if self._open:
+            self._open = False
+            with self._device:
+                if self._presenter is not None:
+                    self._presenter.release()
+                self._gpu.release()
+            self._device.release()
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

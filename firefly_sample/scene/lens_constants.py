@@ -1,0 +1,234 @@
+"""The numbers a lens comes down to, and the way from a pixel's depth back to a point in view space.
+
+The walkthrough with every algebraic step is ``docs/unprojection.md``. In short, with view space X right,
+Y forward, Z up, and row vectors, a lens is::
+
+    perspective               orthographic
+    [ A   0   0   0 ]         [ A   0   0   0 ]      x_clip = A*x + x_offset*w_clip
+    [ ox  oz  B   1 ]         [ 0   0   B   0 ]      y_clip = C*z + z_offset*w_clip
+    [ 0   C   0   0 ]         [ 0   C   0   0 ]      z_clip = B*y + D
+    [ 0   0   D   0 ]         [ ox  oz  D   1 ]      w_clip = y in perspective, else 1
+
+    ndc = clip / w_clip,  depth = depth_scale * z_ndc + depth_offset
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from firefly_sample.errors import LensError
+
+__all__ = ["Clip", "LensConstants", "Unprojection"]
+
+Float64 = NDArray[np.float64]
+Clip = Literal["gl", "zero_to_one"]
+
+_DEPTH_RANGE: dict[Clip, tuple[float, float]] = {"gl": (0.5, 0.5), "zero_to_one": (1.0, 0.0)}
+
+
+class Unprojection(NamedTuple):
+    """Four constants: x = ndc_x*x_proj/(depth + w_proj), y = y_proj/(same), z = ndc_y*z_proj/(same)."""
+
+    x_proj: float
+    y_proj: float
+    z_proj: float
+    w_proj: float
+
+
+@dataclass(frozen=True)
+class LensConstants:
+    """A lens under one depth convention, in float64.
+
+    Attributes
+    ----------
+    perspective : bool
+        Whether w_clip is the distance y; under an orthographic lens it is 1.
+    a, b, c, d : float
+        The entries A, B, C, D of the projection matrix.
+    x_offset, z_offset : float
+        NDC of the view axis: 0, unless the film is off centre.
+    depth_scale, depth_offset : float
+        From z_ndc to the depth buffer: (0.5, 0.5) for OpenGL's own clip range, (1, 0) for zero-to-one.
+    y_fold, w_fold : float
+        The depth mapping solved for the distance: y = y_fold / (depth + w_fold) in perspective and
+        y = y_fold * (depth + w_fold) otherwise. In perspective they equal depth_scale*D and
+        -depth_offset - depth_scale*B, but come from near and far directly: the latter difference loses
+        all its digits for a reversed depth whose far plane is a long way off.
+    """
+
+    perspective: bool
+    a: float
+    b: float
+    c: float
+    d: float
+    x_offset: float
+    z_offset: float
+    depth_scale: float
+    depth_offset: float
+    y_fold: float
+    w_fold: float
+
+    @classmethod
+    def for_perspective(
+        cls,
+        scales: tuple[float, float],
+        offsets: tuple[float, float],
+        near: float,
+        far: float,
+        clip: Clip,
+        reverse: bool,
+    ) -> LensConstants:
+        """From A and C, the offsets in NDC, and the planes; `far` may be infinite.
+
+        Raises
+        ------
+        LensError
+            If `clip` is not "gl" or "zero_to_one".
+        """
+        depth_scale, depth_offset = _depth_range(clip)
+        # depth = far_share - near*far_share/y, or its complement near*far_share/y - near_share.
+        far_share = 1.0 if math.isinf(far) else far / (far - near)
+        near_share = 0.0 if math.isinf(far) else near / (far - near)
+        y_fold, w_fold = near * far_share, near_share
+        if not reverse:
+            y_fold, w_fold = -y_fold, -far_share
+        if clip == "gl":
+            b = -(1.0 + 2.0 * near_share) if reverse else 1.0 + 2.0 * near_share
+            d = 2.0 * y_fold
+        else:
+            b, d = 0.0 - w_fold, y_fold  # +0, not -0, where the far plane is infinite
+        return cls(True, scales[0], b, scales[1], d, *offsets, depth_scale, depth_offset, y_fold, w_fold)
+
+    @classmethod
+    def for_orthographic(
+        cls,
+        scales: tuple[float, float],
+        offsets: tuple[float, float],
+        near: float,
+        far: float,
+        clip: Clip,
+        reverse: bool,
+    ) -> LensConstants:
+        """From A and C, the offsets in NDC, and two finite planes.
+
+        Raises
+        ------
+        LensError
+            If `clip` is not "gl" or "zero_to_one".
+        """
+        depth_scale, depth_offset = _depth_range(clip)
+        span = far - near
+        y_fold, w_fold = (-span, -far / span) if reverse else (span, near / span)
+        if clip == "gl":
+            b, d = 2.0 / y_fold, -(far + near) / y_fold
+        else:
+            b, d = 1.0 / y_fold, -w_fold
+        return cls(False, scales[0], b, scales[1], d, *offsets, depth_scale, depth_offset, y_fold, w_fold)
+
+    @property
+    def A(self) -> float:  # noqa: N802 - the matrix entry's name
+        """Scale of x."""
+        return self.a
+
+    @property
+    def B(self) -> float:  # noqa: N802
+        """Scale of y in z_clip."""
+        return self.b
+
+    @property
+    def C(self) -> float:  # noqa: N802
+        """Scale of z."""
+        return self.c
+
+    @property
+    def D(self) -> float:  # noqa: N802
+        """Constant term of z_clip."""
+        return self.d
+
+    def matrix(self) -> Float64:
+        """The 4x4 projection matrix for row vectors, laid out as at the top of this module."""
+        m = np.zeros((4, 4))
+        m[0, 0], m[2, 1], m[1, 2], m[3, 2] = self.a, self.c, self.b, self.d
+        w_row = 1 if self.perspective else 3
+        m[w_row, 0], m[w_row, 1], m[w_row, 3] = self.x_offset, self.z_offset, 1.0
+        return m
+
+    def unprojection(self) -> Unprojection:
+        """The constants of the short form, folded in float64.
+
+        Raises
+        ------
+        LensError
+            For an orthographic lens, a film offset, or the zero-to-one clip range, which the short form
+            does not cover.
+        """
+        for wrong, reason in (
+            (not self.perspective, "an orthographic lens"),
+            (self.x_offset != 0 or self.z_offset != 0, "a film offset"),
+            (self.depth_scale != 0.5, 'clip "zero_to_one"'),
+        ):
+            if wrong:
+                raise LensError(
+                    f"x_proj, y_proj, z_proj and w_proj are not defined for {reason}: "
+                    "use the general form, LensConstants.view_from_depth"
+                )
+        return Unprojection(self.y_fold / self.a, self.y_fold, self.y_fold / self.c, self.w_fold)
+
+    def distance_from_depth(self, depth: ArrayLike) -> Float64:
+        """Distance along the view axis for values of the depth buffer, any shape, in scene units.
+
+        A depth that stands for an infinite far plane gives infinity.
+        """
+        shifted = np.asarray(depth, dtype=np.float64) + self.w_fold
+        if not self.perspective:
+            return np.asarray(self.y_fold * shifted)
+        at_infinity = shifted == 0.0
+        return np.asarray(np.where(at_infinity, np.inf, self.y_fold / np.where(at_infinity, 1.0, shifted)))
+
+    def depth_from_distance(self, y: ArrayLike) -> Float64:
+        """Value of the depth buffer for distances along the view axis, any shape; nothing is clamped."""
+        distance = np.asarray(y, dtype=np.float64)
+        if self.perspective:
+            return np.asarray(self.y_fold / distance - self.w_fold)
+        return np.asarray(distance / self.y_fold - self.w_fold)
+
+    def view_from_distance(self, ndc_x: ArrayLike, ndc_y: ArrayLike, y: ArrayLike) -> Float64:
+        """View-space points, shape (..., 3), for NDC and distances along the view axis (they broadcast)."""
+        ndc_x, ndc_y, y = np.broadcast_arrays(
+            np.asarray(ndc_x, dtype=np.float64),
+            np.asarray(ndc_y, dtype=np.float64),
+            np.asarray(y, dtype=np.float64),
+        )
+        w = y if self.perspective else np.ones_like(y)
+        x = (ndc_x - self.x_offset) / self.a * w
+        z = (ndc_y - self.z_offset) / self.c * w
+        return np.stack((x, y, z), axis=-1)
+
+    def view_from_depth(self, ndc_x: ArrayLike, ndc_y: ArrayLike, depth: ArrayLike) -> Float64:
+        """View-space points, shape (..., 3), for NDC in [-1, 1] and depth-buffer values in [0, 1].
+
+        The general form: both clip ranges, either direction of depth, film offset, orthographic.
+        """
+        return self.view_from_distance(ndc_x, ndc_y, self.distance_from_depth(depth))
+
+    def ndc_from_view(self, points: ArrayLike) -> Float64:
+        """NDC and depth, shape (..., 3) as (ndc_x, ndc_y, depth), for view-space points (..., 3), y != 0."""
+        p = np.asarray(points, dtype=np.float64)
+        x, y, z = p[..., 0], p[..., 1], p[..., 2]
+        w = y if self.perspective else np.ones_like(y)
+        ndc_x = self.a * x / w + self.x_offset
+        ndc_y = self.c * z / w + self.z_offset
+        return np.stack((ndc_x, ndc_y, self.depth_from_distance(y)), axis=-1)
+
+
+def _depth_range(clip: Clip) -> tuple[float, float]:
+    try:
+        return _DEPTH_RANGE[clip]
+    except (KeyError, TypeError):
+        choices = ", ".join(repr(name) for name in get_args(Clip))
+        raise LensError(f"clip must be one of {choices}; got {clip!r}") from None

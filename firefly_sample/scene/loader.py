@@ -1,0 +1,242 @@
+"""Models from binary glTF files (.glb), read by trimesh and turned from Y-up to Z-up."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import ModelError, SceneError
+from firefly_sample.scene.geom import Geom, GeomNode
+from firefly_sample.scene.material import AlphaMode, Material, Texture
+from firefly_sample.scene.nodepath import NodePath
+
+__all__ = ["load_model"]
+
+Float64 = NDArray[np.float64]
+
+_TO_Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+"""For column vectors, as glTF and trimesh have them: (x, y, z) becomes (x, -z, y)."""
+
+_ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
+
+
+def load_model(path: str | Path) -> NodePath:
+    """A fresh tree of nodes from a .glb file.
+
+    The file's axes are turned (glTF is Y-up, this package Z-up); units are kept. Nodes keep their names
+    and transforms, primitives of one mesh become Geoms of one node, and a mesh that several nodes show
+    becomes Geoms that they share. Diffuse base colour, its texture, cut-out alpha, sidedness and vertex
+    colours are read; the other things a glTF material can say are not drawn by this package.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    NodePath
+        A root named after the file.
+
+    Raises
+    ------
+    ModelError
+        If the file is missing, is not binary glTF 2, is damaged, or holds no triangles.
+    """
+    import trimesh
+
+    path = Path(path)
+    data, header = _read_container(path)
+    try:
+        scene = trimesh.load_scene(io.BytesIO(data), file_type="glb", process=False)
+    except Exception as error:
+        raise ModelError(f"model {path}: damaged glTF ({_one_line(error)}): export it again") from error
+    if not any(isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) for mesh in scene.geometry.values()):
+        raise ModelError(f"model {path}: holds no triangle mesh, so there is nothing to draw")
+    return _Builder(path, header, scene).build()
+
+
+def _read_container(path: Path) -> tuple[bytes, dict[str, Any]]:
+    """The file's bytes and its JSON header, after checking the frame around both.
+
+    The layout is that of the glTF 2.0 specification, section 4 "GLB file format": twelve bytes of magic,
+    version and total length, then chunks, of which the first is JSON.
+    """
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise ModelError(f"model {path}: no such file") from None
+    except OSError as error:
+        raise ModelError(f"model {path}: cannot be read ({error.strerror})") from None
+    if data[:4] != b"glTF":
+        raise ModelError(f"model {path}: not a binary glTF file (.glb): its first bytes are {data[:4]!r}")
+    if len(data) < 20:
+        raise ModelError(f"model {path}: truncated, it ends inside its header ({len(data)} bytes)")
+    version, length, json_length = struct.unpack_from("<3I", data, 4)
+    if version != 2:
+        raise ModelError(f"model {path}: glTF version {version}, expected 2: export it as glTF 2")
+    if len(data) < length:
+        raise ModelError(f"model {path}: truncated, {len(data)} of {length} bytes are there")
+    try:
+        header = json.loads(data[20 : 20 + json_length])
+    except ValueError as error:
+        raise ModelError(f"model {path}: damaged glTF header ({_one_line(error)})") from None
+    if not isinstance(header, dict):
+        raise ModelError(f"model {path}: damaged glTF header (not a JSON object)")
+    return data, header
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+class _Builder:
+    """Turns a trimesh scene into nodes; Geoms, materials and textures are made once and shared."""
+
+    def __init__(self, path: Path, header: dict[str, Any], scene: Any) -> None:
+        self.path = path
+        self.scene = scene
+        self.geoms: dict[str, tuple[Geom, Material]] = {}
+        self.materials: dict[int, Material] = {}
+        self.textures: dict[int, Texture] = {}
+        self.header_materials = self._unique_materials(header)
+        self.children: dict[str, list[str]] = {}
+        self.edges: dict[str, dict[str, Any]] = {}
+        for (parent, child), edge in scene.graph.transforms.edge_data.items():
+            self.children.setdefault(parent, []).append(child)
+            self.edges[child] = edge
+
+    def build(self) -> NodePath:
+        root = NodePath(self.path.stem)
+        base = self.scene.graph.base_frame
+        waiting = [(root, name) for name in self.children.get(base, [])]
+        seen: set[str] = set()
+        while waiting:
+            parent, name = waiting.pop(0)
+            if name in seen:
+                raise ModelError(f"model {self.path}: node {name!r} has two parents or is its own ancestor")
+            seen.add(name)
+            node = parent.attach_new_node(self._node(name))
+            matrix = _TO_Z_UP @ np.asarray(self.edges[name].get("matrix", np.eye(4))) @ _TO_Z_UP.T
+            if not np.isfinite(matrix).all():
+                raise ModelError(f"model {self.path}: node {name!r} has a transform that is not finite")
+            if not np.array_equal(matrix, np.eye(4)):
+                node.set_mat(matrix.T)
+            waiting.extend((node, child) for child in self._own_children(name))
+        return root
+
+    def _is_primitive(self, name: str) -> bool:
+        """True for the nodes that trimesh invents, one for each primitive of a mesh with several."""
+        geometry = self.edges[name].get("geometry")
+        mesh = self.scene.geometry.get(geometry)
+        return mesh is not None and bool(mesh.metadata.get("from_gltf_primitive"))
+
+    def _own_children(self, name: str) -> list[str]:
+        return [child for child in self.children.get(name, []) if not self._is_primitive(child)]
+
+    def _node(self, name: str) -> GeomNode:
+        node = GeomNode(name)
+        geometries = [self.edges[name].get("geometry")]
+        geometries += [
+            self.edges[child]["geometry"]
+            for child in self.children.get(name, [])
+            if self._is_primitive(child)
+        ]
+        for geometry in geometries:
+            if geometry is not None and hasattr(self.scene.geometry[geometry], "faces"):
+                node.add_geom(*self._geom(geometry))
+        return node
+
+    def _geom(self, name: str) -> tuple[Geom, Material]:
+        if name not in self.geoms:
+            mesh = self.scene.geometry[name]
+            # A computed normal would be trimesh's; Geom computes its own where the file has none.
+            normals = mesh.vertex_normals if "vertex_normals" in mesh._cache.cache else None
+            turn = _TO_Z_UP[:3, :3].T
+            try:
+                geom = Geom(
+                    np.asarray(mesh.vertices) @ turn,
+                    mesh.faces,
+                    normals=None if normals is None else _unit(np.asarray(normals, dtype=np.float64) @ turn),
+                    texcoords=getattr(mesh.visual, "uv", None),
+                    colors=_vertex_colors(mesh),
+                    name=name,
+                )
+                self.geoms[name] = (geom, self._material(getattr(mesh.visual, "material", None)))
+            except SceneError as error:
+                raise ModelError(f"model {self.path}: {error}") from error
+        return self.geoms[name]
+
+    def _material(self, source: Any) -> Material:
+        key = id(source)
+        if key not in self.materials:
+            name = getattr(source, "name", None) or f"{self.path.stem} material {len(self.materials)}"
+            header = self.header_materials.get(getattr(source, "name", None), {})
+            cutoff = getattr(source, "alphaCutoff", None)
+            self.materials[key] = Material(
+                name,
+                base_color=_base_color(source, header),
+                texture=self._texture(source, header, name),
+                alpha_mode=_ALPHA_MODES.get(getattr(source, "alphaMode", None) or "OPAQUE", "opaque"),
+                alpha_cutoff=0.5 if cutoff is None else cutoff,
+                double_sided=bool(getattr(source, "doubleSided", False)),
+            )
+        return self.materials[key]
+
+    def _texture(self, source: Any, header: dict[str, Any], name: str) -> Texture | None:
+        image = getattr(source, "baseColorTexture", None)
+        if image is None:
+            # trimesh leaves out without a word what it cannot decode.
+            if "baseColorTexture" in header.get("pbrMetallicRoughness", {}):
+                raise ModelError(f"model {self.path}: material {name!r} has a texture that cannot be read")
+            return None
+        key = id(image)
+        if key not in self.textures:
+            try:
+                pixels = np.asarray(image.convert("RGBA"))
+            except (OSError, ValueError, SyntaxError) as error:
+                raise ModelError(
+                    f"model {self.path}: the texture of material {name!r} is damaged ({_one_line(error)})"
+                ) from error
+            self.textures[key] = Texture(pixels, name=name)
+        return self.textures[key]
+
+    @staticmethod
+    def _unique_materials(header: dict[str, Any]) -> dict[Any, dict[str, Any]]:
+        """The header's materials by name, where a name is unambiguous."""
+        materials = [m for m in header.get("materials", []) if isinstance(m, dict)]
+        names = Counter(m.get("name") for m in materials)
+        return {m.get("name"): m for m in materials if names[m.get("name")] == 1}
+
+
+def _base_color(source: Any, header: dict[str, Any]) -> Float64:
+    """The linear factor, from the header where it can be told which one it is: trimesh keeps eight bits."""
+    exact = header.get("pbrMetallicRoughness", {}).get("baseColorFactor")
+    if exact is not None:
+        return np.asarray(exact, dtype=np.float64)
+    rounded = getattr(source, "baseColorFactor", None)
+    return np.ones(4) if rounded is None else np.asarray(rounded, dtype=np.float64) / 255.0
+
+
+def _vertex_colors(mesh: Any) -> Float64 | None:
+    """Linear vertex colours in 0..1, from whichever of trimesh's two places they are in."""
+    if mesh.visual.kind == "vertex":
+        stored = mesh.visual.vertex_colors
+    else:
+        stored = getattr(mesh.visual, "vertex_attributes", {}).get("color")
+    if stored is None:
+        return None
+    colors = np.asarray(stored)
+    scale = np.iinfo(colors.dtype).max if colors.dtype.kind == "u" else 1.0
+    return np.asarray(colors / scale, dtype=np.float64)
+
+
+def _unit(vectors: Float64) -> Float64:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)

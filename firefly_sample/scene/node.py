@@ -1,0 +1,221 @@
+"""PandaNode: what hangs in the scene graph. It knows its children and parents; paths are NodePath's idea."""
+
+from __future__ import annotations
+
+import weakref
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from firefly_sample.errors import NodeError
+from firefly_sample.scene.transform_state import IDENTITY, TransformState
+from firefly_sample.scene.transforms import Float64
+
+if TYPE_CHECKING:
+    from firefly_sample.scene.material import Material
+    from firefly_sample.scene.path import PathStep
+
+__all__ = ["ALL_CAMERAS", "OVERALL_BIT", "Color", "PandaNode"]
+
+Color = tuple[float, float, float, float]
+
+OVERALL_BIT = 1 << 31
+"""The bit that plain ``hide()`` uses: hidden from every camera, whatever the camera's mask."""
+ALL_CAMERAS = OVERALL_BIT - 1
+"""The 31 bits that tell cameras apart."""
+_ALL_BITS = OVERALL_BIT | ALL_CAMERAS
+
+
+class PandaNode:
+    """A node with a transform, a name, attributes that children inherit, and any number of parents.
+
+    Parameters
+    ----------
+    name : str
+        Need not be unique.
+
+    Attributes
+    ----------
+    transform : TransformState
+        Relative to each parent; change it with `set_transform`.
+    flat_color, flat_color_priority : (r, g, b, a) or None, int
+        Linear colour that this node and what is below take in place of their own; see `NodePath.set_color`.
+    material, material_priority : Material or None, int
+        A material that replaces those of the Geoms at this node and below.
+    draw_control, draw_show : int
+        Bits that this node decides about, and of those the ones that are shown; see `NodePath.hide`.
+    tags : dict of str to str
+        Free text by key.
+    revision : int
+        Grows with each change of the node itself.
+    subtree_revision : int
+        Grows with each change of the node or anything below it: transforms, attributes, contents, children.
+    """
+
+    def __init__(self, name: str) -> None:
+        if not isinstance(name, str):
+            raise NodeError(f"a node's name must be text, got {name!r}")
+        self.name = name
+        self.transform: TransformState = IDENTITY
+        self.flat_color: Color | None = None
+        self.flat_color_priority = 0
+        self.material: Material | None = None
+        self.material_priority = 0
+        self.draw_control = 0
+        self.draw_show = _ALL_BITS
+        self.tags: dict[str, str] = {}
+        self.revision = 0
+        self.subtree_revision = 0
+        # Downwards by strong references and upwards by weak ones, so that a scene that nobody holds is
+        # freed at once, textures and all, without waiting for the cycle collector.
+        self._children: list[PandaNode] = []
+        self._sorts: list[int] = []
+        self._parents: list[weakref.ref[PandaNode]] = []
+        self._steps: weakref.WeakSet[PathStep] = weakref.WeakSet()
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r})"
+
+    @property
+    def children(self) -> Sequence[PandaNode]:
+        """The children, by `sort` and then in the order in which they came."""
+        return self._children
+
+    @property
+    def parents(self) -> list[PandaNode]:
+        """The parents, oldest first; more than one where the node is instanced."""
+        return [parent for reference in self._parents if (parent := reference()) is not None]
+
+    def get_child_sort(self, child: PandaNode) -> int:
+        """The sort number under which `child` was added.
+
+        Raises
+        ------
+        NodeError
+            If it is not a child of this node.
+        """
+        return self._sorts[self._index_of(child)]
+
+    def add_child(self, child: PandaNode, sort: int = 0) -> None:
+        """Put `child` below this node, after all children of the same or a smaller `sort`.
+
+        A node that is a child already moves to its new place.
+
+        Raises
+        ------
+        NodeError
+            If `child` is this node or above it: that would be a cycle.
+        """
+        if child is self or (child._children and child in self.iter_ancestors()):
+            raise NodeError(
+                f"node {child.name!r} cannot go below {self.name!r}, which is itself or below it: "
+                "that would be a cycle"
+            )
+        if self in child.parents:
+            self._unlink(child)
+        index = bisect_right(self._sorts, sort)
+        self._children.insert(index, child)
+        self._sorts.insert(index, sort)
+        child._parents.append(weakref.ref(self))
+        self.mark_changed()
+
+    def remove_child(self, child: PandaNode) -> None:
+        """Take `child` out. Paths that went through here to `child` now begin at `child`.
+
+        Raises
+        ------
+        NodeError
+            If it is not a child of this node.
+        """
+        self._unlink(child)
+        for step in list(child._steps):
+            if step.parent is not None and step.parent.node is self:
+                step.move_below(None)
+        self.mark_changed()
+
+    def _unlink(self, child: PandaNode) -> None:
+        index = self._index_of(child)
+        del self._children[index], self._sorts[index]
+        child._parents = [reference for reference in child._parents if reference() not in (self, None)]
+
+    def _index_of(self, child: PandaNode) -> int:
+        try:
+            return self._children.index(child)
+        except ValueError:
+            raise NodeError(f"node {child.name!r} is not a child of {self.name!r}") from None
+
+    def iter_ancestors(self) -> Iterator[PandaNode]:
+        """Every node above this one, each once, by whatever path."""
+        seen: set[PandaNode] = set()
+        waiting = self.parents
+        while waiting:
+            node = waiting.pop()
+            if node not in seen:
+                seen.add(node)
+                yield node
+                waiting.extend(node.parents)
+
+    def iter_descendants(self) -> Iterator[PandaNode]:
+        """Every node at and below this one, each once, in the order of a walk in depth."""
+        seen: set[PandaNode] = set()
+        waiting = [self]
+        while waiting:
+            node = waiting.pop()
+            if node not in seen:
+                seen.add(node)
+                yield node
+                waiting.extend(reversed(node._children))
+
+    def set_transform(self, transform: TransformState) -> None:
+        """Put the node somewhere else in its parents."""
+        self.transform = transform
+        self.mark_changed()
+
+    def mark_changed(self) -> None:
+        """Tell whoever watches revisions that this node has changed, here and in all its ancestors.
+
+        Whoever changes a node's contents in a way of its own calls this. Costs one step per ancestor.
+        """
+        self.revision += 1
+        node = self
+        while True:  # The usual case, one parent each, without building sets.
+            node.subtree_revision += 1
+            if len(node._parents) != 1:
+                break
+            parent = node._parents[0]()
+            if parent is None:
+                return
+            node = parent
+        for ancestor in node.iter_ancestors():
+            ancestor.subtree_revision += 1
+
+    def _copy_state_to(self, other: PandaNode) -> None:
+        """Give `other` this node's transform, colour, material, masks and tags."""
+        other.transform = self.transform
+        other.flat_color, other.flat_color_priority = self.flat_color, self.flat_color_priority
+        other.material, other.material_priority = self.material, self.material_priority
+        other.draw_control, other.draw_show = self.draw_control, self.draw_show
+        other.tags = dict(self.tags)
+        other.mark_changed()
+
+    def make_copy(self) -> PandaNode:
+        """A new node of the same kind with the same contents and attributes, without children.
+
+        Raises
+        ------
+        NodeError
+            If a subclass does not say how to copy itself.
+        """
+        if type(self) is not PandaNode:
+            raise NodeError(f"node {self.name!r} cannot be copied: {type(self).__name__} needs make_copy()")
+        copy = PandaNode(self.name)
+        self._copy_state_to(copy)
+        return copy
+
+    def get_local_bounds(self) -> tuple[Float64, Float64] | None:
+        """The box (minimum, maximum) of this node's own contents in its own space, None when it has none."""
+        return None
+
+    def iter_local_points(self) -> list[Float64]:
+        """Arrays of shape (n, 3): points in this node's space whose hull holds its own contents."""
+        return []

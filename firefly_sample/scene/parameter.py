@@ -1,0 +1,144 @@
+"""A scene's parameters: declared once, they become options, configuration keys, window keys and help."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from firefly_sample.errors import ParameterError
+
+__all__ = ["KeyStep", "Parameter", "resolve_parameters"]
+
+
+@dataclass(frozen=True)
+class KeyStep:
+    """What a key of the window does to a parameter: multiply, then add; on a bool, any key toggles.
+
+    Attributes
+    ----------
+    key : str
+        A key's name: a letter, a digit, or "up", "down", "left", "right".
+    factor, add : float
+        The new value is value * factor + add, moved at least one step for integers, kept in range.
+    help : str
+        A few words for the help screen, for example "more fireflies".
+    """
+
+    key: str
+    factor: float = 1.0
+    add: float = 0.0
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a scene.
+
+    Attributes
+    ----------
+    name : str
+        A Python identifier; the command line shows it with dashes.
+    type : {int, float, bool, str}
+    default : value of that type
+    help : str
+        One sentence.
+    minimum, maximum : float, optional
+        Inclusive range of a number.
+    unit : str
+        For people, for example "units" or "seconds".
+    keys : tuple of KeyStep
+        Keys of the window that change it.
+    live : bool
+        True if `Scene.set` changes it in a running scene; False if the scene is built anew.
+    """
+
+    name: str
+    type: type
+    default: Any
+    help: str
+    minimum: float | None = None
+    maximum: float | None = None
+    unit: str = ""
+    keys: tuple[KeyStep, ...] = ()
+    live: bool = True
+
+    def check(self, value: Any, scene: str) -> Any:
+        """`value` as this parameter's type.
+
+        Raises
+        ------
+        ParameterError
+            If it is not of that type, not finite, or out of range; the message has the range.
+        """
+        where = f"scene {scene!r}: {self.name}"
+        if self.type is bool:
+            if not isinstance(value, bool):
+                raise ParameterError(f"{where} must be true or false, got {value!r}")
+            return value
+        if self.type is str:
+            if not isinstance(value, str):
+                raise ParameterError(f"{where} must be text, got {value!r}")
+            return value
+        if isinstance(value, bool):
+            raise ParameterError(f"{where} must be a number, got {value!r}")
+        try:
+            number = self.type(value)
+        except (TypeError, ValueError, OverflowError):
+            kind = "a whole number" if self.type is int else "a number"
+            raise ParameterError(f"{where} must be {kind}, got {value!r}") from None
+        if self.type is int and number != value:
+            raise ParameterError(f"{where} must be a whole number, got {value!r}")
+        if not math.isfinite(number):
+            raise ParameterError(f"{where} must be finite, got {value!r}")
+        low = -math.inf if self.minimum is None else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        if not low <= number <= high:
+            raise ParameterError(f"{where} must be {self.range_text()}, got {value!r}")
+        return number
+
+    def range_text(self) -> str:
+        """The range in words, for example "between 0 and 20000"."""
+        if self.minimum is not None and self.maximum is not None:
+            return f"between {self.minimum:g} and {self.maximum:g}"
+        if self.minimum is not None:
+            return f"{self.minimum:g} or more"
+        if self.maximum is not None:
+            return f"at most {self.maximum:g}"
+        return "any number"
+
+    def step(self, value: Any, key: KeyStep) -> Any:
+        """The value after one press of `key`, kept in range; an integer always moves by one at least."""
+        if self.type is bool:
+            return not value
+        moved = value * key.factor + key.add
+        if self.type is int:
+            whole = round(moved)
+            if whole == value:
+                whole += 1 if (key.factor > 1 or key.add > 0) else -1
+            moved = whole
+        if self.minimum is not None:
+            moved = max(moved, self.minimum)
+        if self.maximum is not None:
+            moved = min(moved, self.maximum)
+        return self.type(moved)
+
+
+def resolve_parameters(scene: str, declared: tuple[Parameter, ...], given: dict[str, Any]) -> dict[str, Any]:
+    """Every declared parameter's value: the checked given one, or the default.
+
+    Raises
+    ------
+    ParameterError
+        If a given name is not declared (it lists those that are) or a value is wrong.
+    """
+    known = {parameter.name: parameter for parameter in declared}
+    for name in given:
+        if name not in known:
+            raise ParameterError(
+                f"scene {scene!r} has no parameter {name!r}: it has {', '.join(known) or 'none'}"
+            )
+    return {
+        name: parameter.check(given[name], scene) if name in given else parameter.default
+        for name, parameter in known.items()
+    }

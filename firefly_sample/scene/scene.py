@@ -1,0 +1,97 @@
+"""A scene: a root, a camera, a background, parameters, and where everything is at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from firefly_sample.errors import ParameterError
+from firefly_sample.scene.lens import Lens, PerspectiveLens
+from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.parameter import Parameter
+
+__all__ = ["Camera", "Scene", "ScenePlugin", "VerticalGradient"]
+
+Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class VerticalGradient:
+    """A sky: `horizon` (linear colour) at and below elevation 0, turning into `zenith` straight up.
+
+    The colour at the elevation e is mix(horizon, zenith, sqrt(max(sin e, 0))).
+    """
+
+    horizon: Color
+    zenith: Color
+
+
+class Camera(PandaNode):
+    """A node that looks along its +Y axis through a lens."""
+
+    def __init__(self, name: str = "camera", lens: Lens | None = None) -> None:
+        super().__init__(name)
+        self.lens: Lens = lens if lens is not None else PerspectiveLens()
+
+    def make_copy(self) -> Camera:
+        """A new camera with the same (shared) lens, transform and attributes."""
+        copy = Camera(self.name, self.lens)
+        self._copy_state_to(copy)
+        return copy
+
+
+class Scene:
+    """What a plugin builds and the renderer draws. Subclass it to animate nodes or take live parameters.
+
+    Parameters
+    ----------
+    root : NodePath, optional
+        The top of the graph; everything below it may be drawn. A new one when absent.
+    camera : NodePath, optional
+        A path to a `Camera` node; a new one under `root` when absent.
+    background : sequence of 3 floats or VerticalGradient
+        Linear colour written where nothing was drawn.
+    """
+
+    def __init__(
+        self,
+        root: NodePath | None = None,
+        camera: NodePath | None = None,
+        background: Color | VerticalGradient = (0.0, 0.0, 0.0),
+    ) -> None:
+        self.root = root if root is not None else NodePath("root")
+        self.camera = camera if camera is not None else self.root.attach_new_node(Camera())
+        self.background = background
+
+    @property
+    def lens(self) -> Lens:
+        """The camera's lens."""
+        node = self.camera.node()
+        if not isinstance(node, Camera):
+            raise TypeError(f"scene.camera must be a path to a Camera node, got {self.camera}")
+        return node.lens
+
+    def set(self, name: str, value: Any) -> None:
+        """Change a live parameter.
+
+        Raises
+        ------
+        ParameterError
+            If this scene has no live parameter `name`.
+        """
+        raise ParameterError(f"this scene has no live parameter {name!r} (tried to set it to {value!r})")
+
+    def update(self, time: float) -> None:
+        """Put everything where it is at `time` (seconds); must not depend on earlier calls."""
+
+
+class ScenePlugin(Protocol):
+    """What an entry point of the group ``firefly_sample.scenes`` names."""
+
+    name: str
+    summary: str
+    parameters: tuple[Parameter, ...]
+
+    def build(self, **parameters: Any) -> Scene:
+        """A new scene from checked parameters."""

@@ -1,0 +1,298 @@
+"""TransformState: where a node stands in its parent, as a value that never changes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firefly_sample.scene.transforms import (
+    Float64,
+    Quat,
+    Vec3,
+    compose_matrix,
+    decompose_matrix,
+    hpr_from_quat,
+    multiply_quats,
+    quat_from_hpr,
+    rotate_by_quat,
+    rows_from_hpr,
+    rows_from_quat,
+)
+
+__all__ = ["IDENTITY", "SingularTransformError", "TransformState", "invert_matrix"]
+
+_ZERO: Vec3 = (0.0, 0.0, 0.0)
+_ONE: Vec3 = (1.0, 1.0, 1.0)
+_SINGULAR_CONDITION = 1.0 / (8 * 2.0**-52)
+"""A condition number from which an inverse in float64 holds no correct digit."""
+
+
+class SingularTransformError(ArithmeticError):
+    """A transform that flattens space has no inverse. Whoever knows the node turns it into a NodeError."""
+
+
+class TransformState:
+    """Position, rotation, scale and shear; see `firefly_sample.scene.transforms` for the conventions.
+
+    As in Panda3D a state remembers how it was made. Made from components, it gives back exactly those,
+    and a change of one leaves the others alone: a scale of -1 along x stays one. Made from a matrix, it
+    is decomposed when somebody asks. All methods leave the state as it is and give a new one.
+    """
+
+    __slots__ = ("_hpr", "_mat", "_pos", "_quat", "_scale", "_shear", "components_given", "is_identity", "quat_given")
+
+    components_given: bool
+    quat_given: bool
+    is_identity: bool
+    _pos: Vec3
+    _hpr: Vec3 | None
+    _quat: Quat | None
+    _scale: Vec3 | None
+    _shear: Vec3
+    _mat: Float64 | None
+
+    @classmethod
+    def _make(
+        cls, pos: Vec3, hpr: Vec3 | None, quat: Quat | None, scale: Vec3, shear: Vec3
+    ) -> TransformState:
+        state = cls.__new__(cls)
+        state._pos, state._hpr, state._quat, state._scale, state._shear = pos, hpr, quat, scale, shear
+        state._mat = None
+        state.components_given = True
+        state.quat_given = quat is not None
+        state.is_identity = (
+            pos == _ZERO
+            and scale == _ONE
+            and shear == _ZERO
+            and (hpr == _ZERO if hpr is not None else quat == (1.0, 0.0, 0.0, 0.0))
+        )
+        return state
+
+    @classmethod
+    def make_pos_hpr_scale_shear(
+        cls, pos: Vec3 = _ZERO, hpr: Vec3 = _ZERO, scale: Vec3 = _ONE, shear: Vec3 = _ZERO
+    ) -> TransformState:
+        """A state from components; `hpr` in degrees, `shear` as (xy, xz, yz)."""
+        return cls._make(pos, hpr, None, scale, shear)
+
+    @classmethod
+    def make_pos_quat_scale_shear(
+        cls, pos: Vec3, quat: Quat, scale: Vec3 = _ONE, shear: Vec3 = _ZERO
+    ) -> TransformState:
+        """A state from components; `quat` is a unit quaternion (w, x, y, z)."""
+        return cls._make(pos, None, quat, scale, shear)
+
+    @classmethod
+    def make_mat(cls, matrix: Float64) -> TransformState:
+        """A state from an affine 4x4 matrix (last column 0, 0, 0, 1), which it copies."""
+        state = cls.__new__(cls)
+        own = np.array(matrix, dtype=np.float64)
+        own.flags.writeable = False
+        state._mat = own
+        x, y, z = own[3, :3].tolist()
+        state._pos = (x, y, z)
+        state._hpr = state._quat = state._scale = None
+        state._shear = _ZERO
+        state.components_given = state.quat_given = False
+        state.is_identity = bool((own == _IDENTITY_MATRIX).all())
+        return state
+
+    def get_pos(self) -> Vec3:
+        """Translation (x, y, z)."""
+        return self._pos
+
+    def get_hpr(self) -> Vec3:
+        """(heading, pitch, roll) in degrees."""
+        if self._hpr is None:
+            if self._quat is not None:
+                self._hpr = hpr_from_quat(self._quat)
+            else:
+                self._decompose()
+        assert self._hpr is not None
+        return self._hpr
+
+    def get_quat(self) -> Quat:
+        """The unit quaternion (w, x, y, z) of the rotation."""
+        if self._quat is None:
+            self._quat = quat_from_hpr(self.get_hpr())
+        return self._quat
+
+    def get_scale(self) -> Vec3:
+        """Scale along x, y, z; negative where it mirrors."""
+        if self._scale is None:
+            self._decompose()
+        assert self._scale is not None
+        return self._scale
+
+    def get_shear(self) -> Vec3:
+        """Shear (xy, xz, yz)."""
+        if self._scale is None:
+            self._decompose()
+        return self._shear
+
+    def get_mat(self) -> Float64:
+        """The 4x4 float64 matrix, child to parent; read-only, kept for the next caller."""
+        if self._mat is None:
+            assert self._scale is not None
+            # From what was given, not from what somebody asked for before: reading must not change a digit.
+            rows = rows_from_quat(self.get_quat()) if self.quat_given else rows_from_hpr(self.get_hpr())
+            self._mat = compose_matrix(self._pos, rows, self._scale, self._shear)
+            self._mat.flags.writeable = False
+        return self._mat
+
+    def _decompose(self) -> None:
+        assert self._mat is not None
+        x_row, y_row, z_row = (tuple(row) for row in self._mat[:3, :3].tolist())
+        self._hpr, self._scale, self._shear = decompose_matrix((x_row, y_row, z_row))
+
+    def set_pos(self, pos: Vec3) -> TransformState:
+        """The same with another position."""
+        if self.components_given:
+            assert self._scale is not None
+            return self._make(pos, *self._rotation(), self._scale, self._shear)
+        matrix = np.array(self.get_mat())
+        matrix[3, :3] = pos
+        return self.make_mat(matrix)
+
+    def set_hpr(self, hpr: Vec3) -> TransformState:
+        """The same with another rotation, in degrees."""
+        return self._make(self._pos, hpr, None, self.get_scale(), self.get_shear())
+
+    def set_quat(self, quat: Quat) -> TransformState:
+        """The same with another rotation, a unit quaternion."""
+        return self._make(self._pos, None, quat, self.get_scale(), self.get_shear())
+
+    def set_scale(self, scale: Vec3) -> TransformState:
+        """The same with another scale."""
+        return self._make(self._pos, *self._rotation(), scale, self.get_shear())
+
+    def set_shear(self, shear: Vec3) -> TransformState:
+        """The same with another shear."""
+        return self._make(self._pos, *self._rotation(), self.get_scale(), shear)
+
+    def _rotation(self) -> tuple[Vec3 | None, Quat | None]:
+        """The rotation in the form in which it was given."""
+        return (None, self._quat) if self.quat_given else (self.get_hpr(), None)
+
+    def _keeps_scale_apart(self) -> bool:
+        """Whether a child's components may be composed one by one: a uniform scale, no shear, all given."""
+        if not self.components_given:
+            return False
+        sx, sy, sz = self.get_scale()
+        return sx == sy == sz and self._shear == _ZERO
+
+    def compose(self, child: TransformState) -> TransformState:
+        """`child`, which is relative to this state, relative to what this state is relative to.
+
+        The matrix is ``child.get_mat() @ self.get_mat()``. Where this state's scale is uniform and
+        neither has shear, components are composed one by one, so that signs and round numbers in the
+        scale survive; otherwise shear may come out.
+        """
+        if self.is_identity:
+            return child
+        if child.is_identity:
+            return self
+        if self._keeps_scale_apart() and child.components_given and child._shear == _ZERO:
+            scale = self.get_scale()[0]
+            x, y, z = child._pos
+            dx, dy, dz = rotate_by_quat((x * scale, y * scale, z * scale), self.get_quat())
+            px, py, pz = self._pos
+            sx, sy, sz = child.get_scale()
+            return self._make(
+                (px + dx, py + dy, pz + dz),
+                None,
+                multiply_quats(child.get_quat(), self.get_quat()),
+                (sx * scale, sy * scale, sz * scale),
+                _ZERO,
+            )
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self.make_mat(child.get_mat() @ self.get_mat())
+
+    def invert(self) -> TransformState:
+        """The way back.
+
+        Raises
+        ------
+        SingularTransformError
+            If this state flattens space.
+        """
+        if self.is_identity:
+            return self
+        if self._keeps_scale_apart():
+            scale = self.get_scale()[0]
+            if scale == 0.0 or math.isinf(1.0 / scale):
+                raise SingularTransformError
+            w, qx, qy, qz = self.get_quat()
+            back = (w, -qx, -qy, -qz)
+            x, y, z = self._pos
+            inverse = 1.0 / scale
+            pos = rotate_by_quat((-x * inverse, -y * inverse, -z * inverse), back)
+            return self._make(pos, None, back, (inverse, inverse, inverse), _ZERO)
+        return self.make_mat(invert_matrix(self.get_mat()))
+
+    def invert_compose(self, other: TransformState) -> TransformState:
+        """`other` as seen from this state, both being relative to the same thing.
+
+        Raises
+        ------
+        SingularTransformError
+            If this state flattens space.
+        """
+        if self is other:
+            return IDENTITY
+        return self.invert().compose(other)
+
+    def __eq__(self, other: object) -> bool:
+        """Two states are equal if their matrices are, number by number."""
+        if not isinstance(other, TransformState):
+            return NotImplemented
+        return self is other or bool((self.get_mat() == other.get_mat()).all())
+
+    def __hash__(self) -> int:
+        return hash(self._pos)
+
+    def __repr__(self) -> str:
+        names = ("pos", "hpr", "scale", "shear")
+        values = (self._pos, self.get_hpr(), self.get_scale(), self.get_shear())
+        shown = [
+            f"{name} " + " ".join(f"{number:g}" for number in value)
+            for name, value, default in zip(names, values, (_ZERO, _ZERO, _ONE, _ZERO), strict=True)
+            if value != default
+        ]
+        return f"TransformState({', '.join(shown) or 'identity'})"
+
+
+def invert_matrix(matrix: Float64) -> Float64:
+    """The inverse of an affine 4x4 matrix.
+
+    Raises
+    ------
+    SingularTransformError
+        If the upper 3x3, each row brought to length 1, has a condition number above 1/(8 eps): then
+        float64 holds nothing of the inverse.
+    """
+    upper = matrix[:3, :3]
+    lengths = np.abs(upper).max(axis=1, keepdims=True)
+    if not (lengths > 0).all():
+        raise SingularTransformError
+    rows = upper / lengths
+    try:
+        inverse = np.linalg.inv(rows)
+    except np.linalg.LinAlgError:
+        raise SingularTransformError from None
+    condition = math.sqrt(float((rows * rows).sum()) * float((inverse * inverse).sum()))
+    with np.errstate(over="ignore", invalid="ignore"):
+        result = np.zeros((4, 4))
+        result[:3, :3] = inverse / lengths.T
+        result[3, :3] = -matrix[3, :3] @ result[:3, :3]
+    result[3, 3] = 1.0
+    if not condition < _SINGULAR_CONDITION or not np.isfinite(result).all():
+        raise SingularTransformError
+    return result
+
+
+_IDENTITY_MATRIX: Float64 = np.eye(4)
+_IDENTITY_MATRIX.flags.writeable = False
+IDENTITY = TransformState.make_pos_hpr_scale_shear()
+"""The state that leaves everything where it is."""

@@ -1,0 +1,120 @@
+"""Scene plugins: found by the name of an entry point, or as ``package.module:object``."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from firefly_sample.errors import SceneError, SceneNotFoundError
+from firefly_sample.scene.parameter import resolve_parameters
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+    from firefly_sample.scene.scene import Scene, ScenePlugin
+
+__all__ = ["ENTRY_POINT_GROUP", "build_scene", "find_scene", "list_scenes"]
+
+ENTRY_POINT_GROUP = "firefly_sample.scenes"
+"""The group of entry points in which a package announces its scenes."""
+
+
+def find_scene(name: str) -> ScenePlugin:
+    """The scene plugin that is called `name`.
+
+    Parameters
+    ----------
+    name : str
+        The name of an entry point of the group ``firefly_sample.scenes``, for example "forest", or
+        "package.module:object" for any importable object.
+
+    Raises
+    ------
+    SceneNotFoundError
+        If there is no such scene, or it cannot be imported; it lists the scenes there are.
+    SceneError
+        If what was found is not a scene plugin.
+    """
+    if ":" in name:
+        return _load(name, name)
+
+    installed = _entry_points()
+    if name in installed:
+        return _named(installed[name])
+    from difflib import get_close_matches
+
+    close = get_close_matches(name, installed, n=1)
+    hint = f" (did you mean {close[0]!r}?)" if close else ""
+    raise SceneNotFoundError(
+        f"there is no scene {name!r}{hint}; installed: {', '.join(installed) or 'none'}; "
+        "any other is given as package.module:object"
+    )
+
+
+def list_scenes() -> list[ScenePlugin]:
+    """Every installed scene plugin, sorted by name.
+
+    Raises
+    ------
+    SceneError
+        If one of them cannot be loaded; it names it.
+    """
+    return [_named(entry) for entry in _entry_points().values()]
+
+
+def build_scene(plugin: ScenePlugin, /, **given: Any) -> Scene:
+    """A new scene of `plugin`, with its defaults for the parameters that are not given.
+
+    Raises
+    ------
+    ParameterError
+        If a given parameter does not exist or has a wrong value.
+    """
+    return plugin.build(**resolve_parameters(plugin.name, plugin.parameters, given))
+
+
+def _entry_points() -> dict[str, EntryPoint]:
+    from importlib.metadata import entry_points
+
+    found: dict[str, EntryPoint] = {}
+    for entry in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda entry: entry.name):
+        other = found.setdefault(entry.name, entry)
+        if other.value != entry.value:
+            raise SceneError(
+                f"two packages bring a scene {entry.name!r}, {other.value} and {entry.value}: uninstall one"
+            )
+    return found
+
+
+def _named(entry: EntryPoint) -> ScenePlugin:
+    plugin = _load(entry.name, entry.value)
+    if plugin.name != entry.name:
+        raise SceneError(
+            f"scene {entry.name!r} calls itself {plugin.name!r}: "
+            "the name of its entry point and its attribute 'name' must agree"
+        )
+    return plugin
+
+
+def _load(name: str, value: str) -> ScenePlugin:
+    """The plugin at `value`, "package.module:object", that was asked for as `name`."""
+    module_name, _, attribute = value.partition(":")
+    if not all(part.isidentifier() for part in (*module_name.split("."), attribute)):
+        raise SceneNotFoundError(f"scene {name!r}: {value!r} is not of the form package.module:object")
+    try:
+        module = import_module(module_name)
+    except ImportError as error:
+        raise SceneNotFoundError(
+            f"scene {name!r}: {module_name} cannot be imported: {error}; "
+            "is its package installed, or its folder in PYTHONPATH?"
+        ) from error
+    plugin: ScenePlugin | None = getattr(module, attribute, None)
+    if plugin is None:
+        raise SceneNotFoundError(f"scene {name!r}: {module_name} has no {attribute!r}")
+    missing = [part for part in ("name", "summary", "parameters", "build") if not hasattr(plugin, part)]
+    if missing:
+        raise SceneError(
+            f"{value} is not a scene plugin, which has name, summary, parameters and build: "
+            f"it has no {', '.join(missing)}"
+        )
+    return plugin

@@ -1,0 +1,221 @@
+"""A forest clearing at night with fireflies: the scene plugin "forest"."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.assets import model_path
+from firefly_sample.errors import ModelError, ParameterError
+from firefly_sample.scene.geom import GeomNode
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, PointLights
+from firefly_sample.scene.loader import load_model
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.random import uniform
+from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
+from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scenes.fireflies import Fireflies
+from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
+
+__all__ = ["ForestScene", "scene"]
+
+Float64 = NDArray[np.float64]
+
+REACH = 25.0 * 1.1
+"""How far the light of a firefly of size 1 reaches, in scene units: the original's figure."""
+STRENGTH = (3.4, 2.8, 1.8)
+"""What a firefly's colour is multiplied by for its light. Bark, leaves and earth here reflect a tenth to a
+fifth: at about 3 one firefly lights them well, and where a dozen meet the tone curve still has room. Less
+in the blue, because beside moonlight the original's colours look white, and these should glow."""
+MOONLIGHT = (0.075, 0.10, 0.155)
+"""The ambient light at `ambient` 1: faint and cool, so that a trunk reads against the sky and no more."""
+SKY = VerticalGradient(horizon=(0.020, 0.032, 0.060), zenith=(0.0022, 0.0045, 0.014))
+
+_DOT_RADIUS, _DOT_RADIANCE = 0.5, (4.2, 3.2, 1.7)
+_GLOW_RADIUS, _GLOW_RADIANCE = 3.4, (0.105, 0.075, 0.03)
+"""The insect: a small dot that burns out to white, in a wide faint glow as a camera would see it."""
+
+_PARAMETERS = (
+    Parameter(
+        "seed",
+        int,
+        7,
+        "Which fireflies: every random number about firefly k comes from (seed, k).",
+        minimum=0,
+        maximum=2**63 - 1,
+    ),
+    Parameter(
+        "fireflies",
+        int,
+        500,
+        "How many fireflies; more never move the first ones.",
+        minimum=0,
+        maximum=100_000,
+        keys=(KeyStep("up", 1.111, help="more fireflies"), KeyStep("down", 0.9, help="fewer fireflies")),
+    ),
+    Parameter(
+        "size",
+        float,
+        1.0,
+        "Size of the fireflies: scales the dot and the reach of the light.",
+        minimum=0.01,
+        maximum=20.0,
+        keys=(KeyStep("right", 1.111, help="bigger fireflies"), KeyStep("left", 0.9, help="smaller fireflies")),
+    ),
+    Parameter(
+        "ambient",
+        float,
+        1.0,
+        "Brightness of the moonlight that comes from everywhere; 0 is the original's black.",
+        minimum=0.0,
+        maximum=20.0,
+        keys=(KeyStep("m", 1.25, 0.02, help="more moonlight"), KeyStep("n", 0.8, -0.02, help="less moonlight")),
+    ),
+)
+
+
+class ForestScene(Scene):
+    """The clearing, its trees and its fireflies.
+
+    Parameters
+    ----------
+    seed, fireflies, size, ambient
+        See ``scene.parameters``; all of them can be changed later by `set`.
+
+    Attributes
+    ----------
+    seed, count : int
+    size, ambient : float
+    fireflies : Fireflies
+        Where they are at a time.
+    """
+
+    def __init__(
+        self, seed: int = 7, fireflies: int = 500, size: float = 1.0, ambient: float = 1.0
+    ) -> None:
+        # The original's lens and point of view.
+        lens = PerspectiveLens(fov=(39.3201, 30.0), near=50.0, far=500.0)
+        root = NodePath("forest")
+        camera = root.attach_new_node(Camera("camera", lens))
+        camera.set_pos_hpr(*CAMERA, 0.0, -7.5, 2.4)
+        super().__init__(root, camera, background=SKY)
+        self.seed, self.count, self.size, self.ambient = seed, fireflies, size, ambient
+        self.fireflies = Fireflies(seed, fireflies)
+        _plant(root)
+        self._moon = root.attach_new_node(AmbientLight("moonlight", _scaled(MOONLIGHT, ambient)))
+        root.attach_new_node(PointLights("fireflies", function=self._lights))
+        root.attach_new_node(Sprites("insects", function=self._dots))
+        root.attach_new_node(Sprites("stars", *_stars()))
+
+    def set(self, name: str, value: Any) -> None:
+        """Change a parameter of the running scene.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter or the value is wrong.
+        """
+        declared = {parameter.name: parameter for parameter in _PARAMETERS}
+        if name not in declared:
+            raise ParameterError(f"scene 'forest' has no parameter {name!r}: it has {', '.join(declared)}")
+        checked = declared[name].check(value, "forest")
+        if name == "ambient":
+            self.ambient = checked
+            node = self._moon.node()
+            assert isinstance(node, AmbientLight)
+            node.set_color(_scaled(MOONLIGHT, checked))
+        elif name == "size":
+            self.size = checked
+        else:
+            self.seed = checked if name == "seed" else self.seed
+            self.count = checked if name == "fireflies" else self.count
+            self.fireflies = Fireflies(self.seed, self.count)
+
+    def _lights(self, time: float) -> tuple[Float64, Float64, Float64]:
+        """Positions, colours and radii of the lights."""
+        state = self.fireflies.at(time)
+        return state.positions, state.colors * STRENGTH, REACH * self.size * state.sizes
+
+    def _dots(self, time: float) -> tuple[Float64, Float64, Float64]:
+        """The same of the dots: for each insect its body, then its glow."""
+        state = self.fireflies.at(time)
+        sizes = self.size * state.sizes
+        # A resting firefly is dim as well as small, or the dots would all look alike from afar.
+        brightness = state.colors * (0.25 + 0.75 * state.sizes)[:, None]
+        return (
+            np.concatenate([state.positions, state.positions]),
+            np.concatenate([brightness * _DOT_RADIANCE, brightness * _GLOW_RADIANCE]),
+            np.concatenate([_DOT_RADIUS * (0.4 * self.size + 0.6 * sizes), _GLOW_RADIUS * sizes]),
+        )
+
+
+class _Plugin:
+    """What the entry point names."""
+
+    name = "forest"
+    summary = "A forest clearing at night, lit by fireflies."
+    parameters = _PARAMETERS
+
+    def build(self, **parameters: Any) -> ForestScene:
+        """A new scene; see `parameters`."""
+        return ForestScene(**parameters)
+
+
+scene = _Plugin()
+
+
+def _scaled(color: tuple[float, float, float], factor: float) -> tuple[float, float, float]:
+    return (color[0] * factor, color[1] * factor, color[2] * factor)
+
+
+def _plant(root: NodePath) -> None:
+    """Hang the terrain and every placement below `root`: one node each, which shares its model's Geoms."""
+    files: dict[str, NodePath] = {"terrain": load_model(model_path("terrain.glb"))}
+    root.attach_new_node(_model(files["terrain"], "terrain"))
+    groups = {kind: root.attach_new_node(kind) for kind in ("tree", "bush", "prop", "grass")}
+    models: dict[str, GeomNode] = {}
+    for placement in place_forest():
+        species = SPECIES[placement.species]
+        if placement.species not in models:
+            if species.file not in files:
+                files[species.file] = load_model(model_path(f"{species.file}.glb"))
+            models[placement.species] = _model(files[species.file], species.node)
+        path = groups[species.kind].attach_new_node(models[placement.species].make_copy())
+        path.set_pos_hpr_scale(
+            *(placement.x, placement.y, placement.z),
+            *(placement.heading, placement.pitch, placement.roll),
+            *(placement.scale,) * 3,
+        )
+
+
+def _model(file: NodePath, name: str) -> GeomNode:
+    """All Geoms at and below the node `name` of a file, as one node to copy."""
+    part = file.find(f"**/{name}")
+    if part.is_empty():
+        raise ModelError(f"model {file.get_name()}.glb: has no node {name!r}: make it again with models/make_models.py")
+    merged = GeomNode(name)
+    for path in [part, *part.find_all_matches("**")]:
+        node = path.node()
+        if isinstance(node, GeomNode):
+            for geom, material in node.geoms:
+                merged.add_geom(geom, material)
+    return merged
+
+
+def _stars() -> tuple[Float64, Float64, Float64]:
+    """Positions, colours and radii of the stars, on a dome just inside the far plane."""
+    count, distance = 420, 488.0
+    u = uniform(1910, np.arange(5)[:, None], np.arange(count)[None, :])
+    azimuth = 2.0 * np.pi * u[0]
+    elevation = 0.03 + 0.9 * u[1]
+    direction = np.stack(
+        [np.cos(elevation) * np.sin(azimuth), np.cos(elevation) * np.cos(azimuth), np.sin(elevation)], axis=1
+    )
+    # Few are bright: magnitudes fall off steeply.
+    brightness = 0.06 + 0.9 * u[2] ** 6
+    tint = np.stack([0.75 + 0.25 * u[3], np.full(count, 0.85), 1.0 - 0.25 * u[3]], axis=1)
+    return np.array(CAMERA) + distance * direction, brightness[:, None] * tint, np.full(count, 0.55) + 0.3 * u[4]

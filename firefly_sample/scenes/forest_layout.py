@@ -1,0 +1,327 @@
+"""Where everything in the forest stands: some things by hand, for the picture, the rest strewn by rules.
+
+The layout is a constant of the scene: the seed of the scene moves fireflies, not trees. It is also what
+the terrain's texture was darkened under, so a change here wants the models made again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from firefly_sample.scene.random import uniform
+from firefly_sample.scenes.forest_ground import (
+    X_RANGE,
+    Y_RANGE,
+    clearing_distance,
+    ground_height,
+    ground_noise,
+    ground_slope,
+)
+
+__all__ = ["CAMERA", "SPECIES", "Placement", "Species", "place_forest"]
+
+CAMERA = (-9.112, -211.077, 46.951)
+"""The original's point of view; nothing may stand between it and the near plane."""
+
+_SEED = 2007
+"""Of the strewn things; any other gives another forest of the same kind."""
+
+
+@dataclass(frozen=True)
+class Species:
+    """What one model asks of its place.
+
+    Attributes
+    ----------
+    file, node : str
+        The .glb file and the node in it.
+    kind : {"tree", "bush", "prop", "grass"}
+    foot : float
+        Radius at the ground at scale 1, in scene units: no two feet overlap.
+    crown : float
+        Radius of the crown at scale 1: kept out of the camera's near plane.
+    sink : float
+        How deep the origin is set into the ground, in scene units.
+    tilt : float
+        How far it follows the slope of the ground: 0 upright, 1 fully.
+    """
+
+    file: str
+    node: str
+    kind: str
+    foot: float
+    crown: float = 0.0
+    sink: float = 0.2
+    tilt: float = 0.0
+
+
+SPECIES: dict[str, Species] = {
+    "oak": Species("oak", "oak", "tree", 5.4, 38.0),
+    "tall oak": Species("oak", "tall oak", "tree", 5.0, 31.0),
+    "young oak": Species("oak", "young oak", "tree", 1.3, 9.0),
+    "birch": Species("birch", "birch", "tree", 2.6, 26.0),
+    "slim birch": Species("birch", "slim birch", "tree", 1.9, 17.0),
+    "spruce": Species("spruce", "spruce", "tree", 3.6, 22.0),
+    "slim spruce": Species("spruce", "slim spruce", "tree", 2.6, 15.0),
+    "young spruce": Species("spruce", "young spruce", "tree", 1.2, 9.0),
+    "pine": Species("pine", "pine", "tree", 3.3, 24.0),
+    "dead tree": Species("dead_tree", "dead tree", "tree", 4.6, 16.0),
+    "hazel": Species("bushes", "hazel", "bush", 2.6, 13.0),
+    "bramble": Species("bushes", "bramble", "bush", 2.2, 10.0),
+    "fern": Species("fern", "fern", "bush", 1.0, 8.0, 0.1, 0.7),
+    "stump": Species("stump", "stump", "prop", 9.2, 0.0, 0.5, 0.5),
+    "fallen trunk": Species("fallen_trunk", "fallen trunk", "prop", 0.0, 0.0, 0.5, 1.0),
+    "boulder": Species("rocks", "boulder", "prop", 8.2, 0.0, 1.6, 0.5),
+    "rock": Species("rocks", "rock", "prop", 5.6, 0.0, 1.2, 0.6),
+    "stone": Species("rocks", "stone", "prop", 3.9, 0.0, 0.9, 0.8),
+    "fly agaric": Species("mushrooms", "fly agaric", "prop", 3.6, 0.0, 0.15, 0.8),
+    "brown mushroom": Species("mushrooms", "brown mushroom", "prop", 3.4, 0.0, 0.15, 0.8),
+    "grass": Species("grass", "grass", "grass", 0.0, 0.0, 0.15, 0.9),
+    "tall grass": Species("grass", "tall grass", "grass", 0.0, 0.0, 0.15, 0.9),
+}
+"""Every model of the forest but the terrain, by its name in the layout."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """One thing in its place.
+
+    Attributes
+    ----------
+    species : str
+        A key of `SPECIES`.
+    x, y, z : float
+        Its origin, world space, scene units.
+    heading, pitch, roll : float
+        Panda3D's H, P and R, in degrees.
+    scale : float
+        Uniform.
+    """
+
+    species: str
+    x: float
+    y: float
+    z: float
+    heading: float
+    pitch: float
+    roll: float
+    scale: float
+
+    @property
+    def foot(self) -> float:
+        """Radius at the ground, in scene units."""
+        return SPECIES[self.species].foot * self.scale
+
+
+_COMPOSED: tuple[tuple[str, float, float, float, float], ...] = (
+    # Trunks that frame the view, then what the eye finds in the clearing: species, x, y, heading, scale.
+    ("pine", -39.0, -118.0, 40.0, 1.0),
+    ("birch", 24.5, -112.0, 200.0, 0.95),
+    ("slim birch", 31.5, -98.0, 75.0, 1.0),
+    ("oak", -74.0, -38.0, 10.0, 1.0),
+    ("tall oak", 66.0, -22.0, 130.0, 1.0),
+    ("dead tree", 30.0, 92.0, 30.0, 1.1),
+    ("young oak", -50.0, 18.0, 0.0, 1.0),
+    ("young spruce", 46.0, 8.0, 0.0, 1.1),
+    ("young spruce", -58.0, 66.0, 70.0, 0.9),
+    ("stump", 9.0, -50.0, 24.0, 1.0),
+    ("boulder", -43.0, -34.0, 60.0, 1.0),
+    ("rock", -31.5, -44.0, 200.0, 0.9),
+    ("stone", -45.5, -49.0, 20.0, 0.9),
+    ("rock", 33.0, -18.0, 120.0, 0.85),
+    ("fly agaric", -2.5, -58.0, 0.0, 1.0),
+    ("fly agaric", -21.0, -66.0, 130.0, 0.8),
+    ("brown mushroom", 21.5, -58.5, 40.0, 1.0),
+    ("brown mushroom", -27.0, -33.0, 70.0, 0.9),
+    ("hazel", 38.0, -52.0, 30.0, 1.0),
+    ("bramble", -52.0, -58.0, 90.0, 1.0),
+    ("fern", -35.0, -74.0, 0.0, 1.0),
+    ("fern", -28.0, -80.0, 140.0, 0.9),
+    ("fern", 20.5, -72.0, 60.0, 1.0),
+    ("fern", 27.0, -66.0, 200.0, 0.85),
+    ("fern", -30.0, -56.0, 300.0, 0.8),
+)
+_FALLEN = ("fallen trunk", -22.0, -4.0, 24.0, 1.0)
+_FALLEN_FEET = tuple((-22.0 + t * 0.914, -4.0 + t * 0.407, 3.6) for t in (-23, -18, -12, -6, 0, 6, 12, 18, 23))
+"""The fallen trunk is long: its foot is a row of discs along it."""
+
+
+class _Ground:
+    """What is taken: discs (x, y, radius), asked as one array."""
+
+    def __init__(self) -> None:
+        self.discs = np.zeros((0, 3))
+
+    def take(self, x: float, y: float, radius: float) -> None:
+        self.discs = np.vstack([self.discs, [x, y, radius]])
+
+    def room(self, x: float, y: float) -> float:
+        """Distance from (x, y) to the nearest disc's edge."""
+        if not len(self.discs):
+            return math.inf
+        gaps = np.hypot(self.discs[:, 0] - x, self.discs[:, 1] - y) - self.discs[:, 2]
+        return float(gaps.min())
+
+
+@dataclass(frozen=True)
+class _Strewing:
+    """A rule for one round of throwing: what, how many tries, where, how far apart."""
+
+    species: tuple[str, ...]
+    weights: Callable[[float, float], tuple[float, ...]]
+    tries: int
+    gap: float
+    scales: tuple[float, float]
+    where: Callable[[float, float], float]
+    x_range: tuple[float, float] = (X_RANGE[0] + 12.0, X_RANGE[1] - 12.0)
+    y_range: tuple[float, float] = (Y_RANGE[0] + 12.0, Y_RANGE[1] - 12.0)
+
+
+def _rim(x: float, y: float) -> float:
+    return float(clearing_distance(x, y))
+
+
+def _in_view(x: float, y: float, margin: float = 10.0) -> bool:
+    return abs(x - CAMERA[0]) < 0.36 * (y - CAMERA[1]) + margin
+
+
+def _glade(x: float, y: float) -> bool:
+    """The gap behind the clearing through which the sky is seen, a wedge from the camera."""
+    return -60.0 < y < 178.0 and -0.175 < (x - CAMERA[0]) / (y - CAMERA[1]) < 0.105
+
+
+def _wood(x: float, y: float) -> float:
+    """Chance of a tree: none in the clearing and the glade, none before the camera, fewer where nobody looks."""
+    if _rim(x, y) < 1.08 or _glade(x, y) or (y < -60.0 and _in_view(x, y, 22.0)):
+        return 0.0
+    return 1.0 if _in_view(x, y, 15.0) else 0.30
+
+
+def _tree_weights(x: float, y: float) -> tuple[float, ...]:
+    """Oaks and birches about the clearing, spruces behind and in groups."""
+    far = min(max((_rim(x, y) - 1.1) / 1.2, 0.0), 1.0)
+    group = 0.5 + 0.5 * float(ground_noise(x, y, 21, 70.0))
+    near = 1.0 - far
+    return (
+        1.1 * near,
+        1.2 * near + 0.25 * far,
+        1.1 * near + 0.5 * far * group,
+        0.8 * near + 1.5 * far * group,
+        0.35 + 0.9 * far * (1.0 - group),
+        0.2 + 2.6 * far * (1.0 - group),
+        0.5,
+    )
+
+
+def _undergrowth(x: float, y: float) -> float:
+    rim = _rim(x, y)
+    if not _in_view(x, y) or y < -104.0 or y > 190.0:
+        return 0.0
+    patches = 0.5 + 0.5 * float(ground_noise(x, y, 22, 26.0))
+    return max(0.0, min(1.0, (rim - 0.62) / 0.4)) * patches
+
+
+def _young(x: float, y: float) -> float:
+    rim = _rim(x, y)
+    return 1.0 if _in_view(x, y) and 0.9 < rim < 1.9 and y > -60.0 else 0.0
+
+
+def _stones(x: float, y: float) -> float:
+    return 0.7 if _in_view(x, y) and -104.0 < y < 170.0 and _rim(x, y) > 0.5 else 0.0
+
+
+def _meadow(x: float, y: float) -> float:
+    """Chance of a tuft: in patches, denser in the clearing and in front, none on the trodden path."""
+    if not _in_view(x, y, 4.0) or y > 150.0:
+        return 0.0
+    patches = 0.55 + 0.45 * float(ground_noise(x, y, 23, 19.0)) + 0.25 * float(ground_noise(x, y, 24, 7.0))
+    open_ = 1.0 if _rim(x, y) < 1.05 else 0.55
+    return open_ * max(0.0, patches) * (1.0 if y < 70.0 else 0.5)
+
+
+_STREWN: tuple[_Strewing, ...] = (
+    _Strewing(
+        ("oak", "tall oak", "birch", "slim birch", "spruce", "slim spruce", "pine"),
+        _tree_weights,
+        2600,
+        17.0,
+        (0.85, 1.12),
+        _wood,
+    ),
+    _Strewing(
+        ("young oak", "young spruce"), lambda x, y: (1.0, 1.0), 160, 9.0, (0.7, 1.15), _young
+    ),
+    _Strewing(("hazel", "bramble"), lambda x, y: (1.0, 1.0), 300, 7.0, (0.75, 1.2), _undergrowth),
+    _Strewing(("rock", "stone", "boulder"), lambda x, y: (0.8, 1.2, 0.15), 60, 3.0, (0.5, 1.0), _stones),
+    _Strewing(("fern",), lambda x, y: (1.0,), 420, 2.6, (0.65, 1.1), _undergrowth),
+    _Strewing(
+        ("fly agaric", "brown mushroom"), lambda x, y: (1.0, 1.2), 60, 2.0, (0.45, 0.8), _stones,
+        (-70.0, 70.0), (-100.0, 60.0),
+    ),
+)  # fmt: skip
+_TUFTS = _Strewing(
+    ("grass", "tall grass"), lambda x, y: (1.0, 0.45), 3000, 0.4, (0.6, 1.15), _meadow,
+    (-110.0, 110.0), (-112.0, 150.0),
+)  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def place_forest() -> tuple[Placement, ...]:
+    """Every thing of the forest in its place; the same every time.
+
+    Composed things first, then trees, bushes, stones, ferns, mushrooms and last the grass, each thrown at
+    random and kept where its rule allows it and its foot is clear of all before it (dart throwing, the
+    simplest way to a Poisson-disc pattern).
+    """
+    ground = _Ground()
+    placed = [_settle(*_FALLEN)]
+    for x, y, radius in _FALLEN_FEET:
+        ground.take(x, y, radius)
+    for species, x, y, heading, scale in _COMPOSED:
+        ground.take(x, y, SPECIES[species].foot * scale)
+        placed.append(_settle(species, x, y, heading, scale))
+    for stream, rule in enumerate(_STREWN):
+        placed.extend(_strew(rule, stream, ground, take=True))
+    placed.extend(_strew(_TUFTS, len(_STREWN), ground, take=False))
+    return tuple(placed)
+
+
+def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[Placement]:
+    draws = uniform(_SEED, 8 * stream + np.arange(6)[:, None], np.arange(rule.tries)[None, :])
+    found: list[Placement] = []
+    for u, v, chance, which, turn, size in draws.T.tolist():
+        x = rule.x_range[0] + (rule.x_range[1] - rule.x_range[0]) * u
+        y = rule.y_range[0] + (rule.y_range[1] - rule.y_range[0]) * v
+        if chance >= rule.where(x, y):
+            continue
+        weights = np.cumsum(rule.weights(x, y))
+        species = rule.species[min(int(np.searchsorted(weights, which * weights[-1])), len(weights) - 1)]
+        scale = rule.scales[0] + (rule.scales[1] - rule.scales[0]) * size
+        foot = SPECIES[species].foot * scale
+        if ground.room(x, y) < foot + rule.gap:
+            continue
+        crown = SPECIES[species].crown * scale
+        if not 62.0 + crown < math.hypot(x - CAMERA[0], y - CAMERA[1]) < 492.0 - crown:
+            continue
+        if take:
+            ground.take(x, y, foot)
+        found.append(_settle(species, x, y, 360.0 * turn, scale))
+    return found
+
+
+def _settle(species: str, x: float, y: float, heading: float, scale: float) -> Placement:
+    """On the ground at (x, y), sunk and tilted as its species wants."""
+    kind = SPECIES[species]
+    slope_x, slope_y = (float(s) for s in ground_slope(x, y))
+    turn = math.radians(heading)
+    # The slope along the thing's own axes: heading turns +X into (cos, sin).
+    rise_x = kind.tilt * (slope_x * math.cos(turn) + slope_y * math.sin(turn))
+    rise_y = kind.tilt * (-slope_x * math.sin(turn) + slope_y * math.cos(turn))
+    z = float(ground_height(x, y)) - kind.sink * scale
+    pitch, roll = math.degrees(math.atan(rise_y)), -math.degrees(math.atan(rise_x))
+    return Placement(species, x, y, z, heading, pitch, roll, scale)

@@ -1,0 +1,110 @@
+"""Every choice that trades speed for accuracy, and its default, in one frozen dataclass."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any, Literal, get_args
+
+from firefly_sample.errors import SettingsError
+
+__all__ = ["LightMethod", "Look", "PositionMethod", "Settings", "Tone"]
+
+Look = Literal["correct", "classic"]
+PositionMethod = Literal["linear32f", "depth32f", "depth24"]
+LightMethod = Literal["volumes", "fullscreen", "loop"]
+Tone = Literal["exponential", "none"]
+
+_CHOICES: dict[str, tuple[Any, ...]] = {
+    "look": get_args(Look),
+    "position": get_args(PositionMethod),
+    "lights": get_args(LightMethod),
+    "tone": (None, *get_args(Tone)),
+    "supersample": (1, 2),
+    "volume_depth_test": (True, False),
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a frame is computed.
+
+    Attributes
+    ----------
+    look : {"correct", "classic"}
+        "classic" draws what Panda3D's sample draws, faults of shading included: textures as stored,
+        light added in display space into 8 bits, normals not decoded. It is there to compare with.
+    position : {"linear32f", "depth32f", "depth24"}
+        Where a pixel's position comes from: a linear distance in an R32F target of its own (4 bytes a
+        pixel, error 5e-7 at any near and far), a reversed 32-bit float depth buffer (2e-7, and a copy of
+        the buffer), or a 24-bit depth buffer through A, B, C, D as the original does (error grows with
+        far/near: 1e-6 at 10, 7e-5 at 1000, useless at 1e6).
+    lights : {"volumes", "fullscreen", "loop"}
+        One instanced draw of spheres; one full-screen pass a light; or one full-screen pass that loops
+        over all lights. The picture is the same; the last two are there to be measured.
+    volume_depth_test : bool
+        Shade a volume's back faces only where they lie behind the surface. False is what the original
+        does: the same picture for two to three times the work.
+    supersample : {1, 2}
+        2 draws four samples a pixel and averages their linear radiance: four times the cost, smooth
+        leaves. Keep 1 for measuring.
+    exposure : float
+        Radiance is multiplied by this before the tone curve.
+    tone : {"exponential", "none"}, optional
+        "exponential" maps radiance L to 1 - exp(-L) in each channel: 0 stays 0 with slope 1, and nothing
+        clips. "none" clips at 1. Absent: the look's own, exponential for "correct", none for "classic".
+
+    Raises
+    ------
+    SettingsError
+        If a value is not one of a setting's choices or two settings contradict; it lists the choices.
+    """
+
+    look: Look = "correct"
+    position: PositionMethod = "linear32f"
+    lights: LightMethod = "volumes"
+    volume_depth_test: bool = True
+    supersample: int = 1
+    exposure: float = 1.0
+    tone: Tone | None = None
+
+    def __post_init__(self) -> None:
+        for name, choices in _CHOICES.items():
+            value = getattr(self, name)
+            if value not in choices:
+                shown = ", ".join(str(choice) for choice in choices if choice is not None)
+                raise SettingsError(f"setting {name!r} must be one of {shown}; got {value!r}")
+        if not (
+            isinstance(self.exposure, (int, float)) and math.isfinite(self.exposure) and self.exposure > 0
+        ):
+            raise SettingsError(f"setting 'exposure' must be a finite number above 0; got {self.exposure!r}")
+        if self.look == "classic" and (self.tone == "exponential" or self.exposure != 1.0):
+            raise SettingsError(
+                "look 'classic' has neither a tone curve nor an exposure: leave 'tone' and 'exposure' "
+                "at their defaults, or choose look 'correct'"
+            )
+
+    @property
+    def tone_curve(self) -> Tone:
+        """The tone curve in force, the look's own when `tone` is absent."""
+        if self.tone is not None:
+            return self.tone
+        return "none" if self.look == "classic" else "exponential"
+
+    def with_changes(self, **changes: Any) -> Settings:
+        """A copy with some settings changed.
+
+        Raises
+        ------
+        SettingsError
+            If a name is not a setting; it lists those that are.
+        """
+        names = [field.name for field in fields(self)]
+        for name in changes:
+            if name not in names:
+                raise SettingsError(f"there is no setting {name!r}: there are {', '.join(names)}")
+        return replace(self, **changes)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The settings as plain JSON values, with the tone curve in force."""
+        return asdict(self) | {"tone": self.tone_curve}

@@ -1,0 +1,1 @@
+"""The window and its controls. OpenGL is left to the renderer; only `glfw_window` knows glfw."""

@@ -1,0 +1,119 @@
+"""A camera that the mouse moves around a pivot, starting from where a scene's own camera is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.scene import Camera, Scene
+from firefly_sample.scene.transforms import rows_from_hpr
+
+__all__ = ["OrbitCamera", "SceneSeenBy"]
+
+Float64 = NDArray[np.float64]
+
+TURN = 180.0
+"""Degrees that a drag over the window's height turns."""
+ZOOM = 0.9
+"""What a step of the wheel makes of the distance."""
+RANGE = 1e4
+"""How much nearer or farther than at first one can go."""
+
+
+class SceneSeenBy(Scene):
+    """A scene through another camera than its own, which its `update` may go on moving."""
+
+    def __init__(self, scene: Scene, camera: NodePath) -> None:
+        super().__init__(scene.root, camera, scene.background)
+        self._scene = scene
+
+    def update(self, time: float) -> None:
+        """Update the scene itself."""
+        self._scene.update(time)
+        self.background = self._scene.background
+
+
+class OrbitCamera:
+    """Heading, pitch and distance from a pivot; roll stays what it was.
+
+    The pivot begins on the view axis, as far away as the middle of the scene, so that the first picture is
+    the scene's own. Drags are measured in heights of the window, right and down.
+
+    Attributes
+    ----------
+    path : NodePath
+        To the `Camera`: a root of its own, so that moving it does not change the scene's graph.
+    pivot : ndarray of float64, shape (3,)
+        World space.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        net = scene.camera.get_net_transform()
+        self._lens = scene.lens.make_copy()
+        self._first_lens = scene.lens.make_copy()
+        self.path = NodePath(Camera("orbit camera", self._lens))
+        self._heading, self._pitch, self._roll = net.get_hpr()
+        eye, forward = np.array(net.get_pos()), self._axes()[1]
+        self._first_distance = _pivot_distance(scene, eye, forward)
+        self._zoom = 1.0
+        self.pivot: Float64 = eye + self._first_distance * forward
+        self._place()
+
+    @property
+    def distance(self) -> float:
+        """From the camera to the pivot, scene units; always above 0."""
+        return self._first_distance * (self._zoom if self._lens.is_perspective() else 1.0)
+
+    def turn(self, right: float, down: float) -> None:
+        """Turn the scene with the mouse, never beyond straight up or down."""
+        self._heading -= TURN * right
+        self._pitch = min(max(self._pitch - TURN * down, -90.0), 90.0)
+        self._place()
+
+    def pan(self, right: float, down: float) -> None:
+        """Shift the view so that what is as far away as the pivot follows the mouse."""
+        across, _, up = self._axes()
+        height = 2.0 / self._lens.constants().c * (self.distance if self._lens.is_perspective() else 1.0)
+        self.pivot = self.pivot + height * (down * up - right * across)
+        self._place()
+
+    def zoom(self, steps: float) -> None:
+        """Go nearer to the pivot (or away from it, where `steps` is negative), never through it.
+
+        Near and far planes follow, so that coming close does not cut the scene open. Under an orthographic
+        lens, where distance shows nothing, the film shrinks or grows.
+        """
+        self._zoom = min(max(self._zoom * ZOOM**steps, 1.0 / RANGE), RANGE)
+        first = self._first_lens
+        if self._lens.is_perspective():
+            further = max(0.0, self.distance - self._first_distance)
+            self._lens.set_near_far(first.get_near() * min(1.0, self._zoom), first.get_far() + further)
+            self._place()
+        else:
+            width, height = first.get_film_size()
+            self._lens.set_film_size(width * self._zoom, height * self._zoom)
+
+    def _axes(self) -> tuple[Float64, Float64, Float64]:
+        """Right, forward and up in world space."""
+        x, y, z = rows_from_hpr((self._heading, self._pitch, self._roll))
+        return np.array(x), np.array(y), np.array(z)
+
+    def _place(self) -> None:
+        self.path.set_hpr(self._heading, self._pitch, self._roll)
+        self.path.set_pos(self.pivot - self.distance * self._axes()[1])
+
+
+def _pivot_distance(scene: Scene, eye: Float64, forward: Float64) -> float:
+    """How far along the view axis the middle of the scene is; a guess from the lens if it is not ahead."""
+    near, far = scene.lens.get_near(), scene.lens.get_far()
+    bounds = scene.root.get_tight_bounds()
+    if bounds is not None:
+        ahead = float((0.5 * (bounds[0] + bounds[1]) - eye) @ forward)
+        if ahead > max(near, 0.0):
+            return ahead
+    if scene.lens.is_perspective():
+        return math.sqrt(near * min(far, 1e3 * near))
+    return scene.lens.get_film_size()[1]

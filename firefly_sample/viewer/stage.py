@@ -1,0 +1,59 @@
+"""The scene on show and the values of its parameters, which keys change while it runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.scene import Scene, ScenePlugin
+
+__all__ = ["Stage", "value_text"]
+
+
+class Stage:
+    """A plugin's scene.
+
+    Parameters
+    ----------
+    plugin : ScenePlugin
+    values : dict of str to object
+        Every parameter's value, checked.
+
+    Attributes
+    ----------
+    scene : Scene
+        Another one after a parameter has changed that is not live.
+    """
+
+    def __init__(self, plugin: ScenePlugin, values: dict[str, Any]) -> None:
+        self.plugin = plugin
+        self.values = values
+        self.scene: Scene = plugin.build(**values)
+
+    def step(self, parameter: Parameter, key: KeyStep) -> str:
+        """Change a parameter by one press of a key; what came of it, for the user.
+
+        Raises
+        ------
+        FireflyError
+            If the scene refuses the new value; everything is as before then.
+        """
+        before = self.values[parameter.name]
+        after = parameter.step(before, key)
+        if after == before:
+            return f"{parameter.name} stays at {value_text(parameter, before)} ({parameter.range_text()})"
+        values = self.values | {parameter.name: after}
+        if parameter.live:
+            self.scene.set(parameter.name, after)
+        else:
+            self.scene = self.plugin.build(**values)
+        self.values = values
+        return f"{parameter.name} {value_text(parameter, after)}"
+
+
+def value_text(parameter: Parameter, value: Any) -> str:
+    """A parameter's value for people, with its unit."""
+    if parameter.type is bool:
+        return "on" if value else "off"
+    text = f"{value:.4g}" if parameter.type is float else str(value)
+    return f"{text} {parameter.unit}".rstrip()

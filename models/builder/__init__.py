@@ -1,0 +1,1 @@
+"""Makes the models of the forest from nothing but numbers: geometry, textures, files."""

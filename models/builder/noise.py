@@ -1,0 +1,94 @@
+"""Noise for textures and rocks: tileable spectral noise, tileable cells, and solid noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from builder.randomness import Random, lattice
+
+
+def smooth(low, high, value):
+    """0 below `low`, 1 above `high`, a cubic between; `low` may lie above `high`."""
+    t = np.clip((value - low) / (high - low), 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def mix(a, b, t):
+    """From `a` to `b`; a scalar field `t` of shape (h, w) mixes colours of shape (3,) into (h, w, 3)."""
+    a, b, t = np.asarray(a, float), np.asarray(b, float), np.asarray(t, float)
+    if t.ndim == 2 and (a.ndim in (1, 3) or b.ndim in (1, 3)):
+        t = t[..., None]
+    return a + (b - a) * t
+
+
+def spectral(shape, seed, wavelengths=(8.0, 256.0), exponent=1.0, stretch=(1.0, 1.0)):
+    """Tileable noise of mean 0 and deviation 1.
+
+    Its amplitude falls as frequency^-exponent between two wavelengths in pixels; `stretch` makes it
+    longer along y or x.
+    """
+    height, width = shape
+    white = Random(seed).units(height, width) - 0.5
+    fy = np.fft.fftfreq(height)[:, None] * stretch[0]
+    fx = np.fft.rfftfreq(width)[None, :] * stretch[1]
+    frequency = np.hypot(fy, fx)
+    short, long = wavelengths
+    keep = (frequency <= 1.0 / short) & (frequency >= 1.0 / long)
+    gain = np.where(keep, np.maximum(frequency, 1e-9) ** -exponent, 0.0)
+    field = np.fft.irfft2(np.fft.rfft2(white) * gain, s=shape)
+    return (field - field.mean()) / field.std()
+
+
+def cells(shape, seed, counts, warp=(0.0, 0.0), jitter=0.9):
+    """Tileable Worley cells: distances to the nearest and next point, and a random number per cell.
+
+    Distances are in units of the lattice of `counts` = (rows, columns); `warp` moves the sampled
+    positions, in pixels. (Worley, "A cellular texture basis function", 1996.)
+    """
+    height, width = shape
+    rows, columns = counts
+    y = (np.arange(height)[:, None] + warp[0] + np.zeros((1, width))) * rows / height
+    x = (np.arange(width)[None, :] + warp[1] + np.zeros((height, 1))) * columns / width
+    j, i = np.floor(y).astype(int), np.floor(x).astype(int)
+    first = np.full(shape, np.inf)
+    second = np.full(shape, np.inf)
+    which = np.zeros(shape)
+    table = lattice(seed, rows, columns, 3)
+    for dj in (-1, 0, 1):
+        for di in (-1, 0, 1):
+            row, column = (j + dj) % rows, (i + di) % columns
+            px = i + di + 0.5 + jitter * (table[row, column, 0] - 0.5)
+            py = j + dj + 0.5 + jitter * (table[row, column, 1] - 0.5)
+            distance = np.hypot(px - x, py - y)
+            nearer = distance < first
+            second = np.where(nearer, first, np.minimum(second, distance))
+            which = np.where(nearer, table[row, column, 2], which)
+            first = np.where(nearer, distance, first)
+    return first, second, which
+
+
+def solid(points, seed, wavelength):
+    """Smooth noise in -1..1 at points of shape (..., 3)."""
+    p = np.asarray(points, float) / wavelength
+    base = np.floor(p)
+    t = p - base
+    t = t * t * t * (t * (6.0 * t - 15.0) + 10.0)
+    i, j, k = np.moveaxis(base.astype(int), -1, 0)
+    table = lattice(seed, 32, 32, 32)
+    total = 0.0
+    for corner in range(8):
+        a, b, c = corner & 1, corner >> 1 & 1, corner >> 2
+        weight = (
+            (t[..., 0] if a else 1.0 - t[..., 0])
+            * (t[..., 1] if b else 1.0 - t[..., 1])
+            * (t[..., 2] if c else 1.0 - t[..., 2])
+        )
+        total = total + weight * table[(i + a) % 32, (j + b) % 32, (k + c) % 32]
+    return 2.0 * total - 1.0
+
+
+def relief(height, strength):
+    """Baked light from the upper left on a tileable height field: a factor around 1."""
+    dx = np.roll(height, -1, 1) - np.roll(height, 1, 1)
+    dy = np.roll(height, -1, 0) - np.roll(height, 1, 0)
+    return np.clip(1.0 + strength * (dx + 0.5 * dy), 0.35, 1.7)

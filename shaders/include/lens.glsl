@@ -1,0 +1,43 @@
+// Provides view_to_clip, ndc_from_pixel, view_from_distance, distance_from_depth.
+// View space: X right, Y forward, Z up. The lens is its constants A, B, C, D (docs/unprojection.md).
+// Float64 twin: firefly_sample/scene/lens_constants.py
+#block View
+
+vec4 view_to_clip(vec3 p)
+{
+#if ORTHOGRAPHIC
+    float w = 1.0;
+#else
+    float w = p.y;
+#endif
+    return vec4(u_projection.x * p.x + u_film.x * w,
+                u_projection.z * p.z + u_film.y * w,
+                u_projection.y * p.y + u_projection.w,
+                w);
+}
+
+// Halving before the subtraction errs by 3e-8; pixel * 2 / size - 1 errs by 1.5e-7.
+vec2 ndc_from_pixel(vec2 pixel)
+{
+    return (pixel - u_size.zw) / u_size.zw;
+}
+
+vec3 view_from_distance(vec2 ndc, float y)
+{
+#if ORTHOGRAPHIC
+    float w = 1.0;
+#else
+    float w = y;
+#endif
+    vec2 xz = (ndc - u_film.xy) * u_film.zw * w;
+    return vec3(xz.x, y, xz.y);
+}
+
+float distance_from_depth(float depth)
+{
+#if ORTHOGRAPHIC
+    return u_unprojection.x * (depth + u_unprojection.y);
+#else
+    return u_unprojection.x / (depth + u_unprojection.y);
+#endif
+}

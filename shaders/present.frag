@@ -1,0 +1,11 @@
+#version 330 core
+// Puts a picture on the window pixel for pixel; the viewport is the picture's rectangle.
+
+uniform sampler2D u_picture;
+uniform ivec2 u_corner;
+out vec4 o_screen;
+
+void main()
+{
+    o_screen = texelFetch(u_picture, ivec2(gl_FragCoord.xy) - u_corner, 0);
+}

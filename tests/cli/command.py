@@ -1,0 +1,51 @@
+"""Run the command line: in this process where only its answer matters, in one of its own otherwise."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from firefly_sample.cli import main
+
+ROOT = Path(__file__).resolve().parents[2]
+GLADE = "tests.cli.glade:glade"
+
+
+def environment(**changes: str) -> dict[str, str]:
+    """This process's environment, in which a child finds the tests' scenes."""
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH", ""))))
+    return {**os.environ, "PYTHONPATH": path, **changes}
+
+
+def firefly(*arguments: object, cwd: Path, env: dict[str, str] | None = None, **options: Any):
+    """``firefly ...`` in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "firefly_sample.cli", *map(str, arguments)],
+        cwd=cwd,
+        env=env or environment(),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        **options,
+    )
+
+
+def manifest_of(capsys: Any, *arguments: object) -> dict[str, Any]:
+    """What ``firefly capture ... --json`` prints, from within this process."""
+    code = main(["capture", *map(str, arguments), "--json"])
+    out, err = capsys.readouterr()
+    assert code == 0, err
+    return json.loads(out)
+
+
+def broken_gl(folder: Path) -> dict[str, str]:
+    """An environment in which the dynamic loader finds OpenGL's libraries empty."""
+    folder.mkdir()
+    for name in ("libGL.so.1", "libEGL.so.1"):
+        (folder / name).touch()
+    return environment(LD_LIBRARY_PATH=str(folder))

@@ -1,0 +1,232 @@
+"""``firefly capture`` with a real driver: what is on disk, and that it is the same every time."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import firefly_sample
+from firefly_sample.capture.sequence import capture_frames, capture_settings, parse_frames
+from firefly_sample.cli import main
+from firefly_sample.errors import FireflyError, OutputError
+from firefly_sample.frame import OUTPUTS
+from firefly_sample.renderer import SoftwareDriverWarning
+from tests.cli.command import GLADE, environment, manifest_of
+
+pytestmark = pytest.mark.filterwarnings("ignore::firefly_sample.renderer.SoftwareDriverWarning")
+SMALL = ("--size", "40x30")
+
+
+def hashes(manifest):
+    return [frame["sha256"]["color"] for frame in manifest["frames"]]
+
+
+def names_in(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_frames_are_the_same_twice_and_differ_by_time_and_seed(tmp_path, capsys):
+    first = manifest_of(capsys, GLADE, *SMALL, "--frames", "0:3", "-o", tmp_path / "a")
+    again = manifest_of(capsys, GLADE, *SMALL, "--frames", "0:3", "-o", tmp_path / "b")
+    other = manifest_of(capsys, GLADE, *SMALL, "--frames", "0:3", "-o", tmp_path / "c", "--seed", 8)
+    assert hashes(first) == hashes(again)
+    assert len({*hashes(first), *hashes(other)}) == 6
+
+
+def test_the_forest_by_default(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    manifest = manifest_of(capsys, *SMALL)
+    assert (manifest["scene"], manifest["seed"]) == ("forest", 7)
+    assert manifest["frames"][0]["lights"]["in_scene"] == 500
+    assert manifest["frames"][0]["lights"]["dropped"] == 0
+    assert names_in(tmp_path / "captures" / "forest") == {"color_000000.png", "manifest.json"}
+    with Image.open(tmp_path / "captures/forest/color_000000.png") as image:
+        assert image.size == (40, 30)
+        assert np.asarray(image).max() > 20
+
+
+def test_hashes_are_of_the_pixels_that_the_files_hold(tmp_path, capsys):
+    manifest = manifest_of(capsys, GLADE, *SMALL, "--outputs", ",".join(OUTPUTS), "-o", tmp_path)
+    frame = manifest["frames"][0]
+    assert frame["files"].keys() == frame["sha256"].keys() == OUTPUTS.keys()
+    for output, info in OUTPUTS.items():
+        file = tmp_path / frame["files"][output]
+        if output == "color":
+            with Image.open(file) as image:
+                pixels = np.asarray(image)
+        else:
+            with np.load(file) as arrays:
+                assert arrays.files == [output]
+                pixels = arrays[output]
+        assert pixels.dtype == info.dtype
+        assert pixels.shape == ((30, 40, info.channels) if info.channels > 1 else (30, 40))
+        assert hashlib.sha256(pixels.tobytes()).hexdigest() == frame["sha256"][output]
+    assert names_in(tmp_path) == {"manifest.json", *frame["files"].values()}
+
+
+def test_ids_index_the_names_in_the_manifest(tmp_path, capsys):
+    manifest = manifest_of(capsys, GLADE, *SMALL, "--outputs", "id", "-o", tmp_path)
+    with np.load(tmp_path / manifest["frames"][0]["files"]["id"]) as arrays:
+        drawn = {manifest["id_names"][index] for index in np.unique(arrays["id"]) if index >= 0}
+    assert any(name.endswith("ball") for name in drawn)
+    assert any(name.endswith("floor") for name in drawn)
+
+
+def test_names_that_change_between_frames_stand_with_their_frame(tmp_path):
+    manifest = capture_frames(
+        "tests.cli.glade:growing", tmp_path, frames="0:2", fps=1, time=0.5, size=(8, 6), outputs=["id"]
+    )
+    before, after = manifest["frames"]
+    assert "id_names" not in before
+    assert set(after["id_names"]) - set(manifest["id_names"]) == {"root/extra"}
+
+
+def test_time_of_each_frame(tmp_path, capsys):
+    options = ("--frames", "10:31:10", "--fps", 20, "--time", -2)
+    manifest = manifest_of(capsys, GLADE, "--size", "4x3", *options, "-o", tmp_path)
+    assert [(frame["index"], frame["time"]) for frame in manifest["frames"]] == [
+        (10, -1.5),
+        (20, -1.0),
+        (30, -0.5),
+    ]
+    assert "color_000020.png" in names_in(tmp_path)
+
+
+def test_manifest_is_stdout_and_says_how_to_repeat_it(tmp_path, capsys):
+    options = ("--fireflies", 3, "--no-dusk", "--exposure", 2.5, "--size", "8x8")
+    manifest = manifest_of(capsys, GLADE, *options, "-o", tmp_path)
+    assert json.loads((tmp_path / "manifest.json").read_text()) == manifest
+    assert manifest["parameters"] == {"fireflies": 3, "seed": 7, "reach": 2.5, "glass": False, "dusk": False}
+    assert manifest["settings"] == capture_settings(["color"], exposure=2.5).as_dict()
+    assert manifest["version"] == firefly_sample.__version__
+    assert manifest["frames"][0]["lights"]["in_scene"] == 3
+
+
+@pytest.mark.parametrize(("outputs", "samples"), [("color", 2), ("color,depth", 1), ("radiance", 1)])
+def test_colour_alone_is_supersampled(tmp_path, capsys, outputs, samples):
+    options = ("--size", "8x6", "--outputs", outputs, "-o", tmp_path)
+    assert manifest_of(capsys, GLADE, *options)["settings"]["supersample"] == samples
+
+
+def test_supersampling_can_be_chosen(tmp_path, capsys):
+    options = ("--size", "8x6", "--supersample", 1, "-o", tmp_path)
+    assert manifest_of(capsys, GLADE, *options)["settings"]["supersample"] == 1
+
+
+def test_one_pixel_without_any_light(tmp_path, capsys):
+    manifest = manifest_of(capsys, GLADE, "--size", "1x1", "--fireflies", 0, "-o", tmp_path)
+    assert manifest["frames"][0]["lights"] == {"in_scene": 0, "in_view": 0, "dropped": 0}
+
+
+def test_summary_goes_to_stdout_and_each_warning_once_to_stderr(tmp_path, capsys):
+    assert main(["capture", GLADE, "--size", "8x6", "--frames", "0:3", "--glass", "-o", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert out == f"3 frames (color) in {tmp_path}\n"
+    warned = err.splitlines()
+    assert len([line for line in warned if "glass" in line]) == 1
+    assert all(line.startswith("firefly: warning: ") for line in warned)
+    assert len(warned) == len(set(warned))
+
+
+def test_quiet_prints_nothing_but_warnings(tmp_path, capsys):
+    assert main(["capture", GLADE, "--size", "8x6", "-q", "-o", str(tmp_path)]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_a_second_capture_replaces_the_first(tmp_path, capsys):
+    manifest_of(capsys, GLADE, "--size", "8x6", "--frames", "0:2", "-o", tmp_path, "--seed", 1)
+    second = manifest_of(capsys, GLADE, "--size", "8x6", "-o", tmp_path, "--seed", 2)
+    assert json.loads((tmp_path / "manifest.json").read_text()) == second
+    with Image.open(tmp_path / "color_000000.png") as image:
+        assert hashlib.sha256(np.asarray(image).tobytes()).hexdigest() == hashes(second)[0]
+
+
+def test_progress_counts_every_frame(tmp_path):
+    seen = []
+    capture_frames(
+        GLADE, tmp_path, frames=range(5, 8), size=(4, 3), progress=lambda *counts: seen.append(counts)
+    )
+    assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
+
+
+def test_a_failure_between_frames_leaves_whole_frames_and_no_manifest(tmp_path):
+    capture_frames(GLADE, tmp_path, size=(4, 3), parameters={"seed": 1})
+
+    def stop(done, total):
+        if done == 2:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        capture_frames(GLADE, tmp_path, frames="0:9", size=(4, 3), progress=stop)
+    assert names_in(tmp_path) == {"color_000000.png", "color_000001.png"}
+
+
+def test_a_failure_before_the_first_frame_leaves_nothing(tmp_path):
+    with pytest.raises(FireflyError):
+        capture_frames(GLADE, tmp_path / "new" / "folder", size=(10**6, 1))
+    assert names_in(tmp_path) == set()
+
+
+def test_a_failure_before_the_first_frame_keeps_an_earlier_capture(tmp_path):
+    manifest = capture_frames(GLADE, tmp_path, size=(4, 3))
+    with pytest.raises(FireflyError):
+        capture_frames(GLADE, tmp_path, size=(10**6, 1))
+    assert json.loads((tmp_path / "manifest.json").read_text()) == manifest
+
+
+def test_ctrl_c_leaves_whole_frames_and_no_manifest(tmp_path):
+    command = [sys.executable, "-m", "firefly_sample.cli", "capture", GLADE]
+    options = ["--size", "16x12", "--frames", "0:100000", "-o", "out"]
+    process = subprocess.Popen(
+        [*command, *options], cwd=tmp_path, env=environment(), stderr=subprocess.PIPE, text=True
+    )
+    out = tmp_path / "out"
+    deadline = time.monotonic() + 60
+    while not (out / "color_000003.png").exists():
+        assert process.poll() is None, process.communicate()[1]
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.splitlines()[-1] == "firefly: interrupted"
+    assert "Traceback" not in err
+    for path in out.iterdir():
+        with Image.open(path) as image:
+            assert np.asarray(image).shape == (12, 16, 3)
+    assert len(list(out.iterdir())) >= 4
+
+
+def test_capture_warns_about_a_software_driver_only_where_there_is_one(tmp_path, recwarn):
+    import warnings
+
+    warnings.simplefilter("always", SoftwareDriverWarning)
+    manifest = capture_frames(GLADE, tmp_path, frames="0:2", size=(4, 3))
+    warned = [warning for warning in recwarn if warning.category is SoftwareDriverWarning]
+    assert len(warned) == manifest["software"]
+
+
+@pytest.mark.parametrize(
+    ("frames", "numbers"),
+    [("0:3", [0, 1, 2]), ("2:9:3", [2, 5, 8]), ("7", [7]), (7, [7]), (range(4, 0, -2), [4, 2]), ("0:1", [0])],
+)
+def test_frame_numbers(frames, numbers):
+    assert list(parse_frames(frames)) == numbers
+
+
+@pytest.mark.parametrize(
+    "frames",
+    ["", "a", "1:", ":3", "0:3:0", "3:3", "5:2", "-1:2", -1, "0:1:2:3", "0:1000001", 10**6, "1.5", "²"],
+)
+def test_wrong_frame_numbers(frames):
+    with pytest.raises(OutputError, match=r"^frames .*"):
+        parse_frames(frames)

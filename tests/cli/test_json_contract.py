@@ -1,0 +1,80 @@
+"""The keys of the JSON that other programs read. A change here breaks them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from firefly_sample.cli import main
+from firefly_sample.commands.measure import speed_as_text
+from tests.cli.command import GLADE
+
+WHOLE = {
+    "capture": {"scene", "parameters", "settings", "seed", "driver", "software", "version", "frames"},
+    "plan": {"passes", "targets", "lights", "warnings"},
+}
+
+
+def told(capsys, *arguments):
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.fixture
+def capture(tmp_path, capsys):
+    return told(capsys, "capture", GLADE, "--size", "8x6", "--frames", "0:2", "-o", str(tmp_path))
+
+
+def test_capture(capture):
+    assert capture.keys() == WHOLE["capture"]
+    assert isinstance(capture["seed"], int)
+    assert isinstance(capture["software"], bool)
+    for frame in capture["frames"]:
+        assert frame.keys() == {"index", "time", "lights", "files", "sha256"}
+        assert frame["lights"].keys() == {"in_scene", "in_view", "dropped"}
+        assert all(not Path(path).is_absolute() for path in frame["files"].values())
+        assert all(len(bytes.fromhex(digest)) == 32 for digest in frame["sha256"].values())
+
+
+def test_capture_of_ids(tmp_path, capsys):
+    manifest = told(capsys, "capture", GLADE, "--size", "8x6", "--outputs", "id", "-o", str(tmp_path))
+    assert manifest.keys() == WHOLE["capture"] | {"id_names"}
+    assert all(isinstance(name, str) for name in manifest["id_names"])
+
+
+def test_a_scene_without_a_seed_has_the_seed_null(tmp_path, capsys):
+    manifest = told(capsys, "capture", "tests.cli.glade:empty", "--size", "4x3", "-o", str(tmp_path))
+    assert manifest["seed"] is None
+    assert manifest["parameters"] == {}
+
+
+def test_plan(capsys):
+    plan = told(capsys, "plan", GLADE)
+    assert plan.keys() == WHOLE["plan"]
+    for step in plan["passes"]:
+        assert step.keys() == {"name", "reads", "writes", "updates", "because"}
+    for target in plan["targets"]:
+        assert target.keys() == {"name", "format", "bytes_per_pixel", "because"}
+    assert plan["lights"].keys() == {"drawn", "culled"}
+
+
+def test_a_table_of_measured_speed():
+    row = {"lights": 500, "spread": 0.013, "passes": {"geometry": 3.0}, "shaded": 1234567, "pairs": 411522}
+    result = {
+        "scene": "forest",
+        "size": [800, 600],
+        "driver": "llvmpipe",
+        "rows": [
+            {"method": "volumes", "ms": 12.345, "shaded_per_pair": 3.0, **row},
+            {"method": "loop", "ms": 99.0, "shaded_per_pair": None, **row, "shaded": None, "pairs": None},
+        ],
+        "chosen": "volumes",
+    }
+    title, head, volumes, loop, chosen = speed_as_text(result).splitlines()
+    assert title == "forest, 800x600, llvmpipe; milliseconds, all and by pass"
+    assert head.split() == ["METHOD", "LIGHTS", "MS", "SPREAD", "GEOMETRY", "SHADED", "PAIRS", "RATIO"]
+    assert volumes.split() == ["volumes", "500", "12.35", "0.01", "3.00", "1,234,567", "411,522", "3.00"]
+    assert loop.split() == ["loop", "500", "99.00", "0.01", "3.00", "-", "-", "-"]
+    assert chosen == "chosen: volumes"

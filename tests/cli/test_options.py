@@ -1,0 +1,138 @@
+"""Options from a scene, the settings, the environment and TOML; help; start-up."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from dataclasses import fields
+
+import pytest
+
+import firefly_sample
+from firefly_sample.cli import main
+from firefly_sample.commands.options import SETTINGS_HELP
+from firefly_sample.settings import Settings
+from tests.cli.command import GLADE, environment, firefly, manifest_of
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def help_of(capsys, *arguments):
+    assert main([*arguments, "--help"]) == 0
+    return " ".join(capsys.readouterr().out.replace("│", " ").split())
+
+
+def width(capsys, *arguments):
+    """The width of a captured picture."""
+    import numpy as np
+
+    manifest = manifest_of(capsys, *arguments, "--outputs", "depth")
+    with np.load(f"out/{manifest['frames'][0]['files']['depth']}") as arrays:
+        return arrays["depth"].shape[1]
+
+
+def test_help_shows_a_scenes_parameters_with_range_unit_and_default(capsys):
+    text = help_of(capsys, "capture", GLADE)
+    assert "--fireflies INT How many lights (between 0 and 20000). [default: 40]" in text
+    assert "--reach FLOAT How far a light reaches (between 0 and 100 units). [default: 2.5]" in text
+    assert "--dusk --no-dusk Ambient light. [default: True]" in text
+    assert "--no-glass" not in text
+
+
+def test_each_scene_has_its_own_options(capsys):
+    assert "--model" in help_of(capsys, "plan", "tests.cli.glade:statue")
+    assert "--model" not in help_of(capsys, "plan", GLADE)
+
+
+def test_every_setting_is_an_option_with_its_choices(capsys):
+    text = help_of(capsys, "capture", GLADE)
+    for field in fields(Settings):
+        assert f"--{field.name.replace('_', '-')}" in text
+    assert "[choices: linear32f, depth32f, depth24] [default: linear32f]" in text
+    assert SETTINGS_HELP.keys() == {field.name for field in fields(Settings)}
+
+
+def test_settings_reach_the_renderer(here, capsys):
+    options = ("--tone", "none", "--position", "depth24", "--no-volume-depth-test", "--lights", "loop")
+    manifest = manifest_of(capsys, GLADE, "--size", "8x6", *options)
+    expected = Settings(
+        tone="none", position="depth24", volume_depth_test=False, lights="loop", supersample=2
+    )
+    assert manifest["settings"] == expected.as_dict()
+
+
+def test_a_scene_may_come_after_options(here, capsys):
+    manifest = manifest_of(capsys, "--size", "8x6", "--frames", "3", GLADE)
+    assert (manifest["scene"], manifest["frames"][0]["index"]) == (GLADE, 3)
+
+
+def test_command_line_wins_over_environment_over_toml(here, capsys, monkeypatch):
+    (here / "firefly.toml").write_text('[firefly.capture]\nsize = "10x6"\noutput = "out"\nseed = 5\n')
+    assert width(capsys, GLADE) == 10
+    monkeypatch.setenv("FIREFLY_CAPTURE_SIZE", "20x6")
+    assert width(capsys, GLADE) == 20
+    assert width(capsys, GLADE, "--size", "30x6") == 30
+    assert json.loads((here / "out" / "manifest.json").read_text())["seed"] == 5
+
+
+def test_a_list_of_outputs_in_pyproject(here, capsys):
+    table = '[tool.firefly.capture]\nsize = "10x6"\noutputs = ["color", "depth"]\ndusk = false\n'
+    (here / "pyproject.toml").write_text(table)
+    manifest = manifest_of(capsys, GLADE)
+    assert manifest["frames"][0]["files"].keys() == {"color", "depth"}
+    assert manifest["parameters"]["dusk"] is False
+
+
+def test_the_scene_may_come_from_the_configuration(here, capsys):
+    table = f'[firefly.capture]\nscene = "{GLADE}"\nsize = "8x6"\nreach = 1.5\n'
+    (here / "firefly.toml").write_text(table)
+    manifest = manifest_of(capsys, "--no-dusk")
+    assert (manifest["scene"], manifest["parameters"]["reach"]) == (GLADE, 1.5)
+
+
+def test_scenes_lists_the_forest_and_its_parameters(capsys):
+    assert main(["scenes", "--json"]) == 0
+    listed = {scene["name"]: scene for scene in json.loads(capsys.readouterr().out)}
+    count = next(p for p in listed["forest"]["parameters"] if p["name"] == "fireflies")
+    assert (count["type"], count["default"]) == ("int", 500)
+    assert main(["scenes"]) == 0
+    text = capsys.readouterr().out
+    assert f"forest: {listed['forest']['summary']}\n" in text
+    assert "  --fireflies" in text
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == firefly_sample.__version__
+
+
+def test_help_is_fast(tmp_path):
+    seconds = []
+    for _ in range(5):
+        start = time.perf_counter()
+        done = firefly("--help", cwd=tmp_path)
+        seconds.append(time.perf_counter() - start)
+        assert "capture" in done.stdout
+    assert min(seconds) < 0.5
+
+
+def test_help_loads_neither_numpy_nor_gl(tmp_path):
+    code = (
+        "import sys; from firefly_sample.cli import main; main(['--help'])\n"
+        "sys.exit(' '.join({'numpy', 'moderngl', 'glcontext', 'trimesh', 'PIL'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stderr == "\n"

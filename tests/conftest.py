@@ -1,0 +1,36 @@
+"""Fixtures that several kinds of tests share."""
+
+from __future__ import annotations
+
+import warnings
+
+import pytest
+
+from firefly_sample.gpu.device import Device
+from firefly_sample.renderer import Renderer, SoftwareDriverWarning
+
+
+@pytest.fixture(scope="session")
+def device():
+    """A real OpenGL context (Mesa's llvmpipe through EGL where there is no GPU)."""
+    made = Device()
+    yield made
+    made.release()
+
+
+@pytest.fixture
+def render():
+    """``render(scene, settings=..., size=..., outputs=..., time=...)`` gives a Frame by a fresh Renderer."""
+
+    def draw(scene, settings=None, size=(64, 48), outputs=("color",), time=0.0, **options):
+        with make_renderer(size, settings, **options) as renderer:
+            return renderer.render(scene, time, outputs)
+
+    return draw
+
+
+def make_renderer(size=(64, 48), settings=None, **options):
+    """A Renderer without the warning about drawing on the CPU, which tests do on purpose."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SoftwareDriverWarning)
+        return Renderer(size, settings, **options)

@@ -1,0 +1,60 @@
+"""Runs a function of a GLSL include over rows of numbers, on the real driver, through a one-row target."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from firefly_sample.gpu.blocks import binding
+from firefly_sample.gpu.device import Device
+from firefly_sample.gpu.shader_source import load_source
+
+_VERTEX = """#version 330 core
+void main() { vec2 c = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2); gl_Position = vec4(c * 2.0 - 1.0, 0.0, 1.0); }
+"""
+WIDTH = 1024
+
+
+def evaluate(device: Device, includes, body: str, inputs, defines=None, blocks=None):
+    """`body` sets ``vec4 result`` from ``vec4 a``; `inputs` (n, 4) gives float32 results (n, 4)."""
+    rows = np.zeros((-(-len(inputs) // WIDTH) * WIDTH, 4), dtype=np.float32)
+    rows[: len(inputs)] = inputs
+    rows[len(inputs) :] = inputs[0]
+    size = (WIDTH, len(rows) // WIDTH)
+    heads = "\n".join(f'#include "include/{name}.glsl"' for name in includes)
+    import tempfile
+    from pathlib import Path
+
+    from firefly_sample.assets import asset_dir
+
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "include").symlink_to(asset_dir("shaders") / "include")
+        (Path(folder) / "test.frag").write_text(
+            f"#version 330 core\n{heads}\nuniform sampler2D u_inputs;\nout vec4 o_result;\n"
+            "void main() {\n    vec4 a = texelFetch(u_inputs, ivec2(gl_FragCoord.xy), 0);\n    vec4 result = vec4(0.0);\n"
+            f"    {body}\n    o_result = result;\n}}\n"
+        )
+        source = load_source("test.frag", defines or {}, Path(folder))
+    with device:
+        ctx = device.ctx
+        program = ctx.program(vertex_shader=_VERTEX, fragment_shader=source.text)
+        texture = ctx.texture(size, 4, rows.tobytes(), dtype="f4")
+        target = ctx.texture(size, 4, dtype="f4")
+        framebuffer = ctx.framebuffer([target])
+        held = []
+        for name, values in (blocks or {}).items():
+            buffer = ctx.buffer(values.tobytes())
+            program[name].binding = binding(name)
+            buffer.bind_to_uniform_block(binding(name))
+            held.append(buffer)
+        array = ctx.vertex_array(program, [])
+        framebuffer.use()
+        ctx.enable_only(moderngl.NOTHING)
+        texture.use(0)
+        array.render(moderngl.TRIANGLES, vertices=3)
+        result = np.frombuffer(target.read(), dtype=np.float32).reshape(-1, 4)[: len(inputs)].copy()
+        device.unbind()
+        for thing in (array, framebuffer, texture, target, program, *held):
+            thing.release()
+        device.check("the GLSL harness")
+    return result

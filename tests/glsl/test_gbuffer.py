@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+
+from firefly_sample.reference.gbuffer import (
+    decode_albedo,
+    decode_normal,
+    encode_albedo,
+    encode_normal,
+    quantise_snorm16,
+)
+from tests.glsl.harness import evaluate
+
+EPS = float(np.finfo(np.float32).eps)
+
+
+def directions(n=200_000):
+    """Random unit vectors, the axes, and the octahedron's seams."""
+    rng = np.random.default_rng(2)
+    v = rng.normal(size=(n, 3))
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    angle = np.linspace(0, 2 * np.pi, 4001)
+    seam = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
+    folds = np.concatenate([seam, seam[:, [0, 2, 1]], seam[:, [2, 0, 1]]])
+    v = np.concatenate([axes, folds, folds + 1e-7 * rng.normal(size=folds.shape), v])
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+
+def angles(a, b):
+    """Degrees between unit vectors, without the loss of precision of arccos near 0."""
+    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
+
+
+@pytest.mark.parametrize("snorm", [0, 1])
+def test_normal_round_trip_on_the_gpu(device, snorm):
+    inputs = np.zeros((len(directions()), 4))
+    inputs[:, :3] = directions()
+    body = "result.rgb = decode_normal(encode_normal(normalize(a.xyz)));"
+    result = evaluate(device, ["gbuffer"], body, inputs, {"CLASSIC": 0, "SNORM": snorm})
+    # a few roundings of coordinates of up to 1: in radians
+    assert np.radians(angles(result[:, :3].astype(np.float64), inputs[:, :3])).max() <= 8 * EPS
+
+
+def test_encoding_matches_its_twin(device):
+    inputs = np.zeros((len(directions()), 4), dtype=np.float32)
+    inputs[:, :3] = directions()
+    result = evaluate(device, ["gbuffer"], "result = encode_normal(a.xyz);", inputs, {"CLASSIC": 0, "SNORM": 1})
+    decoded = decode_normal(result[:, :2])
+    exact = inputs[:, :3].astype(np.float64)
+    exact /= np.linalg.norm(exact, axis=1, keepdims=True)
+    # compared as directions: on a seam two encodings mean the same direction
+    assert np.radians(angles(decoded, exact)).max() <= 8 * EPS
+
+
+def test_sixteen_bit_normals_err_as_the_table_says():
+    v = directions(1_000_000)
+    degrees = angles(decode_normal(quantise_snorm16(encode_normal(v))), v)
+    assert degrees.max() <= 0.0037 * 1.05
+    assert degrees.mean() <= 0.0013 * 1.05
+
+
+def test_stored_albedo_is_exact_for_each_of_its_codes(device):
+    codes = np.arange(256) / 255.0
+    inputs = np.repeat(codes[:, None], 4, axis=1).astype(np.float32)
+    result = evaluate(device, ["gbuffer"], "result.rgb = decode_albedo(a.rgb);", inputs, {"CLASSIC": 0, "SNORM": 1})
+    assert np.abs(result[:, 0] - decode_albedo(codes)).max() <= EPS
+    again = evaluate(device, ["gbuffer"], "result.rgb = encode_albedo(a.rgb);", result, {"CLASSIC": 0, "SNORM": 1})
+    assert np.array_equal(np.round(again[:, 0] * 255), np.arange(256))
+    assert np.abs(encode_albedo(decode_albedo(codes)) - codes).max() < 1e-15
+
+
+def test_classic_keeps_the_original_fault(device):
+    """Normals are stored as n * 0.5 + 0.5 and never decoded."""
+    inputs = np.zeros((8, 4), dtype=np.float32)
+    inputs[:, :3] = directions(8)[-8:]
+    body = "result.rgb = decode_normal(encode_normal(a.xyz));"
+    result = evaluate(device, ["gbuffer"], body, inputs, {"CLASSIC": 1, "SNORM": 1})
+    assert np.abs(result[:, :3] - (inputs[:, :3] * 0.5 + 0.5)).max() <= EPS

@@ -1,0 +1,150 @@
+"""Contexts: nothing left behind, memory flat, other libraries' contexts in between."""
+
+import gc
+import resource
+
+import numpy as np
+import pytest
+
+from firefly_sample.errors import GpuError, NoGpuError, PlanError
+from firefly_sample.gpu.device import Device
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.renderer import SoftwareDriverWarning
+from firefly_sample.scene.material import Material
+from firefly_sample.settings import Settings
+from tests.conftest import make_renderer
+from tests.scenes import ball, ball_scene, geom_node, wall_scene
+
+
+def test_no_gl_object_lives_after_release():
+    device = Device()
+    with device:
+        device.unbind()
+        before = device.raw.count_objects()
+        device.check("counting")
+    renderer = make_renderer((40, 30))
+    renderer._gpu.release()
+    renderer._device.release()
+    with device:
+        renderer._device, renderer._gpu = device, Gpu(device)
+    for settings in (Settings(), Settings(position="depth24"), Settings(look="classic"), Settings(lights="loop")):
+        renderer.settings = settings
+        for size in ((40, 30), (64, 48)):
+            renderer.resize(size)
+            renderer.render(ball_scene(10), 0.0, ("color", "id"))
+    with device:
+        assert device.raw.count_objects() != before
+        renderer._gpu.release()
+        assert device.raw.count_objects() == before
+        device.check("the end")
+    device.release()
+
+
+def test_models_that_are_gone_free_their_buffers():
+    with make_renderer((16, 12)) as renderer:
+        scene = wall_scene()
+        renderer.render(scene)
+        with renderer._device:
+            before = renderer._device.raw.count_objects()
+        for i in range(20):
+            path = scene.root.attach_new_node(geom_node("ball", ball(1.0, 1), Material(f"m{i}")))
+            path.set_pos(0, 8, 0)
+            renderer.render(scene)
+            path.remove_node()
+            del path
+        gc.collect()
+        renderer.render(scene)
+        with renderer._device:
+            after = renderer._device.raw.count_objects()
+        assert {kind: n for kind, n in after.items() if kind in ("Buffer", "VertexArray", "Texture")} == {
+            kind: n for kind, n in before.items() if kind in ("Buffer", "VertexArray", "Texture")
+        }
+
+
+def test_a_thousand_frames_keep_memory_flat():
+    scene = ball_scene(50)
+    with make_renderer((32, 24)) as renderer:
+
+        def frames(count):
+            for i in range(count):
+                scene.root.find("lights").set_x(0.001 * i)
+                renderer.render(scene, 0.01 * i, ("color", "depth"))
+            gc.collect()
+            return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # KiB on Linux
+
+        settled = frames(200)
+        assert frames(1000) - settled < 4 * 1024
+
+
+def test_two_renderers_take_turns(render):
+    scene = ball_scene(20)
+    alone = render(scene, None, (64, 48)).color
+    with make_renderer((64, 48)) as a, make_renderer((32, 24)) as b:
+        for _ in range(3):
+            first = a.render(scene).color
+            b.render(scene)
+            assert np.array_equal(first, alone)
+
+
+def test_a_frame_after_pyrender_is_ours(render):
+    pyrender = pytest.importorskip("pyrender", reason="the test group installs pyrender-maintained")
+    import os
+
+    scene = ball_scene(20)
+    with make_renderer((64, 48)) as renderer:
+        alone = renderer.render(scene).color
+        os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
+        offscreen = pyrender.OffscreenRenderer(40, 30)
+        theirs = pyrender.Scene(bg_color=(255, 0, 0, 255))
+        theirs.add(pyrender.PerspectiveCamera(yfov=1.0))
+        offscreen.render(theirs)
+        assert np.array_equal(renderer.render(scene).color, alone)
+        color, _ = offscreen.render(theirs)
+        assert (color[..., 0] == 255).all()
+        offscreen.delete()
+
+
+def test_a_closed_renderer_says_so():
+    renderer = make_renderer((8, 6))
+    renderer.close()
+    renderer.close()
+    with pytest.raises(GpuError, match="closed"):
+        renderer.render(wall_scene())
+
+
+def test_sizes_out_of_range_are_refused_with_the_limit():
+    for size in ((0, 10), (10, -1), (2.5, 3)):
+        with pytest.raises(GpuError, match="1 or more"):
+            make_renderer(size)
+    with pytest.raises(GpuError, match=r"limit of \d+"):
+        make_renderer((10**6, 10))
+    with pytest.raises(GpuError, match="supersample 2"):
+        make_renderer((10000, 10), Settings(supersample=2))
+
+
+def test_a_software_driver_is_warned_about_and_can_be_refused():
+    from firefly_sample.renderer import Renderer
+
+    with make_renderer((8, 6)) as renderer:
+        if not renderer.software:
+            pytest.skip("this machine has a GPU, so there is nothing to warn about")
+    with pytest.warns(SoftwareDriverWarning, match="CPU"):
+        Renderer((8, 6)).close()
+    with pytest.raises(NoGpuError, match="software rasteriser"):
+        make_renderer((8, 6), require_gpu=True)
+
+
+def test_no_such_device_is_one_line():
+    with pytest.raises(NoGpuError, match="no EGL device 99") as caught:
+        make_renderer((8, 6), device=99)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_pass_may_touch_only_what_it_declares():
+    with make_renderer((8, 6)) as renderer:
+        plan = renderer.plan(wall_scene(), 0.0, ("color",))
+        renderer.draw(plan)
+        bound = BoundImages(renderer._gpu.images, plan, plan.passes[-1])
+        with pytest.raises(PlanError, match="'resolve' does not declare that it reads 'depth'"):
+            bound.read("depth")

@@ -1,0 +1,79 @@
+"""Every legal variant of every pass compiles on this driver, and uniforms are checked both ways."""
+
+import pytest
+
+from firefly_sample.errors import GpuError, ShaderError
+from firefly_sample.gpu import programs as programs_module
+from firefly_sample.gpu.programs import Programs
+from firefly_sample.gpu.shader_source import load_source
+from firefly_sample.plan.variants import LEGAL, AmbientVariant, defines
+
+OUTPUTS = {
+    "geometry": lambda v: tuple(n for n in ("albedo", "normal", "distance", "id") if getattr(v, n)),
+    "ambient": lambda v: ("radiance",),
+    "point_lights": lambda v: ("radiance",),
+    "plain": lambda v: ("radiance",),
+    "resolve": lambda v: tuple(n for n in ("color", "final_radiance") if getattr(v, n)),
+}
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_every_legal_variant_compiles(device, name):
+    vertex = "fullscreen" if name in ("ambient", "resolve") else None
+    with device:
+        programs = Programs(device.ctx)
+        for variant in LEGAL[name]:
+            programs.get(name, variant, OUTPUTS[name](variant), vertex)
+        programs.release()
+        device.check("compiling")
+
+
+def test_defines_are_small_whole_numbers():
+    for variants in LEGAL.values():
+        assert len(set(variants)) == len(variants)
+        for variant in variants:
+            assert all(value in (0, 1, 2) for value in defines(variant).values())
+
+
+def test_a_missing_and_a_misspelt_uniform_are_errors(device):
+    with device:
+        programs = Programs(device.ctx)
+        program = programs.get("ambient", AmbientVariant(), ("radiance",), "fullscreen")
+        with pytest.raises(GpuError, match="'u_albedo' is not given"):
+            program.use()
+        texture = device.ctx.texture((1, 1), 4)
+        with pytest.raises(GpuError, match="no uniform 'u_albdo'"):
+            program.use(None, {"u_albedo": texture, "u_albdo": texture})
+        texture.release()
+        programs.release()
+
+
+def test_a_shader_that_does_not_compile_names_file_and_line(device, tmp_path, monkeypatch):
+    include = tmp_path / "include"
+    include.mkdir()
+    (tmp_path / "bad.vert").write_text("#version 330 core\nvoid main() { gl_Position = vec4(0.0); }\n")
+    (include / "half.glsl").write_text("// fine\nfloat half_of(float x)\n{\n    return x * 0.5\n}\n")
+    (tmp_path / "bad.frag").write_text('#version 330 core\n#include "include/half.glsl"\nvoid main() {}\n')
+    monkeypatch.setattr(
+        programs_module, "load_source", lambda name, given: load_source(name, given, tmp_path)
+    )
+    with device, pytest.raises(ShaderError) as caught:
+        Programs(device.ctx).get("bad", AmbientVariant(), ())
+    # the compiler may point at the line itself or at the token after it
+    assert str(caught.value).startswith(("include/half.glsl:4: ", "include/half.glsl:5: "))
+    assert "\n" not in str(caught.value)
+
+
+def test_includes_come_once_and_a_missing_one_is_named(tmp_path):
+    (tmp_path / "a.glsl").write_text("float a;\n")
+    (tmp_path / "b.glsl").write_text('#include "a.glsl"\nfloat b;\n')
+    (tmp_path / "s.frag").write_text('#version 330 core\n#include "a.glsl"\n#include "b.glsl"\nvoid main() {}\n')
+    source = load_source("s.frag", {"X": 1}, tmp_path)
+    assert source.text.splitlines() == ["#version 330 core", "#define X 1", "float a;", "float b;", "void main() {}"]
+    assert source.origins[3] == ("b.glsl", 2)
+    (tmp_path / "s.frag").write_text('#version 330 core\n#include "gone.glsl"\n')
+    with pytest.raises(ShaderError, match=r"gone\.glsl"):
+        load_source("s.frag", {}, tmp_path)
+    (tmp_path / "s.frag").write_text("#version 330 core\n#block Nowhere\n")
+    with pytest.raises(ShaderError, match=r"s\.frag:2: there is no uniform block 'Nowhere'"):
+        load_source("s.frag", {}, tmp_path)

@@ -1,0 +1,72 @@
+"""Small scenes with known answers, built by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+
+from firefly_sample.scene.geom import Geom, GeomNode
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, PointLights
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.scene import Scene
+
+
+def geom_node(name, geom, material=None):
+    node = GeomNode(name)
+    node.add_geom(geom, material)
+    return node
+
+
+def wall(size=20.0, cells=1, name="wall"):
+    """A square at y = 0 that faces -Y (towards the camera), `size` wide, texture v up."""
+    n = cells + 1
+    x, z = np.meshgrid(np.linspace(-0.5, 0.5, n), np.linspace(-0.5, 0.5, n))
+    vertices = np.stack([x.ravel() * size, np.zeros(n * n), z.ravel() * size], axis=1)
+    uv = np.stack([x.ravel() + 0.5, z.ravel() + 0.5], axis=1)
+    i = np.arange(cells)
+    a = (i[:, None] * n + i[None]).ravel()
+    triangles = np.concatenate([np.stack([a, a + 1, a + n + 1], 1), np.stack([a, a + n + 1, a + n], 1)])
+    return Geom(vertices, triangles, np.tile([0.0, -1.0, 0.0], (n * n, 1)), uv, name=name)
+
+
+def ball(radius=1.0, subdivisions=3):
+    mesh = trimesh.creation.icosphere(subdivisions, radius)
+    return Geom(mesh.vertices, mesh.faces, mesh.vertex_normals, name="ball")
+
+
+def wall_scene(distance=10.0, color=(0.5, 0.5, 0.5, 1.0), size=20.0, cells=1, material=None, **lens):
+    """The camera at the origin looks along +Y at a wall that fills its view."""
+    scene = Scene()
+    node = geom_node("wall", wall(size, cells), material or Material("wall", color))
+    scene.root.attach_new_node(node).set_pos(0, distance, 0)
+    scene.camera.node().lens = PerspectiveLens(**{"fov": 60.0, "near": 1.0, "far": 100.0} | lens)
+    return scene
+
+
+def orthographic_wall(distance=10.0, film=(16.0, 12.0)):
+    scene = wall_scene(distance)
+    scene.camera.node().lens = OrthographicLens(film_size=film, near=1.0, far=100.0)
+    return scene
+
+
+def ball_scene(lights=60, seed=0, radius=2.5, ambient=(0.0, 0.0, 0.0)):
+    """Three balls on a floor under many lights: curved and flat, near and far, lit from all sides."""
+    scene = Scene()
+    node = geom_node("ball", ball(), Material("clay", (0.8, 0.5, 0.3, 1)))
+    for i in range(3):
+        path = scene.root.attach_new_node(f"place {i}")
+        path.set_pos(2.5 * i - 2.5, 10, 0)
+        path.attach_new_node(node)
+    floor = scene.root.attach_new_node(geom_node("floor", wall(40.0, 8), Material("earth", (0.4, 0.4, 0.4, 1))))
+    floor.set_pos(0, 10, -1.1)
+    floor.set_hpr(0, -90, 0)
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform((-6, 4, -1), (6, 16, 2), (lights, 3))
+    scene.root.attach_new_node(PointLights("lights", positions, rng.uniform(0.2, 1, (lights, 3)), radius))
+    if any(ambient):
+        scene.root.attach_new_node(AmbientLight("sky", ambient))
+    scene.camera.set_pos(0, -4, 3)
+    scene.camera.set_hpr(3, -12, 2)
+    scene.camera.node().lens = PerspectiveLens(fov=50, near=0.5, far=100)
+    return scene

@@ -1,0 +1,177 @@
+"""A frame holds what its scene, settings and outputs require, and nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firefly_sample.errors import LightError, NodeError, OutputError, PlanError, SceneError
+from firefly_sample.plan.build import Planner, build_plan
+from firefly_sample.plan.frame_plan import Capabilities, PassPlan
+from firefly_sample.plan.steps import check_passes
+from firefly_sample.scene.lights import AmbientLight, PointLight, PointLights
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.sprites import Sprites
+from firefly_sample.settings import Settings
+from tests.scenes import ball_scene, wall_scene
+
+
+def names(plan):
+    return [step.name for step in plan.passes], {target.name: target.bytes_per_pixel for target in plan.targets}
+
+
+def cost(scene, settings=None, outputs=("color",), capabilities=None):
+    return names(build_plan(scene, settings, (64, 48), outputs, 0.0, capabilities))
+
+
+def test_an_empty_scene_is_a_background():
+    assert cost(Scene()) == (["resolve"], {"color": 4})
+
+
+def test_each_feature_adds_exactly_its_cost():
+    """The whole ladder, from nothing to a lit scene with every extra; each step names all that it adds."""
+    scene = wall_scene()
+    passes, targets = cost(scene)
+    assert (passes, targets) == (["geometry", "resolve"], {"depth": 4, "albedo": 4, "color": 4})
+    scene.root.attach_new_node(AmbientLight("moon", (0.01, 0.01, 0.02)))
+    targets["radiance"] = 16
+    assert cost(scene) == (["geometry", "ambient", "resolve"], targets)
+    light = scene.root.attach_new_node(PointLight("lamp", (1, 1, 1), 5.0))
+    light.set_pos(0, 8, 0)
+    lit = {**targets, "normal": 4, "distance": 4}
+    assert cost(scene) == (["geometry", "ambient", "point_lights", "resolve"], lit)
+    dots = scene.root.attach_new_node(Sprites("dots", [(0, 5, 0)]))
+    everything = ["geometry", "ambient", "point_lights", "plain", "resolve"]
+    assert cost(scene) == (everything, lit)
+    assert cost(scene, outputs=("color", "id")) == (everything, {**lit, "id": 4})
+    assert cost(scene, outputs=("color", "radiance")) == (everything, {**lit, "final_radiance": 16})
+    assert cost(scene, outputs=("color", "depth", "normal", "position")) == (everything, lit)
+    # and each leaves with what asked for it
+    light.hide()
+    dots.detach_node()
+    assert cost(scene) == (["geometry", "ambient", "resolve"], targets)
+
+
+def test_data_without_a_picture_computes_no_light():
+    scene = ball_scene(20)
+    assert cost(scene, outputs=("depth",)) == (["geometry"], {"depth": 4, "distance": 4})
+    assert cost(scene, outputs=("id",)) == (["geometry"], {"depth": 4, "id": 4})
+    assert cost(scene, outputs=("normal",)) == (["geometry"], {"depth": 4, "normal": 4})
+    # a 24-bit depth of 1 may be far geometry: the mask is the price of that method
+    assert cost(scene, Settings(position="depth24"), ("depth",)) == (["geometry"], {"depth": 4, "albedo": 4})
+
+
+@pytest.mark.parametrize("position", ["depth32f", "depth24"])
+def test_position_from_depth_trades_the_distance_for_a_copy(position):
+    scene = ball_scene(20)
+    passes, targets = cost(scene, Settings(position=position))
+    assert passes == ["geometry", "depth_copy", "point_lights", "resolve"]
+    assert targets == {"depth": 4, "albedo": 4, "normal": 4, "depth_copy": 4, "radiance": 16, "color": 4}
+
+
+def test_a_driver_without_clip_control_gets_a_standard_depth_and_a_warning():
+    old = Capabilities(clip_control=False, snorm_targets=False)
+    scene = ball_scene(20)
+    plan = build_plan(scene, None, (64, 48), capabilities=old)
+    assert (plan.target("depth").format, plan.target("normal").format) == ("depth24", "rg16")
+    assert not plan.view.reverse
+    assert plan.warnings == ()
+    warned = build_plan(scene, Settings(position="depth32f"), (64, 48), capabilities=old)
+    assert "ARB_clip_control" in warned.warnings[0]
+    assert build_plan(scene, Settings(position="depth32f"), (64, 48)).warnings == ()
+
+
+def test_blended_materials_are_named():
+    scene = wall_scene(material=Material("window glass", alpha_mode="blend"))
+    assert "window glass" in build_plan(scene).warnings[0]
+
+
+def test_every_target_and_pass_says_what_asked_for_it():
+    plan = build_plan(ball_scene(20), outputs=("color", "id"))
+    assert all(step.because for step in plan.passes)
+    reasons = {target.name: target.because for target in plan.targets}
+    assert reasons["id"] == "output id"
+    assert "20 point lights" in reasons["normal"]
+
+
+def test_lights_are_counted_never_dropped():
+    scene = wall_scene()
+    positions = [(0, 8, 0), (0, -500, 0), (0, 8, 0)]
+    scene.root.attach_new_node(PointLights("l", positions, [(1, 1, 1), (1, 1, 1), (0, 0, 0)], 5.0))
+    plan = build_plan(scene)
+    assert (plan.counts.in_scene, plan.counts.in_view, plan.counts.dropped) == (3, 1, 0)
+    assert sum(len(lights) for lights in plan.lights) == 1
+    many = wall_scene()
+    many.root.attach_new_node(PointLights("l", np.tile([0.0, 8, 0], (20000, 1)), (1, 1, 1), 5.0))
+    assert build_plan(many).counts.in_view == 20000
+
+
+def test_functions_of_time_are_evaluated_for_the_frame_and_not_kept():
+    scene = wall_scene()
+    node = PointLights("l", function=lambda t: ([(t, 8, 0)], (1, 1, 1), 5.0))
+    scene.root.attach_new_node(node)
+    planner = Planner()
+    for time in (1.0, 2.0, 1.0):
+        plan = planner.plan(scene, Settings(), (64, 48), ("color",), time, Capabilities())
+        assert plan.lights[0].positions[0, 0] == pytest.approx(time, abs=1e-12)
+    assert len(node.arrays) == 0
+
+
+def test_a_still_scene_is_walked_once():
+    scene = ball_scene(20)
+    planner = Planner()
+
+    def snapshot():
+        planner.plan(scene, Settings(), (64, 48), ("color",), 0.0, Capabilities())
+        return planner._snapshot
+
+    first = snapshot()
+    assert snapshot() is first
+    scene.root.find("place 1").set_x(1)
+    second = snapshot()
+    assert second is not first
+    scene.root.find("**/ball").node().geoms[0][0].set_vertices(np.zeros((642, 3)))
+    assert snapshot() is not second
+
+
+def test_batches_are_front_to_back_opaque_first():
+    plan = build_plan(ball_scene(0))
+    for batch in plan.batches:
+        depths = batch.model_to_view[:, 3, 1]
+        assert (np.diff(depths) >= -1e-9).all()
+    cut = [batch.cutout for batch in plan.batches]
+    assert cut == sorted(cut)
+
+
+def test_what_is_wrong_is_named():
+    scene = wall_scene()
+    with pytest.raises(OutputError, match="no output 'colour'"):
+        build_plan(scene, outputs=("colour",))
+    with pytest.raises(OutputError, match="'depth' is a sample"):
+        build_plan(scene, Settings(supersample=2), outputs=("depth",))
+    with pytest.raises(SceneError, match="time"):
+        build_plan(scene, time=float("nan"))
+    scene.root.attach_new_node(PointLights("swarm", function=lambda t: ([(0, 0, np.nan)], (1, 1, 1), 1.0)))
+    with pytest.raises(LightError, match="'swarm': entry 0: its position is not finite"):
+        build_plan(scene)
+    flat = wall_scene()
+    flat.camera.node()
+    flat.camera.set_mat(np.diag([1.0, 0.0, 1.0, 1.0]))
+    with pytest.raises(NodeError, match="camera"):
+        build_plan(flat)
+
+
+def test_inconsistent_passes_are_refused_by_name():
+    plan = build_plan(ball_scene(5))
+    geometry, lights, resolve = plan.passes
+    with pytest.raises(PlanError, match="out of order"):
+        check_passes((lights, geometry, resolve), plan.targets)
+    with pytest.raises(PlanError, match="'point_lights' reads target 'distance', which no pass wrote"):
+        check_passes((replace(geometry, writes=("depth", "albedo", "normal")), lights, resolve), plan.targets)
+    with pytest.raises(PlanError, match="'point_lights' samples target 'depth' while"):
+        check_passes((geometry, replace(lights, reads=("depth",)), resolve), plan.targets)
+    with pytest.raises(PlanError, match="'depth' is never written"):
+        check_passes((PassPlan("resolve", (), ("color",), (), "x"),), [t for t in plan.targets if t.name in ("color", "depth")])
+    with pytest.raises(PlanError, match="'shadows', which this frame does not have"):
+        check_passes((replace(geometry, updates=("shadows",)),), plan.targets)

@@ -1,0 +1,139 @@
+"""How scenes are found: as entry points, as package.module:object, and what is said when they are not."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firefly_sample.errors import ParameterError, SceneError, SceneNotFoundError
+from firefly_sample.scenes import build_scene, find_scene, list_scenes
+
+PLUGIN = """
+from firefly_sample.scene.parameter import Parameter
+
+class Plugin:
+    name = "glade"
+    summary = "A test of the registry."
+    parameters = (Parameter("trees", int, 3, "How many.", minimum=0, maximum=9),)
+
+    def build(self, **parameters):
+        return parameters
+
+scene = Plugin()
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """An importable folder; the modules imported from it are forgotten afterwards."""
+    monkeypatch.syspath_prepend(tmp_path)
+    before = set(sys.modules)
+    yield tmp_path
+    for name in set(sys.modules) - before:
+        if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
+def write_distribution(folder: Path, package: str, *entries: str) -> None:
+    """What installing `package` leaves behind for importlib.metadata to find."""
+    info = folder / f"{package}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("\n".join(["[firefly_sample.scenes]", *entries]) + "\n")
+
+
+def test_module_and_object(folder: Path) -> None:
+    package = folder / "registry_a"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "deep.py").write_text(PLUGIN)
+    plugin = find_scene("registry_a.deep:scene")
+    assert plugin.name == "glade"
+    assert plugin is sys.modules["registry_a.deep"].scene
+
+
+def test_entry_point_of_another_package(folder: Path) -> None:
+    (folder / "registry_b.py").write_text(PLUGIN)
+    write_distribution(folder, "registry_b", "glade = registry_b:scene")
+    plugin = find_scene("glade")
+    assert plugin is sys.modules["registry_b"].scene
+    names = [scene.name for scene in list_scenes()]
+    assert names == sorted(names)
+    assert set(names) >= {"forest", "glade"}
+
+
+def test_forest_is_installed() -> None:
+    assert find_scene("forest").name == "forest"
+    assert "forest" in [scene.name for scene in list_scenes()]
+
+
+def test_build_resolves_parameters(folder: Path) -> None:
+    (folder / "registry_c.py").write_text(PLUGIN)
+    plugin = find_scene("registry_c:scene")
+    assert build_scene(plugin) == {"trees": 3}
+    assert build_scene(plugin, trees=5) == {"trees": 5}
+    with pytest.raises(ParameterError, match=r"scene 'glade' has no parameter 'plugin': it has trees"):
+        build_scene(plugin, plugin=1)
+    with pytest.raises(ParameterError, match="trees must be between 0 and 9, got 10"):
+        build_scene(plugin, trees=10)
+
+
+def message(name: str, kind: type[SceneError] = SceneNotFoundError) -> str:
+    with pytest.raises(kind) as caught:
+        find_scene(name)
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+def test_unknown_name_lists_the_known_and_suggests() -> None:
+    assert message("forst").startswith("there is no scene 'forst' (did you mean 'forest'?); installed: ")
+    assert message("desert").startswith("there is no scene 'desert'; installed: ")
+    assert "forest" in message("desert")
+    assert "package.module:object" in message("")
+
+
+@pytest.mark.parametrize("name", ["a:", ":b", "a b:c", "a..b:c", "a:b:c", "a.py:1"])
+def test_malformed_names(name: str) -> None:
+    assert "is not of the form package.module:object" in message(name)
+
+
+def test_missing_module_and_object(folder: Path) -> None:
+    assert "registry_none cannot be imported" in message("registry_none:scene")
+    (folder / "registry_d.py").write_text(PLUGIN)
+    assert "registry_d has no 'scenery'" in message("registry_d:scenery")
+    (folder / "registry_e.py").write_text("import registry_missing_library\n")
+    assert "No module named 'registry_missing_library'" in message("registry_e:scene")
+
+
+def test_not_a_plugin(folder: Path) -> None:
+    (folder / "registry_f.py").write_text('class scene:\n    name = "f"\n    summary = "s"\n')
+    assert "it has no parameters, build" in message("registry_f:scene", SceneError)
+
+
+def test_a_plugins_own_fault_is_not_hidden(folder: Path) -> None:
+    (folder / "registry_g.py").write_text("[].nothing\n")
+    with pytest.raises(AttributeError, match="nothing"):
+        find_scene("registry_g:scene")
+
+
+def test_entry_point_under_another_name(folder: Path) -> None:
+    (folder / "registry_h.py").write_text(PLUGIN)
+    write_distribution(folder, "registry_h", "meadow = registry_h:scene")
+    text = message("meadow", SceneError)
+    assert "'meadow' calls itself 'glade'" in text
+    with pytest.raises(SceneError, match="'meadow' calls itself 'glade'"):
+        list_scenes()
+
+
+def test_two_packages_one_name(folder: Path) -> None:
+    (folder / "registry_i.py").write_text(PLUGIN)
+    write_distribution(folder, "registry_i", "glade = registry_i:scene")
+    write_distribution(folder, "registry_j", "glade = registry_j:scene")
+    text = message("glade", SceneError)
+    assert "two packages bring a scene 'glade'" in text
+    assert "registry_i:scene" in text
+    assert "registry_j:scene" in text
