@@ -137,7 +137,7 @@ class Frame:
     size : (int, int)
         Width and height in pixels.
     milliseconds : dict of str to float
-        GPU time of each pass, in drawing order.
+        Time of each pass, in drawing order; see `firefly_sample.gpu.timers`.
     shaded : int or None
         Fragments that the light pass shaded, where the renderer was told to count them.
     lights : LightCounts

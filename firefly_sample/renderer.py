@@ -209,9 +209,11 @@ class Renderer:
         gpu.begin(plan)
         try:
             for step in plan.passes:
+                made, images = self._passes[step.name], BoundImages(gpu.images, plan, step)
+                made.prepare(gpu, plan, step, images)
                 counted = self.count_fragments and step.name == "point_lights"
                 with gpu.timers.measure(step.name, count=counted):
-                    self._passes[step.name].draw(gpu, plan, step, BoundImages(gpu.images, plan, step))
+                    made.draw(gpu, plan, step, images)
         finally:
             gpu.end()
         self._device.check(f"the frame at time {plan.time:g}")

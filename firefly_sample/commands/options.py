@@ -111,25 +111,26 @@ Time = Annotated[float, Parameter(metavar="SECONDS")]
 Flag = Annotated[bool, Parameter(show_default=False)]
 
 
-def with_scene_options(command: Callable[..., int], plugin: ScenePlugin | None = None) -> Callable[..., int]:
+def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Callable[..., int]:
     """`command` with an option for each setting and each parameter of a scene.
+
+    A parameter whose name is already that of an option, say "size", has the option ``--scene-size``.
 
     Parameters
     ----------
     command : callable
         Takes ``settings`` and ``parameters``, dicts of what was given, as keyword arguments.
-    plugin : ScenePlugin, optional
-        The options are those of the settings alone when absent.
+    plugin : ScenePlugin
 
     Raises
     ------
     SceneError
-        If a parameter's option exists already.
+        If two parameters would have the same option.
     """
     signature = inspect.signature(command, eval_str=True)
     own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
-    added = _settings_options() + (_scene_options(plugin) if plugin is not None else [])
-    _check_unique(own, added, plugin)
+    taken = {p.name for p in own} | {field.name for field in fields(Settings)} | {"help", "version"}
+    added = _settings_options() + _scene_options(plugin, taken)
 
     @functools.wraps(command)
     def run(*arguments: Any, **options: Any) -> int:
@@ -149,8 +150,8 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin | None =
     return run
 
 
-def _option(kind: str, name: str, hint: Any, about: str, default: str, group: Group) -> inspect.Parameter:
-    """A keyword that is absent unless it is given; `default` is what the help shows."""
+def _option(key: str, name: str, hint: Any, about: str, default: str, group: Group) -> inspect.Parameter:
+    """A keyword `key` that is absent unless its option is given; `default` is what the help shows."""
     option = Parameter(
         name="--" + name.replace("_", "-"),
         help=about,
@@ -158,12 +159,8 @@ def _option(kind: str, name: str, hint: Any, about: str, default: str, group: Gr
         show_default=lambda _: default,
         negative=None if hint is bool and default == "True" else (),
     )
-    return inspect.Parameter(
-        f"{kind}__{name}",
-        inspect.Parameter.KEYWORD_ONLY,
-        default=None,
-        annotation=Annotated[Whole if hint is int else hint, option],
-    )
+    annotated = Annotated[Whole if hint is int else hint, option]
+    return inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotated)
 
 
 def _settings_options() -> list[inspect.Parameter]:
@@ -174,16 +171,25 @@ def _settings_options() -> list[inspect.Parameter]:
         choices = [part for part in get_args(hints[field.name]) if part is not type(None)]
         hint = choices[0] if len(choices) == 1 else hints[field.name]
         default = _SETTINGS_DEFAULT.get(field.name, str(field.default))
-        options.append(_option("settings", field.name, hint, SETTINGS_HELP[field.name], default, group))
+        about = SETTINGS_HELP[field.name]
+        options.append(_option(f"settings__{field.name}", field.name, hint, about, default, group))
     return options
 
 
-def _scene_options(plugin: ScenePlugin) -> list[inspect.Parameter]:
+def _scene_options(plugin: ScenePlugin, taken: set[str]) -> list[inspect.Parameter]:
     group = Group(f"Scene {plugin.name}", sort_key=2)
-    return [
-        _option("parameters", p.name, p.type, parameter_help(p), str(p.default), group)
-        for p in plugin.parameters
-    ]
+    options, used = [], set(taken)
+    for p in plugin.parameters:
+        name = f"scene_{p.name}" if p.name in taken else p.name
+        if name in used:
+            raise SceneError(
+                f"scene {plugin.name!r}: parameter {p.name!r} needs another name, it occurs twice"
+            )
+        used.add(name)
+        options.append(
+            _option(f"parameters__{p.name}", name, p.type, parameter_help(p), str(p.default), group)
+        )
+    return options
 
 
 def parameter_help(parameter: SceneParameter) -> str:
@@ -191,17 +197,3 @@ def parameter_help(parameter: SceneParameter) -> str:
     ranged = parameter.minimum is not None or parameter.maximum is not None
     about = " ".join(part for part in (parameter.range_text() if ranged else "", parameter.unit) if part)
     return f"{parameter.help.rstrip('.')} ({about})." if about else parameter.help
-
-
-def _check_unique(
-    own: list[inspect.Parameter], added: list[inspect.Parameter], plugin: ScenePlugin | None
-) -> None:
-    taken = {p.name for p in own} | {"help", "version"}
-    for parameter in added:
-        name = parameter.name.partition("__")[2]
-        if name in taken:
-            raise SceneError(
-                f"scene {plugin.name if plugin else ''!r}: its parameter {name!r} has the name of an option "
-                "that this command has for every scene: rename the parameter"
-            )
-        taken.add(name)

@@ -28,7 +28,7 @@ class Gpu:
         self.programs = Programs(device.ctx)
         self.uploads = Uploads(device.ctx)
         self.images = Images(device)
-        self.timers = Timers(device.raw)
+        self.timers = Timers(device)
         self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
         self._streams: dict[str, moderngl.Buffer] = {}
         self._arrays: dict[tuple[str, Program], tuple[tuple[moderngl.Buffer, ...], moderngl.VertexArray]] = {}

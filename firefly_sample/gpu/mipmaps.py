@@ -73,8 +73,9 @@ def _rescale_alpha(alpha: Float32, coverage: float, cutoff: float) -> Float32:
     # texels of equal alpha pass together: take them all or none, whichever comes closer
     first, end = np.searchsorted(ranked, threshold, "left"), np.searchsorted(ranked, threshold, "right")
     if end < alpha.size and alpha.size - first - passing > passing - (alpha.size - end):
-        threshold = ranked[end]
+        first, threshold = end, ranked[end]
     if threshold <= 0:
         return alpha
-    # a hair above, so that rounding in 16 bits does not lose the texel on the edge
-    return np.asarray(np.clip(alpha * np.float32(cutoff * 1.0005 / threshold), 0.0, 1.0), dtype=np.float32)
+    # the cut-off comes to lie between the last texel that passes and the first that does not
+    pivot = 0.5 * (threshold + ranked[first - 1]) if first > 0 else threshold
+    return np.asarray(np.clip(alpha * np.float32(cutoff / pivot), 0.0, 1.0), dtype=np.float32)

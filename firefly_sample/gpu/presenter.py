@@ -41,7 +41,7 @@ class Presenter:
         self._uploaded: dict[int, tuple[NDArray[np.uint8], moderngl.Texture]] = {}
 
     def show(self, size: tuple[int, int], picture: moderngl.Texture | None, layers: Iterable[Layer]) -> None:
-        """Fill the window of `size` with `picture` (with black if there is none), then draw `layers` in turn."""
+        """Fill the window of `size` with `picture`, or with black, and draw `layers` over it in turn."""
         ctx = self._gpu.ctx
         ctx.screen.use()
         ctx.screen.clear(0.0, 0.0, 0.0, 1.0)
@@ -59,7 +59,7 @@ class Presenter:
         ctx.enable_only(moderngl.NOTHING)
 
     def _draw(self, texture: moderngl.Texture, corner: tuple[int, int]) -> None:
-        """Draw a whole texture with its bottom left pixel at `corner`, counted from the window's bottom left."""
+        """Draw a whole texture with its bottom left pixel at `corner`, counted from the window's."""
         program = self._gpu.programs.get("present", Variant(), ("screen",), vertex="fullscreen")
         program.use({"u_corner": corner}, {"u_picture": texture})
         self._gpu.ctx.viewport = (*corner, *texture.size)

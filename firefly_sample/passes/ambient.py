@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.passes.base import draw_fullscreen
+from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 __all__ = ["AmbientPass"]
 
 
-class AmbientPass:
+class AmbientPass(Pass):
     """Fills the radiance."""
 
     name = "ambient"

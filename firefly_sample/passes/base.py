@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+import moderngl
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
@@ -11,21 +11,23 @@ from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 __all__ = ["Pass", "draw_fullscreen"]
 
 
-class Pass(Protocol):
+class Pass:
     """One step of the pipeline."""
 
     name: str
 
+    def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Compile and upload what `draw` needs. Its time is not the pass's: most frames have none of it."""
+
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
+        raise NotImplementedError
 
 
 def draw_fullscreen(
     gpu: Gpu, step: PassPlan, images: BoundImages, uniforms: dict[str, object] | None = None
 ) -> None:
     """Run a pass's fragment shader once over every pixel, with each target that it reads as ``u_<name>``."""
-    import moderngl
-
     images.draw_into()
     gpu.ctx.enable_only(moderngl.NOTHING)
     program = gpu.programs.get(step.name, step.variant, images.color_names(), vertex="fullscreen")

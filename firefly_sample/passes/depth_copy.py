@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
+from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 __all__ = ["DepthCopyPass"]
 
 
-class DepthCopyPass:
+class DepthCopyPass(Pass):
     """Copies the depth buffer: in OpenGL 3.3 one that is tested must not be sampled."""
 
     name = "depth_copy"

@@ -6,15 +6,23 @@ import moderngl
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
+from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 
 __all__ = ["GeometryPass"]
 
 
-class GeometryPass:
+class GeometryPass(Pass):
     """Draws the batches in the plan's order: opaque before cut-out, front to back."""
 
     name = "geometry"
+
+    def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Bring meshes, instances and textures up to date."""
+        for batch in plan.batches:
+            gpu.uploads.drawable(batch, gpu.programs.get(self.name, batch.variant, images.color_names()))
+            if batch.material.texture is not None:
+                gpu.uploads.texture(batch, stored=plan.settings.look == "classic")
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""

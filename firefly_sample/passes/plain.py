@@ -8,6 +8,7 @@ import numpy as np
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.rows import point_rows
+from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 __all__ = ["PlainPass"]
@@ -15,7 +16,7 @@ __all__ = ["PlainPass"]
 _CORNERS = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype=np.float32)
 
 
-class PlainPass:
+class PlainPass(Pass):
     """One instanced draw of squares, added to the radiance, tested against the depth of the geometry."""
 
     name = "plain"

@@ -11,6 +11,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.proxies import circumscribed_icosphere
 from firefly_sample.gpu.rows import light_texels, point_rows
+from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, LightSet, PassPlan
 from firefly_sample.plan.variants import PointLightsVariant
 
@@ -19,7 +20,7 @@ __all__ = ["PointLightsPass"]
 _TEXTURE_WIDTH = 2048
 
 
-class PointLightsPass:
+class PointLightsPass(Pass):
     """Spheres with back faces, depth test greater-equal and depth clamp; or full-screen, to compare."""
 
     name = "point_lights"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes.fireflies import Fireflies
+from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
 
 __all__ = ["ForestScene", "scene"]
@@ -27,13 +29,14 @@ Float64 = NDArray[np.float64]
 
 REACH = 25.0 * 1.1
 """How far the light of a firefly of size 1 reaches, in scene units: the original's figure."""
-STRENGTH = (3.4, 2.8, 1.8)
+STRENGTH = (5.0, 4.1, 2.6)
 """What a firefly's colour is multiplied by for its light. Bark, leaves and earth here reflect a tenth to a
 fifth: at about 3 one firefly lights them well, and where a dozen meet the tone curve still has room. Less
 in the blue, because beside moonlight the original's colours look white, and these should glow."""
-MOONLIGHT = (0.075, 0.10, 0.155)
-"""The ambient light at `ambient` 1: faint and cool, so that a trunk reads against the sky and no more."""
-SKY = VerticalGradient(horizon=(0.020, 0.032, 0.060), zenith=(0.0022, 0.0045, 0.014))
+MOONLIGHT = (0.10, 0.135, 0.21)
+"""The ambient light at `ambient` 1: faint and cool, so that a trunk reads against the sky and no more. The
+sky, the stars and the haze are lit by the same moon and go dark with it."""
+SKY = VerticalGradient(horizon=(0.055, 0.082, 0.135), zenith=(0.004, 0.008, 0.024))
 
 _DOT_RADIUS, _DOT_RADIANCE = 0.5, (4.2, 3.2, 1.7)
 _GLOW_RADIUS, _GLOW_RADIANCE = 3.4, (0.105, 0.075, 0.03)
@@ -102,14 +105,18 @@ class ForestScene(Scene):
         root = NodePath("forest")
         camera = root.attach_new_node(Camera("camera", lens))
         camera.set_pos_hpr(*CAMERA, 0.0, -7.5, 2.4)
-        super().__init__(root, camera, background=SKY)
-        self.seed, self.count, self.size, self.ambient = seed, fireflies, size, ambient
+        super().__init__(root, camera)
+        self.seed, self.count, self.size = seed, fireflies, size
         self.fireflies = Fireflies(seed, fireflies)
         _plant(root)
-        self._moon = root.attach_new_node(AmbientLight("moonlight", _scaled(MOONLIGHT, ambient)))
+        self._moon = AmbientLight("moonlight")
+        root.attach_new_node(self._moon)
+        self._sky = root.attach_new_node("sky")
+        self._sky.attach_new_node(Sprites("stars", function=lambda _: self._moonlit(*_stars())))
+        self._sky.attach_new_node(Sprites("haze", function=lambda _: self._moonlit(*_haze())))
         root.attach_new_node(PointLights("fireflies", function=self._lights))
         root.attach_new_node(Sprites("insects", function=self._dots))
-        root.attach_new_node(Sprites("stars", *_stars()))
+        self._set_ambient(ambient)
 
     def set(self, name: str, value: Any) -> None:
         """Change a parameter of the running scene.
@@ -124,16 +131,25 @@ class ForestScene(Scene):
             raise ParameterError(f"scene 'forest' has no parameter {name!r}: it has {', '.join(declared)}")
         checked = declared[name].check(value, "forest")
         if name == "ambient":
-            self.ambient = checked
-            node = self._moon.node()
-            assert isinstance(node, AmbientLight)
-            node.set_color(_scaled(MOONLIGHT, checked))
+            self._set_ambient(checked)
         elif name == "size":
             self.size = checked
         else:
             self.seed = checked if name == "seed" else self.seed
             self.count = checked if name == "fireflies" else self.count
             self.fireflies = Fireflies(self.seed, self.count)
+
+    def _set_ambient(self, ambient: float) -> None:
+        self.ambient = ambient
+        self._moon.set_color(_scaled(MOONLIGHT, ambient))
+        self.background = VerticalGradient(_scaled(SKY.horizon, ambient), _scaled(SKY.zenith, ambient))
+        if ambient > 0.0:
+            self._sky.show()
+        else:
+            self._sky.hide()
+
+    def _moonlit(self, positions: Float64, colors: Float64, radii: Float64) -> tuple[Float64, Float64, Float64]:
+        return positions, colors * self.ambient, radii
 
     def _lights(self, time: float) -> tuple[Float64, Float64, Float64]:
         """Positions, colours and radii of the lights."""
@@ -206,6 +222,7 @@ def _model(file: NodePath, name: str) -> GeomNode:
     return merged
 
 
+@lru_cache(maxsize=1)
 def _stars() -> tuple[Float64, Float64, Float64]:
     """Positions, colours and radii of the stars, on a dome just inside the far plane."""
     count, distance = 420, 488.0
@@ -219,3 +236,15 @@ def _stars() -> tuple[Float64, Float64, Float64]:
     brightness = 0.06 + 0.9 * u[2] ** 6
     tint = np.stack([0.75 + 0.25 * u[3], np.full(count, 0.85), 1.0 - 0.25 * u[3]], axis=1)
     return np.array(CAMERA) + distance * direction, brightness[:, None] * tint, np.full(count, 0.55) + 0.3 * u[4]
+
+
+@lru_cache(maxsize=1)
+def _haze() -> tuple[Float64, Float64, Float64]:
+    """Soft sheets of haze that hang between the trees at the back."""
+    count = 44
+    u = uniform(1911, np.arange(4)[:, None], np.arange(count)[None, :])
+    y = 60.0 + 190.0 * u[1]
+    x = CAMERA[0] + (0.8 * u[0] - 0.4) * (y - CAMERA[1])
+    radius = 22.0 + 22.0 * u[2]
+    z = ground_height(x, y) + radius * (0.75 + 0.5 * u[3])
+    return np.stack([x, y, z], axis=1), np.array((0.005, 0.0075, 0.012)), radius

@@ -76,9 +76,9 @@ SPECIES: dict[str, Species] = {
     "fern": Species("fern", "fern", "bush", 1.0, 8.0, 0.1, 0.7),
     "stump": Species("stump", "stump", "prop", 9.2, 0.0, 0.5, 0.5),
     "fallen trunk": Species("fallen_trunk", "fallen trunk", "prop", 0.0, 0.0, 0.5, 1.0),
-    "boulder": Species("rocks", "boulder", "prop", 8.2, 0.0, 1.6, 0.5),
-    "rock": Species("rocks", "rock", "prop", 5.6, 0.0, 1.2, 0.6),
-    "stone": Species("rocks", "stone", "prop", 3.9, 0.0, 0.9, 0.8),
+    "boulder": Species("rocks", "boulder", "prop", 8.2, 0.0, 0.6, 0.5),
+    "rock": Species("rocks", "rock", "prop", 5.6, 0.0, 0.3, 0.6),
+    "stone": Species("rocks", "stone", "prop", 3.9, 0.0, 0.2, 0.8),
     "fly agaric": Species("mushrooms", "fly agaric", "prop", 3.6, 0.0, 0.15, 0.8),
     "brown mushroom": Species("mushrooms", "brown mushroom", "prop", 3.4, 0.0, 0.15, 0.8),
     "grass": Species("grass", "grass", "grass", 0.0, 0.0, 0.15, 0.9),
@@ -192,7 +192,7 @@ def _in_view(x: float, y: float, margin: float = 10.0) -> bool:
 
 def _glade(x: float, y: float) -> bool:
     """The gap behind the clearing through which the sky is seen, a wedge from the camera."""
-    return -60.0 < y < 178.0 and -0.175 < (x - CAMERA[0]) / (y - CAMERA[1]) < 0.105
+    return -60.0 < y < 178.0 and -0.20 < (x - CAMERA[0]) / (y - CAMERA[1]) < 0.13
 
 
 def _wood(x: float, y: float) -> float:
@@ -204,6 +204,9 @@ def _wood(x: float, y: float) -> float:
 
 def _tree_weights(x: float, y: float) -> tuple[float, ...]:
     """Oaks and birches about the clearing, spruces behind and in groups."""
+    if y > 170.0 and _glade(x, 0.9 * y - 20.0):
+        # Behind the glade stand spires alone: they leave the sky between them.
+        return (0.0, 0.0, 0.0, 0.12, 0.25, 1.0, 0.0)
     far = min(max((_rim(x, y) - 1.1) / 1.2, 0.0), 1.0)
     group = 0.5 + 0.5 * float(ground_noise(x, y, 21, 70.0))
     near = 1.0 - far
@@ -220,7 +223,7 @@ def _tree_weights(x: float, y: float) -> tuple[float, ...]:
 
 def _undergrowth(x: float, y: float) -> float:
     rim = _rim(x, y)
-    if not _in_view(x, y) or y < -104.0 or y > 190.0:
+    if not _in_view(x, y) or y < -104.0 or y > 190.0 or (y < -40.0 and -18.0 < x < 26.0):
         return 0.0
     patches = 0.5 + 0.5 * float(ground_noise(x, y, 22, 26.0))
     return max(0.0, min(1.0, (rim - 0.62) / 0.4)) * patches
@@ -229,6 +232,10 @@ def _undergrowth(x: float, y: float) -> float:
 def _young(x: float, y: float) -> float:
     rim = _rim(x, y)
     return 1.0 if _in_view(x, y) and 0.9 < rim < 1.9 and y > -60.0 else 0.0
+
+
+def _ridge(x: float, y: float) -> float:
+    return 0.8 if _glade(x, 0.65 * y) else 0.0
 
 
 def _stones(x: float, y: float) -> float:
@@ -249,18 +256,21 @@ _STREWN: tuple[_Strewing, ...] = (
         ("oak", "tall oak", "birch", "slim birch", "spruce", "slim spruce", "pine"),
         _tree_weights,
         2600,
-        17.0,
+        19.5,
         (0.85, 1.12),
         _wood,
     ),
     _Strewing(
         ("young oak", "young spruce"), lambda x, y: (1.0, 1.0), 160, 9.0, (0.7, 1.15), _young
     ),
+    _Strewing(
+        ("young spruce",), lambda x, y: (1.0,), 200, 8.0, (0.8, 1.4), _ridge, (-110.0, 90.0), (165.0, 275.0)
+    ),
     _Strewing(("hazel", "bramble"), lambda x, y: (1.0, 1.0), 300, 7.0, (0.75, 1.2), _undergrowth),
     _Strewing(("rock", "stone", "boulder"), lambda x, y: (0.8, 1.2, 0.15), 60, 3.0, (0.5, 1.0), _stones),
     _Strewing(("fern",), lambda x, y: (1.0,), 420, 2.6, (0.65, 1.1), _undergrowth),
     _Strewing(
-        ("fly agaric", "brown mushroom"), lambda x, y: (1.0, 1.2), 60, 2.0, (0.45, 0.8), _stones,
+        ("fly agaric", "brown mushroom"), lambda x, y: (0.7, 1.2), 34, 2.0, (0.45, 0.8), _stones,
         (-70.0, 70.0), (-100.0, 60.0),
     ),
 )  # fmt: skip

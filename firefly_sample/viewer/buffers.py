@@ -59,7 +59,8 @@ def _depth(image: NDArray[Any]) -> Pixels:
     """Equal ratios of distance are equal steps of grey: the eye, too, judges distances by ratio."""
     near, far = _extent(image)
     drawn = np.isfinite(image)
-    ratio = np.log(np.where(drawn, image, near) / near) / max(np.log(far / near), 1e-9)
+    # an orthographic lens may see behind its origin: that is as white as the nearest
+    ratio = np.log(np.clip(np.where(drawn, image, near), near, far) / near) / max(np.log(far / near), 1e-9)
     grey = np.where(drawn, 1.0 - (1.0 - DARKEST) * ratio, 0.0)
     return _codes(np.repeat(grey[..., None], 3, axis=-1))
 
@@ -79,7 +80,7 @@ def _id(image: NDArray[Any]) -> Pixels:
     fall = np.clip(np.minimum(q, 4.0 - q), 0.0, 1.0)
     colors = value[:, None] * (1.0 - saturation[:, None] * fall)
     colors[-1] = 0.0  # where index -1, nothing, lands
-    return _codes(colors)[image]
+    return np.asarray(_codes(colors)[image])
 
 
 def _extent(image: NDArray[Any]) -> tuple[float, float]:

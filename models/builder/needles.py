@@ -115,7 +115,7 @@ def pine_tufts(seed, tones=((0.045, 0.085, 0.035), (0.10, 0.16, 0.07)), size=102
     return canvas.pixels(2)
 
 
-def fern_fronds(seed, tones=((0.05, 0.11, 0.02), (0.12, 0.21, 0.045)), size=1024):
+def fern_fronds(seed, tones=((0.035, 0.10, 0.025), (0.10, 0.21, 0.055)), size=1024):
     """Three fronds side by side, each a third of the picture wide, stems below."""
     canvas = Canvas(2 * size, 2 * size, tones[0])
     for k in range(3):

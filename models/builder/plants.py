@@ -42,13 +42,13 @@ def bush(seed, height=11.0, spread=8.0, stems=11, card=6.0, arch=-0.35):
     return wood, leaves
 
 
-def fern(seed, fronds=11, length=8.0):
+def fern(seed, fronds=12, length=9.0):
     """Fronds that rise from one root and arch outwards."""
     random = Random(seed)
     leaves = Surface()
     for k in range(fronds):
         angle = 2.399963 * k + random.around(0.0, 0.3)
-        pitch = random.between(0.8, 1.2) if k < fronds * 0.6 else random.between(0.55, 0.8)
+        pitch = random.between(0.85, 1.2) if k < fronds * 0.6 else random.between(1.2, 1.45)
         out = np.array([math.cos(angle), math.sin(angle), 0.0])
         heading = out * math.cos(pitch) + np.array([0.0, 0.0, math.sin(pitch)])
         size = length * random.between(0.75, 1.1)
@@ -65,7 +65,7 @@ def fern(seed, fronds=11, length=8.0):
             color=1.0 - 0.25 * random.units(3) * [1.0, 0.6, 1.0],
         )
     leaves.bend_normals(np.array([0.0, 0.0, -3.0]), np.ones(3), 0.45)
-    leaves.shade(lambda v: 0.35 + 0.65 * smooth(0.2, 2.6, np.hypot(v[:, 0], v[:, 1]) + 0.6 * v[:, 2]))
+    leaves.shade(lambda v: 0.35 + 0.65 * smooth(0.3, 4.6, np.hypot(v[:, 0], v[:, 1]) + 0.5 * v[:, 2]))
     return leaves
 
 

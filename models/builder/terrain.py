@@ -106,7 +106,7 @@ def _path(x, y):
 def _litter(color, density, size):
     """Fallen leaves: small ovals in browns, each with its own light half."""
     random = Random(310)
-    tries = 26000
+    tries = 30000
     at = (random.units(tries, 2) * size).astype(int)
     looks = random.units(tries, 5)
     keep = looks[:, 0] < density[at[:, 1], at[:, 0]]
@@ -117,7 +117,7 @@ def _litter(color, density, size):
         if not (reach <= px < size - reach and reach <= py < size - reach):
             continue
         c, s = math.cos(6.2832 * turn), math.sin(6.2832 * turn)
-        along, across = (dx * c + dy * s) / (3.2 + 3.4 * long), (dy * c - dx * s) / (1.2 + 1.5 * shape)
+        along, across = (dx * c + dy * s) / (2.4 + 2.6 * long), (dy * c - dx * s) / (0.9 + 1.1 * shape)
         cover = np.clip((1.0 - along**2 - across**2) * 2.5, 0.0, 0.92)[..., None]
         where = (slice(py - reach, py + reach + 1), slice(px - reach, px + reach + 1))
         leaf = tones[int(tone * 4)] * (0.8 + 0.4 * long) * (1.0 + 0.22 * np.sign(across))[..., None]

@@ -39,6 +39,10 @@ class Broadleaf:
         Of the trunk.
     tile : (float, float)
         Scene units that one repeat of the bark covers.
+    segments : int
+        Rings of the trunk.
+    twig : (float, float, float)
+        What the bark's colour is multiplied by at the tips of limbs and on all of the thin branches.
     """
 
     height: float
@@ -55,6 +59,7 @@ class Broadleaf:
     wobble: float = 0.05
     tile: tuple = (9.0, 18.0)
     segments: int = 12
+    twig: tuple = (0.8, 0.8, 0.8)
 
 
 _FEET = (0.0, 0.01, 0.024, 0.05)
@@ -68,7 +73,7 @@ def broadleaf(seed, kind):
     grow(limbs, stem, kind.habits, kind.outline)
     bark, leaves = Surface(), Surface()
     add_trunk(bark, stem, kind.radius, kind.sides[0], kind.flare, kind.lobes, shape, kind.tile)
-    add_limbs(bark, stem, kind.sides, limbs, kind.tile)
+    add_limbs(bark, stem, kind.sides, limbs, kind.tile, kind.twig)
     last = len(kind.habits)
     for branch in stem.walk():
         if branch.level == last:
@@ -98,14 +103,19 @@ def add_trunk(bark, stem, radius, sides, flare, lobes, random, tile):
     add_tube(bark, path, radii, sides, tile, profile=profile)
 
 
-def add_limbs(bark, stem, sides, random, tile):
-    """Tubes for all branches above the trunk that have sides; a collar where each leaves its parent."""
+def add_limbs(bark, stem, sides, random, tile, twig=(0.8, 0.8, 0.8)):
+    """Tubes for all branches above the trunk that have sides; a collar where each leaves its parent.
+
+    `twig` tints thin wood: limbs towards their tips, branches throughout.
+    """
     for branch in stem.walk():
         if branch.level == 0 or branch.level >= len(sides) or sides[branch.level] == 0:
             continue
         radii = branch.radii.copy()
         radii[0] *= 1.25
-        add_tube(bark, branch.path, radii, sides[branch.level], tile, offset=random.units(1)[0])
+        thin = np.linspace(0.0, 1.0, len(radii))[:, None] if branch.level == 1 else np.ones((len(radii), 1))
+        tints = 1.0 + (np.asarray(twig) - 1.0) * thin
+        add_tube(bark, branch.path, radii, sides[branch.level], tile, random.units(1)[0], colors=tints)
 
 
 def leaf_out(leaves, branch, places, size, droop, random, cells=CELLS):
@@ -154,7 +164,7 @@ OAK = Broadleaf(
     radius=3.6,
     habits=(
         Habit(13, (0.30, 1.0), (72.0, 24.0), (0.50, 0.34), 0.50, 0.20, 0.55, 5),
-        Habit(7, (0.28, 1.0), (60.0, 38.0), (0.42, 0.30), 0.50, 0.22, 0.25, 2),
+        Habit(7, (0.28, 1.0), (60.0, 38.0), (0.42, 0.30), 0.50, 0.22, 0.25, 1),
     ),
     sides=(14, 5, 3),
     outline=lambda t: 0.80 + 0.5 * math.sin(math.pi * (0.15 + 0.75 * t)),
@@ -170,7 +180,7 @@ OAK_TALL = Broadleaf(
     radius=3.3,
     habits=(
         Habit(15, (0.36, 1.0), (66.0, 24.0), (0.38, 0.22), 0.46, 0.18, 0.5, 4),
-        Habit(5, (0.30, 1.0), (56.0, 38.0), (0.46, 0.32), 0.50, 0.2, 0.2, 2),
+        Habit(5, (0.30, 1.0), (56.0, 38.0), (0.46, 0.32), 0.50, 0.2, 0.2, 1),
     ),
     sides=(12, 5, 3),
     outline=lambda t: 0.75 + 0.5 * math.sin(math.pi * (0.1 + 0.8 * t)),
@@ -201,7 +211,7 @@ BIRCH = Broadleaf(
     radius=2.0,
     habits=(
         Habit(20, (0.34, 1.0), (54.0, 26.0), (0.27, 0.13), 0.40, 0.14, 0.25, 4),
-        Habit(4, (0.35, 1.0), (50.0, 40.0), (0.55, 0.42), 0.45, 0.2, -1.1, 2),
+        Habit(4, (0.35, 1.0), (55.0, 45.0), (0.52, 0.40), 0.45, 0.2, -1.1, 1),
     ),
     sides=(10, 4, 3),
     outline=lambda t: 0.65 + 0.55 * math.sin(math.pi * (0.2 + 0.7 * t)),
@@ -212,6 +222,7 @@ BIRCH = Broadleaf(
     lean=0.09,
     wobble=0.05,
     tile=(12.0, 24.0),
+    twig=(0.26, 0.20, 0.17),
 )
 BIRCH_SLIM = Broadleaf(
     height=72.0,
@@ -229,4 +240,5 @@ BIRCH_SLIM = Broadleaf(
     lean=0.14,
     wobble=0.06,
     tile=(10.0, 20.0),
+    twig=(0.26, 0.20, 0.17),
 )

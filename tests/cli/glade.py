@@ -71,15 +71,24 @@ class Empty:
         return Scene()
 
 
-class Crowded:
-    """A parameter has the name of an option that every scene has."""
+class Crowded(Empty):
+    """Its parameters have the names of options that every scene has."""
 
     name = "crowded"
-    summary = "Cannot be captured."
-    parameters = (Parameter("size", float, 1.0, "How big."),)
+    parameters = (
+        Parameter("size", float, 1.0, "How big."),
+        Parameter("lights", bool, False, "Whether it has any."),
+    )
 
-    def build(self, *, size: float) -> Scene:
-        raise AssertionError("never built")
+    def build(self, *, size: float, lights: bool) -> Scene:
+        return super().build()
+
+
+class Doubled(Empty):
+    """Two of its parameters would be one option."""
+
+    name = "doubled"
+    parameters = (Parameter("size", int, 1, "How big."), Parameter("scene_size", int, 1, "How big."))
 
 
 class Growing(Glade):
@@ -104,4 +113,5 @@ class _GrowingScene(Scene):
             self.root.attach_new_node(self._extra).set_pos(1, 5, 1)
 
 
-glade, statue, empty, crowded, growing = Glade(), Statue(), Empty(), Crowded(), Growing()
+glade, statue, empty, growing = Glade(), Statue(), Empty(), Growing()
+crowded, doubled = Crowded(), Doubled()

@@ -39,7 +39,7 @@ INPUT = [
     (["capture", "florest"], "did you mean 'forest'?"),
     (["capture", "no.such.module:scene"], "no.such.module"),
     (["capture", "tests.cli.glade:swamp"], "'swamp'"),
-    (["capture", "tests.cli.glade:crowded"], "'size'"),
+    (["capture", "tests.cli.glade:doubled"], "parameter 'scene_size' needs another name"),
     (["capture", GLADE, "--fireflies", "-1"], "fireflies must be between 0 and 20000, got -1"),
     (["capture", GLADE, "--fireflies", "1000000000"], "between 0 and 20000"),
     (["capture", GLADE, "--reach", "nan"], "reach must be finite"),

@@ -50,6 +50,15 @@ def test_each_scene_has_its_own_options(capsys):
     assert "--model" not in help_of(capsys, "plan", GLADE)
 
 
+def test_a_parameter_gives_way_to_an_option_of_the_same_name(here, capsys):
+    crowded = "tests.cli.glade:crowded"
+    assert "--scene-size FLOAT How big. [default: 1.0]" in help_of(capsys, "capture", crowded)
+    options = ("--size", "8x6", "--scene-size", 2, "--scene-lights", "--lights", "loop")
+    manifest = manifest_of(capsys, crowded, *options)
+    assert manifest["parameters"] == {"size": 2.0, "lights": True}
+    assert manifest["settings"]["lights"] == "loop"
+
+
 def test_every_setting_is_an_option_with_its_choices(capsys):
     text = help_of(capsys, "capture", GLADE)
     for field in fields(Settings):

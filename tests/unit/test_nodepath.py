@@ -1,4 +1,4 @@
-"""NodePath: building, moving, instancing, copying, attributes, errors; test_panda_oracle has the comparisons."""
+"""NodePath: building, moving, instancing, copying, attributes, errors. Comparisons are in test_panda_oracle."""
 
 from __future__ import annotations
 
@@ -553,7 +553,7 @@ def test_numbers_too_large_for_float64_do_not_become_nan_in_the_graph():
         lambda: t["c"].set_pos(t["a/b"], 0, 0, 1e10),
         lambda: t["c"].set_mat(t["a/b"], np.diag([1e10, 1e10, 1e10, 1])),
     ):
-        with pytest.raises(NodeError, match="'root/c'.*relative to 'root/a/b' is too large"):
+        with pytest.raises(NodeError, match=r"'root/c'.*relative to 'root/a/b' is too large"):
             act()
     assert (t["c"].get_mat() == np.eye(4)).all()
 

@@ -1,0 +1,215 @@
+"""A window with an OpenGL 3.3 context and what happens to it, by glfw."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from types import ModuleType, TracebackType
+from typing import Any, Protocol
+
+from firefly_sample.errors import ViewerError
+
+__all__ = ["Listener", "Window", "check_display"]
+
+_NAMES = {"UP": "up", "DOWN": "down", "LEFT": "left", "RIGHT": "right", "ESCAPE": "escape", "F1": "f1"}
+_BUTTONS = {"LEFT": "left", "RIGHT": "right", "MIDDLE": "middle"}
+
+
+class Listener(Protocol):
+    """Who is told what happens to a window."""
+
+    def key(self, name: str, repeated: bool) -> None:
+        """A key is pressed: a letter, a digit, or up, down, left, right, escape, f1."""
+
+    def drag(self, button: str, right: float, down: float) -> None:
+        """The mouse moves with a button held ("left", "right", "middle"), in heights of the window."""
+
+    def scroll(self, steps: float) -> None:
+        """The wheel turns; steps above 0 are away from the user."""
+
+
+def check_display() -> None:
+    """See whether there is a chance to open a window, before anything slow is done.
+
+    Raises
+    ------
+    ViewerError
+        If there is no display, or glfw is not installed; it says what works instead.
+    """
+    _load_glfw()
+    if _needs_x11() and not os.environ.get("DISPLAY"):
+        missing = (
+            "this Wayland session has no XWayland" if os.environ.get("WAYLAND_DISPLAY") else "no display"
+        )
+        raise _no_window(f"{missing} (DISPLAY is not set)")
+
+
+class Window:
+    """An open window whose context is current in this thread; leaving it closes it.
+
+    Parameters
+    ----------
+    title : str
+    size : (int, int)
+        Width and height in the screen's coordinates, which are pixels on an ordinary screen.
+
+    Raises
+    ------
+    ViewerError
+        If there is no display, glfw is not installed, or the driver has no OpenGL 3.3.
+    """
+
+    def __init__(self, title: str, size: tuple[int, int]) -> None:
+        self._glfw: Any = _load_glfw()
+        self._button: str | None = None
+        self._cursor = (0.0, 0.0)
+        self._title = title
+        # glfw's complaints come as warnings, too: here they become one error
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            self._handle = self._open(title, size)
+        self._glfw.make_context_current(self._handle)
+        self._glfw.swap_interval(1)
+
+    def _open(self, title: str, size: tuple[int, int]) -> Any:
+        glfw = self._glfw
+        if not glfw.init():
+            raise _no_window(self._complaint())
+        for hint, value in (
+            (glfw.CONTEXT_VERSION_MAJOR, 3),
+            (glfw.CONTEXT_VERSION_MINOR, 3),
+            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+            (glfw.OPENGL_FORWARD_COMPAT, True),
+            # everything is drawn into textures: the window itself needs no depth
+            (glfw.DEPTH_BITS, 0),
+            (glfw.STENCIL_BITS, 0),
+        ):
+            glfw.window_hint(hint, value)
+        handle = glfw.create_window(*size, title, None, None)
+        if not handle:
+            complaint = self._complaint()
+            glfw.terminate()
+            raise _no_window(complaint)
+        return handle
+
+    def _complaint(self) -> str:
+        text = self._glfw.get_error()[1]
+        return f"glfw says {text.decode(errors='replace')!r}" if text else "glfw does not say why"
+
+    def listen(self, listener: Listener) -> None:
+        """Tell `listener` what happens from now on; its methods are called from within `wait`."""
+        glfw = self._glfw
+        names = {getattr(glfw, f"KEY_{key}"): name for key, name in _NAMES.items()}
+        buttons = {getattr(glfw, f"MOUSE_BUTTON_{button}"): name for button, name in _BUTTONS.items()}
+
+        def key(_: Any, code: int, scancode: int, action: int, __: int) -> None:
+            if action != glfw.RELEASE:
+                listener.key(names.get(code) or self._letter(code, scancode), action == glfw.REPEAT)
+
+        def button(_: Any, code: int, action: int, __: int) -> None:
+            name = buttons.get(code)
+            if action == glfw.PRESS and self._button is None:
+                self._button, self._cursor = name, glfw.get_cursor_pos(self._handle)
+            elif action == glfw.RELEASE and name == self._button:
+                self._button = None
+
+        def move(_: Any, x: float, y: float) -> None:
+            if self._button is not None:
+                height = max(1, glfw.get_window_size(self._handle)[1])
+                right, down = x - self._cursor[0], y - self._cursor[1]
+                self._cursor = x, y
+                listener.drag(self._button, right / height, down / height)
+
+        glfw.set_key_callback(self._handle, key)
+        glfw.set_mouse_button_callback(self._handle, button)
+        glfw.set_cursor_pos_callback(self._handle, move)
+        glfw.set_scroll_callback(self._handle, lambda _, __, steps: listener.scroll(steps))
+
+    def _letter(self, code: int, scancode: int) -> str:
+        """What is printed on a key; where that is no Latin letter, what an American keyboard has there."""
+        printed = (self._glfw.get_key_name(code, scancode) or "").lower()
+        if printed and printed.isascii():
+            return printed
+        return chr(code).lower() if 32 < code < 127 else ""
+
+    def set_title(self, title: str) -> None:
+        """Change the title."""
+        if title != self._title:
+            self._title = title
+            self._glfw.set_window_title(self._handle, title)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the user wants the window to go."""
+        return bool(self._glfw.window_should_close(self._handle))
+
+    @property
+    def hidden(self) -> bool:
+        """Whether nothing of the window can be seen: it is minimised."""
+        iconified = self._glfw.get_window_attrib(self._handle, self._glfw.ICONIFIED)
+        return bool(iconified) or 0 in self.framebuffer_size
+
+    @property
+    def framebuffer_size(self) -> tuple[int, int]:
+        """Width and height in pixels, which on a fine screen are more than those of the window."""
+        width, height = self._glfw.get_framebuffer_size(self._handle)
+        return int(width), int(height)
+
+    @property
+    def scale(self) -> float:
+        """How large text should be, 1 on an ordinary screen."""
+        across, down = self._glfw.get_window_content_scale(self._handle)
+        return max(1.0, float(across), float(down))
+
+    def wait(self, seconds: float) -> None:
+        """Report what has happened; with `seconds`, wait that long for something to happen."""
+        if seconds > 0:
+            self._glfw.wait_events_timeout(seconds)
+        else:
+            self._glfw.poll_events()
+
+    def swap(self) -> None:
+        """Show what was drawn, at the screen's next refresh."""
+        self._glfw.swap_buffers(self._handle)
+
+    def __enter__(self) -> Window:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._glfw.destroy_window(self._handle)
+        self._glfw.terminate()
+
+
+def _needs_x11() -> bool:
+    return sys.platform.startswith(("linux", "freebsd"))
+
+
+def _load_glfw() -> ModuleType:
+    """The module glfw, which on Linux must be its X11 half: our contexts are GLX."""
+    name = "PYGLFW_LIBRARY_VARIANT"
+    before = os.environ.get(name)
+    try:
+        if _needs_x11():
+            os.environ[name] = "x11"
+        import glfw
+    except ImportError as error:
+        raise ViewerError(
+            f"a window needs the package glfw ({error}): run pip install 'firefly_sample[window]', "
+            "or use 'firefly capture', which needs no window"
+        ) from None
+    finally:
+        if _needs_x11():
+            os.environ.pop(name, None)
+            if before is not None:
+                os.environ[name] = before
+    return glfw
+
+
+def _no_window(reason: str) -> ViewerError:
+    return ViewerError(
+        f"no window can be opened: {reason}; use 'firefly capture' for pictures on disk, "
+        "or 'xvfb-run -a firefly run' for a display that exists in memory only"
+    )

@@ -1,0 +1,239 @@
+"""What keys and mouse do, and what is shown of it; knows nothing of glfw."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import FireflyError
+from firefly_sample.gpu.presenter import Layer
+from firefly_sample.renderer import Renderer
+from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.scene import Scene
+from firefly_sample.viewer.clock import Clock
+from firefly_sample.viewer.controls import Binding, key_label, parameter_bindings
+from firefly_sample.viewer.orbit import OrbitCamera, SceneSeenBy
+from firefly_sample.viewer.overlay import Rows, Section, columns_plate, line_plate, rows_plate, title_plate
+from firefly_sample.viewer.screenshot import save_screenshot
+from firefly_sample.viewer.stage import Stage
+from firefly_sample.viewer.status import Meter, status_rows
+from firefly_sample.viewer.views import VIEWS, Drawn, draw_view, view_title
+
+__all__ = ["Viewer"]
+
+MARGIN = 10
+"""Pixels between the window's edge and text, at scale 1."""
+MESSAGE_SECONDS = 4.0
+MOUSE: Section = (
+    "Mouse",
+    (("Left", "orbit"), ("Right", "pan (the middle button, too)"), ("Wheel", "nearer and farther")),
+)
+
+
+class Viewer:
+    """A stage, a camera and a clock, shown by a renderer that draws on a window.
+
+    Parameters
+    ----------
+    stage : Stage
+    renderer : Renderer
+        Made with ``window=True``.
+    clock : Clock
+    folder : Path
+        For screenshots.
+
+    Attributes
+    ----------
+    closed : bool
+        True when the user wants to leave.
+
+    Raises
+    ------
+    SceneError
+        If a parameter wants a key that does not exist or is taken.
+    """
+
+    def __init__(self, stage: Stage, renderer: Renderer, clock: Clock, folder: Path) -> None:
+        self._stage, self._renderer, self._clock, self._folder = stage, renderer, clock, folder
+        self._orbit: OrbitCamera | None = None
+        self._view = VIEWS[0]
+        self._help = False
+        self._shot = False
+        self._message = ""
+        self._message_until = 0.0
+        self._meter = Meter()
+        self._rows: Rows = ()
+        self._rows_stale = True
+        self._told: set[str] = set()
+        self._now = 0.0
+        self.closed = False
+        plugin = stage.plugin
+        self._own = self._own_bindings()
+        self._scene_keys = parameter_bindings(plugin.name, plugin.parameters, self._own, self._step)
+        self._bindings = {binding.key: binding for binding in (*self._scene_keys, *self._own)}
+
+    @property
+    def title(self) -> str:
+        """For the window's frame."""
+        view = "" if self._view == VIEWS[0] else f", {view_title(self._view)}"
+        return f"{self._stage.plugin.name}{view} - firefly"
+
+    @property
+    def still(self) -> bool:
+        """Whether every frame would be like the last one until something happens."""
+        return self._clock.paused and not self._shot
+
+    # --- What the window reports ---
+
+    def key(self, name: str, repeated: bool) -> None:
+        """A key is pressed, or held down so long that it repeats."""
+        binding = self._bindings.get(name)
+        if binding is not None and (binding.repeats or not repeated):
+            self._rows_stale = True
+            binding.act()
+
+    def drag(self, button: str, right: float, down: float) -> None:
+        """The mouse moves with a button held ("left", "right", "middle"), in heights of the window."""
+        camera = self._own_camera()
+        if button == "left":
+            camera.turn(right, down)
+        else:
+            camera.pan(right, down)
+
+    def scroll(self, steps: float) -> None:
+        """The wheel turns; steps above 0 are away from the user."""
+        self._own_camera().zoom(steps)
+
+    # --- What comes of it ---
+
+    def _own_bindings(self) -> list[Binding]:
+        return [
+            Binding("v", "next view: buffers", self._next_view),
+            Binding("p", "pause, go on", self._pause),
+            Binding("r", "the scene's own camera", self._reset_camera),
+            Binding("s", "save a screenshot", self._take_shot),
+            Binding("f1", "show or hide this help", self._toggle_help),
+            Binding("escape", "leave", self._leave),
+        ]
+
+    def _step(self, parameter: Parameter, key: KeyStep) -> None:
+        try:
+            self._say(self._stage.step(parameter, key))
+        except FireflyError as error:
+            self._say(str(error))
+
+    def _next_view(self) -> None:
+        self._view = VIEWS[(VIEWS.index(self._view) + 1) % len(VIEWS)]
+
+    def _pause(self) -> None:
+        self._clock.toggle(self._now)
+
+    def _reset_camera(self) -> None:
+        self._orbit = None
+
+    def _take_shot(self) -> None:
+        self._shot = True
+
+    def _toggle_help(self) -> None:
+        self._help = not self._help
+
+    def _leave(self) -> None:
+        if self._help:
+            self._help = False
+        else:
+            self.closed = True
+
+    def _own_camera(self) -> OrbitCamera:
+        if self._orbit is None:
+            self._orbit = OrbitCamera(self._stage.scene)
+        return self._orbit
+
+    def _say(self, text: str) -> None:
+        self._message, self._message_until = text, self._now + MESSAGE_SECONDS
+
+    # --- What is shown ---
+
+    def draw(self, size: tuple[int, int], scale: float, now: float) -> None:
+        """Draw a frame on the window.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Of the window's framebuffer, in pixels.
+        scale : float
+            Of text; 1 on an ordinary screen.
+        now : float
+            The clock's seconds.
+        """
+        self._now = now
+        if size != self._renderer.size:
+            self._renderer.resize(size)
+        time = self._clock.time(now)
+        drawn = draw_view(self._renderer, self._seen_scene(), time, self._view, scale, read=self._shot)
+        if self._shot:
+            self._save(drawn)
+        self._warn(drawn.frame.warnings)
+        if self._meter.add(now, drawn.milliseconds) or self._rows_stale:
+            self._rows = status_rows(self._stage, drawn.frame, self._meter.text, self._clock.paused)
+            self._rows_stale = False
+        self._renderer.present(drawn.plan, self._layers(drawn, size, scale))
+
+    def _seen_scene(self) -> Scene:
+        scene = self._stage.scene
+        return scene if self._orbit is None else SceneSeenBy(scene, self._orbit.path)
+
+    def _save(self, drawn: Drawn) -> None:
+        self._shot = False
+        try:
+            self._say(f"saved {save_screenshot(self._folder, self._stage.plugin.name, drawn.picture())}")
+        except FireflyError as error:
+            self._say(str(error))
+
+    def _warn(self, texts: tuple[str, ...]) -> None:
+        """Pass a plan's warnings on, each once."""
+        for text in texts:
+            if text not in self._told:
+                self._told.add(text)
+                self._say(text)
+                warnings.warn(text, stacklevel=2)
+
+    def _layers(self, drawn: Drawn, size: tuple[int, int], scale: float) -> list[Layer]:
+        """Everything over the picture, lowest first."""
+        width, height = size
+        margin = round(MARGIN * scale)
+        layers = [] if drawn.image is None else [drawn.image]
+        status = rows_plate(self._stage.plugin.name, self._rows, "F1 shows the keys", scale)
+        layers.append(Layer(status, (margin, margin)))
+        bottom = height - margin
+        if drawn.image is not None and self._view == "strip":
+            bottom -= drawn.image.pixels.shape[0]
+        if drawn.note:
+            plate = title_plate(view_title(self._view), drawn.note, scale)
+            bottom -= plate.shape[0]
+            layers.append(Layer(plate, (margin, bottom)))
+            bottom -= margin
+        if self._now < self._message_until:
+            plate = line_plate(self._message, scale)
+            layers.append(Layer(plate, ((width - plate.shape[1]) // 2, bottom - plate.shape[0])))
+        if self._help:
+            plate = self._help_plate(size, scale)
+            corner = (width - plate.shape[1]) // 2, (height - plate.shape[0]) // 2
+            layers.append(Layer(plate, corner))
+        return layers
+
+    def _help_plate(self, size: tuple[int, int], scale: float) -> NDArray[np.uint8]:
+        """All keys, smaller where the window has no room for them."""
+        scene = (f"Scene {self._stage.plugin.name}", _key_rows(self._scene_keys))
+        window: Section = ("Window", _key_rows(self._own))
+        columns = ((scene, MOUSE), (window,)) if self._scene_keys else ((window,), (MOUSE,))
+        driver = f"{self._renderer.driver}{' (software, slow)' if self._renderer.software else ''}"
+        plate = columns_plate(columns, driver, scale)
+        fit = min(size[0] / plate.shape[1], size[1] / plate.shape[0])
+        return plate if fit >= 1 else columns_plate(columns, driver, scale * fit)
+
+
+def _key_rows(bindings: list[Binding]) -> Rows:
+    return tuple((key_label(binding.key), binding.help) for binding in bindings)

@@ -1,0 +1,114 @@
+"""What V goes through: the picture, the picture with a strip of buffers, and each buffer alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.frame import Frame
+from firefly_sample.gpu.presenter import Layer
+from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.renderer import Renderer
+from firefly_sample.scene.scene import Scene
+from firefly_sample.viewer.buffers import BUFFERS, buffer_note, buffer_picture
+from firefly_sample.viewer.overlay import blend
+from firefly_sample.viewer.strip import buffer_strip, thumbnail_size
+
+__all__ = ["VIEWS", "Drawn", "draw_view", "view_title"]
+
+VIEWS = ("picture", "strip", *BUFFERS)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A view that was drawn and can be presented.
+
+    Attributes
+    ----------
+    plan, frame : FramePlan, Frame
+        Of the picture, or of the one buffer.
+    image : Layer or None
+        What is shown over the plan's colour, or in its place.
+    note : str
+        How to read what is shown.
+    milliseconds : float
+        GPU time in all.
+    """
+
+    plan: FramePlan
+    frame: Frame
+    image: Layer | None
+    note: str
+    milliseconds: float
+
+    def picture(self) -> NDArray[np.uint8]:
+        """What is shown as an array, shape (height, width, 3); needs a view that was drawn with `read`."""
+        if self.image is None:
+            return np.asarray(self.frame["color"], dtype=np.uint8)
+        if "color" not in self.plan.outputs:
+            return self.image.pixels
+        return blend(np.asarray(self.frame["color"], dtype=np.uint8), self.image.pixels, self.image.corner)
+
+
+def draw_view(
+    renderer: Renderer, scene: Scene, time: float, view: str, scale: float = 1.0, read: bool = False
+) -> Drawn:
+    """Draw one of `VIEWS` of a scene at `time` (seconds); only `Renderer.present` makes it visible.
+
+    Parameters
+    ----------
+    scale : float
+        Of text.
+    read : bool
+        Whether `Drawn.picture` will be asked for.
+    """
+    if view in BUFFERS:
+        plan, frame = _draw_buffers(renderer, scene, time, (view,), renderer.size)
+        image = Layer(_pictures(plan, frame)[view_title(view)])
+        return Drawn(plan, frame, image, buffer_note(view, frame[view]), _total(frame))
+    strip, spent = _strip(renderer, scene, time, scale) if view == "strip" else (None, 0.0)
+    plan = renderer.plan(scene, time)
+    frame = renderer.draw(plan, read=read)
+    return Drawn(plan, frame, strip, "", spent + _total(frame))
+
+
+def view_title(view: str) -> str:
+    """A view's name for people."""
+    return view.removesuffix("_world")
+
+
+def _strip(renderer: Renderer, scene: Scene, time: float, scale: float) -> tuple[Layer | None, float]:
+    """The strip along the lower edge, drawn anew at the thumbnails' size, and the GPU time that it took."""
+    size = thumbnail_size(renderer.size, len(BUFFERS), scale)
+    if size is None:
+        return None, 0.0
+    plan, frame = _draw_buffers(renderer, scene, time, tuple(BUFFERS), size)
+    band = buffer_strip(_pictures(plan, frame), scale)
+    width, height = renderer.size
+    return Layer(band, ((width - band.shape[1]) // 2, height - band.shape[0])), _total(frame)
+
+
+def _draw_buffers(
+    renderer: Renderer, scene: Scene, time: float, outputs: tuple[str, ...], size: tuple[int, int]
+) -> tuple[FramePlan, Frame]:
+    """Draw and read back buffers, with one sample a pixel, which is all that they can have."""
+    settings, window = renderer.settings, renderer.size
+    renderer.settings = settings.with_changes(supersample=1)
+    renderer.resize(size)
+    try:
+        plan = renderer.plan(scene, time, outputs)
+        return plan, renderer.draw(plan)
+    finally:
+        renderer.settings = settings
+        renderer.resize(window)
+
+
+def _pictures(plan: FramePlan, frame: Frame) -> dict[str, NDArray[np.uint8]]:
+    classic = plan.settings.look == "classic"
+    return {view_title(name): buffer_picture(name, image, classic) for name, image in frame.images.items()}
+
+
+def _total(frame: Frame) -> float:
+    return sum(frame.milliseconds.values())

@@ -1,0 +1,83 @@
+"""``firefly run``: a scene in a window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from firefly_sample.renderer import Renderer, check_size
+from firefly_sample.scene.parameter import resolve_parameters
+from firefly_sample.scenes import find_scene
+from firefly_sample.settings import Settings
+from firefly_sample.viewer.clock import Clock
+from firefly_sample.viewer.glfw_window import Window, check_display
+from firefly_sample.viewer.stage import Stage
+from firefly_sample.viewer.viewer import Viewer
+
+__all__ = ["run"]
+
+IDLE_SECONDS = 0.1
+"""How long to wait for something to happen while nothing moves."""
+
+
+def run(
+    scene_name: str,
+    *,
+    parameters: dict[str, Any],
+    size: tuple[int, int] = (800, 600),
+    settings: Settings | None = None,
+    time: float = 0.0,
+    require_gpu: bool = False,
+    max_frames: int | None = None,
+    screenshot_dir: Path | str | None = None,
+) -> None:
+    """Show a scene in a window until the user closes it.
+
+    Parameters
+    ----------
+    scene_name : str
+        As `firefly_sample.scenes.find_scene` takes it.
+    parameters : dict of str to object
+        Values of the scene's parameters; the others have their defaults.
+    size : (int, int)
+        The window's width and height at first.
+    settings : Settings, optional
+    time : float
+        Scene time at first, in seconds.
+    require_gpu : bool
+        Refuse a software driver.
+    max_frames : int, optional
+        Close after so many frames: for tests, and to measure a known amount of work.
+    screenshot_dir : Path or str, optional
+        Where the key S saves; the current folder when absent.
+
+    Raises
+    ------
+    ViewerError
+        If there is no display, or glfw is not installed.
+    FireflyError
+        If the scene, a parameter, the size or the driver is wrong.
+    """
+    settings = settings or Settings()
+    plugin = find_scene(scene_name)
+    values = resolve_parameters(plugin.name, plugin.parameters, parameters)
+    check_size(size, settings.supersample)
+    check_display()
+    stage = Stage(plugin, values)
+    with (
+        Window(f"{plugin.name} - firefly", size) as window,
+        Renderer(size, settings, require_gpu=require_gpu, window=True) as renderer,
+    ):
+        viewer = Viewer(stage, renderer, Clock(time, perf_counter()), Path(screenshot_dir or "."))
+        window.listen(viewer)
+        frames = 0
+        while not (window.closed or viewer.closed) and frames != max_frames:
+            window.wait(IDLE_SECONDS if viewer.still else 0.0)
+            if window.hidden:
+                window.wait(IDLE_SECONDS)
+                continue
+            viewer.draw(window.framebuffer_size, window.scale, perf_counter())
+            window.set_title(viewer.title)
+            window.swap()
+            frames += 1

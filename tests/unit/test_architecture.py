@@ -1,0 +1,228 @@
+"""Imports go one way, nothing heavy is imported before it is needed, and GL stays in its folders."""
+
+from __future__ import annotations
+
+import ast
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import firefly_sample
+
+PACKAGE = Path(firefly_sample.__file__).parent
+
+LAYERS = (
+    ({"errors", "settings", "assets", "frame", "columns"},),
+    ({"scene"},),
+    ({"scenes"}, {"plan"}),
+    ({"gpu"}, {"reference"}),
+    ({"passes"}, {"readback"}),
+    ({"renderer"},),
+    ({"measure", "capture", "viewer", "interop"},),
+    ({"cli", "commands"},),
+)
+"""From below to above: each imports what stands before it and what is in its own set. Sets beside each other
+know nothing of each other."""
+
+FORBIDDEN = {("gpu", "scene"), ("gpu", "scenes"), ("passes", "reference")}
+"""(who, whom) that the layers alone would allow."""
+
+HOMES = {
+    "moderngl": {"gpu", "passes"},
+    "glcontext": {"gpu"},
+    "OpenGL": set(),
+    "trimesh": {"scene", "interop"},
+    "glfw": {"viewer", "commands"},
+    "panda3d": set(),
+    "pyrender": {"interop"},
+    "cyclopts": {"cli", "commands"},
+    "rich": {"commands"},
+}
+"""Who may import a library at all."""
+
+EARLY = {"numpy": None, "moderngl": {"gpu", "passes"}, "cyclopts": {"cli", "commands"}}
+"""Libraries that may be imported while a module loads, and by whom (None: everybody)."""
+
+
+class Import(NamedTuple):
+    """One import statement: the module it is in, what it names, and whether it runs when the module loads."""
+
+    module: str
+    target: str
+    early: bool
+    line: int
+
+    @property
+    def where(self) -> str:
+        return f"{self.module}:{self.line}"
+
+
+def part(module: str) -> str:
+    """The entry of the layout that a module belongs to: ``firefly_sample.scene.node`` is in "scene"."""
+    return module.split(".")[1] if "." in module else ""
+
+
+def imports_of(path: Path) -> Iterator[Import]:
+    module = ".".join(("firefly_sample", *path.relative_to(PACKAGE).with_suffix("").parts))
+    module = module.removesuffix(".__init__")
+    tree = ast.parse(path.read_text())
+    late = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) or is_for_types(node)
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield Import(module, alias.name, id(node) not in late, node.lineno)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module}:{node.lineno}: relative imports hide where they go"
+            for alias in node.names:
+                target = node.module or ""
+                if (PACKAGE.parent / target.replace(".", "/")).is_dir():
+                    target = f"{target}.{alias.name}"  # a module, or a name of a package's __init__
+                yield Import(module, target, id(node) not in late, node.lineno)
+
+
+def is_for_types(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+
+
+IMPORTS = [
+    found
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if "_assets" not in path.parts
+    for found in imports_of(path)
+]
+OWN = [found for found in IMPORTS if found.target.split(".")[0] == "firefly_sample"]
+FOREIGN = [
+    found
+    for found in IMPORTS
+    if found.target.split(".")[0] not in {"firefly_sample", *sys.stdlib_module_names}
+]
+
+
+def may_import(who: str, whom: str) -> bool:
+    """Whether the layers allow it."""
+    place = {
+        name: (level, index)
+        for level, groups in enumerate(LAYERS)
+        for index, group in enumerate(groups)
+        for name in group
+    }
+    if (who, whom) in FORBIDDEN:
+        return False
+    return place[whom][0] < place[who][0] or place[whom] == place[who]
+
+
+def test_the_reader_of_imports_sees_each_kind(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path / "firefly_sample")
+    path = tmp_path / "firefly_sample" / "gpu" / "device.py"
+    path.parent.mkdir(parents=True)
+    path.write_text(
+        "import moderngl\n"
+        "from firefly_sample import gpu\n"
+        "from firefly_sample.plan.build import build_plan\n"
+        "if TYPE_CHECKING:\n    import trimesh\n"
+        "class A:\n    import numpy\n    def f(self):\n        from PIL import Image\n"
+        "try:\n    import glfw\nexcept ImportError:\n    pass\n"
+    )
+    assert {(found.target, found.early) for found in imports_of(path)} == {
+        ("moderngl", True),
+        ("firefly_sample.gpu", True),
+        ("firefly_sample.plan.build", True),
+        ("trimesh", False),
+        ("numpy", True),
+        ("PIL", False),
+        ("glfw", True),
+    }
+    assert {found.module for found in imports_of(path)} == {"firefly_sample.gpu.device"}
+
+
+def test_every_module_has_its_place():
+    known = {name for groups in LAYERS for group in groups for name in group}
+    assert {part(found.module) for found in IMPORTS} - {""} <= known
+
+
+def test_imports_go_one_way():
+    wrong = [
+        f"{found.where} imports {found.target}"
+        for found in OWN
+        if part(found.module) and part(found.target) and part(found.target) != "__version__"
+        if not may_import(part(found.module), part(found.target))
+    ]
+    assert wrong == []
+
+
+def test_nobody_inside_uses_the_public_names():
+    """They are for users; inside, they would lead upwards. The version alone has no other home."""
+    used = {
+        found.target for found in OWN if found.module != "firefly_sample" and found.target.count(".") <= 1
+    }
+    names = {target.removeprefix("firefly_sample.") for target in used}
+    assert names & set(firefly_sample.__all__) <= {"__version__"}
+    assert "firefly_sample" not in used
+
+
+def test_libraries_stay_where_they_belong():
+    wrong = [
+        f"{found.where} imports {found.target}"
+        for found in FOREIGN
+        if part(found.module) not in HOMES.get(found.target.split(".")[0], {part(found.module)})
+    ]
+    assert wrong == []
+
+
+def test_nothing_heavy_is_imported_early():
+    wrong = []
+    for found in FOREIGN:
+        library = found.target.split(".")[0]
+        allowed = EARLY.get(library, set())
+        if found.early and allowed is not None and part(found.module) not in allowed:
+            wrong.append(f"{found.where} imports {found.target}")
+    assert wrong == []
+
+
+def test_every_public_name_can_be_imported():
+    assert firefly_sample.__all__ == sorted(firefly_sample.__all__)
+    for name in firefly_sample.__all__:
+        value = getattr(firefly_sample, name)
+        assert getattr(value, "__name__", name) == name
+    assert set(firefly_sample.__all__) <= set(dir(firefly_sample))
+    with pytest.raises(AttributeError, match="no attribute 'Rendrer'"):
+        firefly_sample.Rendrer  # noqa: B018
+
+
+def run(code: str) -> str:
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    ).stdout
+
+
+def test_importing_the_package_loads_no_library():
+    loaded = run("import sys, firefly_sample; print(*sorted(sys.modules))").split()
+    heavy = {*HOMES, "PIL", "numpy"}
+    assert heavy.isdisjoint(name.split(".")[0] for name in loaded)
+
+
+def test_a_plan_needs_neither_gl_nor_trimesh():
+    loaded = run("import sys, firefly_sample; firefly_sample.build_plan; print(*sorted(sys.modules))").split()
+    assert {"moderngl", "glcontext", "trimesh", "glfw", "PIL"}.isdisjoint(loaded)
+
+
+def test_importing_the_package_takes_little_longer_than_numpy():
+    def seconds(code: str) -> float:
+        start = time.perf_counter()
+        run(code)
+        return time.perf_counter() - start
+
+    pairs = [(seconds("import numpy"), seconds("import numpy, firefly_sample")) for _ in range(7)]
+    alone, both = (statistics.median(column) for column in zip(*pairs, strict=True))
+    assert both - alone < 0.2
