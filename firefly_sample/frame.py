@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError
 
-__all__ = ["OUTPUTS", "Frame", "LightCounts", "OutputInfo", "check_outputs"]
+__all__ = ["OUTPUTS", "Frame", "LightCounts", "OutputInfo", "check_outputs", "check_size"]
 
 Image = NDArray[np.uint8] | NDArray[np.int32] | NDArray[np.float32]
 
@@ -198,3 +199,20 @@ def check_outputs(outputs: Iterable[str], supersample: int = 1) -> tuple[str, ..
                 f"set supersample to 1 (got {supersample}) or leave {name!r} out"
             )
     return names
+
+
+def check_size(size: tuple[int, int]) -> tuple[int, int]:
+    """`size` (width, height) as whole numbers.
+
+    Raises
+    ------
+    OutputError
+        If it is not two whole numbers of 1 or more, or above 2^20, which no driver draws.
+    """
+    try:
+        width, height = (operator.index(side) for side in size)
+    except (TypeError, ValueError):
+        width = height = 0
+    if not (1 <= width <= 2**20 and 1 <= height <= 2**20):
+        raise OutputError(f"size must be two whole numbers of pixels, 1 or more, got {size!r}")
+    return width, height

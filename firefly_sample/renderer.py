@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from types import TracebackType
 
 from firefly_sample.errors import GpuError, NoGpuError
-from firefly_sample.frame import Frame
+from firefly_sample.frame import Frame, check_size
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
@@ -25,7 +25,7 @@ from firefly_sample.readback import Surface, read_images
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
-__all__ = ["PASSES", "Renderer", "SoftwareDriverWarning", "check_size"]
+__all__ = ["PASSES", "Renderer", "SoftwareDriverWarning"]
 
 PASSES: tuple[type[Pass], ...] = (
     GeometryPass,
@@ -40,26 +40,6 @@ PASSES: tuple[type[Pass], ...] = (
 
 class SoftwareDriverWarning(UserWarning):
     """The driver computes on the CPU: right, but slow."""
-
-
-def check_size(size: tuple[int, int], supersample: int, limit: int | None = None) -> tuple[int, int]:
-    """`size` as whole numbers.
-
-    Raises
-    ------
-    GpuError
-        If it is below 1, or above what the driver can draw (`limit`, when known).
-    """
-    width, height = (int(side) for side in size)
-    if width < 1 or height < 1 or (width, height) != tuple(size):
-        raise GpuError(f"size must be two whole numbers of 1 or more, got {size[0]}x{size[1]}")
-    if limit is not None and max(width, height) * supersample > limit:
-        scaled = f" at supersample {supersample}" if supersample > 1 else ""
-        raise GpuError(
-            f"size {width}x{height}{scaled} is above this driver's limit of {limit} pixels a side: "
-            "choose a smaller one"
-        )
-    return width, height
 
 
 class Renderer:
@@ -83,8 +63,8 @@ class Renderer:
     ------
     NoGpuError
         If there is no OpenGL 3.3 or, with `require_gpu`, only a software driver.
-    GpuError
-        If the size is out of the driver's range.
+    OutputError, GpuError
+        If the size is below 1, or above what the driver can draw.
 
     Examples
     --------
@@ -104,13 +84,13 @@ class Renderer:
         window: bool = False,
     ) -> None:
         self.settings = settings or Settings()
-        self.size = check_size(size, self.settings.supersample)
+        self.size = check_size(size)
         self.count_fragments = count_fragments
         self._planner = Planner()
         self._passes = {made.name: made for made in (kind() for kind in PASSES)}
         self._device = Device(device, window=window)
         try:
-            check_size(size, self.settings.supersample, self._device.max_size)
+            self.resize(size)
             if require_gpu and self.software:
                 raise NoGpuError(
                     f"a GPU is required, but the driver is a software rasteriser ({self.driver}): "
@@ -143,10 +123,18 @@ class Renderer:
 
         Raises
         ------
-        GpuError
-            If it is out of the driver's range.
+        OutputError, GpuError
+            If it is below 1, or above what the driver can draw.
         """
-        self.size = check_size(size, self.settings.supersample, self._device.max_size)
+        width, height = check_size(size)
+        limit, samples = self._device.max_size, self.settings.supersample
+        if max(width, height) * samples > limit:
+            scaled = f" at supersample {samples}" if samples > 1 else ""
+            raise GpuError(
+                f"size {width}x{height}{scaled} is above this driver's limit of {limit} pixels a side: "
+                "choose a smaller one"
+            )
+        self.size = (width, height)
 
     def plan(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> FramePlan:
         """What `render` would draw."""
@@ -233,8 +221,10 @@ class Renderer:
 
     def close(self) -> None:
         """Free every GL object and the context."""
-        if self._open:
-            self._open = False
+        if not self._open:
+            return
+        self._open = False
+        if self._device.is_alive():
             with self._device:
                 if self._presenter is not None:
                     self._presenter.release()

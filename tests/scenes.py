@@ -58,7 +58,9 @@ def ball_scene(lights=60, seed=0, radius=2.5, ambient=(0.0, 0.0, 0.0)):
         path = scene.root.attach_new_node(f"place {i}")
         path.set_pos(2.5 * i - 2.5, 10, 0)
         path.attach_new_node(node)
-    floor = scene.root.attach_new_node(geom_node("floor", wall(40.0, 8), Material("earth", (0.4, 0.4, 0.4, 1))))
+    floor = scene.root.attach_new_node(
+        geom_node("floor", wall(40.0, 8), Material("earth", (0.4, 0.4, 0.4, 1)))
+    )
     floor.set_pos(0, 10, -1.1)
     floor.set_hpr(0, -90, 0)
     rng = np.random.default_rng(seed)

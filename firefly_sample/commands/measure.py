@@ -58,13 +58,14 @@ def speed_as_text(result: dict[str, Any]) -> str:
     rows = result["rows"]
     passes = list(dict.fromkeys(name for row in rows for name in row["passes"]))
     shown = (name.upper() for name in passes)
-    head = ("METHOD", "LIGHTS", "MS", "SPREAD", *shown, "SHADED", "PAIRS", "RATIO")
+    head = ("METHOD", "LIGHTS", "MS", "SPREAD", "RATIO", *shown, "SHADED", "PAIRS", "PER PAIR")
     table = [
         (
             row["method"],
             str(row["lights"]),
             _number(row["ms"]),
             _number(row["spread"]),
+            _number(row["ratio"]),
             *(_number(row["passes"].get(name)) for name in passes),
             _number(row["shaded"], 0),
             _number(row["pairs"], 0),
@@ -72,12 +73,12 @@ def speed_as_text(result: dict[str, Any]) -> str:
         )
         for row in rows
     ]
-    width, height = result["size"]
+    size = "x".join(map(str, result["size"]))
     return "\n".join(
         [
-            f"{result['scene']}, {width}x{height}, {result['driver']}; milliseconds, all and by pass",
+            f"{result['scene']}, {size}, {result['driver']}; milliseconds of a frame and of each pass",
             align([head, *table]),
-            f"chosen: {result['chosen']}",
+            f"chosen: {result['chosen']}; ratios are to its time",
         ]
     )
 

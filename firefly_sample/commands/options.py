@@ -52,7 +52,7 @@ def _outputs(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
 
 def _size(_: Any, tokens: Sequence[Token]) -> tuple[int, int]:
     text = tokens[0].value
-    match = re.fullmatch(r"(\d+)[x×](\d+)", text.strip(), re.ASCII)
+    match = re.fullmatch(r"(\d{1,9})[x×](\d{1,9})", text.strip(), re.ASCII)
     if match is None:
         raise ValueError(f"a size is WIDTHxHEIGHT in pixels, for example 800x600, got {text!r}")
     width, height = int(match[1]), int(match[2])
@@ -72,9 +72,12 @@ def _wholes(_: Any, tokens: Sequence[Token]) -> tuple[int, ...]:
 
 def _to_whole(text: str) -> int:
     try:
-        return int(text)
+        number = int(text)
     except ValueError:
         raise ValueError(f"it must be a whole number, got {text!r}") from None
+    if abs(number) >= 2**64:
+        raise ValueError(f"it must be less than 2**64, got {text}")
+    return number
 
 
 SceneName = Annotated[
@@ -159,8 +162,12 @@ def _option(key: str, name: str, hint: Any, about: str, default: str, group: Gro
         show_default=lambda _: default,
         negative=None if hint is bool and default == "True" else (),
     )
-    annotated = Annotated[Whole if hint is int else hint, option]
-    return inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotated)
+    return inspect.Parameter(
+        key,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=None,
+        annotation=Annotated[Whole if hint is int else hint, option],
+    )
 
 
 def _settings_options() -> list[inspect.Parameter]:

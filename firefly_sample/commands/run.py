@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from firefly_sample.commands.options import DEFAULT_SCENE, SceneName, Size, Time
+from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time
 from firefly_sample.settings import Settings
 
 __all__ = ["run"]
@@ -15,6 +15,7 @@ def run(
     *,
     time: Time = 0.0,
     size: Size = (800, 600),
+    require_gpu: Flag = False,
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
@@ -24,9 +25,11 @@ def run(
     ----------
     time
         Seconds to start at.
+    require_gpu
+        Fail rather than draw with a software driver.
     """
     from firefly_sample.viewer import window
 
     chosen = Settings().with_changes(**settings)
-    window.run(scene, parameters=parameters, size=size, settings=chosen, time=time)
+    window.run(scene, parameters=parameters, size=size, settings=chosen, time=time, require_gpu=require_gpu)
     return 0

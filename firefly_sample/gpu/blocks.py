@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.plan.frame_plan import FramePlan, View
-from firefly_sample.scene.scene import VerticalGradient
 
 __all__ = ["BLOCKS", "block_dtype", "block_glsl", "shading_values", "view_values"]
 
@@ -81,7 +80,12 @@ def view_values(view: View) -> NDArray[Any]:
 
 def shading_values(plan: FramePlan) -> NDArray[Any]:
     """The `Shading` block."""
-    sky = plan.background
-    low, high = (sky.horizon, sky.zenith) if isinstance(sky, VerticalGradient) else (sky, sky)
-    values = {"ambient": plan.ambient, "horizon": low, "zenith": high, "tone": (plan.settings.exposure,)}
-    return _packed("Shading", values)
+    return _packed(
+        "Shading",
+        {
+            "ambient": plan.ambient,
+            "horizon": plan.background.horizon,
+            "zenith": plan.background.zenith,
+            "tone": (plan.settings.exposure,),
+        },
+    )

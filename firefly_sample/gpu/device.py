@@ -21,7 +21,7 @@ class Device:
     """An OpenGL 3.3 core context and what it can do.
 
     Enter it (``with device:``) around GL calls: it makes the context current, which another library
-    (pyrender, a window) may have changed, and gives the previous state back to nobody.
+    (pyrender, a window) may have changed. Entering raises `GpuError` where that library has destroyed it.
 
     Parameters
     ----------
@@ -43,6 +43,7 @@ class Device:
         except Exception as error:
             raise NoGpuError(f"OpenGL 3.3 core is needed; this driver said: {_one_line(error)}") from error
         self.raw = RawGL(self._backend)
+        self._handle = self.raw.current_context()
         self.renderer: str = self.ctx.info["GL_RENDERER"]
         self.version: str = self.ctx.info["GL_VERSION"]
         self.vendor: str = self.ctx.info["GL_VENDOR"]
@@ -95,8 +96,18 @@ class Device:
         if error != "GL_NO_ERROR":
             raise GpuError(f"the driver reported {error} in {where} ({self.renderer})")
 
+    def is_alive(self) -> bool:
+        """False once another library has destroyed the context, and with it every object."""
+        with self.ctx:
+            return self.raw.current_context() == self._handle
+
     def __enter__(self) -> Device:
         self.ctx.__enter__()  # type: ignore[no-untyped-call]
+        if self.raw.current_context() != self._handle:
+            raise GpuError(
+                "this renderer's OpenGL context is gone: another library has shut down the display that both "
+                "use (pyrender's OffscreenRenderer.delete() does); close the Renderer first, or make another"
+            )
         return self
 
     def __exit__(

@@ -44,23 +44,29 @@ def mip_chain(pixels: Float32, cutoff: float | None) -> list[Float32]:
 
 
 def _halve(pixels: Float32, weighted: bool) -> Float32:
-    """Average 2x2 texels; an odd last row or column is averaged with itself."""
+    """The next level: each texel the average of the area that it covers."""
     if weighted:
         weight = pixels[..., 3:] + np.float32(1e-4)
         pixels = np.concatenate([pixels[..., :3] * weight, pixels[..., 3:]], axis=2)
-    height, width = pixels.shape[:2]
-    if (height > 1 and height % 2) or (width > 1 and width % 2):
-        pixels = np.pad(
-            pixels, ((0, height % 2 if height > 1 else 0), (0, width % 2 if width > 1 else 0), (0, 0)), "edge"
-        )
-    if pixels.shape[0] > 1:
-        pixels = np.float32(0.5) * (pixels[0::2] + pixels[1::2])
-    if pixels.shape[1] > 1:
-        pixels = np.float32(0.5) * (pixels[:, 0::2] + pixels[:, 1::2])
+    pixels = _halve_rows(_halve_rows(pixels).swapaxes(0, 1)).swapaxes(0, 1)
     if weighted:
         weight = pixels[..., 3:] + np.float32(1e-4)
         pixels = np.concatenate([pixels[..., :3] / weight, pixels[..., 3:]], axis=2)
     return pixels
+
+
+def _halve_rows(pixels: Float32) -> Float32:
+    """Half the rows, rounded down as OpenGL does; of an odd count each new row covers two and a bit."""
+    rows = len(pixels)
+    if rows == 1:
+        return pixels
+    if rows % 2 == 0:
+        return np.asarray(np.float32(0.5) * (pixels[0::2] + pixels[1::2]))
+    half = rows // 2
+    before = ((half - np.arange(half)) / rows).astype(np.float32)[:, None, None]
+    after = ((np.arange(half) + 1) / rows).astype(np.float32)[:, None, None]
+    middle = np.float32(half / rows)
+    return np.asarray(before * pixels[0:-1:2] + middle * pixels[1::2] + after * pixels[2::2])
 
 
 def _rescale_alpha(alpha: Float32, coverage: float, cutoff: float) -> Float32:

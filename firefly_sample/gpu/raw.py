@@ -37,6 +37,8 @@ class RawGL:
         function = self._functions.get(name)
         if function is None:
             pointer = self._backend.load_opengl_function(name)
+            if not pointer:
+                raise ValueError(f"this driver has no {name}")
             types = [ctypes.c_uint if isinstance(value, int) else ctypes.c_void_p for value in arguments]
             function = ctypes.CFUNCTYPE(returns, *types)(pointer)
             self._functions[name] = function
@@ -59,6 +61,20 @@ class RawGL:
         self._call("glBindFramebuffer", READ_FRAMEBUFFER, source)
         self._call("glBindFramebuffer", DRAW_FRAMEBUFFER, destination)
         self._call("glBlitFramebuffer", 0, 0, width, height, 0, 0, width, height, DEPTH_BUFFER_BIT, NEAREST)
+
+    def current_context(self) -> int:
+        """The handle of the context that is current in this thread: EGL's, or GLX's under a window.
+
+        0 where there is none, and always on systems that have neither.
+        """
+        for name in ("eglGetCurrentContext", "glXGetCurrentContext"):
+            try:
+                handle = self._call(name, returns=ctypes.c_void_p)
+            except (ValueError, TypeError):  # the loader does not know it
+                continue
+            if handle:
+                return int(handle)
+        return 0
 
     def use_program(self, program: int) -> None:
         """Make a program current, or none with 0."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from firefly_sample.gpu.mipmaps import mip_chain
 from firefly_sample.gpu.programs import Program
 from firefly_sample.plan.frame_plan import Batch
-from firefly_sample.reference.color import srgb_to_linear
+from firefly_sample.srgb import srgb_to_linear
 
 __all__ = ["INSTANCE_DTYPE", "Uploads", "instance_rows"]
 

@@ -6,10 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import LightError, NodeError, SceneError
-from firefly_sample.frame import LightCounts, check_outputs
+from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.plan.collect import Group, Snapshot, collect
 from firefly_sample.plan.cull import frustum_corners, holds_frustum, spheres_in_frustum
-from firefly_sample.plan.frame_plan import Batch, Capabilities, FramePlan, LightSet, SpriteSet, View
+from firefly_sample.plan.frame_plan import (
+    Background,
+    Batch,
+    Capabilities,
+    FramePlan,
+    LightSet,
+    SpriteSet,
+    View,
+)
 from firefly_sample.plan.steps import Needs, check_passes, choose_passes, choose_targets, geometry_variant
 from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.scene.lens import Lens, PerspectiveLens
@@ -50,7 +58,7 @@ def build_plan(
     Raises
     ------
     FireflyError
-        If an output, a light, the camera or the lens is wrong; the message names it.
+        If the size, an output, a light, the camera or the lens is wrong; the message names it.
     """
     return Planner().plan(scene, settings or Settings(), size, outputs, time, capabilities or Capabilities())
 
@@ -71,7 +79,7 @@ class Planner:
         capabilities: Capabilities,
     ) -> FramePlan:
         """See `build_plan`."""
-        outputs = check_outputs(outputs, settings.supersample)
+        outputs, size = check_outputs(outputs, settings.supersample), check_size(size)
         if not np.isfinite(time):
             raise SceneError(f"time must be a finite number of seconds, got {time!r}")
         scene.update(time)
@@ -87,6 +95,7 @@ class Planner:
         in_view = sum(len(light_set) for light_set in lights)
         sprites = _sprites(snapshot, time, world_to_view, planes)
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
+        background = _background(scene)
         needs = Needs(
             settings=settings,
             outputs=outputs,
@@ -95,7 +104,7 @@ class Planner:
             lights=in_view,
             sprites=len(sprites),
             ambient=bool(ambient.any()),
-            gradient=isinstance(scene.background, VerticalGradient),
+            gradient=background.horizon != background.zenith,
             orthographic=not isinstance(lens, PerspectiveLens),
         )
         targets = choose_targets(needs)
@@ -121,13 +130,26 @@ class Planner:
             ambient=ambient,
             lights=lights,
             sprites=sprites,
-            background=scene.background,
+            background=background,
             targets=targets,
             passes=passes,
             counts=LightCounts(in_scene, in_view, 0),
             id_names=snapshot.id_names,
             warnings=_warnings(snapshot, settings, capabilities),
         )
+
+
+def _background(scene: Scene) -> Background:
+    """The background's two colours, checked."""
+    given = scene.background
+    pair = (given.horizon, given.zenith) if isinstance(given, VerticalGradient) else (given, given)
+    colors = []
+    for color in pair:
+        rgb = np.asarray(color, dtype=np.float64)
+        if rgb.shape != (3,) or not np.isfinite(rgb).all() or rgb.min() < 0:
+            raise SceneError(f"background must be finite linear colours of 0 or more, got {color!r}")
+        colors.append((float(rgb[0]), float(rgb[1]), float(rgb[2])))
+    return Background(*colors)
 
 
 def _lens_for(lens: Lens, size: tuple[int, int]) -> Lens:

@@ -17,10 +17,9 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.lights import Falloff
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.scene import VerticalGradient
 from firefly_sample.settings import Settings
 
-__all__ = ["Batch", "Capabilities", "FramePlan", "LightSet", "PassPlan", "SpriteSet", "View"]
+__all__ = ["Background", "Batch", "Capabilities", "FramePlan", "LightSet", "PassPlan", "SpriteSet", "View"]
 
 Float64 = NDArray[np.float64]
 
@@ -39,6 +38,14 @@ class Capabilities:
 
     clip_control: bool = True
     snorm_targets: bool = True
+
+
+@dataclass(frozen=True)
+class Background:
+    """Linear colours where nothing is drawn: at and below the horizon, and straight up."""
+
+    horizon: tuple[float, float, float]
+    zenith: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,8 +184,7 @@ class FramePlan:
         Of the picture in pixels.
     ambient : ndarray of float64, shape (3,)
         The sum of all ambient lights.
-    background : tuple of 3 floats or VerticalGradient
-        Linear.
+    background : Background
     counts : LightCounts
     id_names : tuple of str
         Path of each geometry instance, by id.
@@ -193,7 +199,7 @@ class FramePlan:
     ambient: Float64
     lights: tuple[LightSet, ...]
     sprites: SpriteSet
-    background: tuple[float, float, float] | VerticalGradient
+    background: Background
     targets: tuple[Target, ...]
     passes: tuple[PassPlan, ...]
     counts: LightCounts

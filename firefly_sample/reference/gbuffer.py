@@ -29,7 +29,8 @@ def encode_normal(normal: ArrayLike) -> Float64:
     n = np.asarray(normal, dtype=np.float64)
     n = n / np.abs(n).sum(axis=-1, keepdims=True)
     xy = n[..., :2]
-    return np.where(n[..., 2:] < 0.0, (1.0 - np.abs(xy[..., ::-1])) * _sign_not_zero(xy), xy)
+    folded = (1.0 - np.abs(xy[..., ::-1])) * _sign_not_zero(xy)
+    return np.asarray(np.where(n[..., 2:] < 0.0, folded, xy), dtype=np.float64)
 
 
 def decode_normal(encoded: ArrayLike) -> Float64:

@@ -201,7 +201,7 @@ class AmbientLight(PandaNode):
 
     def get_color(self) -> Float64:
         """The linear colour, shape (3,)."""
-        return self._light_color
+        return np.array(self._light_color, dtype=np.float64)
 
     def make_copy(self) -> AmbientLight:
         """A new light with the same colour, transform and attributes, without children."""

@@ -239,4 +239,4 @@ def _vertex_colors(mesh: Any) -> Float64 | None:
 
 def _unit(vectors: Float64) -> Float64:
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0))

@@ -99,7 +99,8 @@ class PandaNode:
     def add_child(self, child: PandaNode, sort: int = 0) -> None:
         """Put `child` below this node, after all children of the same or a smaller `sort`.
 
-        A node that is a child already moves to its new place.
+        A node that is a child already moves to its new place. `NodePath.attach_new_node` does this and
+        continues the paths that begin at `child`; here they go on beginning there.
 
         Raises
         ------

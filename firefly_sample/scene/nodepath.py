@@ -142,7 +142,8 @@ class NodePath(PathComponents, PathAttributes):
 
     def is_ancestor_of(self, other: NodePath) -> bool:
         """Whether the way down to `other` goes through this place; true of itself."""
-        return any(self == ancestor for ancestor in other.get_ancestors())
+        node = self.node()
+        return any(place.node() is node and place == self for place in other.get_ancestors())
 
     def get_common_ancestor(self, other: NodePath) -> Self:
         """The lowest place that both paths go through; empty if they are in different trees."""
@@ -169,7 +170,7 @@ class NodePath(PathComponents, PathAttributes):
         """
         step = self._place()
         if not 0 <= index < len(step.node.children):
-            raise self._fail(f"has {len(step.node.children)} children, there is no number {index}")
+            raise self._error(f"has {len(step.node.children)} children, there is no number {index}")
         return self._at(step.child(step.node.children[index]))
 
     def get_sort(self) -> int:

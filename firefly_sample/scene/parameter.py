@@ -89,7 +89,7 @@ class Parameter:
             raise ParameterError(f"{where} must be {kind}, got {value!r}") from None
         if self.type is int and number != value:
             raise ParameterError(f"{where} must be a whole number, got {value!r}")
-        if not math.isfinite(number):
+        if self.type is float and not math.isfinite(number):
             raise ParameterError(f"{where} must be finite, got {value!r}")
         low = -math.inf if self.minimum is None else self.minimum
         high = math.inf if self.maximum is None else self.maximum

@@ -31,8 +31,9 @@ class PathStep:
 
     def move_below(self, parent: PathStep | None) -> None:
         """Continue upwards through `parent` from now on, or be a top."""
-        if self.parent is not None and self.parent._below is not None:
-            self.parent._below.pop(self.node, None)
+        siblings = self.parent._below if self.parent is not None else None
+        if siblings is not None and siblings.get(self.node) is self:
+            del siblings[self.node]
         self.parent = parent
         if parent is not None:
             if parent._below is None:
@@ -90,8 +91,12 @@ def attach(parent: PathStep, node: PandaNode, sort: int) -> PathStep:
 
 
 def instance(parent: PathStep, node: PandaNode, sort: int) -> PathStep:
-    """Put `node` below `parent` as well as wherever it is; existing paths stay as they are."""
-    parent.node.add_child(node, sort)
+    """Put `node` below `parent` as well as wherever it is; existing paths stay as they are.
+
+    Where it is a child already it stays in its place, as in Panda3D.
+    """
+    if parent.node not in node.parents:
+        parent.node.add_child(node, sort)
     return parent.child(node)
 
 

@@ -40,7 +40,7 @@ class PathAttributes(PathBase):
     def set_name(self, name: str) -> None:
         """Rename the node."""
         if not isinstance(name, str):
-            raise self._fail(f"set_name takes text, got {name!r}")
+            raise self._error(f"set_name takes text, got {name!r}")
         node = self.node()
         node.name = name
         node.mark_changed()
@@ -75,7 +75,7 @@ class PathAttributes(PathBase):
         if camera_mask is None:
             return OVERALL_BIT
         if not 0 <= camera_mask < 2**32:
-            raise self._fail(f"a camera mask has 32 bits, got {camera_mask!r}")
+            raise self._error(f"a camera mask has 32 bits, got {camera_mask!r}")
         return camera_mask & ALL_CAMERAS
 
     def is_hidden(self, camera_mask: int = ALL_CAMERAS) -> bool:
@@ -106,7 +106,7 @@ class PathAttributes(PathBase):
             numbers, rest = tuple(arguments[0]), arguments[1:]
         r, g, b, a = self._numbers("set_color", 4, (*numbers, 1.0) if len(numbers) == 3 else numbers)
         if len(rest) > 1 or not all(isinstance(priority, int) for priority in rest):
-            raise self._fail("set_color takes a colour, then a whole number as priority")
+            raise self._error("set_color takes a colour, then a whole number as priority")
         node = self.node()
         node.flat_color, node.flat_color_priority = (r, g, b, a), rest[0] if rest else 0
         node.mark_changed()
@@ -132,7 +132,7 @@ class PathAttributes(PathBase):
     def set_material(self, material: Material, priority: int = 0) -> None:
         """Give everything at this node and below one material; priority as with `set_color`."""
         if not isinstance(material, Material):
-            raise self._fail(f"set_material takes a Material, got {material!r}")
+            raise self._error(f"set_material takes a Material, got {material!r}")
         node = self.node()
         node.material, node.material_priority = material, priority
         node.mark_changed()
@@ -167,7 +167,7 @@ class PathAttributes(PathBase):
     def set_tag(self, key: str, value: str = "") -> None:
         """Keep text under a key; `find` can look for it."""
         if not (isinstance(key, str) and isinstance(value, str)):
-            raise self._fail(f"set_tag takes text, got {key!r} and {value!r}")
+            raise self._error(f"set_tag takes text, got {key!r} and {value!r}")
         node = self.node()
         node.tags[key] = value
         node.mark_changed()
@@ -187,8 +187,8 @@ class PathAttributes(PathBase):
             node.mark_changed()
 
     def get_tag_keys(self) -> tuple[str, ...]:
-        """The keys at this very node, sorted."""
-        return tuple(sorted(self.node().tags))
+        """The keys at this very node, in the order in which they were first set."""
+        return tuple(self.node().tags)
 
     def get_net_tag(self, key: str) -> str:
         """The text under a key at the nearest node that has it, here or above; "" if none has."""

@@ -49,7 +49,7 @@ class PathBase:
         assert self._step is not None
         return self._step
 
-    def _fail(self, message: str) -> NodeError:
+    def _error(self, message: str) -> NodeError:
         return NodeError(f"node {str(self)!r}: {message}")
 
     def _numbers(self, what: str, count: int, arguments: Sequence[Any]) -> tuple[float, ...]:
@@ -67,9 +67,9 @@ class PathBase:
             numbers = ()
         if len(numbers) != count:
             shown = ", ".join(map(repr, arguments)) or "nothing"
-            raise self._fail(f"{what} takes {count} {'number' if count == 1 else 'numbers'}, got {shown}")
+            raise self._error(f"{what} takes {count} {'number' if count == 1 else 'numbers'}, got {shown}")
         if not all(map(math.isfinite, numbers)):
-            raise self._fail(f"{what} takes finite numbers, got {', '.join(map(str, numbers))}")
+            raise self._error(f"{what} takes finite numbers, got {', '.join(map(str, numbers))}")
         return numbers
 
     def _vec3(self, what: str, arguments: Sequence[Any]) -> Vec3:
@@ -81,8 +81,8 @@ class PathBase:
         if len(arguments) == 3 * count:
             arguments = [arguments[index : index + 3] for index in range(0, 3 * count, 3)]
         if len(arguments) != count:
-            raise self._fail(
-                f"{what} takes {count} vectors or {3 * count} numbers, got {len(arguments)} things"
+            raise self._error(
+                f"{what} takes {count} vectors or {3 * count} numbers, got {len(arguments)} of them"
             )
         return [self._vec3(what, (vector,)) for vector in arguments]
 

@@ -49,7 +49,7 @@ class PathTransform(PathBase):
         if self._step is not None and other._step is not None:
             common = common_ancestor(self._step, other._step)
             if common is None:
-                raise self._fail(f"has no common root with {str(other)!r}; attach both to one tree first")
+                raise self._error(f"has no common root with {str(other)!r}; attach both to one tree first")
         down = _transform_from(common, self._step)
         try:
             return _transform_from(common, other._step).invert_compose(down)
@@ -72,7 +72,7 @@ class PathTransform(PathBase):
         """``set_transform([other,] transform)`` with a TransformState."""
         other, rest = self._split(arguments)
         if len(rest) != 1 or not isinstance(rest[0], TransformState):
-            raise self._fail("set_transform takes a TransformState, and a NodePath before it if relative")
+            raise self._error("set_transform takes a TransformState, and a NodePath before it if relative")
         self._set_whole(other, rest[0])
 
     def set_mat(self, *arguments: Any) -> None:
@@ -83,11 +83,13 @@ class PathTransform(PathBase):
         except (TypeError, ValueError):
             matrix = np.empty(0)
         if matrix.shape != (4, 4):
-            raise self._fail("set_mat takes one matrix of shape (4, 4), and a NodePath before it if relative")
+            raise self._error(
+                "set_mat takes one matrix of shape (4, 4), and a NodePath before it if relative"
+            )
         if not np.isfinite(matrix).all():
-            raise self._fail("set_mat takes finite numbers only")
+            raise self._error("set_mat takes finite numbers only")
         if matrix[:, 3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-            raise self._fail(
+            raise self._error(
                 "set_mat takes an affine matrix for row vectors, whose last column is 0, 0, 0, 1; got "
                 f"{', '.join(f'{number:g}' for number in matrix[:, 3])} (a transposed matrix?)"
             )
@@ -129,7 +131,7 @@ class PathTransform(PathBase):
         w, x, y, z = self._numbers("set_quat", 4, rest)
         length = math.hypot(w, x, y, z)
         if length == 0.0:
-            raise self._fail("set_quat takes a quaternion that is not zero")
+            raise self._error("set_quat takes a quaternion that is not zero")
         quat: Quat = (w / length, x / length, y / length, z / length)
         self._set_part(other, TransformState.get_quat, TransformState.set_quat, quat)
 
@@ -180,7 +182,7 @@ class PathTransform(PathBase):
         if len(rest) == 3 and np.ndim(rest[0]) == 0:
             rest = (rest,)
         if len(rest) > 2 or (other is None and not rest):
-            raise self._fail("look_at takes a point or another NodePath, then a point, then an up vector")
+            raise self._error("look_at takes a point or another NodePath, then a point, then an up vector")
         point = np.array(self._vec3("look_at", rest[0:1] or ((0.0, 0.0, 0.0),)))
         up = self._vec3("look_at's up", rest[1:2] or ((0.0, 0.0, 1.0),))
         if other is not None:
@@ -216,7 +218,7 @@ class PathTransform(PathBase):
         """What `transform`, meant in the space of `other`, is in the parent's."""
         result = other.get_transform(self._above()).compose(transform)
         if not np.isfinite(result.get_mat()).all():
-            raise self._fail(f"what was given relative to {str(other)!r} is too large a number here")
+            raise self._error(f"what was given relative to {str(other)!r} is too large a number here")
         return result
 
     def _set_whole(self, other: PathTransform | None, transform: TransformState) -> None:
@@ -244,7 +246,7 @@ class PathTransform(PathBase):
                 invert_matrix(step.node.transform.get_mat())
             except SingularTransformError:
                 culprit = step
-        return PathTransform._at(culprit)._fail(
+        return PathTransform._at(culprit)._error(
             "its scale flattens space, so nothing can be had relative to it or to what is below it; "
             "give it a scale without zeros"
         )

@@ -24,6 +24,8 @@ __all__ = ["IDENTITY", "SingularTransformError", "TransformState", "invert_matri
 
 _ZERO: Vec3 = (0.0, 0.0, 0.0)
 _ONE: Vec3 = (1.0, 1.0, 1.0)
+_PANDA_ZERO = 1e-6
+"""Below this Panda3D takes a shear for none, and decides by it which signs a composed scale gets."""
 _SINGULAR_CONDITION = 1.0 / (8 * 2.0**-52)
 """A condition number from which an inverse in float64 holds no correct digit."""
 
@@ -40,7 +42,17 @@ class TransformState:
     is decomposed when somebody asks. All methods leave the state as it is and give a new one.
     """
 
-    __slots__ = ("_hpr", "_mat", "_pos", "_quat", "_scale", "_shear", "components_given", "is_identity", "quat_given")
+    __slots__ = (
+        "_hpr",
+        "_mat",
+        "_pos",
+        "_quat",
+        "_scale",
+        "_shear",
+        "components_given",
+        "is_identity",
+        "quat_given",
+    )
 
     components_given: bool
     quat_given: bool
@@ -175,12 +187,18 @@ class TransformState:
         """The rotation in the form in which it was given."""
         return (None, self._quat) if self.quat_given else (self.get_hpr(), None)
 
-    def _keeps_scale_apart(self) -> bool:
-        """Whether a child's components may be composed one by one: a uniform scale, no shear, all given."""
+    def _is_uniform(self) -> bool:
+        """Whether it was given components with one scale for all axes, and no shear."""
         if not self.components_given:
             return False
         sx, sy, sz = self.get_scale()
         return sx == sy == sz and self._shear == _ZERO
+
+    def _is_unsheared(self) -> bool:
+        """Whether its components say all of it, and its shear is no more than rounding in Panda3D."""
+        return max(map(abs, self.get_shear())) < _PANDA_ZERO and (
+            self.components_given or 0.0 not in self.get_scale()
+        )
 
     def compose(self, child: TransformState) -> TransformState:
         """`child`, which is relative to this state, relative to what this state is relative to.
@@ -193,7 +211,7 @@ class TransformState:
             return child
         if child.is_identity:
             return self
-        if self._keeps_scale_apart() and child.components_given and child._shear == _ZERO:
+        if self._is_uniform() and child._is_unsheared():
             scale = self.get_scale()[0]
             x, y, z = child._pos
             dx, dy, dz = rotate_by_quat((x * scale, y * scale, z * scale), self.get_quat())
@@ -204,7 +222,7 @@ class TransformState:
                 None,
                 multiply_quats(child.get_quat(), self.get_quat()),
                 (sx * scale, sy * scale, sz * scale),
-                _ZERO,
+                child.get_shear(),  # A turn and a uniform scale leave it as it is.
             )
         with np.errstate(over="ignore", invalid="ignore"):
             return self.make_mat(child.get_mat() @ self.get_mat())
@@ -219,7 +237,7 @@ class TransformState:
         """
         if self.is_identity:
             return self
-        if self._keeps_scale_apart():
+        if self._is_uniform():
             scale = self.get_scale()[0]
             if scale == 0.0 or math.isinf(1.0 / scale):
                 raise SingularTransformError
@@ -239,7 +257,7 @@ class TransformState:
         SingularTransformError
             If this state flattens space.
         """
-        if self is other:
+        if self == other:
             return IDENTITY
         return self.invert().compose(other)
 

@@ -9,7 +9,7 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode
 from firefly_sample.scene.path_attributes import inherit
 from firefly_sample.scene.path_base import PathBase
-from firefly_sample.scene.path_transform import net_matrix
+from firefly_sample.scene.transform_state import IDENTITY
 from firefly_sample.scene.transforms import Float64
 
 __all__ = ["Visit", "iter_visible"]
@@ -49,46 +49,51 @@ def iter_visible(root: PathBase, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
     NodeError
         If `root` is empty.
     """
-    root.node()
-    assert root._step is not None
-    *above, top = reversed(list(root._step.upwards()))
-    mask, color, color_priority = _ALL_BITS, None, 0
-    material, material_priority = None, 0
-    for step in above:
-        node = step.node
+    state = _START
+    for step in reversed(list(root._place().upwards())):
+        above, state = state, _enter(state, step.node)
+    waiting = [(root.node(), above)]
+    while waiting:
+        node, above = waiting.pop()
+        here = _enter(above, node)
+        if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
+            yield Visit(node, here.net, here.color, here.material, here.path)
+        elif not _shows_through(node):
+            continue
+        waiting.extend([(child, here) for child in reversed(node.children)])
+
+
+class _State(NamedTuple):
+    """What a node hands down to its children."""
+
+    net: Float64
+    mask: int
+    color: Color | None
+    color_priority: int
+    material: Material | None
+    material_priority: int
+    path: str
+
+
+_START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
+
+
+def _enter(above: _State, node: PandaNode) -> _State:
+    net, mask, color, color_priority, material, material_priority, path = above
+    if not node.transform.is_identity:
+        net = node.transform.get_mat() @ net
+    if node.draw_control:
         mask = (mask & ~node.draw_control) | (node.draw_show & node.draw_control)
+    if node.flat_color is not None:
         color, color_priority = inherit(color, color_priority, node.flat_color, node.flat_color_priority)
+    if node.material is not None:
         material, material_priority = inherit(
             material, material_priority, node.material, node.material_priority
         )
-    prefix = "/".join(step.node.name for step in above)
-    net = net_matrix(PathBase._at(top.parent))
-    waiting = [(top.node, net, mask, color, color_priority, material, material_priority, prefix)]
-    while waiting:
-        node, net, mask, color, color_priority, material, material_priority, prefix = waiting.pop()
-        if node.draw_control:
-            mask = (mask & ~node.draw_control) | (node.draw_show & node.draw_control)
-        seen = mask & OVERALL_BIT and mask & camera_mask & ALL_CAMERAS
-        if not seen and not _shows_through(node):
-            continue
-        if not node.transform.is_identity:
-            net = node.transform.get_mat() @ net
-        if node.flat_color is not None:
-            color, color_priority = inherit(color, color_priority, node.flat_color, node.flat_color_priority)
-        if node.material is not None:
-            material, material_priority = inherit(
-                material, material_priority, node.material, node.material_priority
-            )
-        path = f"{prefix}/{node.name}" if prefix else node.name
-        if seen:
-            yield Visit(node, net, color, material, path)
-        for child in reversed(node.children):
-            waiting.append((child, net, mask, color, color_priority, material, material_priority, path))
-
-
-_ALL_BITS = OVERALL_BIT | ALL_CAMERAS
+    path = f"{path}/{node.name}" if path else node.name
+    return _State(net, mask, color, color_priority, material, material_priority, path)
 
 
 def _shows_through(node: PandaNode) -> bool:
-    """Whether a node below a hidden one forces itself to be seen. Asked of hidden nodes only."""
+    """Whether a node at or below a hidden one may force itself to be seen. Asked of hidden nodes only."""
     return any(below.draw_control & below.draw_show for below in node.iter_descendants())

@@ -31,11 +31,11 @@ REACH = 25.0 * 1.1
 """How far the light of a firefly of size 1 reaches, in scene units: the original's figure."""
 STRENGTH = (5.0, 4.1, 2.6)
 """What a firefly's colour is multiplied by for its light. Bark, leaves and earth here reflect a tenth to a
-fifth: at about 3 one firefly lights them well, and where a dozen meet the tone curve still has room. Less
+fifth: at about 4 one firefly lights them well, and where a dozen meet the tone curve still has room. Less
 in the blue, because beside moonlight the original's colours look white, and these should glow."""
 MOONLIGHT = (0.10, 0.135, 0.21)
-"""The ambient light at `ambient` 1: faint and cool, so that a trunk reads against the sky and no more. The
-sky, the stars and the haze are lit by the same moon and go dark with it."""
+"""The ambient light at `ambient` 1: faint and cool, so that a trunk reads against the sky and no more. Sky
+and haze are lit by the same moon and go dark with it."""
 SKY = VerticalGradient(horizon=(0.055, 0.082, 0.135), zenith=(0.004, 0.008, 0.024))
 
 _DOT_RADIUS, _DOT_RADIANCE = 0.5, (4.2, 3.2, 1.7)
@@ -67,7 +67,10 @@ _PARAMETERS = (
         "Size of the fireflies: scales the dot and the reach of the light.",
         minimum=0.01,
         maximum=20.0,
-        keys=(KeyStep("right", 1.111, help="bigger fireflies"), KeyStep("left", 0.9, help="smaller fireflies")),
+        keys=(
+            KeyStep("right", 1.111, help="bigger fireflies"),
+            KeyStep("left", 0.9, help="smaller fireflies"),
+        ),
     ),
     Parameter(
         "ambient",
@@ -76,9 +79,47 @@ _PARAMETERS = (
         "Brightness of the moonlight that comes from everywhere; 0 is the original's black.",
         minimum=0.0,
         maximum=20.0,
-        keys=(KeyStep("m", 1.25, 0.02, help="more moonlight"), KeyStep("n", 0.8, -0.02, help="less moonlight")),
+        keys=(
+            KeyStep("m", 1.25, 0.02, help="more moonlight"),
+            KeyStep("n", 0.8, -0.02, help="less moonlight"),
+        ),
     ),
 )
+
+
+class _Swarm:
+    """The fireflies as lights and as dots. Nodes call it; it knows no node, so no cycle keeps them alive."""
+
+    def __init__(self, seed: int, count: int, size: float) -> None:
+        self.fireflies = Fireflies(seed, count)
+        self.size = size
+
+    def lights(self, time: float) -> tuple[Float64, Float64, Float64]:
+        """Positions, colours and radii of the lights."""
+        state = self.fireflies.at(time)
+        return state.positions, state.colors * STRENGTH, REACH * self.size * state.sizes
+
+    def dots(self, time: float) -> tuple[Float64, Float64, Float64]:
+        """The same of the dots: for each insect its body, then its glow."""
+        state = self.fireflies.at(time)
+        sizes = self.size * state.sizes
+        # A resting firefly is dim as well as small, or the dots would all look alike from afar.
+        brightness = state.colors * (0.25 + 0.75 * state.sizes)[:, None]
+        return (
+            np.concatenate([state.positions, state.positions]),
+            np.concatenate([brightness * _DOT_RADIANCE, brightness * _GLOW_RADIANCE]),
+            np.concatenate([_DOT_RADIUS * (0.4 * self.size + 0.6 * sizes), _GLOW_RADIUS * sizes]),
+        )
+
+
+class _Haze:
+    """The haze, as bright as the moon is."""
+
+    ambient = 1.0
+
+    def dots(self, _: float) -> tuple[Float64, Float64, Float64]:
+        positions, colors, radii = _haze()
+        return positions, colors * self.ambient, radii
 
 
 class ForestScene(Scene):
@@ -89,34 +130,33 @@ class ForestScene(Scene):
     seed, fireflies, size, ambient
         See ``scene.parameters``; all of them can be changed later by `set`.
 
-    Attributes
-    ----------
-    seed, count : int
-    size, ambient : float
-    fireflies : Fireflies
-        Where they are at a time.
+    Raises
+    ------
+    ModelError
+        If a file in models/ is missing or damaged.
     """
 
-    def __init__(
-        self, seed: int = 7, fireflies: int = 500, size: float = 1.0, ambient: float = 1.0
-    ) -> None:
+    def __init__(self, seed: int = 7, fireflies: int = 500, size: float = 1.0, ambient: float = 1.0) -> None:
         # The original's lens and point of view.
         lens = PerspectiveLens(fov=(39.3201, 30.0), near=50.0, far=500.0)
         root = NodePath("forest")
         camera = root.attach_new_node(Camera("camera", lens))
         camera.set_pos_hpr(*CAMERA, 0.0, -7.5, 2.4)
         super().__init__(root, camera)
-        self.seed, self.count, self.size = seed, fireflies, size
-        self.fireflies = Fireflies(seed, fireflies)
         _plant(root)
-        self._moon = AmbientLight("moonlight")
-        root.attach_new_node(self._moon)
-        self._sky = root.attach_new_node("sky")
-        self._sky.attach_new_node(Sprites("stars", function=lambda _: self._moonlit(*_stars())))
-        self._sky.attach_new_node(Sprites("haze", function=lambda _: self._moonlit(*_haze())))
-        root.attach_new_node(PointLights("fireflies", function=self._lights))
-        root.attach_new_node(Sprites("insects", function=self._dots))
+        self._swarm = _Swarm(seed, fireflies, size)
+        root.attach_new_node(PointLights("fireflies", function=self._swarm.lights))
+        root.attach_new_node(Sprites("insects", function=self._swarm.dots))
+        self._haze = _Haze()
+        self._haze_path = root.attach_new_node(Sprites("haze", function=self._haze.dots))
+        self._moonlight = AmbientLight("moonlight")
+        root.attach_new_node(self._moonlight)
         self._set_ambient(ambient)
+
+    @property
+    def fireflies(self) -> Fireflies:
+        """Where the fireflies are at a time."""
+        return self._swarm.fireflies
 
     def set(self, name: str, value: Any) -> None:
         """Change a parameter of the running scene.
@@ -133,40 +173,20 @@ class ForestScene(Scene):
         if name == "ambient":
             self._set_ambient(checked)
         elif name == "size":
-            self.size = checked
+            self._swarm.size = checked
+        elif name == "seed":
+            self._swarm.fireflies = Fireflies(checked, self.fireflies.count)
         else:
-            self.seed = checked if name == "seed" else self.seed
-            self.count = checked if name == "fireflies" else self.count
-            self.fireflies = Fireflies(self.seed, self.count)
+            self._swarm.fireflies = Fireflies(self.fireflies.seed, checked)
 
     def _set_ambient(self, ambient: float) -> None:
-        self.ambient = ambient
-        self._moon.set_color(_scaled(MOONLIGHT, ambient))
+        self._haze.ambient = ambient
+        self._moonlight.set_color(_scaled(MOONLIGHT, ambient))
         self.background = VerticalGradient(_scaled(SKY.horizon, ambient), _scaled(SKY.zenith, ambient))
         if ambient > 0.0:
-            self._sky.show()
+            self._haze_path.show()
         else:
-            self._sky.hide()
-
-    def _moonlit(self, positions: Float64, colors: Float64, radii: Float64) -> tuple[Float64, Float64, Float64]:
-        return positions, colors * self.ambient, radii
-
-    def _lights(self, time: float) -> tuple[Float64, Float64, Float64]:
-        """Positions, colours and radii of the lights."""
-        state = self.fireflies.at(time)
-        return state.positions, state.colors * STRENGTH, REACH * self.size * state.sizes
-
-    def _dots(self, time: float) -> tuple[Float64, Float64, Float64]:
-        """The same of the dots: for each insect its body, then its glow."""
-        state = self.fireflies.at(time)
-        sizes = self.size * state.sizes
-        # A resting firefly is dim as well as small, or the dots would all look alike from afar.
-        brightness = state.colors * (0.25 + 0.75 * state.sizes)[:, None]
-        return (
-            np.concatenate([state.positions, state.positions]),
-            np.concatenate([brightness * _DOT_RADIANCE, brightness * _GLOW_RADIANCE]),
-            np.concatenate([_DOT_RADIUS * (0.4 * self.size + 0.6 * sizes), _GLOW_RADIUS * sizes]),
-        )
+            self._haze_path.hide()
 
 
 class _Plugin:
@@ -199,7 +219,7 @@ def _plant(root: NodePath) -> None:
         if placement.species not in models:
             if species.file not in files:
                 files[species.file] = load_model(model_path(f"{species.file}.glb"))
-            models[placement.species] = _model(files[species.file], species.node)
+            models[placement.species] = _model(files[species.file], placement.species)
         path = groups[species.kind].attach_new_node(models[placement.species].make_copy())
         path.set_pos_hpr_scale(
             *(placement.x, placement.y, placement.z),
@@ -212,7 +232,9 @@ def _model(file: NodePath, name: str) -> GeomNode:
     """All Geoms at and below the node `name` of a file, as one node to copy."""
     part = file.find(f"**/{name}")
     if part.is_empty():
-        raise ModelError(f"model {file.get_name()}.glb: has no node {name!r}: make it again with models/make_models.py")
+        raise ModelError(
+            f"model {file.get_name()}.glb: has no node {name!r}: make it again with models/make_models.py"
+        )
     merged = GeomNode(name)
     for path in [part, *part.find_all_matches("**")]:
         node = path.node()
@@ -223,24 +245,8 @@ def _model(file: NodePath, name: str) -> GeomNode:
 
 
 @lru_cache(maxsize=1)
-def _stars() -> tuple[Float64, Float64, Float64]:
-    """Positions, colours and radii of the stars, on a dome just inside the far plane."""
-    count, distance = 420, 488.0
-    u = uniform(1910, np.arange(5)[:, None], np.arange(count)[None, :])
-    azimuth = 2.0 * np.pi * u[0]
-    elevation = 0.03 + 0.9 * u[1]
-    direction = np.stack(
-        [np.cos(elevation) * np.sin(azimuth), np.cos(elevation) * np.cos(azimuth), np.sin(elevation)], axis=1
-    )
-    # Few are bright: magnitudes fall off steeply.
-    brightness = 0.06 + 0.9 * u[2] ** 6
-    tint = np.stack([0.75 + 0.25 * u[3], np.full(count, 0.85), 1.0 - 0.25 * u[3]], axis=1)
-    return np.array(CAMERA) + distance * direction, brightness[:, None] * tint, np.full(count, 0.55) + 0.3 * u[4]
-
-
-@lru_cache(maxsize=1)
 def _haze() -> tuple[Float64, Float64, Float64]:
-    """Soft sheets of haze that hang between the trees at the back."""
+    """Soft balls of haze that hang between the trees at the back."""
     count = 44
     u = uniform(1911, np.arange(4)[:, None], np.arange(count)[None, :])
     y = 60.0 + 190.0 * u[1]

@@ -20,7 +20,6 @@ from firefly_sample.scenes.forest_ground import (
     clearing_distance,
     ground_height,
     ground_noise,
-    ground_slope,
 )
 
 __all__ = ["CAMERA", "SPECIES", "Placement", "Species", "place_forest"]
@@ -38,8 +37,8 @@ class Species:
 
     Attributes
     ----------
-    file, node : str
-        The .glb file and the node in it.
+    file : str
+        The .glb file that has it, without its ending; the node in it is called as the species is.
     kind : {"tree", "bush", "prop", "grass"}
     foot : float
         Radius at the ground at scale 1, in scene units: no two feet overlap.
@@ -49,40 +48,42 @@ class Species:
         How deep the origin is set into the ground, in scene units.
     tilt : float
         How far it follows the slope of the ground: 0 upright, 1 fully.
+    length : float
+        Over how many units along its own X axis that slope is taken.
     """
 
     file: str
-    node: str
     kind: str
     foot: float
     crown: float = 0.0
     sink: float = 0.2
     tilt: float = 0.0
+    length: float = 1.0
 
 
 SPECIES: dict[str, Species] = {
-    "oak": Species("oak", "oak", "tree", 5.4, 38.0),
-    "tall oak": Species("oak", "tall oak", "tree", 5.0, 31.0),
-    "young oak": Species("oak", "young oak", "tree", 1.3, 9.0),
-    "birch": Species("birch", "birch", "tree", 2.6, 26.0),
-    "slim birch": Species("birch", "slim birch", "tree", 1.9, 17.0),
-    "spruce": Species("spruce", "spruce", "tree", 3.6, 22.0),
-    "slim spruce": Species("spruce", "slim spruce", "tree", 2.6, 15.0),
-    "young spruce": Species("spruce", "young spruce", "tree", 1.2, 9.0),
-    "pine": Species("pine", "pine", "tree", 3.3, 24.0),
-    "dead tree": Species("dead_tree", "dead tree", "tree", 4.6, 16.0),
-    "hazel": Species("bushes", "hazel", "bush", 2.6, 13.0),
-    "bramble": Species("bushes", "bramble", "bush", 2.2, 10.0),
-    "fern": Species("fern", "fern", "bush", 1.0, 8.0, 0.1, 0.7),
-    "stump": Species("stump", "stump", "prop", 9.2, 0.0, 0.5, 0.5),
-    "fallen trunk": Species("fallen_trunk", "fallen trunk", "prop", 0.0, 0.0, 0.5, 1.0),
-    "boulder": Species("rocks", "boulder", "prop", 8.2, 0.0, 0.6, 0.5),
-    "rock": Species("rocks", "rock", "prop", 5.6, 0.0, 0.3, 0.6),
-    "stone": Species("rocks", "stone", "prop", 3.9, 0.0, 0.2, 0.8),
-    "fly agaric": Species("mushrooms", "fly agaric", "prop", 3.6, 0.0, 0.15, 0.8),
-    "brown mushroom": Species("mushrooms", "brown mushroom", "prop", 3.4, 0.0, 0.15, 0.8),
-    "grass": Species("grass", "grass", "grass", 0.0, 0.0, 0.15, 0.9),
-    "tall grass": Species("grass", "tall grass", "grass", 0.0, 0.0, 0.15, 0.9),
+    "oak": Species("oak", "tree", 6.5, 38.0),
+    "tall oak": Species("oak", "tree", 5.7, 31.0),
+    "young oak": Species("oak", "tree", 1.3, 9.0),
+    "birch": Species("birch", "tree", 3.2, 26.0),
+    "slim birch": Species("birch", "tree", 2.2, 17.0),
+    "spruce": Species("spruce", "tree", 3.9, 22.0),
+    "slim spruce": Species("spruce", "tree", 3.0, 15.0),
+    "young spruce": Species("spruce", "tree", 1.2, 9.0),
+    "pine": Species("pine", "tree", 3.6, 24.0),
+    "dead tree": Species("dead_tree", "tree", 5.0, 16.0),
+    "hazel": Species("bushes", "bush", 3.0, 13.0, 0.2, 0.3),
+    "bramble": Species("bushes", "bush", 4.1, 10.0, 0.2, 0.8),
+    "fern": Species("fern", "bush", 1.0, 8.0, 0.1, 0.7),
+    "stump": Species("stump", "prop", 8.4, 0.0, 0.5, 0.5),
+    "fallen trunk": Species("fallen_trunk", "prop", 0.0, 0.0, 0.5, 1.0, 42.0),
+    "boulder": Species("rocks", "prop", 8.7, 0.0, 0.6, 0.5),
+    "rock": Species("rocks", "prop", 6.4, 0.0, 0.3, 0.6),
+    "stone": Species("rocks", "prop", 4.7, 0.0, 0.2, 0.8),
+    "fly agaric": Species("mushrooms", "prop", 5.2, 0.0, 0.15, 0.8),
+    "brown mushroom": Species("mushrooms", "prop", 3.9, 0.0, 0.15, 0.8),
+    "grass": Species("grass", "grass", 0.0, 0.0, 0.15, 0.9),
+    "tall grass": Species("grass", "grass", 0.0, 0.0, 0.15, 0.9),
 }
 """Every model of the forest but the terrain, by its name in the layout."""
 
@@ -134,9 +135,9 @@ _COMPOSED: tuple[tuple[str, float, float, float, float], ...] = (
     ("rock", -31.5, -44.0, 200.0, 0.9),
     ("stone", -45.5, -49.0, 20.0, 0.9),
     ("rock", 33.0, -18.0, 120.0, 0.85),
-    ("fly agaric", -2.5, -58.0, 0.0, 1.0),
+    ("fly agaric", -5.0, -57.0, 0.0, 1.0),
     ("fly agaric", -21.0, -66.0, 130.0, 0.8),
-    ("brown mushroom", 21.5, -58.5, 40.0, 1.0),
+    ("brown mushroom", 22.0, -58.5, 40.0, 1.0),
     ("brown mushroom", -27.0, -33.0, 70.0, 0.9),
     ("hazel", 38.0, -52.0, 30.0, 1.0),
     ("bramble", -52.0, -58.0, 90.0, 1.0),
@@ -147,7 +148,9 @@ _COMPOSED: tuple[tuple[str, float, float, float, float], ...] = (
     ("fern", -30.0, -56.0, 300.0, 0.8),
 )
 _FALLEN = ("fallen trunk", -22.0, -4.0, 24.0, 1.0)
-_FALLEN_FEET = tuple((-22.0 + t * 0.914, -4.0 + t * 0.407, 3.6) for t in (-23, -18, -12, -6, 0, 6, 12, 18, 23))
+_FALLEN_FEET = tuple(
+    (-22.0 + t * 0.914, -4.0 + t * 0.407, 3.6) for t in (-23, -18, -12, -6, 0, 6, 12, 18, 23)
+)
 """The fallen trunk is long: its foot is a row of discs along it."""
 
 
@@ -196,7 +199,7 @@ def _glade(x: float, y: float) -> bool:
 
 
 def _wood(x: float, y: float) -> float:
-    """Chance of a tree: none in the clearing and the glade, none before the camera, fewer where nobody looks."""
+    """Chance of a tree: none in clearing and glade, none before the camera, fewer where nobody looks."""
     if _rim(x, y) < 1.08 or _glade(x, y) or (y < -60.0 and _in_view(x, y, 22.0)):
         return 0.0
     return 1.0 if _in_view(x, y, 15.0) else 0.30
@@ -256,7 +259,7 @@ _STREWN: tuple[_Strewing, ...] = (
         ("oak", "tall oak", "birch", "slim birch", "spruce", "slim spruce", "pine"),
         _tree_weights,
         2600,
-        19.5,
+        21.0,
         (0.85, 1.12),
         _wood,
     ),
@@ -264,7 +267,7 @@ _STREWN: tuple[_Strewing, ...] = (
         ("young oak", "young spruce"), lambda x, y: (1.0, 1.0), 160, 9.0, (0.7, 1.15), _young
     ),
     _Strewing(
-        ("young spruce",), lambda x, y: (1.0,), 200, 8.0, (0.8, 1.4), _ridge, (-110.0, 90.0), (165.0, 275.0)
+        ("young spruce",), lambda x, y: (1.0,), 120, 9.0, (0.8, 1.4), _ridge, (-110.0, 90.0), (165.0, 275.0)
     ),
     _Strewing(("hazel", "bramble"), lambda x, y: (1.0, 1.0), 300, 7.0, (0.75, 1.2), _undergrowth),
     _Strewing(("rock", "stone", "boulder"), lambda x, y: (0.8, 1.2, 0.15), 60, 3.0, (0.5, 1.0), _stones),
@@ -327,11 +330,16 @@ def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[Pl
 def _settle(species: str, x: float, y: float, heading: float, scale: float) -> Placement:
     """On the ground at (x, y), sunk and tilted as its species wants."""
     kind = SPECIES[species]
-    slope_x, slope_y = (float(s) for s in ground_slope(x, y))
     turn = math.radians(heading)
-    # The slope along the thing's own axes: heading turns +X into (cos, sin).
-    rise_x = kind.tilt * (slope_x * math.cos(turn) + slope_y * math.sin(turn))
-    rise_y = kind.tilt * (-slope_x * math.sin(turn) + slope_y * math.cos(turn))
-    z = float(ground_height(x, y)) - kind.sink * scale
-    pitch, roll = math.degrees(math.atan(rise_y)), -math.degrees(math.atan(rise_x))
-    return Placement(species, x, y, z, heading, pitch, roll, scale)
+    # Heading turns the thing's own +X into (cos, sin) and its +Y into (-sin, cos).
+    rise_x, middle = _lie(x, y, math.cos(turn), math.sin(turn), kind.length)
+    rise_y, _ = _lie(x, y, -math.sin(turn), math.cos(turn), 1.0)
+    pitch, roll = math.degrees(math.atan(kind.tilt * rise_y)), -math.degrees(math.atan(kind.tilt * rise_x))
+    return Placement(species, x, y, middle - kind.sink * scale, heading, pitch, roll, scale)
+
+
+def _lie(x: float, y: float, dx: float, dy: float, length: float) -> tuple[float, float]:
+    """Slope and height at the middle of a stick that lies on the ground along (dx, dy)."""
+    t = 0.5 * length * np.array([-1.0, 0.0, 1.0])
+    low, middle, high = (float(z) for z in ground_height(x + t * dx, y + t * dy))
+    return (high - low) / length, min(middle, 0.5 * (low + high))

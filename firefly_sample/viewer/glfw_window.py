@@ -12,6 +12,9 @@ from firefly_sample.errors import ViewerError
 
 __all__ = ["Listener", "Window", "check_display"]
 
+LARGEST = 16384
+"""Width or height of a window that is still asked for."""
+
 _NAMES = {"UP": "up", "DOWN": "down", "LEFT": "left", "RIGHT": "right", "ESCAPE": "escape", "F1": "f1"}
 _BUTTONS = {"LEFT": "left", "RIGHT": "right", "MIDDLE": "middle"}
 
@@ -57,10 +60,13 @@ class Window:
     Raises
     ------
     ViewerError
-        If there is no display, glfw is not installed, or the driver has no OpenGL 3.3.
+        If there is no display, glfw is not installed, the driver has no OpenGL 3.3, or `size` is absurd.
     """
 
     def __init__(self, title: str, size: tuple[int, int]) -> None:
+        if max(size) > LARGEST:
+            # X11 answers by ending the process
+            raise ViewerError(f"no screen holds a window of {size[0]}x{size[1]}: choose a smaller size")
         self._glfw: Any = _load_glfw()
         self._button: str | None = None
         self._cursor = (0.0, 0.0)
@@ -110,15 +116,16 @@ class Window:
         def button(_: Any, code: int, action: int, __: int) -> None:
             name = buttons.get(code)
             if action == glfw.PRESS and self._button is None:
-                self._button, self._cursor = name, glfw.get_cursor_pos(self._handle)
+                self._button = name
             elif action == glfw.RELEASE and name == self._button:
                 self._button = None
 
         def move(_: Any, x: float, y: float) -> None:
+            # tracked, because glfw.get_cursor_pos is ahead of the events that are still to come
+            right, down = x - self._cursor[0], y - self._cursor[1]
+            self._cursor = x, y
             if self._button is not None:
                 height = max(1, glfw.get_window_size(self._handle)[1])
-                right, down = x - self._cursor[0], y - self._cursor[1]
-                self._cursor = x, y
                 listener.drag(self._button, right / height, down / height)
 
         glfw.set_key_callback(self._handle, key)

@@ -22,7 +22,8 @@ Rows = tuple[tuple[str, str], ...]
 Section = tuple[str, Rows]
 """A heading, and rows of (key, what it does)."""
 
-PLATE = (10, 13, 20, 184)
+PLATE = (10, 13, 20, 196)
+DENSE_PLATE = (10, 13, 20, 228)
 CAP = (58, 66, 84, 255)
 BRIGHT = (238, 240, 235, 255)
 DIM = (160, 170, 184, 255)
@@ -30,17 +31,19 @@ WARM = (255, 214, 120, 255)
 SIZE = 14.0
 PADDING, LINE, RADIUS, GAP = 0.8, 1.55, 0.55, 1.2
 """In sizes of the text: the plate's margin, a line's height, its corners, and space between columns."""
+ROWS_WIDTH = 14.0
+"""The least width of a plate of rows, in sizes of the text, so that it does not jump with every digit."""
 
 
 class _Sheet:
     """A plate to draw on; lengths are in sizes of the text, from the plate's top left corner."""
 
-    def __init__(self, width: float, height: float, scale: float) -> None:
+    def __init__(self, width: float, height: float, scale: float, fill: tuple[int, ...] = PLATE) -> None:
         from PIL import Image, ImageDraw
 
         self.unit = SIZE * scale
         size = max(1, round(width * self.unit)), max(1, round(height * self.unit))
-        self._image = Image.new("RGBA", size, PLATE)
+        self._image = Image.new("RGBA", size, fill)
         self._draw = ImageDraw.Draw(self._image)
 
     def text(self, x: float, y: float, text: str, fill: tuple[int, ...], anchor: str = "l") -> None:
@@ -105,7 +108,7 @@ def rows_plate(title: str, rows: Rows, footer: str, scale: float) -> Pixels:
     """A title, rows of (name, value), and a footer."""
     names = max((_width(name) for name, _ in rows), default=0.0)
     values = max((_width(value) for _, value in rows), default=0.0)
-    width = max(names + GAP + values, _width(title), _width(footer))
+    width = max(names + GAP + values, _width(title), _width(footer), ROWS_WIDTH)
     sheet = _Sheet(width + 2 * PADDING, (len(rows) + 2) * LINE + 1.4 * PADDING, scale)
     y = 0.7 * PADDING
     sheet.text(PADDING, y, title, WARM)
@@ -123,7 +126,7 @@ def columns_plate(columns: tuple[tuple[Section, ...], ...], footer: str, scale: 
     widths = [_column_width(sections) for sections in columns]
     lines = max(sum(len(rows) + 1 for _, rows in sections) + len(sections) - 1 for sections in columns)
     total = max(sum(width for width, _ in widths) + 2 * GAP * (len(columns) - 1), _width(footer))
-    sheet = _Sheet(total + 4 * PADDING, (lines + 1.5) * LINE + 4 * PADDING, scale)
+    sheet = _Sheet(total + 4 * PADDING, (lines + 1.5) * LINE + 4 * PADDING, scale, DENSE_PLATE)
     x = 2 * PADDING
     for sections, (width, caps) in zip(columns, widths, strict=True):
         _draw_column(sheet, x, sections, caps)

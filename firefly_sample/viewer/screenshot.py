@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from io import BytesIO
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -26,18 +27,21 @@ def save_screenshot(folder: Path, name: str, picture: NDArray[np.uint8]) -> Path
 
     png = BytesIO()
     Image.fromarray(picture).save(png, format="PNG")
-    number = 1
-    while True:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FireflyError(f"cannot write into {folder}: {error.strerror or error}") from error
+    for number in count(1):
         path = folder / f"{name}_{number:04d}.png"
         try:
-            folder.mkdir(parents=True, exist_ok=True)
             # exclusive: of two windows that save at once, each gets a name of its own
             with path.open("xb") as file:
                 file.write(png.getbuffer())
-            return path
         except FileExistsError:
-            number += 1
+            continue
         except OSError as error:
             with suppress(OSError):
                 path.unlink()
             raise FireflyError(f"cannot write {path}: {error.strerror or error}") from error
+        return path
+    raise AssertionError("count never ends")

@@ -206,7 +206,8 @@ class Viewer:
         margin = round(MARGIN * scale)
         layers = [] if drawn.image is None else [drawn.image]
         status = rows_plate(self._stage.plugin.name, self._rows, "F1 shows the keys", scale)
-        layers.append(Layer(status, (margin, margin)))
+        if not self._help:
+            layers.append(Layer(status, (margin, margin)))
         bottom = height - margin
         if drawn.image is not None and self._view == "strip":
             bottom -= drawn.image.pixels.shape[0]

@@ -12,7 +12,7 @@ from firefly_sample.gpu.presenter import Layer
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
-from firefly_sample.viewer.buffers import BUFFERS, buffer_note, buffer_picture
+from firefly_sample.viewer.buffers import BUFFERS, buffer_picture
 from firefly_sample.viewer.overlay import blend
 from firefly_sample.viewer.strip import buffer_strip, thumbnail_size
 
@@ -66,8 +66,8 @@ def draw_view(
     """
     if view in BUFFERS:
         plan, frame = _draw_buffers(renderer, scene, time, (view,), renderer.size)
-        image = Layer(_pictures(plan, frame)[view_title(view)])
-        return Drawn(plan, frame, image, buffer_note(view, frame[view]), _total(frame))
+        pixels, note = _pictures(plan, frame)[view_title(view)]
+        return Drawn(plan, frame, Layer(pixels), note, _total(frame))
     strip, spent = _strip(renderer, scene, time, scale) if view == "strip" else (None, 0.0)
     plan = renderer.plan(scene, time)
     frame = renderer.draw(plan, read=read)
@@ -84,8 +84,9 @@ def _strip(renderer: Renderer, scene: Scene, time: float, scale: float) -> tuple
     size = thumbnail_size(renderer.size, len(BUFFERS), scale)
     if size is None:
         return None, 0.0
-    plan, frame = _draw_buffers(renderer, scene, time, tuple(BUFFERS), size)
-    band = buffer_strip(_pictures(plan, frame), scale)
+    plan, frame = _draw_buffers(renderer, scene, time, BUFFERS, size)
+    pictures = {title: pixels for title, (pixels, _) in _pictures(plan, frame).items()}
+    band = buffer_strip(pictures, scale)
     width, height = renderer.size
     return Layer(band, ((width - band.shape[1]) // 2, height - band.shape[0])), _total(frame)
 
@@ -105,7 +106,8 @@ def _draw_buffers(
         renderer.resize(window)
 
 
-def _pictures(plan: FramePlan, frame: Frame) -> dict[str, NDArray[np.uint8]]:
+def _pictures(plan: FramePlan, frame: Frame) -> dict[str, tuple[NDArray[np.uint8], str]]:
+    """Each buffer of a frame by title: its picture, and how to read it."""
     classic = plan.settings.look == "classic"
     return {view_title(name): buffer_picture(name, image, classic) for name, image in frame.images.items()}
 

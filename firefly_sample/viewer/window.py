@@ -6,7 +6,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from firefly_sample.renderer import Renderer, check_size
+from firefly_sample.frame import check_size
+from firefly_sample.renderer import Renderer
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import find_scene
 from firefly_sample.settings import Settings
@@ -62,7 +63,7 @@ def run(
     settings = settings or Settings()
     plugin = find_scene(scene_name)
     values = resolve_parameters(plugin.name, plugin.parameters, parameters)
-    check_size(size, settings.supersample)
+    check_size(size)
     check_display()
     stage = Stage(plugin, values)
     with (

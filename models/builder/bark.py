@@ -14,13 +14,17 @@ def _moss(color, field, amount, tone=(0.07, 0.11, 0.025)):
     return mix(color, np.asarray(tone) * np.clip(grain, 0.4, 1.8)[..., None], 0.85 * cover)
 
 
-def furrowed(seed, shape=(1024, 512), tone=(0.20, 0.155, 0.115), cut=(0.045, 0.033, 0.025), counts=(6, 9), moss=0.2):
+def furrowed(
+    seed, shape=(1024, 512), tone=(0.20, 0.155, 0.115), cut=(0.045, 0.033, 0.025), counts=(6, 9), moss=0.2
+):
     """Long plates between deep furrows: oak and other old broadleaves."""
     warp_x = 11.0 * spectral(shape, seed, (40, 400), 1.1, (0.6, 1.6))
     warp_y = 30.0 * spectral(shape, seed + 1, (60, 400), 1.2)
     first, second, which = cells(shape, seed + 2, counts, (warp_y, warp_x))
     plate = smooth(0.02, 0.34, second - first)
-    fine_first, fine_second, _ = cells(shape, seed + 3, (counts[0] * 5, counts[1] * 3), (warp_y, warp_x * 0.6))
+    fine_first, fine_second, _ = cells(
+        shape, seed + 3, (counts[0] * 5, counts[1] * 3), (warp_y, warp_x * 0.6)
+    )
     cracks = smooth(0.0, 0.22, fine_second - fine_first)
     fibre = spectral(shape, seed + 4, (2, 40), 0.5, (0.22, 1.0))
     blotch = spectral(shape, seed + 5, (60, 500), 1.0)
@@ -41,7 +45,11 @@ def birch(seed, shape=(1024, 512)):
     color = color * np.clip(1.0 + 0.05 * grain, 0.7, 1.3)[..., None]
     first, _, which = cells(shape, seed + 3, (48, 5), (wander, 0.0 * wander), 1.0)
     # A dash is the middle of a flat cell: cells are 10 times as wide as high, so scale comes for free.
-    dash = smooth(0.34, 0.20, first) * (which > 0.45) * smooth(-1.4, 0.2, spectral(shape, seed + 8, (8, 60), 0.6))
+    dash = (
+        smooth(0.34, 0.20, first)
+        * (which > 0.45)
+        * smooth(-1.4, 0.2, spectral(shape, seed + 8, (8, 60), 0.6))
+    )
     color = mix(color, (0.10, 0.075, 0.06), 0.85 * dash)
     scar_first, _, scar = cells(shape, seed + 4, (5, 3), (wander * 1.5, wander), 0.8)
     rough = 0.07 * spectral(shape, seed + 5, (14, 90), 1.0)
@@ -52,7 +60,9 @@ def birch(seed, shape=(1024, 512)):
     return color * relief(0.15 * band - 0.4 * mark, 1.6)[..., None]
 
 
-def scaly(seed, shape=(1024, 512), tone=(0.165, 0.125, 0.10), cut=(0.06, 0.045, 0.037), counts=(34, 17), red=0.0):
+def scaly(
+    seed, shape=(1024, 512), tone=(0.165, 0.125, 0.10), cut=(0.06, 0.045, 0.037), counts=(34, 17), red=0.0
+):
     """Small scales: spruce; with larger counts of larger plates and `red` towards 1, pine."""
     warp_x = 7.0 * spectral(shape, seed, (20, 200), 1.0)
     warp_y = 9.0 * spectral(shape, seed + 1, (20, 200), 1.0)
@@ -88,7 +98,11 @@ def end_grain(seed, size=512):
     lobes = spectral((size, size), seed, (80, 600), 1.4)
     x, y = x + 0.018 * lobes + 0.05, y + 0.018 * np.roll(lobes, 97, 0) - 0.03
     r, angle = np.hypot(x, y), np.arctan2(y, x)
-    pace = r * 26.0 + 1.2 * np.sin(2.0 * angle + 0.5) * r + 0.5 * spectral((size, size), seed + 1, (40, 300), 1.0)
+    pace = (
+        r * 26.0
+        + 1.2 * np.sin(2.0 * angle + 0.5) * r
+        + 0.5 * spectral((size, size), seed + 1, (40, 300), 1.0)
+    )
     ring = (pace % 1.0) ** 2.0
     fine = spectral((size, size), seed + 2, (2, 8), 0.2)
     color = mix((0.36, 0.25, 0.14), (0.20, 0.12, 0.06), smooth(0.25, 1.0, ring))
@@ -99,9 +113,15 @@ def end_grain(seed, size=512):
         bend = np.abs((angle - turn - 0.25 * (r - 0.4) + np.pi) % (2.0 * np.pi) - np.pi)
         width = 0.012 + 0.02 * ((k * 7) % 5) / 5.0
         length = 0.45 + 0.4 * ((k * 3) % 4) / 4.0
-        crack = smooth(width, 0.2 * width, bend * r) * smooth(length + 0.3, length - 0.1, r) * smooth(0.03, 0.12, r)
+        crack = (
+            smooth(width, 0.2 * width, bend * r)
+            * smooth(length + 0.3, length - 0.1, r)
+            * smooth(0.03, 0.12, r)
+        )
         color = mix(color, (0.05, 0.035, 0.025), 0.8 * crack)
     weather = smooth(-0.4, 1.6, spectral((size, size), seed + 3, (30, 400), 1.1))
     color = mix(color, (0.15, 0.15, 0.12), 0.55 * weather)
-    color = mix(color, (0.06, 0.10, 0.022), 0.75 * smooth(0.7, 2.0, spectral((size, size), seed + 4, (14, 300), 1.0)))
+    color = mix(
+        color, (0.06, 0.10, 0.022), 0.75 * smooth(0.7, 2.0, spectral((size, size), seed + 4, (14, 300), 1.0))
+    )
     return mix(color, (0.07, 0.05, 0.037), smooth(0.93, 0.96, r))

@@ -32,7 +32,9 @@ def _oak():
 def _birch():
     outline = foliage.toothed(0.36, 0.9, 0.35)
     tones = ((0.08, 0.16, 0.03), (0.16, 0.27, 0.05))
-    leaves = Paint("birch leaves", foliage.leafy_cards(110, outline, tones, leaf=0.042, count=230, spray=1.25))
+    leaves = Paint(
+        "birch leaves", foliage.leafy_cards(110, outline, tones, leaf=0.042, count=230, spray=1.25)
+    )
     skin = Paint("birch bark", opaque(bark.birch(20)), jpeg=True)
     kinds = {"birch": (4, trees.BIRCH), "slim birch": (5, trees.BIRCH_SLIM)}
     return _trees(kinds, trees.broadleaf, skin, leaves)
@@ -74,7 +76,7 @@ def _bushes():
     parts = {}
     for name, surfaces in {
         "hazel": plants.bush(240, 14.0, 8.5, 11, 6.5, -0.3),
-        "bramble": plants.bush(241, 7.0, 8.0, 10, 5.5, -0.9),
+        "bramble": plants.bush(241, 7.5, 7.5, 10, 5.5, -0.6),
     }.items():
         parts[name] = list(zip(surfaces, (stems, leaves), strict=True))
     return parts
@@ -118,7 +120,9 @@ def _mushrooms():
     brown = props.mushroom_texture(253, (0.30, 0.16, 0.06), 0, (0.20, 0.09, 0.03))
     return {
         "fly agaric": [(plants.mushrooms(250, 4, 2.6, 3.0, 0.62), Paint("fly agaric", red, jpeg=True))],
-        "brown mushroom": [(plants.mushrooms(252, 5, 2.0, 2.2, 0.35), Paint("brown mushroom", brown, jpeg=True))],
+        "brown mushroom": [
+            (plants.mushrooms(252, 5, 2.0, 2.2, 0.35), Paint("brown mushroom", brown, jpeg=True))
+        ],
     }
 
 

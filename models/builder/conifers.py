@@ -64,6 +64,7 @@ def spruce(seed, kind):
         side = np.array([math.cos(2.1 * k), math.sin(2.1 * k), 0.0])
         size = 0.11 * kind.height
         add_card(needles, top - [0, 0, 0.55 * size], (0.02, 0.0, 1.0), side, (0.5 * size, size), BOUGHS[k])
+    needles.lift(0.015 * kind.height)
     _shade_cone(bark, needles, kind)
     return bark, needles
 
@@ -71,11 +72,13 @@ def spruce(seed, kind):
 def _dead_sticks(bark, stem, kind, random):
     """Thin broken twigs on the bare part of the trunk."""
     for _ in range(kind.dead):
-        point, _, radius = stem.at(random.between(0.03, kind.bare + 0.25))
+        point, _, radius = stem.at(random.between(0.07, kind.bare + 0.25))
         angle = random.between(0.0, 2.0 * math.pi)
         out = np.array([math.cos(angle), math.sin(angle), random.between(-0.35, 0.1)])
         length = kind.reach * random.between(0.12, 0.45)
-        path = np.array([point, point + out * length * 0.5, point + out * length + [0.0, 0.0, -0.12 * length]])
+        path = np.array(
+            [point, point + out * length * 0.5, point + out * length + [0.0, 0.0, -0.12 * length]]
+        )
         add_tube(bark, path, (0.14 * radius + 0.08, 0.09, 0.03), 3, (6.0, 12.0), offset=random.units(1)[0])
 
 
@@ -90,7 +93,11 @@ def _shade_cone(bark, needles, kind):
         return 0.36 + 0.64 * smooth(0.05, 0.85, r)
 
     needles.shade(inside)
-    bark.shade(lambda v: 0.45 + 0.55 * smooth(kind.bare * kind.height + 10.0, kind.bare * kind.height - 12.0, v[:, 2]))
+    bark.shade(
+        lambda v: (
+            0.45 + 0.55 * smooth(kind.bare * kind.height + 10.0, kind.bare * kind.height - 12.0, v[:, 2])
+        )
+    )
     bark.shade(lambda v: 0.6 + 0.4 * smooth(-1.0, 7.0, v[:, 2]))
     needles.bend_normals(
         np.array([0.0, 0.0, 0.25 * kind.height]), np.array([1.0, 1.0, 2.2]) * kind.reach, 0.6
@@ -115,7 +122,7 @@ def pine(seed, kind):
     grow(limbs, stem, kind.habits, lambda t: 0.65 + 0.6 * math.sin(math.pi * (0.15 + 0.75 * t)))
     bark, needles = Surface(), Surface()
     add_trunk(bark, stem, kind.radius, 11, 0.5, 3, shape, (9.0, 18.0))
-    add_limbs(bark, stem, (11, 5, 3), limbs, (9.0, 18.0))
+    add_limbs(bark, stem, (11, 4, 3), limbs, (9.0, 18.0))
     for branch in stem.walk():
         places = kind.cards if branch.level == 2 else (0.98,) if branch.level == 0 else (0.7, 0.98)
         leaf_out(needles, branch, places, kind.card, 0.0, tufts, CELLS)
@@ -151,14 +158,14 @@ def _splinters(wood, stem, random):
         add_tube(wood, path, (0.55 * radius, 0.34 * radius, 0.02), 4, (8.0, 16.0), offset=random.units(1)[0])
 
 
-SPRUCE = Spruce(height=104.0, radius=2.5, reach=22.0, boughs=190, bare=0.07)
-SPRUCE_SLIM = Spruce(height=86.0, radius=1.8, reach=14.5, boughs=105, bare=0.12, sides=7)
-SPRUCE_YOUNG = Spruce(height=26.0, radius=0.6, reach=9.5, boughs=60, bare=0.03, sides=6, dead=0)
+SPRUCE = Spruce(height=104.0, radius=2.5, reach=22.0, boughs=185, bare=0.13)
+SPRUCE_SLIM = Spruce(height=86.0, radius=1.8, reach=14.5, boughs=105, bare=0.14, sides=7)
+SPRUCE_YOUNG = Spruce(height=26.0, radius=0.6, reach=9.5, boughs=46, bare=0.07, sides=6, dead=0)
 PINE = Pine(
     height=86.0,
     radius=2.4,
     habits=(
-        Habit(12, (0.56, 1.0), (78.0, 40.0), (0.27, 0.14), 0.45, 0.22, 0.6, 5),
+        Habit(12, (0.56, 1.0), (78.0, 40.0), (0.27, 0.14), 0.45, 0.22, 0.6, 4),
         Habit(4, (0.4, 1.0), (55.0, 40.0), (0.48, 0.36), 0.5, 0.2, 0.5, 1),
     ),
     card=9.5,

@@ -40,7 +40,7 @@ def _jpeg(pixels):
     data = stream.getvalue()
     image = Image.open(io.BytesIO(data))
     image.load()
-    image.save = lambda target, format=None: target.write(data)  # noqa: A002
+    image.save = lambda target, **_: target.write(data)
     return image
 
 
@@ -57,8 +57,9 @@ def write_glb(path, parts):
                 materials[paint.name] = paint.material()
             material = materials[paint.name]
             visual = trimesh.visual.TextureVisuals(uv=texcoords, material=material)
-            rgba = np.concatenate([colors, np.ones((len(colors), 1))], axis=1)
-            visual.vertex_attributes["color"] = np.round(np.clip(rgba, 0.0, 1.0) * 255.0).astype(np.uint8)
+            if colors.min() < 1.0:
+                rgba = np.concatenate([colors, np.ones((len(colors), 1))], axis=1)
+                visual.vertex_attributes["color"] = np.round(np.clip(rgba, 0.0, 1.0) * 255.0).astype(np.uint8)
             mesh = trimesh.Trimesh(
                 vertices=_y_up(vertices),
                 faces=triangles,

@@ -44,7 +44,9 @@ def _comb(canvas, start, end, length, color, pitch, slant, tips, random):
     canvas.paint(where, np.clip(tint, 0.0, 1.0), cover)
 
 
-def spruce_boughs(seed, tones=((0.035, 0.075, 0.03), (0.07, 0.125, 0.05)), size=1024, wood=(0.06, 0.042, 0.03)):
+def spruce_boughs(
+    seed, tones=((0.035, 0.075, 0.03), (0.07, 0.125, 0.05)), size=1024, wood=(0.06, 0.042, 0.03)
+):
     """Three boughs side by side, each a third of the picture wide and all of it high, stems below."""
     canvas = Canvas(2 * size, 2 * size, tones[0])
     for k in range(3):
@@ -62,7 +64,9 @@ def spruce_boughs(seed, tones=((0.035, 0.075, 0.03), (0.07, 0.125, 0.05)), size=
                 middle = (start[0] + 0.5 * reach * math.cos(angle), start[1] + 0.5 * reach * math.sin(angle))
                 end = (middle[0] + 0.5 * reach * math.cos(bend), middle[1] + 0.5 * reach * math.sin(bend))
                 shade = random.between(0.75, 1.15)
-                tone = np.asarray(tones[0]) * shade + (np.asarray(tones[1]) - tones[0]) * random.between(0.1, 0.9)
+                tone = np.asarray(tones[0]) * shade + (np.asarray(tones[1]) - tones[0]) * random.between(
+                    0.1, 0.9
+                )
                 for a, b, tip in ((start, middle, 0.9), (middle, end, 0.35)):
                     canvas.twig((a, b), (0.0022, 0.0014), wood)
                     _comb(canvas, a, b, 0.029, tone, 0.0062, 0.75, tip, random)
@@ -94,12 +98,12 @@ def pine_tufts(seed, tones=((0.045, 0.085, 0.035), (0.10, 0.16, 0.07)), size=102
             t = (n + 0.5) / 9.0
             side = -1.0 if n % 2 else 1.0
             angle = math.pi / 2.0 - side * (1.05 - 0.75 * t) + random.around(0.0, 0.15)
-            start = base + [0.0, 0.26 * t]
+            start = base + np.array([0.0, 0.26 * t])
             end = start + (0.17 - 0.06 * t) * np.array([math.cos(angle), math.sin(angle)])
             canvas.twig((tuple(start), tuple(end)), (0.003, 0.0018), wood)
             tufts.append((end, angle))
-        canvas.twig((tuple(base), tuple(base + [0.0, 0.32])), (0.005, 0.002), wood)
-        tufts.append((base + [0.0, 0.33], math.pi / 2.0))
+        canvas.twig((tuple(base), tuple(base + np.array([0.0, 0.32]))), (0.005, 0.002), wood)
+        tufts.append((base + np.array([0.0, 0.33]), math.pi / 2.0))
         for end, angle in tufts:
             shade = random.between(0.75, 1.15)
             for _ in range(75):
@@ -131,9 +135,7 @@ def fern_fronds(seed, tones=((0.035, 0.10, 0.025), (0.10, 0.21, 0.055)), size=10
                 end = (x + reach * math.cos(angle), min(y + reach * math.sin(angle), 0.995))
                 mixing = random.between(0.0, 0.9)
                 tone = np.asarray(tones[0]) * (1.0 - mixing) + np.asarray(tones[1]) * mixing
-                canvas.leaf(
-                    x, y, angle, reach * 1.02, _pinna, tone * random.between(0.85, 1.1), vein=0.5
-                )
+                canvas.leaf(x, y, angle, reach * 1.02, _pinna, tone * random.between(0.85, 1.1), vein=0.5)
                 canvas.twig(((x, y), end), (0.0012, 0.0005), tone * 0.7)
         canvas.twig(((x, 0.0), (x, 0.55), (x, 0.985)), (0.0042, 0.0028, 0.0008), (0.10, 0.10, 0.035))
     return canvas.pixels(2)

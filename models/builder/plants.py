@@ -25,10 +25,11 @@ def bush(seed, height=11.0, spread=8.0, stems=11, card=6.0, arch=-0.35):
         foot = np.array([math.cos(angle), math.sin(angle), 0.0]) * 0.16 * spread * out + [0.0, 0.0, -0.4]
         heading = np.array([math.cos(angle) * out * spread, math.sin(angle) * out * spread, height])
         length = height * random.between(0.75, 1.1)
-        path = curve(random, foot, heading, length, 4, 0.16, arch)
-        stem = Branch(path, taper(0.24, 0.05, 4), 1)
-        add_tube(wood, path, stem.radii, 4, (4.0, 8.0), offset=random.units(1)[0])
+        path = curve(random, foot, heading, length, 3, 0.16, arch)
+        stem = Branch(path, taper(0.24, 0.05, 3), 1)
+        add_tube(wood, path, stem.radii, 3, (4.0, 8.0), offset=random.units(1)[0])
         leaf_out(leaves, stem, (0.30, 0.45, 0.6, 0.75, 0.88, 0.98), card, 0.3, random, CELLS)
+    leaves.lift(0.4)
     top = np.concatenate(leaves.vertices)
     centre, radii = np.array([0.0, 0.0, 0.25 * height]), np.abs(top).max(axis=0).clip(1.0)
 
@@ -82,7 +83,7 @@ def grass(seed, cards=7, spread=3.2, size=(5.2, 3.6), color=(1.0, 1.0, 1.0)):
         add_card(
             blades,
             foot - [0.0, 0.0, 0.25],
-            lean + [0.0, 0.0, 1.0],
+            lean + np.array([0.0, 0.0, 1.0]),
             (math.cos(angle), math.sin(angle), 0.0),
             (size[0] * scale, size[1] * scale),
             CLUMPS[random.below(2)],
@@ -105,7 +106,9 @@ def mushrooms(seed, count, cap, height, dome):
         away = 0.0 if k == 0 else cap * (0.75 + 0.38 * math.sqrt(k)) * random.between(0.85, 1.15)
         grown = random.between(0.85, 1.0) if k == 0 else random.between(0.4, 0.85)
         foot = away * np.array([math.cos(angle), math.sin(angle), 0.0])
-        lean = 0.16 * np.array([math.cos(angle), math.sin(angle), 0.0]) * min(k, 1) + 0.05 * random.direction()
+        lean = (
+            0.16 * np.array([math.cos(angle), math.sin(angle), 0.0]) * min(k, 1) + 0.05 * random.direction()
+        )
         _mushroom(flesh, foot, lean, cap * grown, height * grown, dome, random)
     flesh.shade(lambda v: 0.55 + 0.45 * smooth(0.0, 0.6 * height, v[:, 2]))
     return flesh

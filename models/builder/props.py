@@ -89,7 +89,9 @@ def _axe_head(tool, eye, handle, bite, flat):
         points = np.stack([a, b], axis=1)
         texcoords = np.stack([np.stack([u, 0.2 + 0 * u], 1), np.stack([u, 0.8 + 0 * u], 1)], axis=1)
         _add_facing(tool, points, texcoords, eye)
-    end = np.array([[corner(low, 1.0)[0], corner(high, 1.0)[0]], [corner(low, -1.0)[0], corner(high, -1.0)[0]]])
+    end = np.array(
+        [[corner(low, 1.0)[0], corner(high, 1.0)[0]], [corner(low, -1.0)[0], corner(high, -1.0)[0]]]
+    )
     _add_facing(tool, end, np.array([[[0.53, 0.3], [0.53, 0.7]], [[0.56, 0.3], [0.56, 0.7]]]), eye)
 
 
@@ -125,7 +127,12 @@ def fallen_trunk(seed, length=46.0, radius=2.5):
     radii = np.linspace(radius, 0.66 * radius, 10)
     phase = random.units(1)[0] * 6.28
     add_tube(
-        bark, path, radii, 13, (7.0, 14.0), profile=lambda k, a: 1.0 + 0.05 * np.cos(3.0 * a + phase + 0.4 * k)
+        bark,
+        path,
+        radii,
+        13,
+        (7.0, 14.0),
+        profile=lambda k, a: 1.0 + 0.05 * np.cos(3.0 * a + phase + 0.4 * k),
     )
     rings = bark.vertices[0].reshape(10, -1, 3)
     for rim in (rings[0][::-1], rings[-1]):
@@ -157,7 +164,7 @@ _FACES = (
 
 
 def rock(seed, size=(6.0, 5.0, 4.0), steps=6, pixels=128):
-    """(surface, texture) of a rock: a sphere cut by planes, roughened; its texture is its own, without seams."""
+    """(surface, texture) of a rock: a sphere cut by planes and roughened, under a texture of its own."""
     random = Random(seed)
     planes = np.array([random.direction() for _ in range(11)])
     depths = 0.72 + 0.24 * random.units(11)
@@ -179,7 +186,7 @@ def rock(seed, size=(6.0, 5.0, 4.0), steps=6, pixels=128):
         a, b = np.meshgrid(s, s)
         points = shape(unit(axis + a[..., None] * right + b[..., None] * up))
         uv = 0.5 + 0.5 * np.stack([a, b], axis=-1) * (1.0 - 2.0 * margin)
-        uv = (uv + [column, 1 - row]) / [4.0, 2.0]
+        uv = (uv + np.array([column, 1 - row])) / [4.0, 2.0]
         normals = _rock_normals(shape, axis, right, up, a, b)
         surface.add(points.reshape(-1, 3), normals, uv.reshape(-1, 2), grid_triangles(steps + 1, steps + 1))
         t = ((np.arange(pixels) + 0.5) / pixels * 2.0 - 1.0) / (1.0 - 2.0 * margin)
@@ -210,7 +217,9 @@ def _rock_color(direction, up_facing, seed):
     lichen = smooth(0.45, 0.75, solid(direction, seed + 6, 0.2) + 0.35 * rough)
     color = mix(color, (0.22, 0.235, 0.15), 0.7 * lichen)
     moss = smooth(0.35, 0.85, up_facing + 0.35 * broad + 0.18 * rough)
-    return mix(color, np.array((0.055, 0.095, 0.02)) * np.clip(1.0 + 0.4 * rough, 0.5, 1.6)[..., None], 0.92 * moss)
+    return mix(
+        color, np.array((0.055, 0.095, 0.02)) * np.clip(1.0 + 0.4 * rough, 0.5, 1.6)[..., None], 0.92 * moss
+    )
 
 
 def mushroom_texture(seed, cap, spots=0, rim=None, size=512):
@@ -225,7 +234,11 @@ def mushroom_texture(seed, cap, spots=0, rim=None, size=512):
     picture = picture * np.clip(1.0 + 0.10 * fine, 0.6, 1.4)[..., None]
     placed = []
     while len(placed) < spots:
-        a, d, reach = 6.2832 * random.units(1)[0], 0.95 * random.units(1)[0] ** 0.5, random.between(0.012, 0.03)
+        a, d, reach = (
+            6.2832 * random.units(1)[0],
+            0.95 * random.units(1)[0] ** 0.5,
+            random.between(0.012, 0.03),
+        )
         px, py = 0.25 + 0.24 * d * math.cos(a), 0.5 + 0.24 * d * math.sin(a)
         if all(math.hypot(px - qx, py - qy) > 1.15 * (reach + other) for qx, qy, other in placed):
             placed.append((px, py, reach))

@@ -43,6 +43,11 @@ class Surface:
             factor = np.asarray(function(vertices))
             self.colors[k] = self.colors[k] * (factor[:, None] if factor.ndim == 1 else factor)
 
+    def lift(self, floor):
+        """Raise what hangs below the height `floor` to it, so that leaves lie on the ground, not in it."""
+        for vertices in self.vertices:
+            vertices[:, 2] = np.maximum(vertices[:, 2], floor)
+
     def bend_normals(self, centre, radii, amount):
         """Turn the normals towards those of an ellipsoid: a crown of flat cards then shades like a volume."""
         for k, vertices in enumerate(self.vertices):

@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+
+from builder.canvas import opaque
+from builder.noise import mix, smooth, spectral
+from builder.randomness import Random
+from builder.surface import Surface, grid_triangles
 from firefly_sample.scenes.forest_ground import (
     X_RANGE,
     Y_RANGE,
@@ -15,16 +20,11 @@ from firefly_sample.scenes.forest_ground import (
 )
 from firefly_sample.scenes.forest_layout import SPECIES, place_forest
 
-from builder.canvas import opaque
-from builder.noise import mix, smooth, spectral
-from builder.randomness import Random
-from builder.surface import Surface, grid_triangles
-
 FOCUS = (-6.0, -42.0)
 """Where mesh and texture are finest: in the clearing, on the camera's side."""
 FINENESS = 0.34
 """Spacing at the focus, as a fraction of an even grid's."""
-COLUMNS, ROWS = 84, 84
+COLUMNS, ROWS = 76, 78
 
 
 def warp(s, low, high, focus):
@@ -55,7 +55,7 @@ def terrain():
 
 
 def terrain_texture(size=2048):
-    """uint8 RGB: soil, moss, grass, fallen leaves, a trodden path, and the dark under whatever stands there."""
+    """uint8 RGB: soil, moss, grass, fallen leaves, a path, and the dark under whatever stands there."""
     coarse = size // 4
     s = (np.arange(coarse) + 0.5) / coarse
     x = warp(s, *X_RANGE, FOCUS[0])[None, :]

@@ -125,7 +125,7 @@ def leaf_out(leaves, branch, places, size, droop, random, cells=CELLS):
         side = rotate(perpendicular(direction), direction, random.between(0.0, 2.0 * math.pi))
         spread = random.between(0.15, 0.45) if t > 0.95 else random.between(0.5, 1.1)
         heading = unit(direction * math.cos(spread) + side * math.sin(spread) + [0.0, 0.0, 0.12])
-        facing = unit(random.direction() + [0.0, 0.0, 0.9])
+        facing = unit(random.direction() + np.array([0.0, 0.0, 0.3]))
         scale = size * random.between(0.8, 1.2)
         tint = 1.0 - 0.22 * random.units(3) * [1.0, 0.6, 1.0]
         add_card(
@@ -137,7 +137,7 @@ def leaf_out(leaves, branch, places, size, droop, random, cells=CELLS):
             cells[random.below(len(cells))],
             droop=droop,
             segments=1,
-            fold=0.22,
+            fold=0.4,
             color=tint,
         )
 
@@ -210,10 +210,10 @@ BIRCH = Broadleaf(
     height=88.0,
     radius=2.0,
     habits=(
-        Habit(20, (0.34, 1.0), (54.0, 26.0), (0.27, 0.13), 0.40, 0.14, 0.25, 4),
+        Habit(20, (0.34, 1.0), (54.0, 26.0), (0.27, 0.13), 0.40, 0.14, 0.25, 3),
         Habit(4, (0.35, 1.0), (55.0, 45.0), (0.52, 0.40), 0.45, 0.2, -1.1, 1),
     ),
-    sides=(10, 4, 3),
+    sides=(9, 4, 3),
     outline=lambda t: 0.65 + 0.55 * math.sin(math.pi * (0.2 + 0.7 * t)),
     card=10.0,
     cards=(0.5, 0.95),

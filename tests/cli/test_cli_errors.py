@@ -28,6 +28,8 @@ USAGE = [
     (["capture", "--size", "-8x6"], "WIDTHxHEIGHT", 2),
     (["capture", "--size"], "--size requires an argument", 2),
     (["capture", "--fireflies", "2.5"], "--fireflies: it must be a whole number, got '2.5'", 2),
+    (["capture", "--fireflies", "9" * 400], "must be less than 2**64", 2),
+    (["plan", "--size", "9" * 400 + "x2"], "WIDTHxHEIGHT", 2),
     (["capture", "--device", "x"], "--device: it must be a whole number", 2),
     (["capture", "--look", "clasic"], 'Did you mean "classic"?', 2),
     (["capture", "--exposure", "bright"], "--exposure", 2),
@@ -57,6 +59,8 @@ INPUT = [
     (["capture", GLADE, "--size", "1000000x8"], "above this driver's limit"),
     (["capture", GLADE, "--device", "77"], "no EGL device 77"),
     (["capture", GLADE, "--device", "-1"], "-1"),
+    (["capture", GLADE, "--device", "10000000000000000000"], "no OpenGL context"),
+    (["capture", GLADE, "--size", "999999999x1"], "above this driver's limit"),
     (["capture", STATUE, "--model", "missing.glb"], "missing.glb"),
     (["plan", GLADE, "--time", "nan"], "time must be a finite number"),
 ]

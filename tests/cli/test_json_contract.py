@@ -60,6 +60,20 @@ def test_plan(capsys):
     assert plan["lights"].keys() == {"drawn", "culled"}
 
 
+def test_measure_speed(capsys):
+    options = ("--size", "16x12", "--fireflies", "5", "--seeds", "1,2")
+    result = told(capsys, "measure", "speed", GLADE, *options)
+    assert result.keys() == {"scene", "size", "driver", "rows", "chosen"}
+    assert result["size"] == [16, 12]
+    assert result["chosen"] in [row["method"] for row in result["rows"]]
+    for row in result["rows"]:
+        assert row.keys() == {
+            *("lights", "method", "ms", "spread", "ratio", "passes"),
+            *("shaded", "pairs", "shaded_per_pair"),
+        }
+        assert all(milliseconds >= 0 for milliseconds in row["passes"].values())
+
+
 def test_a_table_of_measured_speed():
     row = {"lights": 500, "spread": 0.013, "passes": {"geometry": 3.0}, "shaded": 1234567, "pairs": 411522}
     result = {
@@ -67,14 +81,35 @@ def test_a_table_of_measured_speed():
         "size": [800, 600],
         "driver": "llvmpipe",
         "rows": [
-            {"method": "volumes", "ms": 12.345, "shaded_per_pair": 3.0, **row},
-            {"method": "loop", "ms": 99.0, "shaded_per_pair": None, **row, "shaded": None, "pairs": None},
+            {"method": "volumes", "ms": 12.345, "ratio": 1.0, "shaded_per_pair": 3.0, **row},
+            {"method": "loop", "ms": 99.0, "ratio": 8.02, "shaded_per_pair": 0.5, **row, "passes": {}},
         ],
         "chosen": "volumes",
     }
     title, head, volumes, loop, chosen = speed_as_text(result).splitlines()
-    assert title == "forest, 800x600, llvmpipe; milliseconds, all and by pass"
-    assert head.split() == ["METHOD", "LIGHTS", "MS", "SPREAD", "GEOMETRY", "SHADED", "PAIRS", "RATIO"]
-    assert volumes.split() == ["volumes", "500", "12.35", "0.01", "3.00", "1,234,567", "411,522", "3.00"]
-    assert loop.split() == ["loop", "500", "99.00", "0.01", "3.00", "-", "-", "-"]
-    assert chosen == "chosen: volumes"
+    assert title == "forest, 800x600, llvmpipe; milliseconds of a frame and of each pass"
+    assert head.split() == [
+        "METHOD",
+        "LIGHTS",
+        "MS",
+        "SPREAD",
+        "RATIO",
+        "GEOMETRY",
+        "SHADED",
+        "PAIRS",
+        "PER",
+        "PAIR",
+    ]
+    assert volumes.split() == [
+        "volumes",
+        "500",
+        "12.35",
+        "0.01",
+        "1.00",
+        "3.00",
+        "1,234,567",
+        "411,522",
+        "3.00",
+    ]
+    assert loop.split() == ["loop", "500", "99.00", "0.01", "8.02", "-", "1,234,567", "411,522", "0.50"]
+    assert chosen == "chosen: volumes; ratios are to its time"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
+import resource
 import subprocess
 import sys
-import time
 from dataclasses import fields
 
 import pytest
@@ -122,11 +122,15 @@ def test_version(capsys):
 
 
 def test_help_is_fast(tmp_path):
+    def processor_seconds():
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
     seconds = []
     for _ in range(5):
-        start = time.perf_counter()
+        start = processor_seconds()
         done = firefly("--help", cwd=tmp_path)
-        seconds.append(time.perf_counter() - start)
+        seconds.append(processor_seconds() - start)
         assert "capture" in done.stdout
     assert min(seconds) < 0.5
 

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
+
 import moderngl
 import numpy as np
 
+from firefly_sample.assets import asset_dir
 from firefly_sample.gpu.blocks import binding
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.shader_source import load_source
 
 _VERTEX = """#version 330 core
-void main() { vec2 c = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2); gl_Position = vec4(c * 2.0 - 1.0, 0.0, 1.0); }
+void main()
+{
+    vec2 corner = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);
+    gl_Position = vec4(corner * 2.0 - 1.0, 0.0, 1.0);
+}
 """
 WIDTH = 1024
 
@@ -22,16 +30,12 @@ def evaluate(device: Device, includes, body: str, inputs, defines=None, blocks=N
     rows[len(inputs) :] = inputs[0]
     size = (WIDTH, len(rows) // WIDTH)
     heads = "\n".join(f'#include "include/{name}.glsl"' for name in includes)
-    import tempfile
-    from pathlib import Path
-
-    from firefly_sample.assets import asset_dir
-
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "include").symlink_to(asset_dir("shaders") / "include")
         (Path(folder) / "test.frag").write_text(
             f"#version 330 core\n{heads}\nuniform sampler2D u_inputs;\nout vec4 o_result;\n"
-            "void main() {\n    vec4 a = texelFetch(u_inputs, ivec2(gl_FragCoord.xy), 0);\n    vec4 result = vec4(0.0);\n"
+            "void main() {\n    vec4 a = texelFetch(u_inputs, ivec2(gl_FragCoord.xy), 0);\n"
+            "    vec4 result = vec4(0.0);\n"
             f"    {body}\n    o_result = result;\n}}\n"
         )
         source = load_source("test.frag", defines or {}, Path(folder))

@@ -7,7 +7,9 @@ from tests.glsl.harness import evaluate
 
 def test_srgb_encoding_matches_its_twin(device):
     # every 8-bit code's own value, the seam, and a dense ramp with both ends outside 0..1
-    x = np.concatenate([srgb_to_linear(np.arange(256) / 255), [0.0031308, 0.0031309], np.linspace(-0.1, 1.1, 5000)])
+    x = np.concatenate(
+        [srgb_to_linear(np.arange(256) / 255), [0.0031308, 0.0031309], np.linspace(-0.1, 1.1, 5000)]
+    )
     inputs = np.repeat(x[:, None], 4, axis=1).astype(np.float32)
     result = evaluate(device, ["color"], "result.rgb = linear_to_srgb(a.rgb);", inputs, {"TONE": 0})
     # pow errs by a few ulp of float32; a code is 1/255, so this is 3e-4 of a code
@@ -27,4 +29,6 @@ def test_tone_curve_matches_its_twin(device, number, name):
 
 def test_srgb_twins_are_inverses():
     x = np.linspace(0, 1, 10001)
-    assert np.abs(srgb_to_linear(linear_to_srgb(x)) - x).max() < 1e-7  # the standard's pieces do not quite meet
+    assert (
+        np.abs(srgb_to_linear(linear_to_srgb(x)) - x).max() < 1e-7
+    )  # the standard's pieces do not quite meet

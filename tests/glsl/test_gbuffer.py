@@ -43,7 +43,9 @@ def test_normal_round_trip_on_the_gpu(device, snorm):
 def test_encoding_matches_its_twin(device):
     inputs = np.zeros((len(directions()), 4), dtype=np.float32)
     inputs[:, :3] = directions()
-    result = evaluate(device, ["gbuffer"], "result = encode_normal(a.xyz);", inputs, {"CLASSIC": 0, "SNORM": 1})
+    result = evaluate(
+        device, ["gbuffer"], "result = encode_normal(a.xyz);", inputs, {"CLASSIC": 0, "SNORM": 1}
+    )
     decoded = decode_normal(result[:, :2])
     exact = inputs[:, :3].astype(np.float64)
     exact /= np.linalg.norm(exact, axis=1, keepdims=True)
@@ -61,9 +63,13 @@ def test_sixteen_bit_normals_err_as_the_table_says():
 def test_stored_albedo_is_exact_for_each_of_its_codes(device):
     codes = np.arange(256) / 255.0
     inputs = np.repeat(codes[:, None], 4, axis=1).astype(np.float32)
-    result = evaluate(device, ["gbuffer"], "result.rgb = decode_albedo(a.rgb);", inputs, {"CLASSIC": 0, "SNORM": 1})
+    result = evaluate(
+        device, ["gbuffer"], "result.rgb = decode_albedo(a.rgb);", inputs, {"CLASSIC": 0, "SNORM": 1}
+    )
     assert np.abs(result[:, 0] - decode_albedo(codes)).max() <= EPS
-    again = evaluate(device, ["gbuffer"], "result.rgb = encode_albedo(a.rgb);", result, {"CLASSIC": 0, "SNORM": 1})
+    again = evaluate(
+        device, ["gbuffer"], "result.rgb = encode_albedo(a.rgb);", result, {"CLASSIC": 0, "SNORM": 1}
+    )
     assert np.array_equal(np.round(again[:, 0] * 255), np.arange(256))
     assert np.abs(encode_albedo(decode_albedo(codes)) - codes).max() < 1e-15
 

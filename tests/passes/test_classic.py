@@ -42,7 +42,9 @@ def test_classic_uses_textures_as_stored(render):
     pixels = np.full((2, 2, 4), 128, dtype=np.uint8)
     material = Material("grey", texture=Texture(pixels))
     scene = wall_scene(material=material)
-    assert np.abs(render(scene, Settings(look="classic"), (8, 6), ("albedo",)).albedo - 128 / 255).max() <= 1e-6
+    assert (
+        np.abs(render(scene, Settings(look="classic"), (8, 6), ("albedo",)).albedo - 128 / 255).max() <= 1e-6
+    )
 
 
 def test_classic_differs_from_correct_where_a_fault_shows(render):

@@ -145,7 +145,9 @@ def _texture(alpha=255):
 def test_a_texture_stands_upright_and_is_decoded_from_srgb(render):
     grey = np.full((4, 4, 4), 128, dtype=np.uint8)
     grey[..., 3] = 255
-    frame = render(wall_scene(size=8, material=Material("flag", texture=_texture())), None, (40, 30), ("albedo",))
+    frame = render(
+        wall_scene(size=8, material=Material("flag", texture=_texture())), None, (40, 30), ("albedo",)
+    )
     assert frame.albedo[10, 20] == pytest.approx((1, 0, 0), abs=1e-6)
     assert frame.albedo[20, 20] == pytest.approx((0, 1, 0), abs=1e-6)
     frame = render(wall_scene(material=Material("grey", texture=Texture(grey))), None, (8, 6), ("albedo",))
@@ -171,7 +173,9 @@ def test_vertex_colors_multiply_and_a_nodes_color_replaces_them(render):
     path.set_pos(0, 10, 0)
     assert render(scene, None, (4, 3), ("albedo",)).albedo[1, 1] == pytest.approx((0.25, 0.5, 1), abs=4e-3)
     scene.root.set_color((0.04, 0.09, 0.16, 1))
-    assert render(scene, None, (4, 3), ("albedo",)).albedo[1, 1] == pytest.approx((0.04, 0.09, 0.16), abs=2e-3)
+    assert render(scene, None, (4, 3), ("albedo",)).albedo[1, 1] == pytest.approx(
+        (0.04, 0.09, 0.16), abs=2e-3
+    )
 
 
 def test_geometry_behind_is_hidden_whatever_the_order(render):
@@ -205,3 +209,13 @@ def test_culling_leaves_out_only_what_cannot_be_seen(render):
     everything = render(scene, None, (160, 120), ("depth", "id"))
     assert np.array_equal(culled.id, everything.id)
     assert np.array_equal(culled.depth, everything.depth)
+
+
+@pytest.mark.parametrize("shape", [(3, 5), (320, 480), (1, 7)])
+def test_textures_of_any_size_are_drawn(render, shape):
+    pixels = np.full((*shape, 4), 255, dtype=np.uint8)
+    pixels[..., 1] = 0
+    for mode in ("opaque", "mask"):
+        material = Material("flag", texture=Texture(pixels), alpha_mode=mode)
+        frame = render(wall_scene(size=30, material=material), None, (16, 12), ("albedo",))
+        assert frame.albedo == pytest.approx(np.broadcast_to((1.0, 0, 1.0), frame.albedo.shape), abs=1e-6)

@@ -41,7 +41,9 @@ def test_the_frame_is_what_float64_says(position, seed):
 def test_an_orthographic_frame_is_what_float64_says(position):
     scene = orthographic_wall()
     rng = np.random.default_rng(1)
-    scene.root.attach_new_node(PointLights("l", rng.uniform((-8, 6, -6), (8, 12, 6), (50, 3)), (1, 0.8, 0.6), 3.0))
+    scene.root.attach_new_node(
+        PointLights("l", rng.uniform((-8, 6, -6), (8, 12, 6), (50, 3)), (1, 0.8, 0.6), 3.0)
+    )
     # depth is linear: its constants round to half an ulp of the whole span, 99, seen from 0.01 R = 0.03
     law = 2.0**-24 * 99 / 0.03
     bound = BOUNDS[position] if position == "linear32f" else law
@@ -150,7 +152,9 @@ def test_a_light_smaller_than_a_pixel_lights_its_pixel(render):
 
 def test_lights_without_reach_or_color_cost_nothing(render):
     scene = wall_scene()
-    scene.root.attach_new_node(PointLights("l", [(0, 9, 0)] * 3, [(0, 0, 0), (1, 1, 1), (1, 1, 1)], [5, 0, 5]))
+    scene.root.attach_new_node(
+        PointLights("l", [(0, 9, 0)] * 3, [(0, 0, 0), (1, 1, 1), (1, 1, 1)], [5, 0, 5])
+    )
     frame = render(scene, None, (16, 12), ("color",))
     assert (frame.lights.in_scene, frame.lights.in_view, frame.lights.dropped) == (3, 1, 0)
 

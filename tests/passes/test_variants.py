@@ -67,9 +67,17 @@ def test_a_shader_that_does_not_compile_names_file_and_line(device, tmp_path, mo
 def test_includes_come_once_and_a_missing_one_is_named(tmp_path):
     (tmp_path / "a.glsl").write_text("float a;\n")
     (tmp_path / "b.glsl").write_text('#include "a.glsl"\nfloat b;\n')
-    (tmp_path / "s.frag").write_text('#version 330 core\n#include "a.glsl"\n#include "b.glsl"\nvoid main() {}\n')
+    (tmp_path / "s.frag").write_text(
+        '#version 330 core\n#include "a.glsl"\n#include "b.glsl"\nvoid main() {}\n'
+    )
     source = load_source("s.frag", {"X": 1}, tmp_path)
-    assert source.text.splitlines() == ["#version 330 core", "#define X 1", "float a;", "float b;", "void main() {}"]
+    assert source.text.splitlines() == [
+        "#version 330 core",
+        "#define X 1",
+        "float a;",
+        "float b;",
+        "void main() {}",
+    ]
     assert source.origins[3] == ("b.glsl", 2)
     (tmp_path / "s.frag").write_text('#version 330 core\n#include "gone.glsl"\n')
     with pytest.raises(ShaderError, match=r"gone\.glsl"):

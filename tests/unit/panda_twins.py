@@ -13,7 +13,12 @@ a transform relative to another node goes up by an inverse as well, and with R =
 input's rounding, the derivatives taken by differences in float64. It serves where the way to a result is
 not a product of matrices.
 
-C counts roundings a level and is the same everywhere; the comments beside it have what was measured.
+C = 16 counts roundings a level: three angles (up to 180 degrees, so pi/2 roundings each when in radians),
+their products, scale, shear, and four terms a product of matrices. In 4,000 examples a test, matrices used
+at most 0.05 of their bound, components, setters and look_at at most 0.4 of theirs.
+
+On top of that, Panda3D takes transforms whose matrices differ by less than 1e-6 for one, and keeps the
+older: in results 1e-6 is added, and on the way, where it is 8.4 eps, numbers count as 1 at least.
 """
 
 from __future__ import annotations
@@ -29,8 +34,8 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transform_state import TransformState
 
 EPS32 = 2.0**-23
-UNDERFLOW = 2.0**-120
 ROUNDINGS = 16
+INTERNED = 1e-6
 
 Vector = tuple[float, float, float]
 
@@ -53,7 +58,7 @@ class Local:
     def roundings(self) -> list[tuple[str, int, float]]:
         """(component, index, how far float32 arithmetic with it may move it)."""
         reach = max(1.0, *map(abs, self.pos))
-        sizes = {"pos": 4 * reach, "hpr": 360.0, "scale": max(map(abs, self.scale)), "shear": 1.0}
+        sizes = {"pos": 4 * reach, "hpr": 360.0, "scale": max(1.0, *map(abs, self.scale)), "shear": 1.0}
         return [(name, index, EPS32 * size) for name, size in sizes.items() for index in range(3)]
 
     def moved(self, name: str, index: int, step: float) -> Local:
@@ -123,13 +128,21 @@ class Twins:
     def __len__(self) -> int:
         return len(self.ours)
 
-    def attach(self, parent: int, local: Local) -> int:
+    def attach(self, parent: int, local: Local | None = None, sort: int = 0) -> int:
+        """A new node below number `parent`; its number."""
         name = f"n{len(self)}"
-        self.ours.append(self.ours[parent].attach_new_node(name))
-        self.theirs.append(self.theirs[parent].attach_new_node(name))
-        self.ours[-1].set_transform(local.ours())
-        self.theirs[-1].set_transform(local.theirs())
+        self.add(
+            self.ours[parent].attach_new_node(name, sort), self.theirs[parent].attach_new_node(name, sort)
+        )
+        if local is not None:
+            self.ours[-1].set_transform(local.ours())
+            self.theirs[-1].set_transform(local.theirs())
         return len(self) - 1
+
+    def add(self, ours: NodePath, theirs: panda.NodePath) -> None:
+        """Two paths to what is the same place."""
+        self.ours.append(ours)
+        self.theirs.append(theirs)
 
 
 def trees(max_size: int = 6) -> st.SearchStrategy[list[tuple[int, Local]]]:
@@ -142,7 +155,7 @@ def _growth(path: NodePath, top: NodePath) -> tuple[float, float, int]:
     for place in reversed(path.get_ancestors()):
         if top.is_empty() or not place.is_ancestor_of(top):
             matrix = place.get_mat()
-            translation += linear * float(np.linalg.norm(matrix[3, :3]))
+            translation += linear * max(1.0, float(np.linalg.norm(matrix[3, :3])))
             linear *= float(np.linalg.norm(matrix[:3, :3], 2))
             levels += 1
     return linear, translation, levels
@@ -156,14 +169,14 @@ def matrix_bound(path: NodePath, other: NodePath) -> np.ndarray:
     up, up_translation, up_levels = _growth(other, top)
     inverse = float(np.linalg.norm(top.get_mat(other)[:3, :3], 2)) if not top.is_empty() else 1.0
     unit = ROUNDINGS * EPS32 * (down_levels + up_levels + 1) * inverse
-    bound = np.full((4, 3), UNDERFLOW)
-    bound[:3] += unit * (up * np.linalg.norm(relative[:3, :3], 2) + down)
-    bound[3] += unit * (up * np.linalg.norm(relative[3, :3]) + up_translation + down_translation)
-    return bound
+    bound = np.zeros((4, 3))
+    bound[:3] = unit * (up * np.linalg.norm(relative[:3, :3], 2) + down)
+    bound[3] = unit * (up * np.linalg.norm(relative[3, :3]) + up_translation + down_translation)
+    return bound + INTERNED
 
 
 def first_order_bound(function: Callable[[list[Local]], np.ndarray], given: list[Local]) -> np.ndarray:
-    """How far float32 roundings of the inputs, `ROUNDINGS` times each, may move a float64 function of them."""
+    """How far `ROUNDINGS` float32 roundings of each input may move a float64 function of them."""
     centre = function(given)
     total = np.full(np.shape(centre), EPS32) * np.maximum(1.0, np.abs(centre))
     for number, local in enumerate(given):
@@ -171,4 +184,4 @@ def first_order_bound(function: Callable[[list[Local]], np.ndarray], given: list
             changed = list(given)
             changed[number] = local.moved(name, index, rounding)
             total += np.abs(function(changed) - centre)
-    return ROUNDINGS * total
+    return ROUNDINGS * total + INTERNED

@@ -1,5 +1,7 @@
 """What is computed on the CPU for the GPU: mipmaps, proxies, blocks, rows."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,9 @@ def leaf_texture(size=128):
     rng = np.random.default_rng(0)
     pixels = rng.uniform(0.2, 0.8, (size, size, 4)).astype(np.float32)
     y, x = np.mgrid[:size, :size]
-    pixels[..., 3] = np.clip(0.2 + 0.5 * np.sin(x * 1.9 + y * 1.3) + rng.uniform(-0.1, 0.1, (size, size)), 0, 1)
+    pixels[..., 3] = np.clip(
+        0.2 + 0.5 * np.sin(x * 1.9 + y * 1.3) + rng.uniform(-0.1, 0.1, (size, size)), 0, 1
+    )
     return pixels
 
 
@@ -53,13 +57,14 @@ def test_colors_of_what_is_cut_away_do_not_bleed_in():
     assert mip_chain(pixels, 0.5)[1][0, 0, :3] == pytest.approx((0.2, 0.6, 0.1), abs=1e-3)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (5, 3), (1, 8), (7, 1)])
-def test_odd_sizes_go_down_to_one_texel_and_keep_a_constant(shape):
-    levels = mip_chain(np.full((*shape, 4), 0.25, dtype=np.float32), None)
+@pytest.mark.parametrize("shape", [(1, 1), (5, 3), (1, 8), (7, 1), (320, 480)])
+def test_odd_sizes_go_down_as_opengl_does_and_keep_the_average(shape):
+    pixels = np.random.default_rng(0).uniform(size=(*shape, 4)).astype(np.float32)
+    levels = mip_chain(pixels, None)
     assert levels[-1].shape == (1, 1, 4)
-    for a, b in zip(levels, levels[1:], strict=False):
-        assert b.shape[0] == max(1, (a.shape[0] + 1) // 2)
-    assert all(np.allclose(level, 0.25) for level in levels)
+    for a, b in itertools.pairwise(levels):
+        assert b.shape[:2] == tuple(max(1, side // 2) for side in a.shape[:2])
+    assert levels[-1][0, 0] == pytest.approx(pixels.mean(axis=(0, 1)), abs=1e-5)
 
 
 @pytest.mark.parametrize(("subdivisions", "scale"), [(0, 1.2584), (1, 1.0705), (2, 1.0181), (3, 1.0045)])
@@ -96,7 +101,11 @@ def test_a_blocks_dtype_and_text_come_from_one_table(device, block):
 def test_light_texels_lose_no_light_at_any_count():
     for count in (0, 1, 3, 4, 5, 100):
         rng = np.random.default_rng(count)
-        positions, radii, colors = rng.normal(size=(count, 3)), rng.uniform(size=count), rng.uniform(size=(count, 3))
+        positions, radii, colors = (
+            rng.normal(size=(count, 3)),
+            rng.uniform(size=count),
+            rng.uniform(size=(count, 3)),
+        )
         flat = light_texels(positions, radii, colors, 8).reshape(-1, 4)
         assert np.array_equal(flat[0 : 2 * count : 2], np.column_stack([positions, radii]).astype(np.float32))
         assert np.array_equal(flat[1 : 2 * count : 2, :3], colors.astype(np.float32))

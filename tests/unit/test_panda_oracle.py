@@ -6,7 +6,9 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from panda3d import core as panda
-from panda_twins import (
+
+from firefly_sample.scene.nodepath import NodePath, net_matrix
+from tests.unit.panda_twins import (
     Local,
     Twins,
     columns,
@@ -18,8 +20,6 @@ from panda_twins import (
     trees,
     vectors,
 )
-
-from firefly_sample.scene.nodepath import NodePath, net_matrix
 
 picks = st.integers(0, 20)
 
@@ -100,7 +100,9 @@ def test_relative_components(up, down):
     assume(bound.max() < 0.1)  # not straight up, where heading and roll cannot be told apart
     twins, a, b = Twins.branches(up, down)
     oracle, other = twins.theirs[b], twins.theirs[a]
-    expected = flat(oracle.get_hpr(other), oracle.get_quat(other), oracle.get_scale(other), oracle.get_shear(other))
+    expected = flat(
+        oracle.get_hpr(other), oracle.get_quat(other), oracle.get_scale(other), oracle.get_shear(other)
+    )
     assert_near(components(up + down), expected, bound)
 
 
@@ -135,6 +137,7 @@ def test_setters(up, down, setting, relative):
     assert_near(matrix_after(up + down), columns(twins.theirs[b].get_mat()), bound)
 
 
+up_vectors = vectors(-1, 1).filter(lambda up: not any(up) or np.linalg.norm(up) > 0.1)
 LOOKS = {
     "a point": lambda eye, other, point, up: eye.look_at(point),
     "a point, and up": lambda eye, other, point, up: eye.look_at(point, up),
@@ -144,7 +147,7 @@ LOOKS = {
 }
 
 
-@given(chains, chains, vectors(-10, 10), vectors(-1, 1), st.sampled_from(sorted(LOOKS)))
+@given(chains, chains, vectors(-10, 10), up_vectors, st.sampled_from(sorted(LOOKS)))
 def test_look_at(up, down, point, up_vector, how):
     def matrix_after(given_):
         other, eye = our_branches(given_[: len(up)], given_[len(up) :])

@@ -18,7 +18,9 @@ from tests.scenes import ball_scene, wall_scene
 
 
 def names(plan):
-    return [step.name for step in plan.passes], {target.name: target.bytes_per_pixel for target in plan.targets}
+    return [step.name for step in plan.passes], {
+        target.name: target.bytes_per_pixel for target in plan.targets
+    }
 
 
 def cost(scene, settings=None, outputs=("color",), capabilities=None):
@@ -172,6 +174,9 @@ def test_inconsistent_passes_are_refused_by_name():
     with pytest.raises(PlanError, match="'point_lights' samples target 'depth' while"):
         check_passes((geometry, replace(lights, reads=("depth",)), resolve), plan.targets)
     with pytest.raises(PlanError, match="'depth' is never written"):
-        check_passes((PassPlan("resolve", (), ("color",), (), "x"),), [t for t in plan.targets if t.name in ("color", "depth")])
+        check_passes(
+            (PassPlan("resolve", (), ("color",), (), "x"),),
+            [t for t in plan.targets if t.name in ("color", "depth")],
+        )
     with pytest.raises(PlanError, match="'shadows', which this frame does not have"):
         check_passes((replace(geometry, updates=("shadows",)),), plan.targets)

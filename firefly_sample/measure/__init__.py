@@ -1,0 +1,1 @@
+"""What pictures cost and how far they are off, measured."""

@@ -1,0 +1,22 @@
+"""The sRGB transfer function in float64 (IEC 61966-2-1, the exact pieces)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["linear_to_srgb", "srgb_to_linear"]
+
+Float64 = NDArray[np.float64]
+
+
+def linear_to_srgb(linear: ArrayLike) -> Float64:
+    """Display codes 0..1 of linear values; what lies outside 0..1 is clipped, as a display does."""
+    x = np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1.0 / 2.4) - 0.055)
+
+
+def srgb_to_linear(code: ArrayLike) -> Float64:
+    """Linear values of display codes in 0..1."""
+    c = np.asarray(code, dtype=np.float64)
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)

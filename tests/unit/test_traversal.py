@@ -1,0 +1,136 @@
+"""iter_visible against a plain walk over NodePaths, and what it shares and skips."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firefly_sample.errors import NodeError
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT
+from firefly_sample.scene.nodepath import NodePath, net_matrix
+from firefly_sample.scene.traversal import Visit, iter_visible
+
+MATERIALS = [Material("bark"), Material("moss")]
+picks = st.integers(0, 20)
+values = st.tuples(*[st.floats(-5, 5)] * 3)
+masks = st.sampled_from((None, 1, 2, 3))
+EDITS = {
+    "attach": st.just(()),
+    "instance": picks,
+    "set_pos": values,
+    "set_hpr": values,
+    "set_scale": values,
+    "hide": masks,
+    "show": masks,
+    "show_through": masks,
+    "set_color": st.tuples(values, st.integers(0, 2)),
+    "set_material": st.tuples(st.sampled_from(MATERIALS), st.integers(0, 2)),
+}
+edits = st.sampled_from(sorted(EDITS)).flatmap(lambda what: st.tuples(picks, st.just(what), EDITS[what]))
+
+
+def grown(steps) -> list[NodePath]:
+    paths = [NodePath("root")]
+    for number, what, value in steps:
+        path = paths[number % len(paths)]
+        if what == "attach":
+            paths.append(path.attach_new_node(f"n{len(paths)}"))
+        elif what == "instance":
+            other = paths[value % len(paths)]
+            if other.node() is not path.node() and path.node() not in other.node().iter_ancestors():
+                paths.append(path.instance_to(other))
+        elif what in ("set_color", "set_material"):
+            getattr(path, what)(*value)
+        elif value is None:
+            getattr(path, what)()
+        else:
+            getattr(path, what)(value)
+    return paths
+
+
+def plain_walk(path: NodePath, camera: int) -> list[Visit]:
+    """The definition: each place by itself, all that it inherits looked up from the root."""
+    mask = OVERALL_BIT | ALL_CAMERAS
+    for place in reversed(path.get_ancestors()):
+        node = place.node()
+        mask = (mask & ~node.draw_control) | (node.draw_control & node.draw_show)
+    seen = []
+    if mask & OVERALL_BIT and mask & camera & ALL_CAMERAS:
+        net = net_matrix(path)
+        seen.append(Visit(path.node(), net, path.get_net_color(), path.get_net_material(), str(path)))
+    for child in path.get_children():
+        seen += plain_walk(child, camera)
+    return seen
+
+
+@settings(deadline=None)
+@given(st.lists(edits, max_size=25), picks, st.sampled_from((1, 2, 3, 4, ALL_CAMERAS)))
+def test_it_is_the_plain_walk(steps, start, camera):
+    paths = grown(steps)
+    root = paths[start % len(paths)]
+    found, expected = list(iter_visible(root, camera)), plain_walk(root, camera)
+    assert [visit.path for visit in found] == [visit.path for visit in expected]
+    for ours, plain in zip(found, expected, strict=True):
+        assert ours.node is plain.node
+        assert (ours.color, ours.material) == (plain.color, plain.material)
+        # The same product in another order of brackets.
+        bound = 64 * 2.0**-52 * max(1.0, np.abs(plain.net).max()) * 10.0 ** len(plain.path.split("/"))
+        assert np.abs(ours.net - plain.net).max() <= bound
+
+
+def test_order_is_depth_first_with_children_as_they_are_sorted():
+    root = NodePath("root")
+    b = root.attach_new_node("b", sort=1)
+    a = root.attach_new_node("a")
+    for parent in (a, b):
+        parent.attach_new_node("x")
+        parent.attach_new_node("y")
+    assert [visit.path for visit in iter_visible(root)] == [
+        "root", "root/a", "root/a/x", "root/a/y", "root/b", "root/b/x", "root/b/y",
+    ]  # fmt: skip
+
+
+def test_a_node_without_a_transform_shares_the_matrix_above_it():
+    root = NodePath("root")
+    moved = root.attach_new_node("moved")
+    moved.set_pos(1, 2, 3)
+    moved.attach_new_node("still").attach_new_node("still too")
+    visits = {visit.node.name: visit.net for visit in iter_visible(root)}
+    assert visits["still"] is visits["moved"]
+    assert visits["still too"] is visits["moved"]
+    assert visits["moved"][3].tolist() == [1, 2, 3, 1]
+
+
+def test_what_stands_above_the_start_counts():
+    root = NodePath("root")
+    start = root.attach_new_node("a").attach_new_node("start")
+    root.set_pos(1, 0, 0)
+    root.set_color((1, 0, 0, 1))
+    (visit,) = iter_visible(start)
+    assert visit.net[3].tolist() == [1, 0, 0, 1]
+    assert visit.color == (1, 0, 0, 1)
+    assert visit.path == "root/a/start"
+    root.hide()
+    assert list(iter_visible(start)) == []
+
+
+def test_a_node_shown_through_is_met_below_a_hidden_one_and_takes_its_transform():
+    root = NodePath("root")
+    hidden = root.attach_new_node("hidden")
+    hidden.set_pos(1, 0, 0)
+    hidden.attach_new_node("plain")
+    shown = hidden.attach_new_node("between").attach_new_node("shown")
+    hidden.hide()
+    assert [visit.path for visit in iter_visible(root)] == ["root"]
+    shown.show_through()
+    visits = list(iter_visible(root))
+    assert [visit.path for visit in visits] == ["root", "root/hidden/between/shown"]
+    assert visits[1].net[3].tolist() == [1, 0, 0, 1]
+
+
+def test_an_empty_path_has_nothing_to_walk():
+    with pytest.raises(NodeError, match="empty"):
+        list(iter_visible(NodePath()))

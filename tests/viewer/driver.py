@@ -1,0 +1,133 @@
+"""Drives a window like a user: real keys and mouse through xdotool, and looks at the screen."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from PIL import ImageGrab
+
+from tests.cli.command import environment
+
+LAMPS = "tests.viewer.lamps:lamps"
+SIZE = (480, 360)
+PATIENCE = 60.0
+T = TypeVar("T")
+
+
+class WindowDriver:
+    """``firefly run`` on the lamps, in a process of its own, with its window in the screen's corner."""
+
+    def __init__(self, display: str, folder: Path, *options: str) -> None:
+        self._display = display
+        self._env = environment(DISPLAY=display)
+        size = "x".join(map(str, SIZE))
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "firefly_sample.cli", "run", LAMPS, "--size", size, *options],
+            cwd=folder,
+            env=self._env,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.said: list[dict[str, Any]] = []
+        """What the scene has printed: how it was built, and what was set."""
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.said.append(json.loads(line))
+
+    def wait_until(self, what: str, ready: Callable[[], T]) -> T:
+        """What `ready` gives as soon as that is true."""
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline:
+            result = ready()
+            if result is not None and result is not False:
+                return result
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.03)
+        raise AssertionError(f"waited in vain: {what}; exit code {self.process.poll()}, {self.said}")
+
+    def wait_for_picture(self) -> None:
+        """Wait for the first frame; the mouse is over the window then, and so is the keyboard."""
+        self.wait_until("the window", self.window)
+        self.wait_until("the first frame", lambda: self.grab().any())
+        self.xdotool("mousemove", "300", "200")
+
+    def xdotool(self, *arguments: str) -> str:
+        done = subprocess.run(
+            ["xdotool", *arguments], env=self._env, capture_output=True, text=True, timeout=30, check=False
+        )
+        return done.stdout.strip()
+
+    def window(self) -> str | None:
+        """The window's number."""
+        return self.xdotool("search", "--name", "^lamps.* - firefly$") or None
+
+    def title(self) -> str:
+        return self.xdotool("getwindowname", self.window() or "0")
+
+    def key(self, *names: str) -> None:
+        """Press keys one after the other."""
+        self.xdotool("key", *names)
+
+    def drag(self, button: int, *places: tuple[int, int]) -> None:
+        """Press a mouse button at the first place, let go at the last."""
+        first, *rest = [("mousemove", str(x), str(y)) for x, y in places]
+        moves = [word for move in rest for word in move]
+        self.xdotool(*first, "mousedown", str(button), *moves, "mouseup", str(button))
+
+    def grab(self, size: tuple[int, int] = SIZE) -> np.ndarray:
+        """What is on the screen, where the window is."""
+        return np.asarray(ImageGrab.grab((0, 0, *size), xdisplay=self._display))
+
+    def picture(self) -> np.ndarray:
+        """The part of the window that no text and no strip covers."""
+        return self.grab()[:240, 240:]
+
+    def settled(self) -> np.ndarray:
+        """The picture once it stands still, as it does in a pause."""
+        last = [self.picture()]
+
+        def still() -> np.ndarray | None:
+            time.sleep(0.25)  # longer than a frame takes
+            last.append(self.picture())
+            return last[-1] if np.array_equal(last[-1], last[-2]) else None
+
+        return self.wait_until("a picture that stands still", still)
+
+    def changed_from(self, before: np.ndarray) -> np.ndarray:
+        """The picture, once it is another one and stands still."""
+        self.wait_until("another picture", lambda: not np.array_equal(self.picture(), before))
+        return self.settled()
+
+    def pause(self) -> np.ndarray:
+        """Stop time; the picture that then stays."""
+        self.key("p")
+        return self.settled()
+
+    def finish(self) -> tuple[int, str]:
+        """Wait for the end: the exit code, and what was printed on stderr."""
+        code = self.process.wait(PATIENCE)
+        self._reader.join(PATIENCE)
+        assert self.process.stderr is not None
+        return code, self.process.stderr.read()
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        self._reader.join(PATIENCE)
+        for stream in (self.process.stdout, self.process.stderr):
+            assert stream is not None
+            stream.close()

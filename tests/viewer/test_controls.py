@@ -1,0 +1,188 @@
+"""Keys, parameters, the clock, what the corner says, and screenshots: everything that needs no window."""
+
+from __future__ import annotations
+
+import json
+import os
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from firefly_sample.errors import FireflyError, ParameterError, SceneError, ViewerError
+from firefly_sample.frame import Frame, LightCounts
+from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.viewer.clock import Clock
+from firefly_sample.viewer.controls import Binding, key_label, parameter_bindings
+from firefly_sample.viewer.glfw_window import LARGEST, Window, check_display
+from firefly_sample.viewer.screenshot import save_screenshot
+from firefly_sample.viewer.stage import Stage, value_text
+from firefly_sample.viewer.status import PERIOD, Meter, status_rows
+from tests.viewer.lamps import lamps
+
+OWN = [Binding("v", "next view", lambda: None)]
+COUNT, REACH, DUSK = lamps.parameters
+UP, DOWN = COUNT.keys
+
+
+def test_every_declared_key_steps_its_parameter():
+    stepped = []
+    bindings = parameter_bindings("lamps", lamps.parameters, OWN, lambda *step: stepped.append(step))
+    assert [(b.key, b.help, b.repeats) for b in bindings] == [
+        ("up", "more lamps", True),
+        ("down", "fewer lamps", True),
+        ("right", "brighter lamps", True),
+        ("left", "dimmer lamps", True),
+        ("d", "dusk or night", False),
+    ]
+    for binding in bindings:
+        binding.act()
+    assert stepped == [(p, key) for p in lamps.parameters for key in p.keys]
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        (("V",), r"'n' wants the key 'V', which is taken already \(next view\)"),
+        (("k", "k"), "taken already"),
+        (("pageup",), "must be a letter, a digit, or one of"),
+        (("é",), "must be a letter"),
+        (("",), "must be a letter"),
+        (("escape",), "taken already"),
+    ],
+)
+def test_keys_that_cannot_be_had(keys, said):
+    parameter = Parameter("n", int, 1, "A number.", keys=tuple(KeyStep(key, 2.0) for key in keys))
+    own = [*OWN, Binding("escape", "leave", lambda: None)]
+    with pytest.raises(SceneError, match=said):
+        parameter_bindings("s", [parameter], own, lambda *_: None)
+
+
+def test_key_labels():
+    assert [key_label(key) for key in ("v", "1", "up", "escape", "f1")] == ["V", "1", "Up", "Esc", "F1"]
+
+
+@pytest.fixture
+def stage(capsys):
+    made = Stage(lamps, {"lamps": 10, "reach": 3.0, "dusk": True})
+    capsys.readouterr()
+    return made
+
+
+def test_a_live_parameter_keeps_the_scene(stage, capsys):
+    scene = stage.scene
+    assert stage.step(COUNT, UP) == "lamps 11"
+    assert stage.scene is scene
+    assert stage.values == {"lamps": 11, "reach": 3.0, "dusk": True}
+    assert json.loads(capsys.readouterr().out) == {"set": "lamps", "value": 11}
+
+
+def test_a_parameter_that_is_not_live_builds_the_scene_anew(stage, capsys):
+    stage.step(COUNT, UP)
+    capsys.readouterr()
+    scene = stage.scene
+    assert stage.step(DUSK, DUSK.keys[0]) == "dusk off"
+    assert stage.scene is not scene
+    assert json.loads(capsys.readouterr().out) == {"build": {"lamps": 11, "reach": 3.0, "dusk": False}}
+
+
+def test_a_parameter_at_its_limit_says_so(stage, capsys):
+    stage.values["lamps"] = 200
+    assert stage.step(COUNT, UP) == "lamps stays at 200 (between 0 and 200)"
+    assert capsys.readouterr().out == ""
+
+
+def test_a_value_that_the_scene_refuses_leaves_everything_as_it_was(stage, monkeypatch):
+    def refuse(*_):
+        raise ParameterError("no more lamps")
+
+    monkeypatch.setattr(stage.scene, "set", refuse)
+    before = stage.scene, stage.values
+    with pytest.raises(ParameterError, match="no more lamps"):
+        stage.step(COUNT, UP)
+    assert (stage.scene, stage.values) == before
+
+
+def test_values_for_people():
+    assert value_text(REACH, 3.0 * 1.111**7) == "6.268 units"
+    assert value_text(COUNT, 12345) == "12345"
+    assert value_text(DUSK, False) == "off"
+
+
+def test_the_clock_follows_the_wall_clock_and_stands_still():
+    clock = Clock(5.0, now=100.0)
+    assert clock.time(101.5) == 6.5
+    clock.toggle(102.0)
+    assert clock.paused
+    assert [clock.time(now) for now in (102.0, 150.0)] == [7.0, 7.0]
+    clock.toggle(200.0)
+    assert not clock.paused
+    assert clock.time(200.25) == 7.25
+
+
+def test_the_meter_averages():
+    meter = Meter()
+    assert meter.add(0.0, 999.0)
+    changes = [meter.add(PERIOD / 4 * i, 10.0 + i % 2) for i in range(1, 5)]
+    assert changes == [False, False, False, True]
+    assert meter.text == "10 fps, GPU 10.5 ms"
+    assert not meter.add(PERIOD * 1.1, 1.0)
+    meter.add(PERIOD + 2.0, 3.0)
+    assert meter.text == "1.0 fps, GPU 2.0 ms"
+
+
+def test_the_corner_says_counts_times_and_values(stage):
+    frame = Frame({}, 12.34, (640, 480), {}, LightCounts(10, 7, 0), "driver", True)
+    assert status_rows(stage, frame, "24 fps", paused=True) == (
+        ("time", "12.3 s, paused"),
+        ("lights", "7 in view of 10"),
+        ("frame", "24 fps"),
+        ("picture", "640 x 480"),
+        ("lamps", "10"),
+        ("reach", "3 units"),
+        ("dusk", "on"),
+    )
+
+
+def test_screenshots_never_overwrite(tmp_path):
+    folder = tmp_path / "new" / "folder"
+    pictures = [np.full((2, 3, 3), 10 * i, np.uint8) for i in range(3)]
+    paths = [save_screenshot(folder, "forest", picture) for picture in pictures]
+    assert [path.name for path in paths] == ["forest_0001.png", "forest_0002.png", "forest_0003.png"]
+    for path, picture in zip(paths, pictures, strict=True):
+        np.testing.assert_array_equal(np.asarray(Image.open(path)), picture)
+
+
+def test_a_screenshot_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FireflyError, match=r"cannot write into .*file: "):
+        save_screenshot(tmp_path / "file", "forest", np.zeros((1, 1, 3), np.uint8))
+    assert sorted(os.listdir(tmp_path)) == ["file"]
+    with pytest.raises(FireflyError, match=r"cannot write .*no_0001\.png: "):
+        save_screenshot(tmp_path, "such/folder/no", np.zeros((1, 1, 3), np.uint8))
+    assert sorted(os.listdir(tmp_path)) == ["file"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="only X11 has the variable DISPLAY")
+@pytest.mark.parametrize(
+    ("wayland", "said"), [(None, "no display"), ("wayland-0", "this Wayland session has no XWayland")]
+)
+def test_without_a_display(monkeypatch, wayland, said):
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    if wayland:
+        monkeypatch.setenv("WAYLAND_DISPLAY", wayland)
+    with pytest.raises(ViewerError, match=f"{said}.*firefly capture.*xvfb-run"):
+        check_display()
+
+
+def test_without_glfw(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "glfw", None)
+    with pytest.raises(ViewerError, match=r"pip install 'firefly_sample\[window\]'.*firefly capture"):
+        check_display()
+
+
+def test_a_window_larger_than_any_screen():
+    with pytest.raises(ViewerError, match="choose a smaller size"):
+        Window("wide", (LARGEST + 1, 1))
