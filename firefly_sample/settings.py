@@ -49,7 +49,7 @@ class Settings:
         2 draws four samples a pixel and averages their linear radiance: four times the cost, smooth
         leaves. Keep 1 for measuring.
     exposure : float
-        Radiance is multiplied by this before the tone curve.
+        Radiance is multiplied by this, and by the scene's own exposure, before the tone curve.
     tone : {"exponential", "none"}, optional
         "exponential" maps radiance L to 1 - exp(-L) in each channel: 0 stays 0 with slope 1, and nothing
         clips. "none" clips at 1. Absent: the look's own, exponential for "correct", none for "classic".

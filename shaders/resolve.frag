@@ -66,7 +66,7 @@ void main()
 #if CLASSIC
     o_color = vec4(value, 1.0);  // already display values
 #else
-    o_color = vec4(linear_to_srgb(tone_curve(value * u_tone.x)), 1.0);
+    o_color = vec4(linear_to_srgb(tone_curve(value * u_exposure.rgb)), 1.0);
 #endif
 #endif
 }

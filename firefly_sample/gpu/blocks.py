@@ -30,7 +30,7 @@ BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
         ("ambient", "sum of the ambient lights"),
         ("horizon", "background at and below elevation 0"),
         ("zenith", "background straight up"),
-        ("tone", "exposure"),
+        ("exposure", "before the tone curve, a channel each"),
     ),
 }
 """Blocks by name: (field, what it is); every field is a vec4, named u_<field> in GLSL."""
@@ -86,6 +86,6 @@ def shading_values(plan: FramePlan) -> NDArray[Any]:
             "ambient": plan.ambient,
             "horizon": plan.background.horizon,
             "zenith": plan.background.zenith,
-            "tone": (plan.settings.exposure,),
+            "exposure": plan.exposure,
         },
     )

@@ -131,6 +131,7 @@ class Planner:
             lights=lights,
             sprites=sprites,
             background=background,
+            exposure=_exposure(scene, settings),
             targets=targets,
             passes=passes,
             counts=LightCounts(in_scene, in_view, 0),
@@ -150,6 +151,19 @@ def _background(scene: Scene) -> Background:
             raise SceneError(f"background must be finite linear colours of 0 or more, got {color!r}")
         colors.append((float(rgb[0]), float(rgb[1]), float(rgb[2])))
     return Background(*colors)
+
+
+def _exposure(scene: Scene, settings: Settings) -> tuple[float, float, float]:
+    """The scene's exposure times the setting's, a channel each, checked."""
+    try:
+        rgb = np.broadcast_to(np.asarray(scene.exposure, dtype=np.float64), (3,)) * settings.exposure
+    except ValueError:
+        rgb = np.zeros(3)
+    if not (np.isfinite(rgb).all() and rgb.min() > 0):
+        raise SceneError(
+            f"a scene's exposure must be one or three finite numbers above 0, got {scene.exposure!r}"
+        )
+    return float(rgb[0]), float(rgb[1]), float(rgb[2])
 
 
 def _lens_for(lens: Lens, size: tuple[int, int]) -> Lens:

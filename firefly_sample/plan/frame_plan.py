@@ -185,6 +185,8 @@ class FramePlan:
     ambient : ndarray of float64, shape (3,)
         The sum of all ambient lights.
     background : Background
+    exposure : tuple of 3 floats
+        The scene's times the setting's; the classic look has none.
     counts : LightCounts
     id_names : tuple of str
         Path of each geometry instance, by id.
@@ -200,6 +202,7 @@ class FramePlan:
     lights: tuple[LightSet, ...]
     sprites: SpriteSet
     background: Background
+    exposure: tuple[float, float, float]
     targets: tuple[Target, ...]
     passes: tuple[PassPlan, ...]
     counts: LightCounts

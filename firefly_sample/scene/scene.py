@@ -52,6 +52,9 @@ class Scene:
         A path to a `Camera` node; a new one under `root` when absent.
     background : sequence of 3 floats or VerticalGradient
         Linear colour written where nothing was drawn.
+    exposure : float or sequence of 3 floats
+        How a photographer would expose this scene: radiance is multiplied by it, and by the setting of the
+        same name, before the tone curve. Three numbers are a white balance as well.
     """
 
     def __init__(
@@ -59,10 +62,12 @@ class Scene:
         root: NodePath | None = None,
         camera: NodePath | None = None,
         background: Color | VerticalGradient = (0.0, 0.0, 0.0),
+        exposure: float | Color = 1.0,
     ) -> None:
         self.root = root if root is not None else NodePath("root")
         self.camera = camera if camera is not None else self.root.attach_new_node(Camera())
         self.background = background
+        self.exposure = exposure
 
     @property
     def lens(self) -> Lens:

@@ -29,17 +29,17 @@ Float64 = NDArray[np.float64]
 
 REACH = 25.0 * 1.1
 """How far the light of a firefly of size 1 reaches, in scene units: the original's figure."""
-STRENGTH = (5.0, 4.1, 2.6)
-"""What a firefly's colour is multiplied by for its light. Bark, leaves and earth here reflect a tenth to a
-fifth: at about 4 one firefly lights them well, and where a dozen meet the tone curve still has room. Less
-in the blue, because beside moonlight the original's colours look white, and these should glow."""
-MOONLIGHT = (0.10, 0.135, 0.21)
+EXPOSURE = (5.0, 4.1, 2.6)
+"""The fireflies' light has the original's colours. Bark, leaves and earth reflect a tenth to a fifth of it:
+exposed by about 4, one firefly lights them well, and where a dozen meet the tone curve still has room. Less
+in the blue, as a warm white balance has it: else the nearly white lights would look cold."""
+MOONLIGHT = (0.02, 0.0329, 0.0808)
 """The ambient light at `ambient` 1: faint and cool, so that a trunk reads against the sky and no more. Sky
 and haze are lit by the same moon and go dark with it."""
-SKY = VerticalGradient(horizon=(0.055, 0.082, 0.135), zenith=(0.004, 0.008, 0.024))
+SKY = VerticalGradient(horizon=(0.011, 0.02, 0.0519), zenith=(0.0008, 0.00195, 0.00923))
 
-_DOT_RADIUS, _DOT_RADIANCE = 0.5, (4.2, 3.2, 1.7)
-_GLOW_RADIUS, _GLOW_RADIANCE = 3.4, (0.105, 0.075, 0.03)
+_DOT_RADIUS, _DOT_RADIANCE = 0.5, (0.84, 0.78, 0.654)
+_GLOW_RADIUS, _GLOW_RADIANCE = 3.4, (0.021, 0.0183, 0.0115)
 """The insect: a small dot that burns out to white, in a wide faint glow as a camera would see it."""
 
 _PARAMETERS = (
@@ -61,7 +61,7 @@ _PARAMETERS = (
         keys=(KeyStep("up", 1.111, help="more fireflies"), KeyStep("down", 0.9, help="fewer fireflies")),
     ),
     Parameter(
-        "size",
+        "firefly_size",
         float,
         1.0,
         "Size of the fireflies: scales the dot and the reach of the light.",
@@ -97,7 +97,7 @@ class _Swarm:
     def lights(self, time: float) -> tuple[Float64, Float64, Float64]:
         """Positions, colours and radii of the lights."""
         state = self.fireflies.at(time)
-        return state.positions, state.colors * STRENGTH, REACH * self.size * state.sizes
+        return state.positions, state.colors, REACH * self.size * state.sizes
 
     def dots(self, time: float) -> tuple[Float64, Float64, Float64]:
         """The same of the dots: for each insect its body, then its glow."""
@@ -127,7 +127,7 @@ class ForestScene(Scene):
 
     Parameters
     ----------
-    seed, fireflies, size, ambient
+    seed, fireflies, firefly_size, ambient
         See ``scene.parameters``; all of them can be changed later by `set`.
 
     Raises
@@ -136,15 +136,17 @@ class ForestScene(Scene):
         If a file in models/ is missing or damaged.
     """
 
-    def __init__(self, seed: int = 7, fireflies: int = 500, size: float = 1.0, ambient: float = 1.0) -> None:
+    def __init__(
+        self, seed: int = 7, fireflies: int = 500, firefly_size: float = 1.0, ambient: float = 1.0
+    ) -> None:
         # The original's lens and point of view.
-        lens = PerspectiveLens(fov=(39.3201, 30.0), near=50.0, far=500.0)
+        lens = PerspectiveLens(fov=(39.32, 30.0), near=50.0, far=500.0)
         root = NodePath("forest")
         camera = root.attach_new_node(Camera("camera", lens))
         camera.set_pos_hpr(*CAMERA, 0.0, -7.5, 2.4)
-        super().__init__(root, camera)
+        super().__init__(root, camera, exposure=EXPOSURE)
         _plant(root)
-        self._swarm = _Swarm(seed, fireflies, size)
+        self._swarm = _Swarm(seed, fireflies, firefly_size)
         root.attach_new_node(PointLights("fireflies", function=self._swarm.lights))
         root.attach_new_node(Sprites("insects", function=self._swarm.dots))
         self._haze = _Haze()
@@ -172,7 +174,7 @@ class ForestScene(Scene):
         checked = declared[name].check(value, "forest")
         if name == "ambient":
             self._set_ambient(checked)
-        elif name == "size":
+        elif name == "firefly_size":
             self._swarm.size = checked
         elif name == "seed":
             self._swarm.fireflies = Fireflies(checked, self.fireflies.count)
@@ -253,4 +255,4 @@ def _haze() -> tuple[Float64, Float64, Float64]:
     x = CAMERA[0] + (0.8 * u[0] - 0.4) * (y - CAMERA[1])
     radius = 22.0 + 22.0 * u[2]
     z = ground_height(x, y) + radius * (0.75 + 0.5 * u[3])
-    return np.stack([x, y, z], axis=1), np.array((0.005, 0.0075, 0.012)), radius
+    return np.stack([x, y, z], axis=1), np.array((0.001, 0.00183, 0.00462)), radius

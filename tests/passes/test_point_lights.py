@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.reference.shade import nearest_light, shade_point_lights
 from firefly_sample.scene.lights import AmbientLight, PointLight, PointLights
 from firefly_sample.settings import Settings
@@ -10,12 +11,14 @@ from tests.scenes import ball_scene, orthographic_wall, wall_scene
 BOUNDS = {"linear32f": 2e-5, "depth32f": 5e-5, "depth24": 1.2e-4}
 
 
-def against_reference(scene, settings, size=(320, 240), time=0.0):
+def against_reference(scene, settings, size=(320, 240), time=0.0, capabilities=None):
     """Largest difference of the frame from float64 shading of the same G-buffer, over the 99.9th percentile.
 
     Pixels with a light nearer than 0.01 R are left out, as the bounds of docs and NUMERICS state.
     """
     with make_renderer(size, settings) as renderer:
+        if capabilities is not None:
+            renderer._device.capabilities = capabilities
         plan = renderer.plan(scene, time, ("radiance", "position", "normal", "albedo"))
         frame = renderer.draw(plan)
         surface = renderer.surface(plan)
@@ -35,6 +38,14 @@ def against_reference(scene, settings, size=(320, 240), time=0.0):
 def test_the_frame_is_what_float64_says(position, seed):
     scene = ball_scene(120, seed, ambient=(0.02, 0.03, 0.05))
     assert against_reference(scene, Settings(position=position)) <= BOUNDS[position]
+
+
+@pytest.mark.parametrize("position", BOUNDS)
+def test_a_driver_without_clip_control_and_snorm_draws_the_same(position):
+    """What the plan falls back to: a standard 24-bit depth and normals in RG16."""
+    old = Capabilities(clip_control=False, snorm_targets=False)
+    bound = BOUNDS["depth24" if position == "depth32f" else position]
+    assert against_reference(ball_scene(120, 0), Settings(position=position), capabilities=old) <= bound
 
 
 @pytest.mark.parametrize("position", BOUNDS)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from firefly_sample.errors import SceneError
 from firefly_sample.reference.color import linear_to_srgb, tone_curve
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
@@ -73,3 +74,20 @@ def test_one_pixel_and_odd_sizes_render(render):
         frame = render(ball_scene(5), None, size, ("color", "depth"))
         assert frame.color.shape == (size[1], size[0], 3)
         assert frame.depth.shape == (size[1], size[0])
+
+
+@pytest.mark.parametrize("exposure", [2.0, (2.0, 1.0, 0.5)])
+def test_a_scenes_exposure_multiplies_the_settings_and_leaves_radiance_alone(render, exposure):
+    scene = ball_scene(80, ambient=(0.01, 0.02, 0.03))
+    plain = render(scene, None, (80, 60), ("radiance",)).radiance
+    scene.exposure = exposure
+    frame = render(scene, Settings(exposure=3.0), (80, 60), ("color", "radiance"))
+    assert np.array_equal(frame.radiance, plain)
+    exact = codes(plain.astype(np.float64) * exposure, Settings(exposure=3.0))
+    assert np.abs(frame.color - exact).max() <= 0.5 + 1e-2
+    classic = render(scene, Settings(look="classic"), (80, 60)).color
+    scene.exposure = 1.0
+    assert np.array_equal(render(scene, Settings(look="classic"), (80, 60)).color, classic)
+    scene.exposure = (1.0, 0.0, 1.0)
+    with pytest.raises(SceneError, match="exposure"):
+        render(scene)

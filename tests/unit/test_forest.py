@@ -19,7 +19,7 @@ from firefly_sample.scene.parameter import KeyStep
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scene.traversal import iter_visible
 from firefly_sample.scenes import build_scene, find_scene
-from firefly_sample.scenes.forest import REACH, STRENGTH, ForestScene
+from firefly_sample.scenes.forest import REACH, ForestScene
 from firefly_sample.scenes.forest_ground import (
     X_RANGE,
     Y_RANGE,
@@ -199,13 +199,13 @@ def test_no_fireflies_and_many(forest: ForestScene) -> None:
 
 
 def test_lights_are_the_fireflies() -> None:
-    scene = ForestScene(seed=3, fireflies=40, size=1.5)
+    scene = ForestScene(seed=3, fireflies=40, firefly_size=1.5)
     state = scene.fireflies.at(2.5)
     arrays = lights_of(scene).evaluate(2.5)
     np.testing.assert_array_equal(arrays.positions, state.positions)
     np.testing.assert_allclose(arrays.radii, 25.0 * 1.1 * 1.5 * state.sizes, rtol=1e-12)
     assert REACH == 25.0 * 1.1
-    np.testing.assert_allclose(arrays.colors, state.colors * STRENGTH, rtol=1e-12)
+    np.testing.assert_allclose(arrays.colors, state.colors, rtol=0)
 
 
 def test_more_fireflies_never_move_the_first_ones() -> None:
@@ -224,7 +224,7 @@ def test_live_parameters() -> None:
     scene.set("fireflies", 25)
     assert len(lights.evaluate(1.0)) == 25
     scene.set("fireflies", 10)
-    scene.set("size", 2.0)
+    scene.set("firefly_size", 2.0)
     np.testing.assert_allclose(lights.evaluate(1.0).radii, 2.0 * before.radii, rtol=1e-12)
     scene.set("seed", 8)
     assert not np.array_equal(lights.evaluate(1.0).positions, before.positions)
@@ -252,7 +252,14 @@ def test_ambient_zero_is_black() -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("fireflies", -1), ("fireflies", 2.5), ("size", 0.0), ("ambient", math.nan), ("seed", -3), ("trees", 4)],
+    [
+        ("fireflies", -1),
+        ("fireflies", 2.5),
+        ("firefly_size", 0.0),
+        ("ambient", math.nan),
+        ("seed", -3),
+        ("trees", 4),
+    ],
 )
 def test_wrong_parameters(forest: ForestScene, name: str, value: float) -> None:
     with pytest.raises(ParameterError, match=name):
@@ -264,14 +271,14 @@ def test_wrong_parameters(forest: ForestScene, name: str, value: float) -> None:
 def test_plugin_declares_its_keys() -> None:
     plugin = find_scene("forest")
     parameters = {parameter.name: parameter for parameter in plugin.parameters}
-    assert list(parameters)[:3] == ["seed", "fireflies", "size"]
+    assert list(parameters)[:3] == ["seed", "fireflies", "firefly_size"]
     assert all(parameter.live for parameter in parameters.values())
 
     def keys(name: str) -> dict[str, KeyStep]:
         return {key.key: key for key in parameters[name].keys}
 
     assert (keys("fireflies")["up"].factor, keys("fireflies")["down"].factor) == (1.111, 0.9)
-    assert (keys("size")["right"].factor, keys("size")["left"].factor) == (1.111, 0.9)
+    assert (keys("firefly_size")["right"].factor, keys("firefly_size")["left"].factor) == (1.111, 0.9)
     assert parameters["fireflies"].default == 500
     assert parameters["seed"].default == 7
 

@@ -91,7 +91,8 @@ def test_a_blocks_dtype_and_text_come_from_one_table(device, block):
     with device:
         program = device.ctx.program(
             vertex_shader="#version 330 core\nvoid main() { gl_Position = vec4(0.0); }",
-            fragment_shader=f"#version 330 core\n{block_glsl(block)}\nout vec4 o;\nvoid main() {{ o = {uses}; }}",
+            fragment_shader=f"#version 330 core\n{block_glsl(block)}\nout vec4 o;\n"
+            f"void main() {{ o = {uses}; }}",
         )
         assert program[block].size == block_dtype(block).itemsize
         program.release()

@@ -9,6 +9,7 @@ from panda3d import core as panda
 
 from firefly_sample.scene.nodepath import NodePath, net_matrix
 from tests.unit.panda_twins import (
+    EPS32,
     Local,
     Twins,
     columns,
@@ -17,6 +18,7 @@ from tests.unit.panda_twins import (
     locals_,
     matrix_bound,
     positive_scales,
+    scales,
     trees,
     vectors,
 )
@@ -83,6 +85,23 @@ def our_branches(chain_a: list[Local], chain_b: list[Local]) -> tuple[NodePath, 
 
 chains = st.lists(locals_(), min_size=1, max_size=2)
 positive_chains = st.lists(locals_(positive_scales), min_size=1, max_size=2)
+
+
+uniform_scales = st.sampled_from((0.5, -0.5, -1.0, 2.0, -3.0)).map(lambda s: (s, s, s))
+uniform_chains = st.lists(
+    st.builds(Local, vectors(-10, 10), vectors(-180, 180), uniform_scales, st.just((0.0, 0.0, 0.0))),
+    min_size=1,
+    max_size=2,
+)
+
+
+@given(uniform_chains, uniform_chains, scales)
+def test_signs_of_scale_below_uniform_scales(up, down, scale):
+    # Here components say more than the matrix: many triples of signs and angles make the same one.
+    down = [*down, Local((0.0, 0.0, 0.0), (10.0, 20.0, 30.0), scale, (0.0, 0.0, 0.0))]
+    twins, a, b = Twins.branches(up, down)
+    ours = twins.ours[b].get_scale(twins.ours[a])
+    np.testing.assert_allclose(ours, twins.theirs[b].get_scale(twins.theirs[a]), rtol=8 * EPS32)
 
 
 @given(positive_chains, positive_chains)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from panda3d import core as panda
 
@@ -67,6 +67,7 @@ def edit(twins: Twins, what: str, a: int, b: int, sort: int) -> None:
         twins.add(other.attach_new_node(path.node(), sort), oracle_other.attach_new_node(oracle.node(), sort))
 
 
+@settings(max_examples=500)
 @given(shapes, edits)
 def test_editing_leaves_the_same_graph_and_moves_the_same_paths(parents, steps):
     twins = plain_tree(parents)
@@ -155,9 +156,9 @@ colors = st.tuples(
 
 
 @given(shapes, st.lists(colors, max_size=8))
-def test_colours_and_their_priorities(parents, settings):
+def test_colours_and_their_priorities(parents, changes):
     twins = plain_tree(parents)
-    for number, color, priority in settings:
+    for number, color, priority in changes:
         (path,), (oracle,) = twins.pick(number)
         if color is None:
             path.clear_color()
@@ -199,16 +200,16 @@ hidings = st.lists(
 )
 
 
-def dress(twins: Twins, settings: list[tuple[int, str, int | None]]) -> None:
-    for number, name, mask in settings:
+def dress(twins: Twins, changes: list[tuple[int, str, int | None]]) -> None:
+    for number, name, mask in changes:
         for path in (one[0] for one in twins.pick(number)):
             getattr(path, name)(*([] if mask is None else [mask]))
 
 
 @given(shapes, hidings)
-def test_hidden(parents, settings):
+def test_hidden(parents, changes):
     twins = plain_tree(parents)
-    dress(twins, settings)
+    dress(twins, changes)
     for ours, theirs in zip(twins.ours, twins.theirs, strict=True):
         for mask in (1, 2, 3, 4):
             assert ours.is_hidden(mask) == theirs.is_hidden(mask)
@@ -224,11 +225,12 @@ class Culler:
         self.engine = panda.GraphicsEngine.get_global_ptr()
         pipes = panda.GraphicsPipeSelection.get_global_ptr()
         pipes.load_aux_modules()
-        (kind,) = [kind for kind in pipes.get_pipe_types() if kind.name == "TinyOffscreenGraphicsPipe"]
+        kinds = {kind.name: kind for kind in pipes.get_pipe_types()}
+        assert "TinyOffscreenGraphicsPipe" in kinds, "Panda3D's software renderer needs libX11.so.6"
         properties = panda.FrameBufferProperties()
         properties.set_rgb_color(True)
         self.buffer = self.engine.make_output(
-            pipes.make_pipe(kind),
+            pipes.make_pipe(kinds["TinyOffscreenGraphicsPipe"]),
             "buffer",
             0,
             properties,
@@ -266,10 +268,10 @@ def culler() -> Iterator[Culler]:
     culler.close()
 
 
-@given(parents=shapes, settings=hidings, mask=st.sampled_from((1, 2, 3, 4)))
-def test_a_camera_sees_the_same_nodes(culler, parents, settings, mask):
+@given(parents=shapes, changes=hidings, mask=st.sampled_from((1, 2, 3, 4)))
+def test_a_camera_sees_the_same_nodes(culler, parents, changes, mask):
     twins = plain_tree(parents)
-    dress(twins, settings)
+    dress(twins, changes)
     seen = [visit.node.name for visit in iter_visible(twins.ours[0], mask)]
     assert sorted(seen) == sorted(culler.drawn(twins.theirs[0], mask))
 

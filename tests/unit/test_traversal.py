@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import NodeError
@@ -66,7 +66,6 @@ def plain_walk(path: NodePath, camera: int) -> list[Visit]:
     return seen
 
 
-@settings(deadline=None)
 @given(st.lists(edits, max_size=25), picks, st.sampled_from((1, 2, 3, 4, ALL_CAMERAS)))
 def test_it_is_the_plain_walk(steps, start, camera):
     paths = grown(steps)

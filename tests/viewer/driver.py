@@ -57,7 +57,9 @@ class WindowDriver:
             if self.process.poll() is not None:
                 break
             time.sleep(0.03)
-        raise AssertionError(f"waited in vain: {what}; exit code {self.process.poll()}, {self.said}")
+        code = self.process.poll()
+        complaint = "" if code is None else self.finish()[1]
+        raise AssertionError(f"waited in vain: {what}; exit code {code}, {self.said} {complaint}")
 
     def wait_for_picture(self) -> None:
         """Wait for the first frame; the mouse is over the window then, and so is the keyboard."""

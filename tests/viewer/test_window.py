@@ -189,8 +189,8 @@ with Window("leak", size) as window:
     with Renderer(size, window=True) as renderer:
         stage = Stage(lamps, {"lamps": 5, "reach": 3.0, "dusk": True})
         viewer = Viewer(stage, renderer, Clock(0.0, 0.0), Path())
-        counts = []
-        for now in range(3 * len(VIEWS)):
+        counts, period = [], 2 * len(VIEWS)
+        for now in range(3 * period):
             for key in ("f1", "up", "d", "s"):
                 viewer.key(key, False)
             viewer.scroll(1)
@@ -199,7 +199,7 @@ with Window("leak", size) as window:
             gc.collect()  # scenes are full of cycles
             counts.append(live())
             viewer.key("v", False)
-        assert counts[-len(VIEWS):] == counts[-2 * len(VIEWS):-len(VIEWS)], counts
+        assert counts[-period:] == counts[-2 * period:-period], counts
         assert counts[-1]["Texture"] > 2, counts
     assert live() == before, (live(), before)
 """
