@@ -75,7 +75,8 @@ class WindowDriver:
 
     def window(self) -> str | None:
         """The window's number."""
-        return self.xdotool("search", "--name", "^lamps.* - firefly$") or None
+        name = "^lamps.* - firefly$"
+        return self.xdotool("search", "--all", "--pid", str(self.process.pid), "--name", name) or None
 
     def title(self) -> str:
         return self.xdotool("getwindowname", self.window() or "0")
@@ -129,6 +130,9 @@ class WindowDriver:
     def close(self) -> None:
         self.process.kill()
         self.process.wait()
+        # the server clears up by itself, a little later: the next test must not see this window
+        while self.window():
+            time.sleep(0.03)
         self._reader.join(PATIENCE)
         for stream in (self.process.stdout, self.process.stderr):
             assert stream is not None
