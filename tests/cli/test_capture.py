@@ -187,16 +187,25 @@ def test_ctrl_c_leaves_whole_frames_and_no_manifest(tmp_path):
     command = [sys.executable, "-m", "firefly_sample.cli", "capture", GLADE]
     options = ["--size", "16x12", "--frames", "0:100000", "-o", "out"]
     process = subprocess.Popen(
-        [*command, *options], cwd=tmp_path, env=environment(), stderr=subprocess.PIPE, text=True
+        [*command, *options],
+        cwd=tmp_path,
+        env=environment(),
+        stderr=subprocess.PIPE,
+        text=True,
+        # whoever runs the tests in the background may have had SIGINT ignored, which children inherit
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     out = tmp_path / "out"
-    deadline = time.monotonic() + 60
-    while not (out / "color_000003.png").exists():
-        assert process.poll() is None, process.communicate()[1]
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    try:
+        deadline = time.monotonic() + 60
+        while not (out / "color_000003.png").exists():
+            assert process.poll() is None, process.communicate()[1]
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert process.returncode == 130
     assert err.splitlines()[-1] == "firefly: interrupted"
     assert "Traceback" not in err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import resource
+import statistics
 import subprocess
 import sys
 from dataclasses import fields
@@ -121,18 +122,23 @@ def test_version(capsys):
     assert capsys.readouterr().out.strip() == firefly_sample.__version__
 
 
-def test_help_is_fast(tmp_path):
-    def processor_seconds():
-        used = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return used.ru_utime + used.ru_stime
+def test_help_takes_little_longer_than_the_libraries_that_print_it(tmp_path):
+    """In processor time and as a ratio, measured in turns: the machine may be slow or busy."""
 
-    seconds = []
-    for _ in range(5):
-        start = processor_seconds()
-        done = firefly("--help", cwd=tmp_path)
-        seconds.append(processor_seconds() - start)
-        assert "capture" in done.stdout
-    assert min(seconds) < 0.5
+    def processor_seconds(run):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        run()
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    def print_help():
+        assert "capture" in firefly("--help", cwd=tmp_path).stdout
+
+    def import_libraries():
+        subprocess.run([sys.executable, "-c", "import cyclopts, rich.console, rich.table"], check=True)
+
+    ratios = [processor_seconds(print_help) / processor_seconds(import_libraries) for _ in range(5)]
+    assert statistics.median(ratios) < 2.0, ratios
 
 
 def test_help_loads_neither_numpy_nor_gl(tmp_path):

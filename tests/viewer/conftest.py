@@ -26,8 +26,10 @@ def display() -> Iterator[str]:
             pytest.fail(reason)
         pytest.skip(reason)
     readable, writable = os.pipe()
-    # the server chooses a free display and says which
-    command = ["Xvfb", "-displayfd", str(writable), "-screen", "0", "1024x768x24", "-nolisten", "tcp"]
+    # the server chooses a free display and says which; without -noreset it starts anew, deaf for a moment,
+    # whenever its last window closes
+    screen = ["-screen", "0", "1024x768x24", "-nolisten", "tcp", "-noreset"]
+    command = ["Xvfb", "-displayfd", str(writable), *screen]
     with subprocess.Popen(command, pass_fds=(writable,), stderr=subprocess.DEVNULL) as server:
         os.close(writable)
         try:

@@ -48,11 +48,11 @@ class WindowDriver:
             self.said.append(json.loads(line))
 
     def wait_until(self, what: str, ready: Callable[[], T]) -> T:
-        """What `ready` gives as soon as that is true."""
+        """What `ready` gives as soon as that is true, or an array."""
         deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
             result = ready()
-            if result is not None and result is not False:
+            if isinstance(result, np.ndarray) or result:
                 return result
             if self.process.poll() is not None:
                 break
