@@ -207,12 +207,14 @@ def check_size(size: tuple[int, int]) -> tuple[int, int]:
     Raises
     ------
     OutputError
-        If it is not two whole numbers of 1 or more, or above 2^20, which no driver draws.
+        If it is not two whole numbers of 1 or more, or a side is above 2^20, which no driver draws.
     """
     try:
         width, height = (operator.index(side) for side in size)
     except (TypeError, ValueError):
         width = height = 0
-    if not (1 <= width <= 2**20 and 1 <= height <= 2**20):
+    if width < 1 or height < 1:
         raise OutputError(f"size must be two whole numbers of pixels, 1 or more, got {size!r}")
+    if max(width, height) > 2**20:
+        raise OutputError(f"size {width}x{height} is above any driver's limit: choose a smaller one")
     return width, height

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.parameter import KeyStep, Parameter
@@ -46,7 +47,8 @@ def parameter_bindings(
     Raises
     ------
     SceneError
-        If there is no such key, or it is taken by `own` bindings or by another parameter.
+        If there is no such key, it is taken by `own` bindings or by another parameter, or the parameter
+        is text.
     """
     taken = {binding.key: binding.help for binding in own}
     bindings = []
@@ -56,14 +58,14 @@ def parameter_bindings(
             where = f"scene {scene!r}: parameter {parameter.name!r} wants the key {key.key!r}"
             if name not in NAMED_KEYS and not (len(name) == 1 and name.isascii() and name.isalnum()):
                 raise SceneError(f"{where}, which must be a letter, a digit, or one of up, down, left, right")
+            if parameter.type is str:
+                raise SceneError(f"{where}, but it is text: keys change numbers and switches")
             if name in taken:
                 raise SceneError(f"{where}, which is taken already ({taken[name]}): choose another")
-            taken[name] = help_text = key.help or f"change {parameter.name}"
-
-            def act(parameter: Parameter = parameter, key: KeyStep = key) -> None:
-                step(parameter, key)
-
-            bindings.append(Binding(name, help_text, act, repeats=parameter.type is not bool))
+            taken[name] = key.help or f"change {parameter.name}"
+            # a scene that is built anew takes its time: one press, one scene
+            repeats = parameter.live and parameter.type is not bool
+            bindings.append(Binding(name, taken[name], partial(step, parameter, key), repeats))
     return bindings
 
 

@@ -29,7 +29,7 @@ MARGIN = 10
 MESSAGE_SECONDS = 4.0
 MOUSE: Section = (
     "Mouse",
-    (("Left", "orbit"), ("Right", "pan (the middle button, too)"), ("Wheel", "nearer and farther")),
+    (("Left drag", "orbit"), ("Right drag", "pan (middle, too)"), ("Wheel", "nearer, farther")),
 )
 
 
@@ -53,7 +53,7 @@ class Viewer:
     Raises
     ------
     SceneError
-        If a parameter wants a key that does not exist or is taken.
+        If a parameter wants a key that it cannot have.
     """
 
     def __init__(self, stage: Stage, renderer: Renderer, clock: Clock, folder: Path) -> None:
@@ -84,7 +84,7 @@ class Viewer:
     @property
     def still(self) -> bool:
         """Whether every frame would be like the last one until something happens."""
-        return self._clock.paused and not self._shot
+        return self._clock.paused
 
     # --- What the window reports ---
 
@@ -216,13 +216,13 @@ class Viewer:
             bottom -= plate.shape[0]
             layers.append(Layer(plate, (margin, bottom)))
             bottom -= margin
-        if self._now < self._message_until:
-            plate = line_plate(self._message, scale)
-            layers.append(Layer(plate, ((width - plate.shape[1]) // 2, bottom - plate.shape[0])))
         if self._help:
             plate = self._help_plate(size, scale)
             corner = (width - plate.shape[1]) // 2, (height - plate.shape[0]) // 2
             layers.append(Layer(plate, corner))
+        if self._now < self._message_until:
+            plate = line_plate(self._message, scale)
+            layers.append(Layer(plate, ((width - plate.shape[1]) // 2, bottom - plate.shape[0])))
         return layers
 
     def _help_plate(self, size: tuple[int, int], scale: float) -> NDArray[np.uint8]:

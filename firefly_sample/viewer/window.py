@@ -74,11 +74,10 @@ def run(
         window.listen(viewer)
         frames = 0
         while not (window.closed or viewer.closed) and frames != max_frames:
-            window.wait(IDLE_SECONDS if viewer.still else 0.0)
-            if window.hidden:
-                window.wait(IDLE_SECONDS)
-                continue
-            viewer.draw(window.framebuffer_size, window.scale, perf_counter())
-            window.set_title(viewer.title)
-            window.swap()
-            frames += 1
+            hidden = window.hidden
+            if not hidden:
+                viewer.draw(window.framebuffer_size, window.scale, perf_counter())
+                window.set_title(viewer.title)
+                window.swap()
+                frames += 1
+            window.wait(IDLE_SECONDS if hidden or viewer.still else 0.0)

@@ -254,11 +254,15 @@ class Culler:
         self.engine.render_frame()
         self.camera.detach_node()
         for path, _ in callbacks:
+            path.node().clear_draw_callback()
             path.remove_node()
         return names
 
     def close(self) -> None:
-        self.engine.remove_window(self.buffer)
+        # Panda3D's engine outlives Python: what it still holds of ours, it would free into a dead interpreter
+        self.engine.remove_all_windows()
+        self.engine.render_frame()
+        del self.buffer, self.camera
 
 
 @pytest.fixture(scope="module")

@@ -58,6 +58,12 @@ def test_keys_that_cannot_be_had(keys, said):
         parameter_bindings("s", [parameter], own, lambda *_: None)
 
 
+def test_text_has_no_keys():
+    parameter = Parameter("model", str, "a.glb", "A file.", keys=(KeyStep("m"),))
+    with pytest.raises(SceneError, match="'model' wants the key 'm', but it is text"):
+        parameter_bindings("s", [parameter], OWN, lambda *_: None)
+
+
 def test_key_labels():
     assert [key_label(key) for key in ("v", "1", "up", "escape", "f1")] == ["V", "1", "Up", "Esc", "F1"]
 

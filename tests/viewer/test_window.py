@@ -154,6 +154,7 @@ import gc
 from pathlib import Path
 from firefly_sample.gpu.device import Device
 from firefly_sample.renderer import Renderer
+from firefly_sample.settings import Settings
 from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window
 from firefly_sample.viewer.stage import Stage
@@ -172,7 +173,7 @@ with Window("leak", size) as window:
 
     Device(window=True)  # moderngl keeps a framebuffer for each
     before = live()
-    with Renderer(size, window=True) as renderer:
+    with Renderer(size, Settings(supersample=2), window=True) as renderer:
         stage = Stage(lamps, {"lamps": 5, "reach": 3.0, "dusk": True})
         viewer = Viewer(stage, renderer, Clock(0.0, 0.0), Path())
         counts, period = [], 2 * len(VIEWS)
