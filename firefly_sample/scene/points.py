@@ -1,0 +1,128 @@
+"""Many points in one node: positions, colours and radii as arrays, or as a function of time.
+
+A walk over ten thousand nodes is too slow in Python, and each of them would say the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from firefly_sample.errors import SceneError
+from firefly_sample.scene.node import PandaNode
+
+__all__ = ["PointArrays", "PointFunction", "PointsNode"]
+
+Float64 = NDArray[np.float64]
+
+PointFunction = Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
+"""``function(time)``, time in seconds, gives (positions, colors, radii) as a `PointsNode` takes them."""
+
+
+@dataclass(frozen=True)
+class PointArrays:
+    """The state of n points at one time.
+
+    Attributes
+    ----------
+    positions : ndarray of float64, shape (n, 3)
+        In the space of the node that holds them.
+    colors : ndarray of float64, shape (n, 3)
+        Linear; above 1 is allowed, negative is not.
+    radii : ndarray of float64, shape (n,)
+        Scene units, 0 or more and finite.
+    """
+
+    positions: Float64
+    colors: Float64
+    radii: Float64
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+
+class PointsNode(PandaNode):
+    """The base of `PointLights` and `Sprites`.
+
+    Parameters
+    ----------
+    name : str
+        The node's name.
+    positions, colors, radii : array_like
+        Shapes (n, 3), (n, 3) or (3,), and (n,) or (); what is given once holds for every point. Copied.
+    function : callable, optional
+        See `PointFunction`; it replaces the arrays. It is evaluated for each frame, its result never
+        written back.
+
+    Raises
+    ------
+    SceneError
+        If shapes disagree, or a number is not finite or is negative where it may not be; it names the
+        node and the index of the first bad entry.
+    """
+
+    KIND = "points"
+    ERROR: type[SceneError] = SceneError
+
+    def __init__(
+        self,
+        name: str,
+        positions: ArrayLike = (),
+        colors: ArrayLike = (1.0, 1.0, 1.0),
+        radii: ArrayLike = 1.0,
+        function: PointFunction | None = None,
+    ) -> None:
+        super().__init__(name)
+        self.function = function
+        self.arrays = self._checked(positions, colors, radii)
+
+    def set_arrays(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> None:
+        """Replace all points; any count."""
+        self.arrays = self._checked(positions, colors, radii)
+        self.mark_changed()
+
+    def evaluate(self, time: float) -> PointArrays:
+        """The points at `time` (seconds)."""
+        if self.function is None:
+            return self.arrays
+        given = self.function(time)
+        if not (isinstance(given, tuple) and len(given) == 3):
+            raise self.ERROR(
+                f"{self.KIND} {self.name!r}: its function must give (positions, colors, radii), "
+                f"gave {type(given).__name__}"
+            )
+        return self._checked(*given)
+
+    def _copy_points_to(self, other: PointsNode) -> None:
+        self._copy_state_to(other)
+        other.arrays, other.function = self.arrays, self.function
+
+    def _checked(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> PointArrays:
+        where = f"{self.KIND} {self.name!r}"
+        try:
+            p, c, r = (np.array(given, dtype=np.float64) for given in (positions, colors, radii))
+        except (TypeError, ValueError):
+            raise self.ERROR(f"{where}: positions, colors and radii must be arrays of numbers") from None
+        if p.size == 0:
+            p = p.reshape(0, 3)
+        if p.ndim != 2 or p.shape[1] != 3:
+            raise self.ERROR(f"{where}: positions must have shape (n, 3), got {p.shape}")
+        n = len(p)
+        try:
+            c, r = np.array(np.broadcast_to(c, (n, 3))), np.array(np.broadcast_to(r, (n,)))
+        except ValueError:
+            raise self.ERROR(
+                f"{where}: {n} positions need colors of shape ({n}, 3) and radii of shape ({n},), "
+                f"got {np.shape(colors)} and {np.shape(radii)}"
+            ) from None
+        for what, bad in (
+            ("position is not finite", ~np.isfinite(p).all(axis=1)),
+            ("color is negative or not finite", ~(np.isfinite(c) & (c >= 0)).all(axis=1)),
+            ("radius is negative or not finite", ~(np.isfinite(r) & (r >= 0))),
+        ):
+            if bad.any():
+                raise self.ERROR(f"{where}: entry {int(np.argmax(bad))}: its {what}")
+        return PointArrays(p, c, r)
