@@ -97,7 +97,7 @@ OUTPUTS: dict[str, OutputInfo] = {
         "index into Frame.id_names",
         "-1",
         True,
-        "which geometry instance; stable within a scene",
+        "which geometry instance, counted over what is not hidden",
     ),
 }
 """Every output by name, in the order in which they are listed to people."""
@@ -122,7 +122,7 @@ class LightCounts:
     dropped: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frame:
     """One rendered frame. Images are arrays whose first row is the top of the picture.
 

@@ -105,11 +105,7 @@ class Surface:
         """Where something was drawn."""
         if self._plan.target("albedo") is not None:
             return np.asarray(self.raw("albedo", np.uint8, 4)[..., 3] > 0)
-        if self._plan.target("distance") is not None:
-            return np.asarray(self.raw("distance", np.float32, 1) != 0)
-        # only reversed depth comes without an albedo beside it: it is 0 where nothing was drawn
-        depth = self.raw("depth", np.float32, 1)
-        return np.asarray(depth != 0 if self._plan.view.reverse else depth < 1)
+        return np.asarray(self.raw("distance", np.float32, 1) != 0)
 
     def distance(self) -> Float64:
         """Distance along the view axis, infinity where nothing was drawn."""
@@ -121,6 +117,8 @@ class Surface:
 
     def position(self) -> Float64:
         """View-space positions through the pixels' centres, NaN where nothing was drawn."""
+        if not self._plan.batches:
+            return self._nothing("position")
         width, height = self._plan.view.size
         ndc_x = (np.arange(width) + 0.5) / (width / 2) - 1.0
         ndc_y = 1.0 - (np.arange(height) + 0.5) / (height / 2)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
+from dataclasses import replace
 from types import TracebackType
 
 from firefly_sample.errors import GpuError, NoGpuError
-from firefly_sample.frame import Frame, check_size
+from firefly_sample.frame import Frame, LightCounts, check_size
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
@@ -107,6 +108,7 @@ class Renderer:
             self._gpu = Gpu(self._device)
         self._presenter = Presenter(self._gpu) if window else None
         self._open = True
+        self._drawn: FramePlan | None = None
 
     @property
     def driver(self) -> str:
@@ -126,21 +128,33 @@ class Renderer:
         OutputError, GpuError
             If it is below 1, or above what the driver can draw.
         """
-        width, height = check_size(size)
-        limit, samples = self._device.max_size, self.settings.supersample
-        if max(width, height) * samples > limit:
+        size = check_size(size)
+        self._check_limit(size, self.settings.supersample)
+        self.size = size
+
+    def _check_limit(self, size: tuple[int, int], samples: int) -> None:
+        limit = self._device.max_size
+        if max(size) * samples > limit:
             scaled = f" at supersample {samples}" if samples > 1 else ""
             raise GpuError(
-                f"size {width}x{height}{scaled} is above this driver's limit of {limit} pixels a side: "
+                f"size {size[0]}x{size[1]}{scaled} is above this driver's limit of {limit} pixels a side: "
                 "choose a smaller one"
             )
-        self.size = (width, height)
+
+    def _check_open(self) -> None:
+        if not self._open:
+            raise GpuError("this renderer is closed: make a new one")
+
+    def _count_lights(self, plan: FramePlan) -> LightCounts:
+        """The plan's counts, with what the light pass really drew."""
+        if not any(step.name == "point_lights" for step in plan.passes):
+            return plan.counts
+        return replace(plan.counts, dropped=plan.counts.in_view - self._gpu.lights_drawn)
 
     def plan(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> FramePlan:
         """What `render` would draw."""
-        return self._planner.plan(
-            scene, self.settings, self.size, tuple(outputs), time, self._device.capabilities
-        )
+        names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+        return self._planner.plan(scene, self.settings, self.size, names, time, self._device.capabilities)
 
     def render(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> Frame:
         """Draw `scene` at `time` (seconds) and read back `outputs` (names from `frame.OUTPUTS`).
@@ -150,15 +164,16 @@ class Renderer:
         FireflyError
             If the scene, an output or a shader is wrong; the message names it.
         """
-        outputs = (outputs,) if isinstance(outputs, str) else tuple(outputs)
         return self.draw(self.plan(scene, time, outputs))
 
     def draw(self, plan: FramePlan, read: bool = True) -> Frame:
         """Draw a plan that `plan` made and read back its outputs; without `read`, the Frame has no images."""
-        if not self._open:
-            raise GpuError("this renderer is closed: make a new one")
+        self._check_open()
+        self._check_limit(plan.size, plan.settings.supersample)
+        self._drawn = None
         with self._device:
             milliseconds, shaded = self._draw_passes(plan)
+            self._drawn = plan
             images = (
                 read_images(plan, lambda name: self._gpu.images.texture(plan, name).read()) if read else {}
             )
@@ -167,7 +182,7 @@ class Renderer:
             time=plan.time,
             size=plan.size,
             milliseconds=milliseconds,
-            lights=plan.counts,
+            lights=self._count_lights(plan),
             driver=self.driver,
             software=self.software,
             shaded=shaded,
@@ -211,7 +226,15 @@ class Renderer:
         """The G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.
 
         `Frame` holds the same as float32; whoever measures errors wants this.
+
+        Raises
+        ------
+        GpuError
+            If another plan was drawn since, or the renderer is closed.
         """
+        self._check_open()
+        if plan is not self._drawn:
+            raise GpuError("this plan is not the one that was drawn last: draw it again before reading it")
 
         def read(name: str) -> bytes:
             with self._device:

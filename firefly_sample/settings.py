@@ -71,13 +71,16 @@ class Settings:
     def __post_init__(self) -> None:
         for name, choices in _CHOICES.items():
             value = getattr(self, name)
-            if value not in choices:
+            if value not in choices or (value is not None and type(value) is not type(choices[-1])):
                 shown = ", ".join(str(choice) for choice in choices if choice is not None)
                 raise SettingsError(f"setting {name!r} must be one of {shown}; got {value!r}")
-        if not (
-            isinstance(self.exposure, (int, float)) and math.isfinite(self.exposure) and self.exposure > 0
-        ):
-            raise SettingsError(f"setting 'exposure' must be a finite number above 0; got {self.exposure!r}")
+        try:
+            exposure = float(self.exposure)
+        except (TypeError, ValueError):
+            exposure = math.nan
+        if not 0.0 < exposure <= 1e30:
+            raise SettingsError(f"setting 'exposure' must be above 0, at most 1e30; got {self.exposure!r}")
+        object.__setattr__(self, "exposure", exposure)
         if self.look == "classic" and (self.tone == "exponential" or self.exposure != 1.0):
             raise SettingsError(
                 "look 'classic' has neither a tone curve nor an exposure: leave 'tone' and 'exposure' "

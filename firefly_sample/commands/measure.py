@@ -6,19 +6,31 @@ from typing import Any
 
 from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.columns import align
-from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time, Wholes
+from firefly_sample.commands.options import (
+    DEFAULT_SCENE,
+    Flag,
+    SceneName,
+    Size,
+    Time,
+    Whole,
+    Wholes,
+    without_settings,
+)
 from firefly_sample.commands.terminal import print_json, progress_bar
 from firefly_sample.settings import Settings
 
 __all__ = ["speed"]
 
 
+@without_settings("lights", "volume_depth_test", "supersample")
 def speed(
     scene: SceneName = DEFAULT_SCENE,
     *,
     time: Time = DEFAULT_TIME,
     seeds: Wholes | None = None,
     size: Size = (800, 600),
+    device: Whole | None = None,
+    require_gpu: Flag = False,
     json: Flag = False,
     settings: dict[str, Any],
     parameters: dict[str, Any],
@@ -31,6 +43,10 @@ def speed(
         Seconds.
     seeds
         Measure the frames of these seeds, separated by commas; the scene's own when absent.
+    device
+        Which EGL device to draw with (see firefly doctor).
+    require_gpu
+        Fail rather than draw with a software driver.
     json
         Print JSON.
     """
@@ -44,6 +60,8 @@ def speed(
             settings=Settings().with_changes(**settings),
             time=time,
             seeds=seeds,
+            device=device,
+            require_gpu=require_gpu,
             progress=progress,
         )
     if json:

@@ -30,6 +30,7 @@ __all__ = [
     "Wholes",
     "parameter_help",
     "with_scene_options",
+    "without_settings",
 ]
 
 DEFAULT_SCENE = "forest"
@@ -114,10 +115,21 @@ Time = Annotated[float, Parameter(metavar="SECONDS")]
 Flag = Annotated[bool, Parameter(show_default=False)]
 
 
+def without_settings(*names: str) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """Decorate a command for which these settings make no sense: `with_scene_options` leaves them out."""
+
+    def mark(command: Callable[..., int]) -> Callable[..., int]:
+        command.__dict__["settings_left_out"] = frozenset(names)
+        return command
+
+    return mark
+
+
 def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Callable[..., int]:
     """`command` with an option for each setting and each parameter of a scene.
 
-    A parameter whose name is already that of an option, say "size", has the option ``--scene-size``.
+    A parameter whose name is already that of an option, say "size", has the option ``--scene-size``. So
+    that it is the same in all commands, a setting takes its name even where `without_settings` leaves it out.
 
     Parameters
     ----------
@@ -133,7 +145,8 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     signature = inspect.signature(command, eval_str=True)
     own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
     taken = {p.name for p in own} | {field.name for field in fields(Settings)} | {"help", "version"}
-    added = _settings_options() + _scene_options(plugin, taken)
+    left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
+    added = _settings_options(left_out) + _scene_options(plugin, taken)
 
     @functools.wraps(command)
     def run(*arguments: Any, **options: Any) -> int:
@@ -170,10 +183,12 @@ def _option(key: str, name: str, hint: Any, about: str, default: str, group: Gro
     )
 
 
-def _settings_options() -> list[inspect.Parameter]:
+def _settings_options(left_out: frozenset[str]) -> list[inspect.Parameter]:
     group = Group("Settings", sort_key=1)
     hints, options = get_type_hints(Settings), []
     for field in fields(Settings):
+        if field.name in left_out:
+            continue
         # an optional choice may itself be called "none": keep None out of the hint
         choices = [part for part in get_args(hints[field.name]) if part is not type(None)]
         hint = choices[0] if len(choices) == 1 else hints[field.name]

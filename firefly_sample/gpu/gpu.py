@@ -30,11 +30,13 @@ class Gpu:
         self.images = Images(device)
         self.timers = Timers(device)
         self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
+        self.lights_drawn = 0
         self._streams: dict[str, moderngl.Buffer] = {}
         self._arrays: dict[tuple[str, Program], tuple[tuple[moderngl.Buffer, ...], moderngl.VertexArray]] = {}
 
     def begin(self, plan: FramePlan) -> None:
         """Bring targets and uniform blocks up to date for a frame, and free what is gone."""
+        self.lights_drawn = 0
         self.uploads.sweep()
         self.images.prepare(plan)
         for name, values in (("View", view_values(plan.view)), ("Shading", shading_values(plan))):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import moderngl
 
-from firefly_sample.errors import PlanError
+from firefly_sample.errors import GpuError, PlanError
 from firefly_sample.gpu.device import Device
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.targets import FORMATS, Target
@@ -28,10 +30,27 @@ class Images:
             return
         if self._textures.keys() - wanted:
             self.release()
-        for target in plan.targets:
-            key = self._key(plan, target)
-            if key not in self._textures:
-                self._textures[key] = self._make(target, key[2])
+        try:
+            for target in plan.targets:
+                key = self._key(plan, target)
+                if key not in self._textures:
+                    self._textures[key] = self._make(target, key[2])
+        except moderngl.Error as error:
+            raise self._no_memory(plan) from error
+        if self._device.ctx.error != "GL_NO_ERROR":
+            raise self._no_memory(plan)
+
+    def _no_memory(self, plan: FramePlan) -> GpuError:
+        """Give everything back, and say what could not be had."""
+        self.release()
+        while self._device.ctx.error != "GL_NO_ERROR":
+            pass
+        size = sum(target.bytes_per_pixel * math.prod(self._key(plan, target)[2]) for target in plan.targets)
+        width, height = plan.view.size
+        return GpuError(
+            f"the driver has no room for {width}x{height} samples of {len(plan.targets)} targets, "
+            f"{size / 2**20:,.0f} MiB: choose a smaller size, or supersample 1"
+        )
 
     def _key(self, plan: FramePlan, target: Target) -> tuple[str, str, tuple[int, int]]:
         return target.name, target.format, plan.view.size if target.per_sample else plan.size
@@ -66,9 +85,12 @@ class Images:
             textures = {name: self.texture(plan, name) for name in names}
             depth = [name for name in names if FORMATS[_format(plan, name)].depth]
             colors = [texture for name, texture in textures.items() if name not in depth]
-            self._framebuffers[key] = self._device.ctx.framebuffer(
-                colors, textures[depth[0]] if depth else None
-            )
+            try:
+                self._framebuffers[key] = self._device.ctx.framebuffer(
+                    colors, textures[depth[0]] if depth else None
+                )
+            except moderngl.Error as error:
+                raise self._no_memory(plan) from error
         return self._framebuffers[key]
 
     def release(self) -> None:

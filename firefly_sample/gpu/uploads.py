@@ -14,6 +14,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.errors import GpuError
 from firefly_sample.gpu.mipmaps import mip_chain
 from firefly_sample.gpu.programs import Program
 from firefly_sample.plan.frame_plan import Batch
@@ -43,7 +44,8 @@ def instance_rows(batch: Batch) -> NDArray[Any]:
     rows = np.zeros(len(m), dtype=INSTANCE_DTYPE)
     linear = m[:, :3, :3]
     cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
-    cofactors *= np.sign(np.linalg.det(linear))[:, None, None]
+    # a flat matrix has no sides: it keeps the sign of one that is not mirrored
+    cofactors *= np.where(np.linalg.det(linear) < 0, -1.0, 1.0)[:, None, None]
     # shaders normalise anyway; this keeps tiny and huge scales inside float32
     largest = np.abs(cofactors).max(axis=(1, 2), keepdims=True)
     cofactors /= np.where(largest > 0, largest, 1.0)
@@ -52,6 +54,10 @@ def instance_rows(batch: Batch) -> NDArray[Any]:
         rows[f"in_normal_{axis}"] = cofactors[:, :, column]
     rows["in_id"] = batch.ids.astype(np.uint32) + 1
     return rows
+
+
+KEEP_FRAMES = 120
+"""How long instances and vertex arrays that nothing draws are kept; they are cheap to make again."""
 
 
 @dataclass(eq=False)
@@ -70,6 +76,7 @@ class _Mesh:
 class _Instances:
     buffer: moderngl.Buffer
     rows: NDArray[Any]
+    used: int = 0
 
     def release(self) -> None:
         self.buffer.release()
@@ -79,6 +86,7 @@ class _Instances:
 class _Image:
     revision: int
     texture: moderngl.Texture
+    used: int = 0
 
     def release(self) -> None:
         self.texture.release()
@@ -90,6 +98,7 @@ class _Drawable:
 
     parts: tuple[object, ...]
     array: moderngl.VertexArray
+    used: int = 0
 
     def release(self) -> None:
         self.array.release()
@@ -100,6 +109,7 @@ class Uploads:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
+        self._frame = 0
         self._owners: dict[int, weakref.ref[Any]] = {}
         self._meshes: dict[tuple[int, bool], _Mesh] = {}
         self._images: dict[tuple[int, float | None, bool], _Image] = {}
@@ -114,7 +124,9 @@ class Uploads:
         return owner
 
     def sweep(self) -> None:
-        """Free the copies of objects that no longer exist; call it with the context current."""
+        """Free what is gone or long unused; call it once a frame, with the context current."""
+        self._frame += 1
+        self._evict()
         dead = {key for key, reference in self._owners.items() if reference() is None}
         if not dead:
             return
@@ -123,6 +135,18 @@ class Uploads:
                 table.pop(key).release()
         for owner in dead:
             del self._owners[owner]
+
+    def _evict(self) -> None:
+        """Free what belongs to a colour or a cut-off that is no longer drawn."""
+        oldest = self._frame - KEEP_FRAMES
+        tables: tuple[dict[Any, Any], ...] = (self._drawables, self._instances)
+        for table in tables:
+            for key in [key for key, entry in table.items() if entry.used < oldest]:
+                table.pop(key).release()
+        # a texture takes long to decode: it goes only if the same image is in use in another form
+        current = {key[0] for key, image in self._images.items() if image.used >= oldest}
+        for key in [key for key, image in self._images.items() if image.used < oldest and key[0] in current]:
+            self._images.pop(key).release()
 
     def _tables(self) -> tuple[tuple[dict[Any, Any], int], ...]:
         """Every table, and how many of its keys' first parts are owners."""
@@ -145,6 +169,7 @@ class Uploads:
                 program.mgl, [c for c in content if c], mesh.indices, index_element_size=4
             )
             drawable = self._drawables[key] = _Drawable((mesh, instances.buffer), array)
+        drawable.used = self._frame
         drawable.array.instances = len(batch.ids)
         return drawable.array
 
@@ -194,6 +219,7 @@ class Uploads:
         elif len(kept.rows) != len(rows) or not np.array_equal(kept.rows, rows):
             kept.buffer.write(rows)
             kept.rows = rows
+        kept.used = self._frame
         return kept
 
     def texture(self, batch: Batch, stored: bool) -> moderngl.Texture:
@@ -208,6 +234,7 @@ class Uploads:
         key = (self._own(image), cutoff, stored)
         kept = self._images.get(key)
         if kept is not None and kept.revision == image.revision:
+            kept.used = self._frame
             return kept.texture
         if kept is not None:
             kept.release()
@@ -215,13 +242,19 @@ class Uploads:
         if not stored:
             decoded = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
             pixels[..., :3] = decoded[image.pixels[::-1, :, :3]]
+        limit = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
+        if max(pixels.shape[:2]) > limit:
+            raise GpuError(
+                f"texture {image.name!r} is {pixels.shape[1]}x{pixels.shape[0]}, above the driver's limit of "
+                f"{limit} a side: scale it down"
+            )
         levels = mip_chain(pixels, cutoff)
         texture = self._ctx.texture(levels[0].shape[1::-1], 4, dtype="nu2")
         texture.build_mipmaps(0, len(levels) - 1)
         for level, values in enumerate(levels):
             texture.write(np.round(values * np.float32(65535.0)).astype(np.uint16), level=level)
         texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-        self._images[key] = _Image(image.revision, texture)
+        self._images[key] = _Image(image.revision, texture, self._frame)
         return texture
 
     def release(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import moderngl
 import numpy as np
@@ -53,7 +54,8 @@ class PointLightsPass(Pass):
     ) -> None:
         """One draw for all lights: a sphere each, or a full-screen triangle each."""
         assert isinstance(step.variant, PointLightsVariant)
-        variant = replace(step.variant, method="fullscreen" if fullscreen else "volumes")
+        method: Literal["fullscreen", "volumes"] = "fullscreen" if fullscreen else "volumes"
+        variant = replace(step.variant, method=method, falloff=lights.falloff.value)
         program = gpu.programs.get(self.name, variant, images.color_names())
         program.use(None, {f"u_{name}": images.read(name) for name in step.reads})
         rows = gpu.stream(key, point_rows(lights.positions, lights.radii, lights.colors))
@@ -62,6 +64,7 @@ class PointLightsPass(Pass):
             gpu.ctx.enable_only(moderngl.BLEND)
             array = gpu.array(key, program, *content)
             array.render(moderngl.TRIANGLES, vertices=3, instances=len(lights))
+            gpu.lights_drawn += len(lights)
             return
         tested = "depth" in step.updates
         sphere = gpu.fixed("unit sphere", self._sphere)
@@ -74,13 +77,16 @@ class PointLightsPass(Pass):
         gpu.device.set_depth_clamp(True)
         array = gpu.array(key, program, (sphere, "3f", "in_position"), *content)
         array.render(moderngl.TRIANGLES, vertices=len(self._sphere), instances=len(lights))
+        gpu.lights_drawn += len(lights)
         gpu.device.set_depth_clamp(False)
         gpu.ctx.cull_face = "back"
         gpu.ctx.depth_func = "<"
 
     def _loop(self, gpu: Gpu, step: PassPlan, images: BoundImages, lights: LightSet) -> None:
         """One full-screen triangle whose shader walks all lights, read from a texture."""
-        program = gpu.programs.get(self.name, step.variant, images.color_names())
+        assert isinstance(step.variant, PointLightsVariant)
+        variant = replace(step.variant, falloff=lights.falloff.value)
+        program = gpu.programs.get(self.name, variant, images.color_names())
         texels = light_texels(lights.positions, lights.radii, lights.colors, _TEXTURE_WIDTH)
         height, width = texels.shape[:2]
         texture = gpu.ctx.texture((width, height), 4, texels.tobytes(), dtype="f4")
@@ -90,3 +96,4 @@ class PointLightsPass(Pass):
         gpu.ctx.enable_only(moderngl.BLEND)
         gpu.array(self.name, program).render(moderngl.TRIANGLES, vertices=3)
         texture.release()
+        gpu.lights_drawn += len(lights)

@@ -27,6 +27,9 @@ from firefly_sample.settings import Settings
 
 __all__ = ["Planner", "build_plan"]
 
+LARGEST = 1e30
+"""Of exposures: what goes to the GPU as float32 keeps room for a product."""
+
 Float64 = NDArray[np.float64]
 PointRows = tuple[Float64, Float64, Float64]
 
@@ -83,16 +86,16 @@ class Planner:
         if not np.isfinite(time):
             raise SceneError(f"time must be a finite number of seconds, got {time!r}")
         scene.update(time)
-        if not self._snapshot.is_current(scene.root):
-            self._snapshot = collect(scene.root)
+        camera_mask = scene.camera_node.camera_mask
+        if not self._snapshot.is_current(scene.root, camera_mask):
+            self._snapshot = collect(scene.root, camera_mask)
         snapshot = self._snapshot
         lens = _lens_for(scene.lens, size)
         world_to_view, view_to_world = _camera_matrices(scene)
         planes = lens.frustum_planes()
         groups = [_cull_group(group, world_to_view, planes) for group in snapshot.groups]
         geometry = sum(len(depths) for _, depths, _, _ in groups)
-        in_scene, lights = _lights(snapshot, time, world_to_view, planes, lens)
-        in_view = sum(len(light_set) for light_set in lights)
+        in_scene, in_view, lights = _lights(snapshot, time, world_to_view, planes, lens)
         sprites = _sprites(snapshot, time, world_to_view, planes)
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
         background = _background(scene)
@@ -134,7 +137,7 @@ class Planner:
             exposure=_exposure(scene, settings),
             targets=targets,
             passes=passes,
-            counts=LightCounts(in_scene, in_view, 0),
+            counts=LightCounts(in_scene, in_view, in_view - sum(map(len, lights))),
             id_names=snapshot.id_names,
             warnings=_warnings(snapshot, settings, capabilities),
         )
@@ -146,7 +149,10 @@ def _background(scene: Scene) -> Background:
     pair = (given.horizon, given.zenith) if isinstance(given, VerticalGradient) else (given, given)
     colors = []
     for color in pair:
-        rgb = np.asarray(color, dtype=np.float64)
+        try:
+            rgb = np.asarray(color, dtype=np.float64)
+        except (TypeError, ValueError):
+            rgb = np.full(3, np.nan)
         if rgb.shape != (3,) or not np.isfinite(rgb).all() or rgb.min() < 0:
             raise SceneError(f"background must be finite linear colours of 0 or more, got {color!r}")
         colors.append((float(rgb[0]), float(rgb[1]), float(rgb[2])))
@@ -157,11 +163,12 @@ def _exposure(scene: Scene, settings: Settings) -> tuple[float, float, float]:
     """The scene's exposure times the setting's, a channel each, checked."""
     try:
         rgb = np.broadcast_to(np.asarray(scene.exposure, dtype=np.float64), (3,)) * settings.exposure
-    except ValueError:
+    except (TypeError, ValueError):
         rgb = np.zeros(3)
-    if not (np.isfinite(rgb).all() and rgb.min() > 0):
+    if not (rgb.min() > 0 and rgb.max() <= LARGEST):
         raise SceneError(
-            f"a scene's exposure must be one or three finite numbers above 0, got {scene.exposure!r}"
+            f"a scene's exposure, times the setting's {settings.exposure:g}, must be one or three numbers "
+            f"above 0 and up to {LARGEST:g}, got {scene.exposure!r}"
         )
     return float(rgb[0]), float(rgb[1]), float(rgb[2])
 
@@ -175,12 +182,22 @@ def _lens_for(lens: Lens, size: tuple[int, int]) -> Lens:
 
 
 def _camera_matrices(scene: Scene) -> tuple[Float64, Float64]:
-    """World to view and back, without the scale that a camera's parents may have."""
-    view_to_world = np.array(scene.camera.get_net_transform().get_mat(), dtype=np.float64)
-    lengths = np.linalg.norm(view_to_world[:3, :3], axis=1)
-    if not np.isfinite(view_to_world).all() or not lengths.min() > 0:
-        raise NodeError(f"camera {scene.camera}: its net transform is singular or not finite")
-    view_to_world[:3, :3] /= lengths[:, None]
+    """World to view and back, without the scale and the shear that a camera's parents may have.
+
+    The way forward stays; right and up are made perpendicular to it.
+    """
+    net = np.array(scene.camera.get_net_transform().get_mat(), dtype=np.float64)
+    if not np.isfinite(net).all() or not np.linalg.det(net[:3, :3]) > 0:
+        raise NodeError(
+            f"camera {scene.camera}: its net transform is singular, mirrored or not finite: "
+            "give it and its parents scales above 0"
+        )
+    forward = net[1, :3] / np.linalg.norm(net[1, :3])
+    right = net[0, :3] - (net[0, :3] @ forward) * forward
+    right /= np.linalg.norm(right)
+    view_to_world = np.eye(4)
+    view_to_world[:3, :3] = right, forward, np.cross(right, forward)
+    view_to_world[3, :3] = net[3, :3]
     return np.asarray(np.linalg.inv(view_to_world), dtype=np.float64), view_to_world
 
 
@@ -202,7 +219,7 @@ def _batches(
     """Draws, opaque ones first, then cut-outs, each front to back by their nearest instance."""
     keyed = []
     for index, (group, depths, model_to_view, ids) in enumerate(groups):
-        if not len(depths) or not len(group.geom.triangles):
+        if not len(depths):
             continue
         material = group.material
         cutout = material.alpha_mode != "opaque"
@@ -226,9 +243,9 @@ def _batches(
 
 def _lights(
     snapshot: Snapshot, time: float, world_to_view: Float64, planes: Float64, lens: Lens
-) -> tuple[int, tuple[LightSet, ...]]:
-    """How many lights the scene has, and those that can change this view, by falloff and way of drawing."""
-    in_scene, rows = 0, []
+) -> tuple[int, int, tuple[LightSet, ...]]:
+    """How many lights the scene has, how many can change this view, and these by falloff and way to draw."""
+    in_scene, in_view, rows = 0, 0, []
     for node, net in snapshot.lights:
         arrays = node.evaluate(time)
         in_scene += len(arrays)
@@ -237,6 +254,7 @@ def _lights(
             raise LightError(f"light {node.name!r}: its place in view space is not finite")
         useful = (arrays.radii > 0) & arrays.colors.any(axis=1)
         chosen = np.flatnonzero(useful & spheres_in_frustum(planes, positions, arrays.radii))
+        in_view += len(chosen)
         rows.append((node.falloff, (positions[chosen], arrays.colors[chosen], arrays.radii[chosen])))
     corners = frustum_corners(lens.constants(), lens.get_near(), lens.get_far())
     sets = []
@@ -249,7 +267,7 @@ def _lights(
         for fullscreen, mask in ((False, ~full), (True, full)):
             if mask.any():
                 sets.append(LightSet(falloff, fullscreen, positions[mask], colors[mask], radii[mask]))
-    return in_scene, tuple(sets)
+    return in_scene, in_view, tuple(sets)
 
 
 def _sprites(snapshot: Snapshot, time: float, world_to_view: Float64, planes: Float64) -> SpriteSet:

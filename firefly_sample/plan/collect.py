@@ -59,30 +59,34 @@ class Snapshot:
     ambient: list[AmbientLight] = field(default_factory=list)
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()
+    root: NodePath | None = None
     revision: int = -1
-    root: object = None
+    camera_mask: int = 0
 
-    def is_current(self, root: NodePath) -> bool:
-        """True while nothing under `root` has changed since the walk."""
-        node = root.node()
+    def is_current(self, root: NodePath, camera_mask: int) -> bool:
+        """True while nothing under `root` has changed since the walk, nor above it, which counts too."""
         return (
-            self.root is node
-            and self.revision == node.subtree_revision
+            self.root == root
+            and self.camera_mask == camera_mask
+            and self.revision == root.get_top().node().subtree_revision
             and all(group.geom.revision == group.geom_revision for group in self.groups)
         )
 
 
-def collect(root: NodePath) -> Snapshot:
-    """Walk everything visible under `root`."""
-    snapshot = Snapshot(revision=root.node().subtree_revision, root=root.node())
+def collect(root: NodePath, camera_mask: int) -> Snapshot:
+    """Walk everything under `root` that a camera with this mask sees."""
+    revision = root.get_top().node().subtree_revision
+    snapshot = Snapshot(root=root, revision=revision, camera_mask=camera_mask)
     found: dict[tuple[int, int, Color | None, bool], tuple[Geom, Material, list[Float64], list[int]]] = {}
     names: list[str] = []
-    for visit in iter_visible(root):
+    for visit in iter_visible(root, camera_mask):
         node = visit.node
         if isinstance(node, GeomNode):
             color = None if visit.color is None else _color(visit.color)
             mirrored = bool(np.linalg.det(visit.net[:3, :3]) < 0)
             for geom, own in node.geoms:
+                if not len(geom.triangles):
+                    continue  # nothing to draw must cost nothing
                 material = visit.material if visit.material is not None else own
                 key = (id(geom), id(material), color, mirrored)
                 entry = found.setdefault(key, (geom, material, [], []))

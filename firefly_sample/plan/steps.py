@@ -77,6 +77,15 @@ class Needs:
         return self.settings.position == "linear32f"
 
     @property
+    def distance_marks(self) -> bool:
+        """Whether a distance target by itself tells what was drawn: in perspective it is never 0 there.
+
+        A depth does not tell, since far geometry may round to the clear value, nor does a normal.
+        """
+        asked = any(name in PLACE_OUTPUTS for name in self.outputs)
+        return asked and self.linear_distance and not self.orthographic
+
+    @property
     def reverse(self) -> bool:
         """Whether depth is reversed in the [0, 1] clip range."""
         return self.capabilities.clip_control and self.settings.position != "depth24"
@@ -129,11 +138,9 @@ def _albedo_reasons(needs: Needs) -> list[str]:
     reasons += ["ambient light"] if needs.ambient_lit else []
     reasons += ["the background shows where its alpha is 0"] if needs.picture else []
     reasons += _asked(needs.outputs, ("albedo",))
-    if needs.settings.position == "depth24":
-        # a 24-bit depth of exactly 1 may also be far geometry: only a mask tells
-        reasons += [
-            f"{reason} (its alpha marks the background)" for reason in _asked(needs.outputs, PLACE_OUTPUTS)
-        ]
+    if not needs.distance_marks:
+        marked = _asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS))
+        reasons += [f"{reason} (its alpha marks the background)" for reason in marked]
     return reasons
 
 

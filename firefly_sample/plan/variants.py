@@ -60,6 +60,7 @@ class PointLightsVariant(Variant):
     classic: bool = False
     snorm: bool = True
     orthographic: bool = False
+    falloff: Literal["ramp_squared"] = "ramp_squared"
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class ResolveVariant(Variant):
     supersample: Literal[1, 2] = 1
 
 
-_NUMBERS = {"volumes": 0, "fullscreen": 1, "loop": 2, "none": 0, "exponential": 1}
+_NUMBERS = {"ramp_squared": 0, "volumes": 0, "fullscreen": 1, "loop": 2, "none": 0, "exponential": 1}
 
 
 def defines(variant: Variant) -> dict[str, int]:
@@ -97,30 +98,7 @@ def defines(variant: Variant) -> dict[str, int]:
 
 
 def _geometry() -> list[Variant]:
-    targets = [
-        (albedo, normal, distance, with_id, False)
-        for albedo, normal, distance, with_id in product((True, False), repeat=4)
-    ]
-    # the classic look needs albedo whenever it draws anything
-    targets += [
-        (True, normal, distance, with_id, True)
-        for normal, distance, with_id in product((True, False), repeat=3)
-    ]
-    surfaces = list(product((True, False), repeat=4))
-    plain = (False, False, False, False)
-    result: list[Variant] = [
-        GeometryVariant(*chosen, snorm, orthographic, *plain)
-        for chosen in targets
-        for snorm in (True, False)
-        for orthographic in (True, False)
-    ]
-    result += [
-        GeometryVariant(True, True, True, True, classic, True, orthographic, *surface)
-        for classic in (True, False)
-        for orthographic in (True, False)
-        for surface in surfaces
-    ]
-    return list(dict.fromkeys(result))
+    return [GeometryVariant(*flags) for flags in product((True, False), repeat=len(fields(GeometryVariant)))]
 
 
 def _resolve() -> list[Variant]:
@@ -143,7 +121,7 @@ LEGAL: dict[str, list[Variant]] = {
     "depth_copy": [Variant()],
     "ambient": [AmbientVariant(classic) for classic in (False, True)],
     "point_lights": [
-        PointLightsVariant(method, *flags)
+        PointLightsVariant(method, *flags)  # type: ignore[arg-type]
         for method in ("volumes", "fullscreen", "loop")
         for flags in product((True, False), repeat=4)
     ],

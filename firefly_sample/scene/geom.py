@@ -32,6 +32,8 @@ class Geom:
     name : str
         Used in messages.
 
+    The arrays are copies and read-only: `set_vertices`, `set_normals` and `set_colors` replace them.
+
     Attributes
     ----------
     revision : int
@@ -63,10 +65,7 @@ class Geom:
             raise SceneError(f"geom {name!r}: a triangle index lies outside 0..{n - 1}")
         self.normals = self._vertex_normals() if normals is None else self._floats("normals", normals, n, 3)
         self.texcoords = np.zeros((n, 2)) if texcoords is None else self._floats("texcoords", texcoords, n, 2)
-        self.colors: Float64 | None = None
-        if colors is not None:
-            rgb = np.asarray(colors, dtype=np.float64)
-            self.colors = self._floats("colors", rgb[:, :3] if rgb.ndim == 2 else rgb, n, 3)
+        self.colors: Float64 | None = None if colors is None else self._colors(colors)
         self._bounds: tuple[Float64, Float64] | None = None
 
     def _floats(self, what: str, values: ArrayLike, rows: int | None, columns: int) -> Float64:
@@ -76,6 +75,7 @@ class Geom:
             raise SceneError(f"geom {self.name!r}: {what} must have shape {expected}, got {array.shape}")
         if not np.isfinite(array).all():
             raise SceneError(f"geom {self.name!r}: {what} has a number that is not finite")
+        array.setflags(write=False)
         return array
 
     def _vertex_normals(self) -> Float64:
@@ -103,6 +103,20 @@ class Geom:
         self.vertices = self._floats("vertices", vertices, len(self.vertices), 3)
         self._bounds = None
         self.revision += 1
+
+    def set_normals(self, normals: ArrayLike) -> None:
+        """Replace the normals, shape (n, 3)."""
+        self.normals = self._floats("normals", normals, len(self.vertices), 3)
+        self.revision += 1
+
+    def set_colors(self, colors: ArrayLike | None) -> None:
+        """Replace the linear vertex colours, shape (n, 3) or (n, 4); None takes them away."""
+        self.colors = None if colors is None else self._colors(colors)
+        self.revision += 1
+
+    def _colors(self, colors: ArrayLike) -> Float64:
+        rgb = np.asarray(colors, dtype=np.float64)
+        return self._floats("colors", rgb[:, :3] if rgb.ndim == 2 else rgb, len(self.vertices), 3)
 
     def __repr__(self) -> str:
         return f"Geom({self.name!r}, {len(self.vertices)} vertices, {len(self.triangles)} triangles)"

@@ -58,6 +58,9 @@ class PointLights(PointsNode):
         function: PointFunction | None = None,
     ) -> None:
         super().__init__(name, positions, colors, radii, function)
+        if falloff not in tuple(Falloff):
+            kinds = ", ".join(str(kind) for kind in Falloff)
+            raise LightError(f"light {name!r}: falloff must be one of {kinds}, got {falloff!r}")
         self.falloff = falloff
 
     def make_copy(self) -> PointLights:

@@ -26,13 +26,26 @@ class Texture:
     """
 
     def __init__(self, pixels: ArrayLike, name: str = "texture") -> None:
-        self.pixels: NDArray[np.uint8] = np.ascontiguousarray(pixels, dtype=np.uint8)
-        if self.pixels.ndim != 3 or self.pixels.shape[2] != 4 or 0 in self.pixels.shape:
-            raise SceneError(
-                f"texture {name!r}: pixels must have shape (height, width, 4), got {self.pixels.shape}"
-            )
         self.name = name
         self.revision = 0
+        self.set_pixels(pixels)
+
+    def set_pixels(self, pixels: ArrayLike) -> None:
+        """Replace the image, of any size; `pixels` is copied and then read-only.
+
+        Raises
+        ------
+        SceneError
+            If it has another shape.
+        """
+        image: NDArray[np.uint8] = np.array(pixels, dtype=np.uint8, order="C")
+        if image.ndim != 3 or image.shape[2] != 4 or 0 in image.shape:
+            raise SceneError(
+                f"texture {self.name!r}: pixels must have shape (height, width, 4), got {image.shape}"
+            )
+        image.setflags(write=False)
+        self.pixels = image
+        self.revision += 1
 
     def __repr__(self) -> str:
         height, width = self.pixels.shape[:2]

@@ -100,11 +100,11 @@ class Parameter:
     def range_text(self) -> str:
         """The range in words, for example "between 0 and 20000"."""
         if self.minimum is not None and self.maximum is not None:
-            return f"between {self.minimum:g} and {self.maximum:g}"
+            return f"between {_exact(self.minimum)} and {_exact(self.maximum)}"
         if self.minimum is not None:
-            return f"{self.minimum:g} or more"
+            return f"{_exact(self.minimum)} or more"
         if self.maximum is not None:
-            return f"at most {self.maximum:g}"
+            return f"at most {_exact(self.maximum)}"
         return "any number"
 
     def step(self, value: Any, key: KeyStep) -> Any:
@@ -122,6 +122,12 @@ class Parameter:
         if self.maximum is not None:
             moved = min(moved, self.maximum)
         return self.type(moved)
+
+
+def _exact(bound: float) -> str:
+    """A bound for people: whole numbers with all their digits."""
+    whole = isinstance(bound, int) or (bound.is_integer() and abs(bound) < 1e15)
+    return str(int(bound)) if whole else f"{bound:g}"
 
 
 def resolve_parameters(scene: str, declared: tuple[Parameter, ...], given: dict[str, Any]) -> dict[str, Any]:

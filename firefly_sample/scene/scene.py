@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from firefly_sample.errors import ParameterError
+from firefly_sample.errors import NodeError, ParameterError
 from firefly_sample.scene.lens import Lens, PerspectiveLens
-from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter
 
@@ -28,15 +28,27 @@ class VerticalGradient:
 
 
 class Camera(PandaNode):
-    """A node that looks along its +Y axis through a lens."""
+    """A node that looks along its +Y axis through a lens.
 
-    def __init__(self, name: str = "camera", lens: Lens | None = None) -> None:
+    Parameters
+    ----------
+    name : str
+    lens : Lens, optional
+        A `PerspectiveLens` when absent.
+    camera_mask : int
+        Bits; ``path.hide(mask)`` hides from the cameras whose mask has one of its bits.
+    """
+
+    def __init__(
+        self, name: str = "camera", lens: Lens | None = None, camera_mask: int = ALL_CAMERAS
+    ) -> None:
         super().__init__(name)
         self.lens: Lens = lens if lens is not None else PerspectiveLens()
+        self.camera_mask = camera_mask
 
     def make_copy(self) -> Camera:
         """A new camera with the same (shared) lens, transform and attributes."""
-        copy = Camera(self.name, self.lens)
+        copy = Camera(self.name, self.lens, self.camera_mask)
         self._copy_state_to(copy)
         return copy
 
@@ -70,12 +82,23 @@ class Scene:
         self.exposure = exposure
 
     @property
-    def lens(self) -> Lens:
-        """The camera's lens."""
+    def camera_node(self) -> Camera:
+        """The node at the end of `camera`.
+
+        Raises
+        ------
+        NodeError
+            If it is not a `Camera`.
+        """
         node = self.camera.node()
         if not isinstance(node, Camera):
-            raise TypeError(f"scene.camera must be a path to a Camera node, got {self.camera}")
-        return node.lens
+            raise NodeError(f"scene.camera must be a path to a Camera node, got {self.camera}")
+        return node
+
+    @property
+    def lens(self) -> Lens:
+        """The camera's lens."""
+        return self.camera_node.lens
 
     def set(self, name: str, value: Any) -> None:
         """Change a live parameter.

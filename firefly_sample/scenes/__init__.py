@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import traceback
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from firefly_sample.errors import SceneError, SceneNotFoundError
+from firefly_sample.errors import FireflyError, SceneError, SceneNotFoundError
 from firefly_sample.scene.parameter import resolve_parameters
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ def find_scene(name: str) -> ScenePlugin:
     SceneNotFoundError
         If there is no such scene, or it cannot be imported; it lists the scenes there are.
     SceneError
-        If what was found is not a scene plugin.
+        If its module raises something else while it is imported (the message says what and where), or what
+        was found is not a scene plugin.
     """
     if ":" in name:
         return _load(name, name)
@@ -69,8 +71,41 @@ def build_scene(plugin: ScenePlugin, /, **given: Any) -> Scene:
     ------
     ParameterError
         If a given parameter does not exist or has a wrong value.
+    SceneError
+        If the plugin's `build` raises what is not a `FireflyError`, or gives what is not a `Scene`; the
+        message says what and where.
     """
-    return plugin.build(**resolve_parameters(plugin.name, plugin.parameters, given))
+    from firefly_sample.scene.scene import Scene
+
+    resolved = resolve_parameters(plugin.name, plugin.parameters, given)
+    try:
+        built: object = plugin.build(**resolved)
+    except FireflyError:
+        raise
+    except Exception as error:
+        modules = {type(plugin).__module__, getattr(plugin.build, "__module__", "")}
+        raise SceneError(f"scene {plugin.name!r}: build() failed: {_fault(error, modules)}") from error
+    if not isinstance(built, Scene):
+        code = getattr(plugin.build, "__code__", None)
+        where = f" ({code.co_filename}:{code.co_firstlineno})" if code is not None else ""
+        raise SceneError(
+            f"scene {plugin.name!r}: build() must give a Scene, got {type(built).__name__}{where}"
+        )
+    return built
+
+
+def _fault(error: Exception, modules: set[str]) -> str:
+    """What a plugin raised, on one line, and where: the innermost frame in one of its modules, if any."""
+    text, places = str(error), []
+    for frame, line in traceback.walk_tb(error.__traceback__):
+        if frame.f_globals.get("__name__") in modules:
+            places.append(f"{frame.f_code.co_filename}:{line}")
+    if isinstance(error, SyntaxError) and error.filename and not error.filename.startswith("<"):
+        # the module that does not compile has no frame, and the text would repeat the place
+        text, places = error.msg, [f"{error.filename}:{error.lineno}"]
+    parts = [type(error).__name__, *text.split()]
+    told = " ".join([f"{parts[0]}:", *parts[1:]] if parts[1:] else parts)
+    return f"{told} ({places[-1]})" if places else told
 
 
 def _entry_points() -> dict[str, EntryPoint]:
@@ -108,6 +143,11 @@ def _load(name: str, value: str) -> ScenePlugin:
             f"scene {name!r}: {module_name} cannot be imported: {error}; "
             "is its package installed, or its folder in PYTHONPATH?"
         ) from error
+    except FireflyError:
+        raise
+    except Exception as error:
+        fault = _fault(error, {module_name})
+        raise SceneError(f"scene {name!r}: {module_name} cannot be imported: {fault}") from error
     plugin: ScenePlugin | None = getattr(module, attribute, None)
     if plugin is None:
         raise SceneNotFoundError(f"scene {name!r}: {module_name} has no {attribute!r}")

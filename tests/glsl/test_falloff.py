@@ -11,7 +11,7 @@ def test_ramp_squared_matches_its_twin(device):
     distance = radius * rng.uniform(0, 1.2, 20000)
     inputs = np.stack([distance, radius, distance, radius], axis=1).astype(np.float32)
     inputs[0, :2], inputs[1, :2] = (0.0, 1.0), (1.0, 1.0)
-    result = evaluate(device, ["falloff"], "result.r = falloff(a.x, a.y);", inputs)[:, 0]
+    result = evaluate(device, ["falloff"], "result.r = falloff(a.x, a.y);", inputs, {"FALLOFF": 0})[:, 0]
     d, r = inputs[:, 0].astype(np.float64), inputs[:, 1].astype(np.float64)
     expected = falloff(Falloff.RAMP_SQUARED, d, r)
     # d/R is rounded once or twice (a reciprocal may be used): 2 eps of at most 1, doubled by the square

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene
@@ -167,7 +168,7 @@ def test_alpha_cuts_out_where_the_material_says_so(render, mode):
 def test_vertex_colors_multiply_and_a_nodes_color_replaces_them(render):
     scene = wall_scene(color=(1, 1, 1, 1))
     geom = wall()
-    geom.colors = np.tile([0.25, 0.5, 1.0], (len(geom.vertices), 1))
+    geom.set_colors(np.tile([0.25, 0.5, 1.0], (len(geom.vertices), 1)))
     scene.root.find("wall").remove_node()
     path = scene.root.attach_new_node(geom_node("wall", geom))
     path.set_pos(0, 10, 0)
@@ -200,12 +201,11 @@ def test_culling_leaves_out_only_what_cannot_be_seen(render):
     scene.camera.node().lens = PerspectiveLens(fov=50, near=0.5, far=30)
     culled = render(scene, None, (160, 120), ("depth", "id"))
     # one more, far away and tiny, in the same Geom: its bound now reaches everywhere
-    vertices = node.geoms[0][0].vertices
-    giant = np.concatenate([vertices, [[1e4, 0, 0], [-1e4, 0, 0], [0, 1e4, 0]]])
-    node.geoms[0][0].vertices = giant
-    node.geoms[0][0].normals = np.concatenate([node.geoms[0][0].normals, np.eye(3)])
-    node.geoms[0][0].texcoords = np.zeros((len(giant), 2))
-    node.geoms[0][0].set_vertices(giant)
+    geom, material = node.geoms[0]
+    vertices = np.concatenate([geom.vertices, [[1e4, 0, 0], [-1e4, 0, 0], [0, 1e4, 0]]])
+    normals = np.concatenate([geom.normals, np.eye(3)])
+    node.geoms[0] = (Geom(vertices, geom.triangles, normals), material)
+    node.mark_changed()
     everything = render(scene, None, (160, 120), ("depth", "id"))
     assert np.array_equal(culled.id, everything.id)
     assert np.array_equal(culled.depth, everything.depth)
@@ -219,3 +219,26 @@ def test_textures_of_any_size_are_drawn(render, shape):
         material = Material("flag", texture=Texture(pixels), alpha_mode=mode)
         frame = render(wall_scene(size=30, material=material), None, (16, 12), ("albedo",))
         assert frame.albedo == pytest.approx(np.broadcast_to((1.0, 0, 1.0), frame.albedo.shape), abs=1e-6)
+
+
+@pytest.mark.parametrize("position", POSITIONS)
+def test_what_is_covered_does_not_depend_on_what_else_is_asked(render, position):
+    """Geometry at the eye's plane (orthographic) and just before the far plane, where depths round away."""
+    flat = orthographic_wall(distance=0.0)
+    flat.lens.set_near_far(-5.0, 100.0)
+    far = wall_scene(distance=100.0 * (1 - 1e-7), size=500.0)
+    for scene in (flat, far):
+        alone = render(scene, Settings(position=position), (16, 12), ("depth",)).depth
+        beside = render(scene, Settings(position=position), (16, 12), ("depth", "color", "id", "normal"))
+        assert (beside.id == 0).all()
+        assert np.array_equal(alone, beside.depth)
+        assert np.isfinite(alone).all()
+        normal = render(scene, Settings(position=position), (16, 12), ("normal",)).normal
+        assert np.array_equal(normal, beside.normal)
+
+
+def test_a_flattened_wall_keeps_its_normal(render):
+    scene = wall_scene()
+    scene.root.find("wall").set_scale(1, 0, 1)
+    frame = render(scene, None, (8, 6), ("normal",))
+    assert np.abs(frame.normal - (0, -1, 0)).max() < 1e-4

@@ -4,6 +4,7 @@ import gc
 import resource
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.renderer import SoftwareDriverWarning
-from firefly_sample.scene.material import Material
+from firefly_sample.scene.material import Material, Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.scenes import ball, ball_scene, geom_node, wall_scene
@@ -179,3 +180,69 @@ def test_a_pass_may_touch_only_what_it_declares():
         bound = BoundImages(renderer._gpu.images, plan, plan.passes[-1])
         with pytest.raises(PlanError, match="'resolve' does not declare that it reads 'depth'"):
             bound.read("depth")
+
+
+def test_a_picture_that_does_not_fit_is_one_error_and_the_next_one_is_drawn():
+    scene = ball_scene(5)
+    with make_renderer((64, 48)) as renderer:
+        alone = renderer.render(scene).color
+        renderer.resize((16384, 16384))  # 12 GiB of targets
+        if not renderer.software:
+            pytest.skip("a GPU may have room for it; llvmpipe refuses")
+        with pytest.raises(GpuError, match=r"no room for 16384x16384 samples .* MiB: choose a smaller size"):
+            renderer.render(scene)
+        renderer.resize((64, 48))
+        assert np.array_equal(renderer.render(scene).color, alone)
+        renderer.settings = Settings(supersample=2)
+        renderer.size = (10000, 10)
+        with pytest.raises(GpuError, match="10000x10 at supersample 2 is above"):
+            renderer.render(scene)
+
+
+def test_changing_colors_and_cutoffs_do_not_pile_up():
+    texture = Texture(np.full((4, 4, 4), 255, dtype=np.uint8))
+    material = Material("leaf", texture=texture, alpha_mode="mask")
+    scene = wall_scene(material=material)
+    with make_renderer((8, 6)) as renderer:
+
+        def objects(frames):
+            for i in range(frames):
+                scene.root.set_color((i / frames, 0.5, 0.5, 1))
+                material.alpha_cutoff = 0.1 + 0.8 * i / frames
+                renderer.render(scene)
+            with renderer._device:
+                return renderer._device.raw.count_objects()
+
+        settled = objects(300)
+        assert objects(300) == settled
+
+
+def test_lights_drawn_are_counted_by_the_pass_itself():
+    scene = ball_scene(20)
+    with make_renderer((16, 12)) as renderer:
+        assert renderer.render(scene).lights.dropped == 0
+        plan = renderer.plan(scene)
+        fewer = tuple(
+            replace(lights, positions=lights.positions[1:], colors=lights.colors[1:], radii=lights.radii[1:])
+            for lights in plan.lights
+        )
+        assert renderer.draw(replace(plan, lights=fewer)).lights.dropped == 1
+
+
+def test_only_the_plan_drawn_last_can_be_read():
+    scene = ball_scene(5)
+    with make_renderer((16, 12)) as renderer:
+        first, second = (renderer.plan(scene, time, "depth") for time in (0.0, 1.0))
+        renderer.draw(first)
+        renderer.draw(second)
+        renderer.surface(second).distance()
+        with pytest.raises(GpuError, match="drawn last"):
+            renderer.surface(first)
+    with pytest.raises(GpuError, match="closed"):
+        renderer.surface(second)
+
+
+def test_a_texture_above_the_drivers_limit_is_named():
+    texture = Texture(np.zeros((1, 40000, 4), dtype=np.uint8), "panorama")
+    with pytest.raises(GpuError, match="'panorama' is 40000x1"), make_renderer((8, 6)) as renderer:
+        renderer.render(wall_scene(material=Material("sky", texture=texture)))

@@ -128,6 +128,7 @@ def test_lights_reach_models_by_themselves_and_leave_when_detached_or_hidden(ren
         ((0, 99, 40), 98.0, "across the far plane"),
         ((0, 9, 0), 1e3, "holds the whole view"),
         ((0, 9, 0), 1e20, "beyond what float32 spheres can place"),
+        ((0, 9, 0), 1e300, "beyond float32"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )

@@ -9,12 +9,15 @@ from firefly_sample.errors import LightError, NodeError, OutputError, PlanError,
 from firefly_sample.plan.build import Planner, build_plan
 from firefly_sample.plan.frame_plan import Capabilities, PassPlan
 from firefly_sample.plan.steps import check_passes
+from firefly_sample.plan.variants import LEGAL
+from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import AmbientLight, PointLight, PointLights
-from firefly_sample.scene.material import Material
-from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
-from tests.scenes import ball_scene, wall_scene
+from tests.scenes import ball_scene, geom_node, orthographic_wall, wall_scene
 
 
 def names(plan):
@@ -59,9 +62,13 @@ def test_data_without_a_picture_computes_no_light():
     scene = ball_scene(20)
     assert cost(scene, outputs=("depth",)) == (["geometry"], {"depth": 4, "distance": 4})
     assert cost(scene, outputs=("id",)) == (["geometry"], {"depth": 4, "id": 4})
-    assert cost(scene, outputs=("normal",)) == (["geometry"], {"depth": 4, "normal": 4})
-    # a 24-bit depth of 1 may be far geometry: the mask is the price of that method
-    assert cost(scene, Settings(position="depth24"), ("depth",)) == (["geometry"], {"depth": 4, "albedo": 4})
+    # where no distance tells what was drawn, the albedo's alpha does: a depth may round to the clear value
+    assert cost(scene, outputs=("normal",)) == (["geometry"], {"depth": 4, "albedo": 4, "normal": 4})
+    for position in ("depth24", "depth32f"):
+        assert cost(scene, Settings(position=position), ("depth",)) == (
+            ["geometry"],
+            {"depth": 4, "albedo": 4},
+        )
 
 
 @pytest.mark.parametrize("position", ["depth32f", "depth24"])
@@ -87,6 +94,102 @@ def test_a_driver_without_clip_control_gets_a_standard_depth_and_a_warning():
 def test_blended_materials_are_named():
     scene = wall_scene(material=Material("window glass", alpha_mode="blend"))
     assert "window glass" in build_plan(scene).warnings[0]
+
+
+def test_a_geom_without_triangles_costs_nothing():
+    scene = Scene()
+    scene.root.attach_new_node(geom_node("dust", Geom([(0, 5, 0)], np.zeros((0, 3), int))))
+    scene.root.attach_new_node(PointLights("l", [(0, 5, 0)], (1, 1, 1), 5.0))
+    assert cost(scene) == (["resolve"], {"color": 4})
+
+
+def test_camera_masks_choose_what_is_seen():
+    scene = wall_scene()
+    scene.root.find("wall").hide(0b01)
+    scene.camera.node().camera_mask = 0b01
+    planner = Planner()
+
+    def batches():
+        return planner.plan(scene, Settings(), (64, 48), ("color",), 0.0, Capabilities()).batches
+
+    assert batches() == ()
+    scene.camera.node().camera_mask = 0b10
+    assert len(batches()) == 1
+
+
+def test_what_stands_above_the_root_counts_also_when_it_changes():
+    scene = wall_scene()
+    above = NodePath("above")
+    scene.root.reparent_to(above)
+    planner = Planner()
+
+    def batches():
+        return planner.plan(scene, Settings(), (64, 48), ("color",), 0.0, Capabilities()).batches
+
+    assert batches()[0].model_to_view[0, 3, 1] == 10
+    scene.root.find("wall").set_y(12)
+    assert batches()[0].model_to_view[0, 3, 1] == 12
+    above.hide()
+    assert batches() == ()
+
+
+def test_a_camera_under_scaled_and_sheared_parents_keeps_a_right_angled_view():
+    scene = wall_scene()
+    stretch = scene.root.attach_new_node("stretch")
+    stretch.set_scale(3, 1, 0.5)
+    scene.camera.reparent_to(stretch)
+    scene.camera.set_hpr(20, 10, 5)
+    plan = build_plan(scene)
+    turn = plan.view.view_to_world[:3, :3]
+    assert np.abs(turn @ turn.T - np.eye(3)).max() < 1e-15
+    forward = scene.camera.get_net_transform().get_mat()[1, :3]
+    assert np.abs(turn[1] - forward / np.linalg.norm(forward)).max() < 1e-15
+    stretch.set_scale(-1, 1, 1)
+    with pytest.raises(NodeError, match="mirrored"):
+        build_plan(scene)
+
+
+def test_every_variant_of_every_plan_is_a_legal_one():
+    """What the compile test covers is what is shipped."""
+    legal = {name: set(variants) for name, variants in LEGAL.items()}
+    texture = Texture(np.full((2, 2, 4), 255, dtype=np.uint8))
+    materials = [
+        Material("plain"),
+        Material("leaf", texture=texture, alpha_mode="mask", double_sided=True),
+        Material("bark", texture=texture),
+    ]
+    settings = [
+        Settings(look=look, position=position, lights=lights, supersample=supersample)
+        for look in ("correct", "classic")
+        for position in ("linear32f", "depth32f", "depth24")
+        for lights in ("volumes", "fullscreen", "loop")
+        for supersample in (1, 2)
+    ]
+    seen = 0
+    for make in (wall_scene, orthographic_wall):
+        for material in materials:
+            scene = make()
+            scene.root.find("wall").set_material(material)
+            scene.root.attach_new_node(PointLights("l", [(0, 8, 0)], (1, 1, 1), 5.0))
+            scene.root.attach_new_node(Sprites("s", [(0, 8, 0)]))
+            scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))
+            for chosen in settings:
+                for outputs in (("color",), ("radiance",), ("depth", "normal"), ("color", "id")):
+                    if chosen.supersample == 2 and len(outputs) > 1:
+                        continue
+                    for capabilities in (Capabilities(), Capabilities(False, False)):
+                        plan = build_plan(scene, chosen, (8, 6), outputs, 0.0, capabilities)
+                        for step in plan.passes:
+                            assert step.variant in legal[step.name], (step.name, step.variant)
+                        for batch in plan.batches:
+                            assert batch.variant in legal["geometry"], batch.variant
+                            seen += 1
+    assert seen > 500
+
+
+def test_a_falloff_that_is_none_is_refused():
+    with pytest.raises(LightError, match=r"'lamp': falloff must be one of Falloff\.RAMP_SQUARED, got 'ramp"):
+        PointLight("lamp", falloff="ramp_squared")
 
 
 def test_every_target_and_pass_says_what_asked_for_it():
@@ -152,6 +255,13 @@ def test_what_is_wrong_is_named():
         build_plan(scene, outputs=("colour",))
     with pytest.raises(OutputError, match="'depth' is a sample"):
         build_plan(scene, Settings(supersample=2), outputs=("depth",))
+    for size in ((0, 5), (5, -1), (2.5, 3), "big", (2**21, 1)):
+        with pytest.raises(OutputError, match="size"):
+            build_plan(scene, size=size)
+    scene.background = "red"
+    with pytest.raises(SceneError, match="background must be finite"):
+        build_plan(scene)
+    scene.background = (0.0, 0.0, 0.0)
     with pytest.raises(SceneError, match="time"):
         build_plan(scene, time=float("nan"))
     scene.root.attach_new_node(PointLights("swarm", function=lambda t: ([(0, 0, np.nan)], (1, 1, 1), 1.0)))

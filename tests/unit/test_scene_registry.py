@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from firefly_sample.errors import ParameterError, SceneError, SceneNotFoundError
+from firefly_sample.errors import ModelError, ParameterError, SceneError, SceneNotFoundError
 from firefly_sample.scenes import build_scene, find_scene, list_scenes
 
 PLUGIN = """
 from firefly_sample.scene.parameter import Parameter
+from firefly_sample.scene.scene import Scene
 
 class Plugin:
     name = "glade"
@@ -20,7 +21,9 @@ class Plugin:
     parameters = (Parameter("trees", int, 3, "How many.", minimum=0, maximum=9),)
 
     def build(self, **parameters):
-        return parameters
+        scene = Scene()
+        scene.given = parameters
+        return scene
 
 scene = Plugin()
 """
@@ -73,8 +76,8 @@ def test_forest_is_installed() -> None:
 def test_build_resolves_parameters(folder: Path) -> None:
     (folder / "registry_c.py").write_text(PLUGIN)
     plugin = find_scene("registry_c:scene")
-    assert build_scene(plugin) == {"trees": 3}
-    assert build_scene(plugin, trees=5) == {"trees": 5}
+    assert vars(build_scene(plugin))["given"] == {"trees": 3}
+    assert vars(build_scene(plugin, trees=5))["given"] == {"trees": 5}
     with pytest.raises(ParameterError, match=r"scene 'glade' has no parameter 'plugin': it has trees"):
         build_scene(plugin, plugin=1)
     with pytest.raises(ParameterError, match="trees must be between 0 and 9, got 10"):
@@ -114,10 +117,75 @@ def test_not_a_plugin(folder: Path) -> None:
     assert "it has no parameters, build" in message("registry_f:scene", SceneError)
 
 
-def test_a_plugins_own_fault_is_not_hidden(folder: Path) -> None:
-    (folder / "registry_g.py").write_text("[].nothing\n")
-    with pytest.raises(AttributeError, match="nothing"):
+def test_a_module_that_raises(folder: Path) -> None:
+    path = folder / "registry_g.py"
+    path.write_text("import json\n\ndef f():\n    json.loads('[')\n\nf()\n")
+    with pytest.raises(SceneError) as caught:
         find_scene("registry_g:scene")
+    assert str(caught.value) == (
+        "scene 'registry_g:scene': registry_g cannot be imported: "
+        f"JSONDecodeError: Expecting value: line 1 column 2 (char 1) ({path}:4)"
+    )
+    assert isinstance(caught.value.__cause__, ValueError)
+
+
+def test_a_module_that_raises_many_lines_or_none(folder: Path) -> None:
+    (folder / "registry_k.py").write_text("raise RuntimeError('one\\n  two')\n")
+    assert f"RuntimeError: one two ({folder}/registry_k.py:1)" in message("registry_k:scene", SceneError)
+    (folder / "registry_l.py").write_text("assert False\n")
+    text = message("registry_l:scene", SceneError)
+    assert text.endswith(f"cannot be imported: AssertionError ({folder}/registry_l.py:1)")
+
+
+@pytest.mark.parametrize("broken", ["registry_m", "registry_m_part"])
+def test_a_module_that_is_not_python(folder: Path, broken: str) -> None:
+    (folder / "registry_m.py").write_text("import registry_m_part\n")
+    (folder / f"{broken}.py").write_text("a = 1\nb = = 2\n")
+    text = message("registry_m:scene", SceneError)
+    assert text == (
+        "scene 'registry_m:scene': registry_m cannot be imported: "
+        f"SyntaxError: invalid syntax ({folder}/{broken}.py:2)"
+    )
+
+
+def test_a_module_that_raises_an_error_of_ours(folder: Path) -> None:
+    (folder / "registry_n.py").write_text(
+        "from firefly_sample.errors import ModelError\nraise ModelError('tree.glb is missing')\n"
+    )
+    with pytest.raises(ModelError, match=r"^tree\.glb is missing$"):
+        find_scene("registry_n:scene")
+
+
+def build_text(folder: Path, module: str, *body: str) -> str:
+    """What is said of a plugin whose build() is `body`, which starts in line 10 of its module."""
+    head = PLUGIN[: PLUGIN.index("        scene = Scene()")]
+    lines = "".join(f"        {line}\n" for line in body)
+    (folder / f"{module}.py").write_text(f"{head.lstrip()}{lines}\nscene = Plugin()\n")
+    plugin = find_scene(f"{module}:scene")
+    with pytest.raises(SceneError) as caught:
+        build_scene(plugin)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_a_build_that_raises(folder: Path) -> None:
+    text = build_text(folder, "registry_o", "import json", "return json.loads(parameters)")
+    path = folder / "registry_o.py"
+    assert text.startswith("scene 'glade': build() failed: TypeError: the JSON object must be ")
+    assert text.endswith(f" ({path}:11)")
+
+
+def test_a_build_that_raises_an_error_of_ours(folder: Path) -> None:
+    body = ("from firefly_sample.errors import LightError", "raise LightError('too bright')")
+    assert build_text(folder, "registry_p", *body) == "too bright"
+
+
+@pytest.mark.parametrize(("value", "kind"), [("None", "NoneType"), ("{}", "dict"), ("Scene", "type")])
+def test_a_build_that_gives_no_scene(folder: Path, value: str, kind: str) -> None:
+    module = f"registry_q_{kind}"
+    assert build_text(folder, module, f"return {value}") == (
+        f"scene 'glade': build() must give a Scene, got {kind} ({folder}/{module}.py:9)"
+    )
 
 
 def test_entry_point_under_another_name(folder: Path) -> None:

@@ -1,0 +1,304 @@
+"""One renderer, several frames: whatever changed, the next frame is what a fresh Renderer draws."""
+
+import numpy as np
+import pytest
+
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, PointLights
+from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.sprites import Sprites
+from firefly_sample.settings import Settings
+from tests.conftest import make_renderer
+from tests.scenes import ball, ball_scene, geom_node, wall, wall_scene
+
+SIZE = (48, 36)
+SAMPLED = ("color", "albedo", "normal", "depth", "id")
+
+
+def _pixels(seed=0):
+    """Sixteen coloured squares, a part of them not there."""
+    pixels = np.random.default_rng(seed).integers(0, 256, (4, 4, 4), dtype=np.uint8)
+    return pixels.repeat(4, axis=0).repeat(4, axis=1)
+
+
+class Stage:
+    """A wall with a ball before it, a cut-out flag beside it, lights and a dot; every part at hand."""
+
+    def __init__(self):
+        self.scene = wall_scene()
+        self.root = self.scene.root
+        self.wall = self.root.find("wall")
+        self.clay = Material("clay", (0.8, 0.5, 0.3, 1))
+        self.ball_geom = ball(1.0, 2)
+        self.ball = self.root.attach_new_node(geom_node("ball", self.ball_geom, self.clay))
+        self.ball.set_pos(-2, 7, 0)
+        self.texture = Texture(_pixels())
+        self.flag_geom = wall(3.0, 2)
+        flag = Material("flag", texture=self.texture, alpha_mode="mask", double_sided=True)
+        self.flag = self.root.attach_new_node(geom_node("flag", self.flag_geom, flag))
+        self.flag.set_pos(2, 7, 0)
+        self.lights = PointLights("lights", [(0, 5, 1), (-3, 6, -1)], [(1, 1, 0.5), (0, 1, 1)], 6.0)
+        self.root.attach_new_node(self.lights)
+        self.ambient = AmbientLight("sky", (0.1, 0.1, 0.2))
+        self.root.attach_new_node(self.ambient)
+        self.dots = Sprites("dots", [(0, 6, -1)], (1, 0, 1), 0.5)
+        self.root.attach_new_node(self.dots)
+
+    def vertices(self):
+        self.ball_geom.set_vertices(self.ball_geom.vertices * (1.5, 1, 0.5))
+
+    def vertices_far_off(self):
+        """Beyond the old bounding sphere: culling must hear of it."""
+        self.ball_geom.set_vertices(self.ball_geom.vertices + (4, 0, 0))
+
+    def normals(self):
+        self.ball_geom.set_normals(np.tile([0.0, 0.0, 1.0], (len(self.ball_geom.vertices), 1)))
+
+    def colors(self):
+        self.ball_geom.set_colors(np.tile([0.1, 1.0, 0.4], (len(self.ball_geom.vertices), 1)))
+
+    def pixels(self):
+        self.texture.set_pixels(_pixels(1))
+
+    def base_color(self):
+        self.clay.set_base_color((0.1, 0.9, 0.2, 1))
+
+    def material(self):
+        self.ball.set_material(Material("other", (0.2, 0.2, 0.9, 1)))
+
+    def textured_material(self):
+        self.wall.set_material(Material("other", texture=Texture(_pixels(2))))
+
+    def color(self):
+        self.ball.set_color((0.2, 0.9, 0.9, 1))
+
+    def hiding(self):
+        self.ball.hide()
+
+    def detaching(self):
+        self.flag.detach_node()
+
+    def moving(self):
+        self.ball.set_pos(0, 6, 0.5)
+
+    def mirroring(self):
+        self.flag.set_scale(-1, 1, 1)
+
+    def one_more(self):
+        self.ball.copy_to(self.root).set_pos(1, 6, 1)
+
+    def one_more_geom(self):
+        self.ball.node().add_geom(wall(2.5), self.clay)
+
+    def light_arrays(self):
+        self.lights.set_arrays([(1, 5, 1)] * 40, (0.1, 0.05, 0), 5.0)
+
+    def ambient_color(self):
+        self.ambient.set_color((0.5, 0.1, 0.1))
+
+    def dot_arrays(self):
+        self.dots.set_arrays([(1, 6, 1), (-1, 6, -1)], (0, 1, 0), 0.75)
+
+    def camera(self):
+        self.scene.camera.set_pos(1, 1, 0)
+        self.scene.camera.set_hpr(5, -3, 4)
+
+    def lens(self):
+        self.scene.camera.node().lens = PerspectiveLens(fov=40, near=0.5, far=50)
+
+    def orthographic_lens(self):
+        self.scene.camera.node().lens = OrthographicLens(film_size=(9, 8), near=1, far=50)
+
+    def exposure(self):
+        self.scene.exposure = 3.0
+
+    def background(self):
+        self.wall.hide()
+        self.scene.background = (0.2, 0.1, 0.4)
+
+
+CHANGES = [name for name in vars(Stage) if not name.startswith("_")]
+
+
+def draw(renderer, scene):
+    outputs = SAMPLED if renderer.settings.supersample == 1 else ("color",)
+    return {name: image.copy() for name, image in renderer.render(scene, 0.0, outputs).images.items()}
+
+
+def same(a, b):
+    return a.keys() == b.keys() and all(
+        a[name].shape == b[name].shape and a[name].tobytes() == b[name].tobytes() for name in a
+    )
+
+
+def assert_as_fresh(renderer, scene):
+    """The next frame equals a fresh Renderer's, byte for byte; gives its images."""
+    images = draw(renderer, scene)
+    with make_renderer(renderer.size, renderer.settings) as fresh:
+        expected = draw(fresh, scene)
+    assert same(images, expected), [name for name in images if not same({0: images[name]}, {0: expected[name]})]
+    return images
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_change_reaches_the_next_frame(change):
+    stage = Stage()
+    with make_renderer(SIZE) as renderer:
+        before = draw(renderer, stage.scene)
+        getattr(stage, change)()
+        after = assert_as_fresh(renderer, stage.scene)
+        assert not same(before, after)
+        assert same(after, draw(renderer, stage.scene))
+
+
+def test_all_changes_one_after_another():
+    stage = Stage()
+    with make_renderer(SIZE) as renderer:
+        before = draw(renderer, stage.scene)
+        for change in ("pixels", "colors", "normals", "base_color", "vertices", "moving", "mirroring", "lens"):
+            getattr(stage, change)()
+            after = assert_as_fresh(renderer, stage.scene)
+            assert not same(before, after), change
+            before = after
+
+
+def test_what_is_set_back_is_drawn_as_before():
+    stage = Stage()
+    geom, vertices, normals = stage.ball_geom, stage.ball_geom.vertices, stage.ball_geom.normals
+    undo = {
+        "vertices": lambda: geom.set_vertices(vertices),
+        "normals": lambda: geom.set_normals(normals),
+        "colors": lambda: geom.set_colors(None),
+        "pixels": lambda: stage.texture.set_pixels(_pixels()),
+        "base_color": lambda: stage.clay.set_base_color((0.8, 0.5, 0.3, 1)),
+        "material": stage.ball.clear_material,
+        "color": stage.ball.clear_color,
+        "hiding": stage.ball.show,
+        "detaching": lambda: stage.flag.reparent_to(stage.root),
+    }
+    with make_renderer(SIZE) as renderer:
+        before = {name: image for name, image in draw(renderer, stage.scene).items() if name != "id"}
+        for change, back in undo.items():
+            getattr(stage, change)()
+            draw(renderer, stage.scene)
+            back()
+            after = {name: image for name, image in draw(renderer, stage.scene).items() if name != "id"}
+            assert same(after, before), change
+
+
+def test_geometry_that_moves_into_view_by_its_vertices_is_drawn():
+    stage = Stage()
+    stage.ball.set_pos(50, 7, 0)
+    with make_renderer(SIZE) as renderer:
+        assert (draw(renderer, stage.scene)["id"] != 1).all()
+        stage.ball_geom.set_vertices(stage.ball_geom.vertices - (50, 0, 0))
+        assert (assert_as_fresh(renderer, stage.scene)["id"] == 1).any()
+
+
+def test_a_colour_of_vertices_reaches_every_instance_and_every_frame():
+    stage = Stage()
+    stage.one_more()
+    with make_renderer(SIZE) as renderer:
+        draw(renderer, stage.scene)
+        for shade in (0.1, 0.5, 0.9):
+            stage.ball_geom.set_colors(np.full((len(stage.ball_geom.vertices), 3), shade))
+            images = assert_as_fresh(renderer, stage.scene)
+            seen = images["albedo"][..., 0][np.isin(images["id"], (1, 3))]
+            assert np.abs(seen - 0.8 * shade).max() <= 2 * 0.5 / 255
+
+
+def test_a_texture_that_two_materials_share_changes_in_both():
+    stage = Stage()
+    stage.wall.set_material(Material("poster", texture=stage.texture))
+    with make_renderer(SIZE) as renderer:
+        draw(renderer, stage.scene)
+        stage.texture.set_pixels(np.full((16, 16, 4), 255, dtype=np.uint8))
+        albedo = assert_as_fresh(renderer, stage.scene)
+        assert (albedo["albedo"][np.isin(albedo["id"], (0, 2))] == 1).all()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"position": "depth24"},
+        {"position": "depth32f"},
+        {"look": "classic"},
+        {"supersample": 2},
+        {"lights": "loop"},
+        {"lights": "fullscreen"},
+        {"volume_depth_test": False},
+        {"exposure": 2.0},
+        {"tone": "none"},
+    ],
+    ids=lambda changes: "-".join(map(str, next(iter(changes.items())))),
+)
+def test_settings_change_between_frames(changes):
+    stage = Stage()
+    with make_renderer(SIZE) as renderer:
+        before = draw(renderer, stage.scene)
+        renderer.settings = Settings(**changes)
+        assert_as_fresh(renderer, stage.scene)
+        renderer.settings = Settings()
+        assert same(draw(renderer, stage.scene), before)
+
+
+def test_size_changes_between_frames():
+    stage = Stage()
+    with make_renderer(SIZE) as renderer:
+        before = draw(renderer, stage.scene)
+        for size in ((64, 20), (17, 33), (1, 1)):
+            renderer.resize(size)
+            assert assert_as_fresh(renderer, stage.scene)["color"].shape[:2] == size[::-1]
+        renderer.resize(SIZE)
+        assert same(draw(renderer, stage.scene), before)
+
+
+def test_another_scene_and_back():
+    first, second, third = Stage().scene, ball_scene(20), Stage()
+    third.pixels()
+    with make_renderer(SIZE) as renderer:
+        before = draw(renderer, first)
+        assert not same(assert_as_fresh(renderer, second), before)
+        assert not same(assert_as_fresh(renderer, third.scene), before)
+        assert same(draw(renderer, first), before)
+
+
+def _colored_geom():
+    return Geom(wall().vertices, wall().triangles, wall().normals, wall().texcoords, np.ones((4, 3)))
+
+
+@pytest.mark.parametrize("what", ["vertices", "normals", "colors", "triangles"])
+def test_a_geoms_arrays_are_not_written_in_place(what):
+    geom = _colored_geom()
+    with pytest.raises(ValueError, match="read-only"):
+        getattr(geom, what)[0, 0] = 1
+    if what != "triangles":
+        getattr(geom, f"set_{what}")(np.ones((4, 3)))
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(geom, what)[0, 0] = 1
+
+
+def test_a_textures_pixels_are_not_written_in_place():
+    texture = Texture(_pixels())
+    with pytest.raises(ValueError, match="read-only"):
+        texture.pixels[0, 0, 0] = 1
+    texture.set_pixels(_pixels(1))
+    with pytest.raises(ValueError, match="read-only"):
+        texture.pixels[0, 0, 0] = 1
+
+
+def test_the_callers_own_arrays_stay_theirs():
+    """Writeable as before, and what is written there later is nobody else's business."""
+    pixels, vertices = _pixels(), np.array(wall().vertices)
+    triangles = np.array(wall().triangles, dtype=np.int32)
+    texture, geom = Texture(pixels), Geom(vertices, triangles)
+    again = _pixels(1)
+    for mine in (pixels, vertices, triangles):
+        mine[:] = 0
+    assert texture.pixels.any()
+    assert geom.vertices.any()
+    assert geom.triangles.any()
+    texture.set_pixels(again)
+    again[:] = 0
+    assert texture.pixels.any()
