@@ -95,7 +95,7 @@ def capture_frames(
         must be; the message says which. A folder that was made for nothing is removed again.
     """
     from firefly_sample.scene.parameter import resolve_parameters
-    from firefly_sample.scenes import find_scene
+    from firefly_sample.scenes import build_scene, find_scene
 
     numbers = parse_frames(frames)
     if not (math.isfinite(fps) and fps > 0):
@@ -112,7 +112,7 @@ def capture_frames(
     with output_folder(folder):
         from firefly_sample.renderer import Renderer
 
-        built = plugin.build(**resolved)
+        built = build_scene(plugin, **resolved)
         with Renderer(size, settings, device=device, require_gpu=require_gpu) as renderer:
             manifest = _new_manifest(scene, resolved, settings, renderer.driver, renderer.software)
             warned: set[str] = set()

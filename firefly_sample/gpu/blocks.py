@@ -1,7 +1,7 @@
 """Uniform blocks: one table of fields yields the NumPy dtype and the GLSL text (std140).
 
-Only vec4 fields are used, so that std140 has nothing to pad and both sides agree by construction. The
-cast from float64 to float32 happens here and in `firefly_sample.gpu.uploads`, nowhere else.
+Only vec4 fields are used, so that std140 has nothing to pad and both sides agree by construction. Casts
+from float64 to float32 happen here, in `uploads` and in `rows`, nowhere else.
 """
 
 from __future__ import annotations

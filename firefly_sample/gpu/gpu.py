@@ -50,6 +50,7 @@ class Gpu:
         if self.device.capabilities.clip_control:
             self.device.raw.set_clip_range(False)
         self.ctx.enable_only(moderngl.NOTHING)
+        self.device.unbind()
 
     def stream(self, name: str, rows: NDArray[Any]) -> moderngl.Buffer:
         """A buffer whose content changes from frame to frame; it grows and never shrinks."""

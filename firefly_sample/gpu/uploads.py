@@ -1,6 +1,6 @@
 """Vertices, instances and textures on the GPU, cached by (object, revision).
 
-Casts from float64 to float32 happen here and in `firefly_sample.gpu.blocks`, nowhere else. What is
+Casts from float64 to float32 happen here, in `blocks` and in `rows`, nowhere else. What is
 uploaded of places is in view space, so that float32 stays exact far from the world's origin.
 """
 
@@ -230,7 +230,7 @@ class Uploads:
         """
         image = batch.material.texture
         assert image is not None
-        cutoff = batch.material.alpha_cutoff if batch.cutout else None
+        cutoff = batch.alpha_cutoff if batch.cutout else None
         key = (self._own(image), cutoff, stored)
         kept = self._images.get(key)
         if kept is not None and kept.revision == image.revision:

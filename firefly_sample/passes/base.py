@@ -17,7 +17,7 @@ class Pass:
     name: str
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
-        """Compile and upload what `draw` needs. Its time is not the pass's: most frames have none of it."""
+        """Upload what `draw` needs, outside its time: most frames have nothing of it."""
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""

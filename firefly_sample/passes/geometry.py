@@ -31,7 +31,7 @@ class GeometryPass(Pass):
         gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
         outputs = images.color_names()
         for batch in plan.batches:
-            cull = moderngl.NOTHING if batch.material.double_sided else moderngl.CULL_FACE
+            cull = moderngl.NOTHING if batch.variant.double_sided else moderngl.CULL_FACE
             gpu.ctx.enable_only(moderngl.DEPTH_TEST | cull)
             gpu.ctx.cull_face = "back"
             gpu.ctx.front_face = "cw" if batch.mirrored else "ccw"
@@ -46,8 +46,7 @@ class GeometryPass(Pass):
 
 
 def _uniforms(batch: Batch) -> dict[str, object]:
-    color = batch.material.base_color if batch.color is None else batch.material.base_color * batch.color
-    uniforms: dict[str, object] = {"u_base_color": tuple(float(channel) for channel in color)}
+    uniforms: dict[str, object] = {"u_base_color": batch.base_color}
     if batch.cutout:
-        uniforms["u_alpha_cutoff"] = batch.material.alpha_cutoff
+        uniforms["u_alpha_cutoff"] = batch.alpha_cutoff
     return uniforms

@@ -236,9 +236,26 @@ def _batches(
             cutout=cutout,
             double_sided=material.double_sided,
         )
-        batch = Batch(group.geom, material, group.color, cutout, group.mirrored, model_to_view, ids, variant)
+        batch = Batch(
+            geom=group.geom,
+            material=material,
+            color=group.color,
+            base_color=_base_color(group),
+            alpha_cutoff=material.alpha_cutoff,
+            cutout=cutout,
+            mirrored=group.mirrored,
+            model_to_view=model_to_view,
+            ids=ids,
+            variant=variant,
+        )
         keyed.append(((cutout, depths[0], index), batch))
     return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))
+
+
+def _base_color(group: Group) -> tuple[float, float, float, float]:
+    own = group.material.base_color
+    r, g, b, a = own if group.color is None else own * group.color
+    return float(r), float(g), float(b), float(a)
 
 
 def _lights(

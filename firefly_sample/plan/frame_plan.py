@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.frame import LightCounts
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import Variant
+from firefly_sample.plan.variants import GeometryVariant, Variant
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.lights import Falloff
@@ -85,6 +85,9 @@ class Batch:
     material : Material
     color : tuple of 4 floats or None
         A node's flat colour, which replaces vertex colours.
+    base_color : tuple of 4 floats
+        The material's linear base colour, times `color`.
+    alpha_cutoff : float
     cutout : bool
         True if alpha below the material's cut-off is not drawn.
     mirrored : bool
@@ -93,18 +96,20 @@ class Batch:
         Front to back.
     ids : ndarray of int32, shape (n,)
         Index of each geometry instance.
-    variant : Variant
+    variant : GeometryVariant
         Of the geometry pass.
     """
 
     geom: Geom
     material: Material
     color: tuple[float, float, float, float] | None
+    base_color: tuple[float, float, float, float]
+    alpha_cutoff: float
     cutout: bool
     mirrored: bool
     model_to_view: Float64
     ids: NDArray[np.int32]
-    variant: Variant
+    variant: GeometryVariant
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +158,7 @@ class PassPlan:
     Attributes
     ----------
     name : str
-        Also the stem of its shaders, its timer and its page in the documentation.
+        Also the stem of its shaders and the key of its time.
     reads : tuple of str
         Targets that it samples.
     writes : tuple of str

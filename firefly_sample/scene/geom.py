@@ -58,7 +58,8 @@ class Geom:
         self.revision = 0
         self.vertices = self._floats("vertices", vertices, None, 3)
         n = len(self.vertices)
-        self.triangles: NDArray[np.int32] = np.asarray(triangles, dtype=np.int32)
+        self.triangles: NDArray[np.int32] = np.array(triangles, dtype=np.int32)
+        self.triangles.setflags(write=False)
         if self.triangles.ndim != 2 or self.triangles.shape[1] != 3:
             raise SceneError(f"geom {name!r}: triangles must have shape (m, 3), got {self.triangles.shape}")
         if self.triangles.size and (self.triangles.min() < 0 or self.triangles.max() >= n):

@@ -29,9 +29,9 @@ class PointArrays:
     Attributes
     ----------
     positions : ndarray of float64, shape (n, 3)
-        In the space of the node that holds them.
+        In the space of the node that holds them; up to 1e18 from its origin.
     colors : ndarray of float64, shape (n, 3)
-        Linear; above 1 is allowed, negative is not.
+        Linear; 0 to 1e30.
     radii : ndarray of float64, shape (n,)
         Scene units, 0 or more and finite.
     """
@@ -122,6 +122,9 @@ class PointsNode(PandaNode):
             ("position is not finite", ~np.isfinite(p).all(axis=1)),
             ("color is negative or not finite", ~(np.isfinite(c) & (c >= 0)).all(axis=1)),
             ("radius is negative or not finite", ~(np.isfinite(r) & (r >= 0))),
+            # the GPU computes in float32, and squares distances
+            ("position is beyond 1e18", (np.abs(p) > 1e18).any(axis=1)),
+            ("color is above 1e30", (c > 1e30).any(axis=1)),
         ):
             if bad.any():
                 raise self.ERROR(f"{where}: entry {int(np.argmax(bad))}: its {what}")

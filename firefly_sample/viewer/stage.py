@@ -6,6 +6,7 @@ from typing import Any
 
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.scene import Scene, ScenePlugin
+from firefly_sample.scenes import build_scene
 
 __all__ = ["Stage", "value_text"]
 
@@ -28,7 +29,7 @@ class Stage:
     def __init__(self, plugin: ScenePlugin, values: dict[str, Any]) -> None:
         self.plugin = plugin
         self.values = values
-        self.scene: Scene = plugin.build(**values)
+        self.scene: Scene = build_scene(plugin, **values)
 
     def step(self, parameter: Parameter, key: KeyStep) -> str:
         """Change a parameter by one press of a key; what came of it, for the user.
@@ -46,7 +47,7 @@ class Stage:
         if parameter.live:
             self.scene.set(parameter.name, after)
         else:
-            self.scene = self.plugin.build(**values)
+            self.scene = build_scene(self.plugin, **values)
         self.values = values
         return f"{parameter.name} {value_text(parameter, after)}"
 

@@ -223,6 +223,16 @@ def test_functions_of_time_are_evaluated_for_the_frame_and_not_kept():
     assert len(node.arrays) == 0
 
 
+def test_a_plan_keeps_the_material_that_it_was_made_with():
+    material = Material("clay", (0.5, 0.5, 0.5, 1.0))
+    scene = wall_scene(material=material)
+    scene.root.set_color((0.5, 1.0, 1.0, 1.0))
+    plan = build_plan(scene)
+    material.set_base_color((1.0, 0.0, 0.0, 1.0))
+    assert plan.batches[0].base_color == (0.25, 0.5, 0.5, 1.0)
+    assert build_plan(scene).batches[0].base_color == (0.5, 0.0, 0.0, 1.0)
+
+
 def test_a_still_scene_is_walked_once():
     scene = ball_scene(20)
     planner = Planner()

@@ -35,6 +35,8 @@ def test_what_is_given_once_holds_for_every_point_and_is_copied(kind):
         ((PLACES, (1, 1, 1), [1, -2]), "entry 1: its radius is negative or not finite"),
         ((PLACES, [(1, 1, 1), (1, np.nan, 1)], 1), "entry 1: its color is negative or not finite"),
         (([(0, 0, np.inf), (0, 0, 0)], (1, 1, 1), 1), "entry 0: its position is not finite"),
+        (([(0, 0, 0), (0, 1e19, 0)], (1, 1, 1), 1), "entry 1: its position is beyond 1e18"),
+        ((PLACES, (1, 1e31, 1), 1), "entry 0: its color is above 1e30"),
         ((PLACES, "red", 1), "must be arrays of numbers"),
     ],
 )
