@@ -15,14 +15,14 @@ RADII = np.array([3.5, 4.0])
 
 def _moved(root):
     root.set_pos(0.5, 8, -0.25)
-    return LOCAL + (0.5, 8, -0.25)
+    return LOCAL + np.array([0.5, 8, -0.25])
 
 
 def _turned(root):
     """A heading of 90 degrees turns +X into +Y and +Y into -X."""
     root.set_pos(0, 9, 0)
     root.set_h(90)
-    return np.stack([-LOCAL[:, 1], LOCAL[:, 0], LOCAL[:, 2]], axis=1) + (0, 9, 0)
+    return np.stack([-LOCAL[:, 1], LOCAL[:, 0], LOCAL[:, 2]], axis=1) + np.array([0, 9, 0])
 
 
 def _scaled(root):
@@ -55,7 +55,7 @@ def _picture(render, attach):
 
 
 def assert_same_light(picture, expected):
-    assert expected.max() > 0.1
+    assert expected.max() > 0.03
     assert not (expected.sum(axis=2) > 0).all()  # the rim of the reach is in view
     assert np.abs(picture - expected).max() <= 1e-5 * expected.max()
 
@@ -126,7 +126,9 @@ def test_one_light_under_a_scaled_parent_keeps_its_reach(render):
 
 def test_points_and_camera_under_one_parent_move_together(render):
     """Where all hang under a turned and moved parent, the picture is the one at the origin."""
-    expected = _picture(render, lambda root: root.attach_new_node(PointLights("l", [(1, 8, 0)], (1, 1, 1), 3)))
+    expected = _picture(
+        render, lambda root: root.attach_new_node(PointLights("l", [(1, 8, 0)], (1, 1, 1), 3))
+    )
     scene = wall_scene(distance=10.0)
     parent = scene.root.attach_new_node("parent")
     parent.set_pos(5, -7, 3)
@@ -167,7 +169,7 @@ NODE, OTHER = (0.5, 0.25, 0.8, 1.0), (0.9, 0.1, 0.2, 1.0)
         (lambda outer, inner, path: (outer.set_color(OTHER), inner.set_color(NODE)), NODE),
         (lambda outer, inner, path: (inner.set_color(OTHER), path.set_color(NODE)), NODE),
         (lambda outer, inner, path: (outer.set_color(NODE, 1), inner.set_color(OTHER)), NODE),
-        (lambda outer, inner, path: (outer.set_color(NODE), inner.set_color(OTHER), inner.clear_color()), NODE),
+        (lambda outer, inner, path: (path.set_color(OTHER), outer.set_color(NODE), path.clear_color()), NODE),
         (lambda outer, inner, path: None, (1, 1, 1, 1)),
     ],
     ids=["own", "parent", "grandparent", "nearest", "own-wins", "priority", "cleared", "none"],
@@ -190,6 +192,7 @@ def test_a_nodes_color_replaces_vertex_colors_but_not_the_base_color(render):
 def test_the_alpha_of_a_nodes_color_counts_for_a_cut_out(render):
     half = (1.0, 1.0, 1.0, 0.4)
     gone = _albedo(render, lambda outer, inner, path: path.set_color(half), alpha_mode="mask")
-    kept = _albedo(render, lambda outer, inner, path: path.set_color(half), alpha_mode="mask", alpha_cutoff=0.3)
+    low = {"alpha_mode": "mask", "alpha_cutoff": 0.3}
+    kept = _albedo(render, lambda outer, inner, path: path.set_color(half), **low)
     assert (gone == 0).all()
     assert np.abs(kept - BASE).max() <= 2 * 0.5 / 255
