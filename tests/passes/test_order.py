@@ -227,6 +227,7 @@ STATES = {  # glGet's name: what OpenGL starts with
     0x0B71: 0,  # GL_DEPTH_TEST
     0x0B44: 0,  # GL_CULL_FACE
     0x0BE2: 0,  # GL_BLEND
+    0x0B72: 1,  # GL_DEPTH_WRITEMASK
 }
 
 
