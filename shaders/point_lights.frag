@@ -13,19 +13,21 @@ uniform sampler2D u_distance;
 #endif
 
 #if METHOD == 2
-uniform sampler2D u_lights;  // two texels a light: centre and radius, colour
+uniform sampler2D u_lights;  // three texels a light: centre and radius, colour, rest of the centre
 uniform int u_light_count;
 #else
 flat in vec4 v_light;
 flat in vec3 v_color;
+flat in vec3 v_rest;
 #endif
 
 out vec4 o_radiance;
 
-// Irradiance-like factor of one light; multiplied by albedo it is radiance.
-vec3 light_surface(vec3 place, vec3 n, vec4 light, vec3 color)
+// Irradiance-like factor of one light; multiplied by albedo it is radiance. The difference of two near
+// places is exact; the rest that float32 took from the light's comes after it, where it still counts.
+vec3 light_surface(vec3 place, vec3 n, vec4 light, vec3 rest, vec3 color)
 {
-    vec3 to_light = light.xyz - place;
+    vec3 to_light = (light.xyz - place) + rest;
     float d2 = dot(to_light, to_light);
     if (d2 >= light.w * light.w)
         return vec3(0.0);
@@ -49,13 +51,14 @@ void main()
     vec3 sum = vec3(0.0);
     int width = textureSize(u_lights, 0).x;
     for (int i = 0; i < u_light_count; ++i) {
-        int at = 2 * i;
+        int at = 3 * i;
         vec4 light = texelFetch(u_lights, ivec2(at % width, at / width), 0);
-        vec3 color = texelFetch(u_lights, ivec2((at + 1) % width, at / width), 0).rgb;
-        sum += light_surface(place, n, light, color);
+        vec3 color = texelFetch(u_lights, ivec2((at + 1) % width, (at + 1) / width), 0).rgb;
+        vec3 rest = texelFetch(u_lights, ivec2((at + 2) % width, (at + 2) / width), 0).rgb;
+        sum += light_surface(place, n, light, rest, color);
     }
     o_radiance = vec4(albedo * sum, 0.0);
 #else
-    o_radiance = vec4(albedo * light_surface(place, n, v_light, v_color), 0.0);
+    o_radiance = vec4(albedo * light_surface(place, n, v_light, v_rest, v_color), 0.0);
 #endif
 }

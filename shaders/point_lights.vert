@@ -9,8 +9,10 @@ in vec3 in_position;
 #if METHOD != 2
 in vec4 in_light;  // centre in view space, radius
 in vec3 in_color;
+in vec3 in_rest;   // what float32 took from the centre
 flat out vec4 v_light;
 flat out vec3 v_color;
+flat out vec3 v_rest;
 #endif
 
 void main()
@@ -18,6 +20,7 @@ void main()
 #if METHOD != 2
     v_light = in_light;
     v_color = in_color;
+    v_rest = in_rest;
 #endif
 #if METHOD == 0
     gl_Position = view_to_clip(in_light.xyz + in_light.w * in_position);

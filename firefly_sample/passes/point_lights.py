@@ -11,7 +11,7 @@ import numpy as np
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.proxies import circumscribed_icosphere
-from firefly_sample.gpu.rows import light_texels, point_rows
+from firefly_sample.gpu.rows import light_rows, light_texels
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, LightSet, PassPlan
 from firefly_sample.plan.variants import PointLightsVariant
@@ -58,8 +58,8 @@ class PointLightsPass(Pass):
         variant = replace(step.variant, method=method, falloff=lights.falloff.value)
         program = gpu.programs.get(self.name, variant, images.color_names())
         program.use(None, {f"u_{name}": images.read(name) for name in step.reads})
-        rows = gpu.stream(key, point_rows(lights.positions, lights.radii, lights.colors))
-        content = [(rows, "4f 3f/i", "in_light", "in_color")]
+        rows = gpu.stream(key, light_rows(lights.positions, lights.radii, lights.colors))
+        content = [(rows, "4f 3f 3f/i", "in_light", "in_color", "in_rest")]
         if fullscreen:
             gpu.ctx.enable_only(moderngl.BLEND)
             array = gpu.array(key, program, *content)

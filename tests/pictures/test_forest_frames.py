@@ -20,7 +20,7 @@ def test_the_forest_is_what_float64_says(forest, position):
     for path in dots:
         path.hide()  # the reference shades surfaces
     try:
-        error = against_reference(forest, Settings(position=position), (320, 240), 5.0)
+        error = against_reference(forest, Settings(position=position), (800, 600), 5.0)
     finally:
         for path in dots:
             path.show()
