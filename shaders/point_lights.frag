@@ -49,12 +49,12 @@ void main()
     vec3 albedo = decode_albedo(texelFetch(u_albedo, texel, 0).rgb);
 #if METHOD == 2
     vec3 sum = vec3(0.0);
-    int width = textureSize(u_lights, 0).x;
+    int per_row = textureSize(u_lights, 0).x / 3;
     for (int i = 0; i < u_light_count; ++i) {
-        int at = 3 * i;
-        vec4 light = texelFetch(u_lights, ivec2(at % width, at / width), 0);
-        vec3 color = texelFetch(u_lights, ivec2((at + 1) % width, (at + 1) / width), 0).rgb;
-        vec3 rest = texelFetch(u_lights, ivec2((at + 2) % width, (at + 2) / width), 0).rgb;
+        ivec2 at = ivec2(3 * (i % per_row), i / per_row);
+        vec4 light = texelFetch(u_lights, at, 0);
+        vec3 color = texelFetch(u_lights, at + ivec2(1, 0), 0).rgb;
+        vec3 rest = texelFetch(u_lights, at + ivec2(2, 0), 0).rgb;
         sum += light_surface(place, n, light, rest, color);
     }
     o_radiance = vec4(albedo * sum, 0.0);

@@ -11,14 +11,14 @@ import numpy as np
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.proxies import circumscribed_icosphere
-from firefly_sample.gpu.rows import light_rows, light_texels
+from firefly_sample.gpu.rows import TEXELS_PER_LIGHT, light_rows, light_texels
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, LightSet, PassPlan
 from firefly_sample.plan.variants import PointLightsVariant
 
 __all__ = ["PointLightsPass"]
 
-_TEXTURE_WIDTH = 2048
+_TEXTURE_WIDTH = 682 * TEXELS_PER_LIGHT  # so that a light never wraps into the next row
 
 
 class PointLightsPass(Pass):
