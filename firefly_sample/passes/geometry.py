@@ -6,6 +6,7 @@ import moderngl
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
+from firefly_sample.gpu.programs import Program
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 
@@ -17,30 +18,33 @@ class GeometryPass(Pass):
 
     name = "geometry"
 
+    def __init__(self) -> None:
+        self._ready: list[tuple[Batch, Program, dict[str, moderngl.Texture], moderngl.VertexArray]] = []
+
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
-        """Bring meshes, instances and textures up to date."""
+        """Bring meshes, instances and textures up to date, and keep them for `draw`."""
+        self._ready.clear()  # a frame before may have failed half-way
+        outputs, stored = images.color_names(), plan.settings.look == "classic"
         for batch in plan.batches:
-            gpu.uploads.drawable(batch, gpu.programs.get(self.name, batch.variant, images.color_names()))
+            program = gpu.programs.get(self.name, batch.variant, outputs)
+            textures = {}
             if batch.material.texture is not None:
-                gpu.uploads.texture(batch, stored=plan.settings.look == "classic")
+                textures["u_texture"] = gpu.uploads.texture(batch, stored)
+            self._ready.append((batch, program, textures, gpu.uploads.drawable(batch, program)))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
         images.draw_into()
         # less-equal: strict less would drop geometry whose depth rounds to the clear value
         gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
-        outputs = images.color_names()
-        for batch in plan.batches:
+        ready, self._ready = self._ready, []
+        for batch, program, textures, array in ready:
             cull = moderngl.NOTHING if batch.variant.double_sided else moderngl.CULL_FACE
             gpu.ctx.enable_only(moderngl.DEPTH_TEST | cull)
             gpu.ctx.cull_face = "back"
             gpu.ctx.front_face = "cw" if batch.mirrored else "ccw"
-            program = gpu.programs.get(self.name, batch.variant, outputs)
-            textures = {}
-            if batch.material.texture is not None:
-                textures["u_texture"] = gpu.uploads.texture(batch, stored=plan.settings.look == "classic")
             program.use(_uniforms(batch), textures)
-            gpu.uploads.drawable(batch, program).render(moderngl.TRIANGLES)
+            array.render(moderngl.TRIANGLES)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
 
