@@ -1,4 +1,4 @@
-"""Makes every .glb file of the forest: `python models/make_models.py [FOLDER] [NAME ...]`.
+"""Makes every .glb file of the scenes: `python models/make_models.py [FOLDER] [NAME ...]`.
 
 Everything is computed here from fixed seeds; no picture or mesh comes from elsewhere. Made twice, the
 arrays and the decoded pixels are equal. FOLDER is this one when absent.

@@ -1,1 +1,1 @@
-"""Makes the models of the forest from nothing but numbers: geometry, textures, files."""
+"""Makes the models of the scenes from nothing but numbers: geometry, textures, files."""

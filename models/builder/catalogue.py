@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from builder import bark, conifers, foliage, needles, plants, props, trees
+from builder import bark, conifers, foliage, furniture, giants, needles, plants, props, trees, worlds
 from builder.canvas import opaque
+from builder.cat_model import sitting_cat
 from builder.export import Paint
+from builder.sphere import cube_sphere
 from builder.terrain import terrain, terrain_texture
 
 
@@ -130,6 +132,33 @@ def _terrain():
     return {"terrain": [(terrain(), Paint("forest floor", terrain_texture(), jpeg=True))]}
 
 
+def _cat():
+    surface, pixels = sitting_cat()
+    return {"cat": [(surface, Paint("cat coat", pixels, jpeg=True))]}
+
+
+def _planets():
+    skins = {
+        "gas giant": giants.gas_giant(500),
+        "ringed planet": giants.ringed_planet(510),
+        "ocean planet": worlds.ocean_planet(521),
+        "rocky planet": worlds.rocky_planet(531),
+        "moon": worlds.moon(540),
+    }
+    ball = cube_sphere(14)
+    parts = {name: [(ball, Paint(name, opaque(skin), jpeg=True))] for name, skin in skins.items()}
+    parts["ringed planet"].append((giants.ring(), Paint("ring", giants.ring_texture(511))))
+    return parts
+
+
+def _plinth():
+    return {"plinth": [(furniture.plinth(), Paint("stone slabs", furniture.slabs(550), jpeg=True))]}
+
+
+def _bulb():
+    return {"bulb": [(furniture.bulb(), Paint("bulb", furniture.plain_texture()))]}
+
+
 MODELS = {
     "oak": _oak,
     "birch": _birch,
@@ -144,5 +173,9 @@ MODELS = {
     "rocks": _rocks,
     "mushrooms": _mushrooms,
     "terrain": _terrain,
+    "cat": _cat,
+    "planets": _planets,
+    "plinth": _plinth,
+    "bulb": _bulb,
 }
 """File name without its ending -> function that makes its parts."""

@@ -67,24 +67,39 @@ def cells(shape, seed, counts, warp=(0.0, 0.0), jitter=0.9):
     return first, second, which
 
 
+def over(color, tone, share):
+    """`tone` over `color`, both with channels last, where the field `share` is 1."""
+    return color + (np.asarray(tone) - color) * share[..., None]
+
+
 def solid(points, seed, wavelength):
     """Smooth noise in -1..1 at points of shape (..., 3)."""
     p = np.asarray(points, float) / wavelength
     base = np.floor(p)
     t = p - base
     t = t * t * t * (t * (6.0 * t - 15.0) + 10.0)
-    i, j, k = np.moveaxis(base.astype(int), -1, 0)
-    table = lattice(seed, 32, 32, 32)
+    i, j, k = np.moveaxis(base.astype(int) & 31, -1, 0)
+    # The lattice's planes on both sides of each point, as steps into the flat table.
+    x_steps = (i << 10, (i + 1 & 31) << 10)
+    y_steps = (j << 5, (j + 1 & 31) << 5)
+    z_steps = (k, k + 1 & 31)
+    x_shares, y_shares, z_shares = ((1.0 - t[..., axis], t[..., axis]) for axis in range(3))
+    table = lattice(seed, 32, 32, 32).reshape(-1)
     total = 0.0
     for corner in range(8):
         a, b, c = corner & 1, corner >> 1 & 1, corner >> 2
-        weight = (
-            (t[..., 0] if a else 1.0 - t[..., 0])
-            * (t[..., 1] if b else 1.0 - t[..., 1])
-            * (t[..., 2] if c else 1.0 - t[..., 2])
-        )
-        total = total + weight * table[(i + a) % 32, (j + b) % 32, (k + c) % 32]
+        weight = x_shares[a] * y_shares[b] * z_shares[c]
+        total = total + weight * table[x_steps[a] + y_steps[b] + z_steps[c]]
     return 2.0 * total - 1.0
+
+
+def fractal(points, seed, wavelength, octaves, gain=0.5):
+    """Solid noise of several wavelengths, each half the one before, `gain` times as strong."""
+    total, size = 0.0, 1.0
+    for k in range(octaves):
+        total = total + size * solid(points, seed + k, wavelength * 0.5**k)
+        size *= gain
+    return total
 
 
 def relief(height, strength):

@@ -86,7 +86,7 @@ def test_repeated_models_share_geoms(forest: ForestScene) -> None:
 
 def test_models_are_under_20_megabytes() -> None:
     sizes = {path.name: path.stat().st_size for path in asset_dir("models").glob("*.glb")}
-    assert {f"{species.file}.glb" for species in SPECIES.values()} | {"terrain.glb"} == set(sizes)
+    assert {f"{species.file}.glb" for species in SPECIES.values()} | {"terrain.glb"} <= set(sizes)
     assert sum(sizes.values()) < 20e6
 
 

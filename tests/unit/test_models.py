@@ -20,7 +20,20 @@ from firefly_sample.scene.traversal import iter_visible
 
 MODELS = asset_dir("models")
 FILES = sorted(MODELS.glob("*.glb"))
-QUICK = ("birch", "dead_tree", "fallen_trunk", "grass", "mushrooms", "rocks", "stump", "terrain")
+QUICK = (
+    "birch",
+    "bulb",
+    "cat",
+    "dead_tree",
+    "fallen_trunk",
+    "grass",
+    "mushrooms",
+    "planets",
+    "plinth",
+    "rocks",
+    "stump",
+    "terrain",
+)
 """Those that take seconds; they use every kind of noise, branch, card and texture there is."""
 
 
@@ -135,6 +148,44 @@ def test_textures_are_plausible(path: Path) -> None:
             albedo = albedo[there]
             assert albedo[..., 1].mean() > albedo[..., 2].mean()
         assert 0.02 < albedo.mean() < 0.5
+
+
+def vertices_of(name: str) -> dict[str, np.ndarray]:
+    """All vertices of a model by the name of the node that holds them."""
+    found: dict[str, list[np.ndarray]] = {}
+    for path in load_model(MODELS / f"{name}.glb").get_children():
+        parts = [v.node for v in iter_visible(path) if isinstance(v.node, GeomNode)]
+        found[path.get_name()] = [geom.vertices for part in parts for geom, _ in part.geoms]
+    return {node: np.concatenate(parts) for node, parts in found.items()}
+
+
+def test_the_cat_is_one_small_mesh_that_sits_on_the_ground() -> None:
+    nodes = [v.node for v in iter_visible(load_model(MODELS / "cat.glb")) if isinstance(v.node, GeomNode)]
+    ((geom, _),) = [pair for node in nodes for pair in node.geoms]
+    low, high = geom.bounds
+    assert len(geom.triangles) <= 1100
+    np.testing.assert_allclose([low[2], high[2]], [0.0, 1.0], atol=2e-3)
+    assert np.abs([low[:2], high[:2]]).max() < 0.425
+    # It faces -Y: its head is in front of its middle.
+    assert geom.vertices[geom.vertices[:, 2] > 0.9][:, 1].mean() < 0.0
+
+
+def test_planets_are_unit_spheres_and_bulbs_have_their_radius() -> None:
+    planets = vertices_of("planets")
+    assert sorted(planets) == ["gas giant", "moon", "ocean planet", "ringed planet", "rocky planet"]
+    for name, vertices in planets.items():
+        radius = np.linalg.norm(vertices, axis=1)
+        ball = radius[np.abs(radius - 1.0) < 0.1]
+        np.testing.assert_allclose(ball, 1.0, atol=1e-6)
+        assert (len(ball) == len(radius)) == (name != "ringed planet")
+    (bulb,) = vertices_of("bulb").values()
+    np.testing.assert_allclose(np.linalg.norm(bulb, axis=1), 0.2, atol=3e-8)
+
+
+def test_the_plinth_is_a_unit_box_below_the_origin() -> None:
+    (vertices,) = vertices_of("plinth").values()
+    np.testing.assert_allclose(vertices.min(axis=0), [-0.5, -0.5, -1.0], atol=1e-6)
+    np.testing.assert_allclose(vertices.max(axis=0), [0.5, 0.5, 0.0], atol=1e-6)
 
 
 def test_bark_tiles_without_a_seam() -> None:
