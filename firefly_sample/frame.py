@@ -99,6 +99,46 @@ OUTPUTS: dict[str, OutputInfo] = {
         True,
         "which geometry instance, counted over what is not hidden",
     ),
+    "specular": OutputInfo(
+        "float32", 3, "surface", "linear reflectance 0..1", "0", True, "colour of highlights"
+    ),
+    "shininess": OutputInfo("float32", 1, "surface", "exponent 0..1e6", "0", True, "exponent of highlights"),
+    "emission": OutputInfo(
+        "float32", 3, "scene", "linear radiance", "0", True, "what surfaces give off by themselves"
+    ),
+    "light": OutputInfo(
+        "float32",
+        3,
+        "scene",
+        "linear radiance",
+        "0",
+        True,
+        "light alone: what white surfaces without highlights would show",
+    ),
+    "overdraw": OutputInfo(
+        "int32", 1, "screen", "fragments", "0", True, "how often the passes of light shade a pixel"
+    ),
+    "volumes": OutputInfo(
+        "uint8",
+        3,
+        "display",
+        "code",
+        "0",
+        True,
+        "light volumes where they shade, as flat colours that add up",
+    ),
+    "wireframe": OutputInfo(
+        "uint8", 3, "display", "code", "0", True, "edges of the light volumes that can be seen"
+    ),
+    "shadow_atlas": OutputInfo(
+        "float32",
+        1,
+        "light",
+        "depth 0..1",
+        "0 (1 with position=depth24)",
+        True,
+        "all shadow maps, in a size of their own, 0x0 without any: 1 is near the light (else reversed)",
+    ),
 }
 """Every output by name, in the order in which they are listed to people."""
 
@@ -127,7 +167,7 @@ class Frame:
     """One rendered frame. Images are arrays whose first row is the top of the picture.
 
     Each image is an attribute and an item: ``frame.color`` and ``frame["color"]``. See `OUTPUTS` for
-    dtype, shape, space, unit and invalid value.
+    dtype, shape, space, unit and invalid value. All are as large as the picture but "shadow_atlas".
 
     Attributes
     ----------

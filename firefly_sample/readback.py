@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 
 from firefly_sample.frame import OUTPUTS, Image
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.reference.gbuffer import decode_albedo, decode_normal
+from firefly_sample.reference.gbuffer import decode_albedo, decode_normal, decode_specular
+from firefly_sample.reference.shade import GBuffer
 
 __all__ = ["Surface", "read_images"]
 
 Float64 = NDArray[np.float64]
 Read = Callable[[str], bytes]
 
-_INVALID = {"albedo": 0.0, "normal": 0.0, "normal_world": 0.0, "depth": np.inf, "id": -1}
+_INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1}
+"""Where nothing was drawn; 0 in the others."""
 
 
 def read_images(plan: FramePlan, read: Read) -> dict[str, Image]:
@@ -31,12 +33,8 @@ def read_images(plan: FramePlan, read: Read) -> dict[str, Image]:
     surface = Surface(plan, read)
     images: dict[str, Image] = {}
     for name in plan.outputs:
-        if name == "color":
-            images[name] = np.ascontiguousarray(surface.raw("color", np.uint8, 4)[..., :3])
-        elif name == "radiance":
-            images[name] = np.ascontiguousarray(surface.raw("final_radiance", np.float32, 4)[..., :3])
-        else:
-            images[name] = np.ascontiguousarray(surface.image(name).astype(OUTPUTS[name].dtype))
+        dtype = OUTPUTS[name].dtype
+        images[name] = np.ascontiguousarray(surface.image(name).astype(dtype, copy=False))
     return images
 
 
@@ -50,19 +48,35 @@ class Surface:
 
     def raw(self, target: str, dtype: Any, channels: int) -> NDArray[Any]:
         """A target's values, shape (height, width[, channels]), first row on top."""
-        size = self._plan.view.size if target not in ("color", "final_radiance") else self._plan.size
         if target not in self._kept:
+            size = self._plan.target_size(target)
             values = np.frombuffer(self._read(target), dtype=dtype).reshape(size[1], size[0], -1)
             self._kept[target] = values[::-1]
         values = self._kept[target][..., :channels]
         return values[..., 0] if channels == 1 else values
 
     def image(self, name: str) -> NDArray[Any]:
-        """One of the outputs that come from the G-buffer, float64 (int64 for "id")."""
+        """One of `firefly_sample.frame.OUTPUTS`, float64 where it is computed from what is stored."""
+        if name in ("color", "volumes", "wireframe"):
+            return self._stored(name, name, np.uint8)
+        if name == "radiance":
+            return self._stored(name, "final_radiance", np.float32)
+        if name == "shadow_atlas":
+            return self._stored(name, name, np.float32)
         if not self._plan.batches:
             return self._nothing(name)
+        if name == "overdraw":
+            return self._stored(name, name, np.float32)
+        if name == "light":
+            return np.where(self.covered()[..., None], self._stored(name, name, np.float32), 0.0)
         if name == "albedo":
             return self.albedo()
+        if name == "specular":
+            return self.specular()[..., :3]
+        if name == "shininess":
+            return self.specular()[..., 3]
+        if name == "emission":
+            return self._stored(name, name, np.float32)
         if name == "id":
             return self.raw("id", np.uint32, 1).astype(np.int64) - 1
         if name == "depth":
@@ -71,11 +85,17 @@ class Surface:
             return self._to_world(self.normal(), name.endswith("world"), point=False)
         return self._to_world(self.position(), name.endswith("world"), point=True)
 
+    def _stored(self, name: str, target: str, dtype: Any) -> NDArray[Any]:
+        """A target as it is, which the frame may do without."""
+        if self._plan.target(target) is None:
+            return self._nothing(name)
+        return self.raw(target, dtype, OUTPUTS[name].channels)
+
     def _nothing(self, name: str) -> NDArray[Any]:
-        width, height = self._plan.view.size
+        width, height = (0, 0) if name == "shadow_atlas" else self._plan.view.size
         channels = OUTPUTS[name].channels
         shape = (height, width) if channels == 1 else (height, width, channels)
-        return np.full(shape, _INVALID.get(name, np.nan))
+        return np.full(shape, _INVALID.get(name, 0.0))
 
     def _to_world(self, values: Float64, world: bool, point: bool) -> Float64:
         if not world:
@@ -88,6 +108,18 @@ class Surface:
         """Linear reflectance; in the classic look, as stored."""
         stored = self.raw("albedo", np.uint8, 4)[..., :3] / 255.0
         return np.asarray(stored) if self._plan.settings.look == "classic" else decode_albedo(stored)
+
+    def ambient_albedo(self) -> Float64:
+        """Linear reflectance of ambient light: the albedo, unless a material in view has its own."""
+        if self._plan.target("ambient_albedo") is None:
+            return self.albedo()
+        return decode_albedo(self.raw("ambient_albedo", np.uint8, 4)[..., :3] / 255.0)
+
+    def specular(self) -> Float64:
+        """Linear reflectance of highlights, and shininess, shape (height, width, 4); 0 without any."""
+        if self._plan.target("specular") is None:
+            return np.zeros((*self._plan.view.size[::-1], 4))
+        return decode_specular(self.raw("specular", np.uint16, 4) / 65535.0)
 
     def normal(self) -> Float64:
         """Unit normals in view space, 0 where nothing was drawn; classic ones as stored, not decoded."""
@@ -126,3 +158,26 @@ class Surface:
         known = np.isfinite(y)
         place = self._plan.view.lens.view_from_distance(ndc_x[None], ndc_y[:, None], np.where(known, y, 1.0))
         return np.where(known[..., None], place, np.nan)
+
+    def to_eye(self) -> Float64:
+        """Unit vectors from each pixel's surface to the eye, view space."""
+        lens = self._plan.view.lens
+        width, height = self._plan.view.size
+        if not lens.perspective:
+            return np.tile([0.0, -1.0, 0.0], (height, width, 1))
+        ndc_x = (np.arange(width) + 0.5) / (width / 2) - 1.0
+        ndc_y = 1.0 - (np.arange(height) + 0.5) / (height / 2)
+        ray = lens.view_from_distance(ndc_x[None], ndc_y[:, None], 1.0)
+        return np.asarray(-ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+
+    def gbuffer(self) -> GBuffer:
+        """All of it, as the float64 reference takes it."""
+        specular = self.specular()
+        return GBuffer(
+            position=self.position(),
+            normal=self.normal(),
+            to_eye=self.to_eye(),
+            albedo=self.albedo(),
+            specular=specular[..., :3],
+            shininess=specular[..., 3],
+        )

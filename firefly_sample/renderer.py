@@ -16,10 +16,14 @@ from firefly_sample.gpu.presenter import Layer, Presenter
 from firefly_sample.passes.ambient import AmbientPass
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.depth_copy import DepthCopyPass
+from firefly_sample.passes.directional_lights import DirectionalLightsPass
 from firefly_sample.passes.geometry import GeometryPass
+from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
 from firefly_sample.passes.plain import PlainPass
 from firefly_sample.passes.point_lights import PointLightsPass
 from firefly_sample.passes.resolve import ResolvePass
+from firefly_sample.passes.shadow_maps import ShadowMapsPass
+from firefly_sample.passes.spotlights import SpotlightsPass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.readback import Surface, read_images
@@ -29,11 +33,17 @@ from firefly_sample.settings import Settings
 __all__ = ["PASSES", "Renderer", "SoftwareDriverWarning"]
 
 PASSES: tuple[type[Pass], ...] = (
+    ShadowMapsPass,
     GeometryPass,
     DepthCopyPass,
     AmbientPass,
+    DirectionalLightsPass,
     PointLightsPass,
+    SpotlightsPass,
     PlainPass,
+    OverdrawPass,
+    VolumesPass,
+    WireframePass,
     ResolvePass,
 )
 """Every pass in drawing order; a plan holds those that its frame needs."""

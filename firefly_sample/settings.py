@@ -8,12 +8,17 @@ from typing import Any, Literal, get_args
 
 from firefly_sample.errors import SettingsError
 
-__all__ = ["LightMethod", "Look", "PositionMethod", "Settings", "Tone"]
+__all__ = ["LightMethod", "Look", "PositionMethod", "Settings", "SpecularModel", "Tone", "Window"]
 
 Look = Literal["correct", "classic"]
 PositionMethod = Literal["linear32f", "depth32f", "depth24"]
 LightMethod = Literal["volumes", "fullscreen", "loop"]
 Tone = Literal["exponential", "none"]
+SpecularModel = Literal["phong", "blinn_phong"]
+Window = Literal["karis", "gltf"]
+
+HALF_CODE = 1.5e-4
+"""Half a code of 255 in the dark, where sRGB is linear: 0.5 / 255 / 12.92."""
 
 _CHOICES: dict[str, tuple[Any, ...]] = {
     "look": get_args(Look),
@@ -22,7 +27,13 @@ _CHOICES: dict[str, tuple[Any, ...]] = {
     "tone": (None, *get_args(Tone)),
     "supersample": (1, 2),
     "volume_depth_test": (True, False),
+    "specular": get_args(SpecularModel),
+    "window": get_args(Window),
+    "clamp_light": (True, False),
+    "shadow_taps": (1, 4, 16),
 }
+
+_RANGES: dict[str, tuple[float, float]] = {"cutoff_budget": (0.0, 1e30), "cutoff_threshold": (0.0, 1e30)}
 
 
 @dataclass(frozen=True)
@@ -45,6 +56,28 @@ class Settings:
     volume_depth_test : bool
         Shade a volume's back faces only where they lie behind the surface. False is what the original
         does: the same picture for two to three times the work.
+    cutoff_budget : float
+        How much radiance, after exposure, all lights together may lose at any pixel because each is drawn
+        only as far as it matters. The default is half a display code in the dark; 0 cuts nothing off.
+        Lights with a radius or a max distance end there and lose nothing.
+    cutoff_threshold : float, optional
+        Cuts each light off where its own radiance has fallen to this instead, however many there are:
+        5/256 and 0.01 are in wide use, cheap, and visible.
+    window : {"karis", "gltf"}
+        How a light with a max distance R ends: times (1 - (d/R)^4)^2, whose slope ends at 0 as well (Karis,
+        "Real Shading in Unreal Engine 4", 2013), or times 1 - (d/R)^4, as glTF's KHR_lights_punctual has it.
+    specular : {"phong", "blinn_phong"}
+        Highlights by the angle between the reflected light and the eye, or between the normal and the
+        vector halfway between light and eye: rounder, and about four times the shininess for the same size.
+    clamp_light : bool
+        Limit each light's diffuse part to the surface's own colour and its highlight to 1, before it fades:
+        nothing is overexposed, and lights brighter than 1 are not.
+    shadow_taps : {1, 4, 16}
+        Comparisons with the shadow map at each pixel: the nearest texel, two by two weighted, or four by
+        four weighted, whose edges are as soft as three texels.
+    shadow_atlas : int
+        Texels along a side that the texture of all shadow maps may have, 256 to 16384. It is made only as
+        large as the maps need.
     supersample : {1, 2}
         2 draws four samples a pixel and averages their linear radiance: four times the cost, smooth
         leaves. Keep 1 for measuring.
@@ -64,6 +97,13 @@ class Settings:
     position: PositionMethod = "linear32f"
     lights: LightMethod = "volumes"
     volume_depth_test: bool = True
+    cutoff_budget: float = HALF_CODE
+    cutoff_threshold: float | None = None
+    window: Window = "karis"
+    specular: SpecularModel = "phong"
+    clamp_light: bool = False
+    shadow_taps: int = 4
+    shadow_atlas: int = 8192
     supersample: int = 1
     exposure: float = 1.0
     tone: Tone | None = None
@@ -74,6 +114,23 @@ class Settings:
             if value not in choices or (value is not None and type(value) is not type(choices[-1])):
                 shown = ", ".join(str(choice) for choice in choices if choice is not None)
                 raise SettingsError(f"setting {name!r} must be one of {shown}; got {value!r}")
+        for name, (low, high) in _RANGES.items():
+            value = getattr(self, name)
+            if value is None and name == "cutoff_threshold":
+                continue
+            try:
+                number = float(value)
+            except (TypeError, ValueError):
+                number = math.nan
+            if not low <= number <= high:
+                raise SettingsError(
+                    f"setting {name!r} must be a number of {low:g} to {high:g}; got {value!r}"
+                )
+            object.__setattr__(self, name, number)
+        if type(self.shadow_atlas) is not int or not 256 <= self.shadow_atlas <= 16384:
+            raise SettingsError(
+                f"setting 'shadow_atlas' must be a whole number of 256 to 16384; got {self.shadow_atlas!r}"
+            )
         try:
             exposure = float(self.exposure)
         except (TypeError, ValueError):

@@ -1,13 +1,44 @@
 #version 330 core
-// Light from everywhere: the first light to fill the radiance.
+// The first light: ambient, from everywhere, and what surfaces give off by themselves.
+// OWN: ambient light has a reflectance of its own, in a target of its own.
 #include "include/gbuffer.glsl"
 #block Shading
 
+#if RADIANCE
+#if LIT
+#if OWN
+uniform sampler2D u_ambient_albedo;
+#else
 uniform sampler2D u_albedo;
+#endif
+#endif
+#if EMISSION
+uniform sampler2D u_emission;
+#endif
 out vec4 o_radiance;
+#endif
+#if LIGHT
+out vec4 o_light;
+#endif
 
 void main()
 {
-    vec3 albedo = decode_albedo(texelFetch(u_albedo, ivec2(gl_FragCoord.xy), 0).rgb);
-    o_radiance = vec4(albedo * u_ambient.rgb, 0.0);
+#if RADIANCE
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    vec3 sum = vec3(0.0);
+#if LIT
+#if OWN
+    sum += decode_albedo(texelFetch(u_ambient_albedo, texel, 0).rgb) * u_ambient.rgb;
+#else
+    sum += decode_albedo(texelFetch(u_albedo, texel, 0).rgb) * u_ambient.rgb;
+#endif
+#endif
+#if EMISSION
+    sum += texelFetch(u_emission, texel, 0).rgb;
+#endif
+    o_radiance = vec4(sum, 0.0);
+#endif
+#if LIGHT
+    o_light = vec4(u_ambient.rgb, 0.0);
+#endif
 }

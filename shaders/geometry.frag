@@ -8,9 +8,20 @@ in vec2 v_texcoord;
 #if VERTEX_COLOR
 in vec3 v_color;
 #endif
+flat in vec4 v_base_color;
+#if AMBIENT
+flat in vec3 v_ambient;
+#endif
+#if SPECULAR
+flat in vec4 v_specular;
+#endif
+#if EMISSION
+flat in vec3 v_emission;
+#endif
+#if ID
 flat in uint v_id;
+#endif
 
-uniform vec4 u_base_color;
 #if CUTOUT
 uniform float u_alpha_cutoff;
 #endif
@@ -27,19 +38,29 @@ out vec4 o_normal;
 #if DISTANCE
 out float o_distance;
 #endif
+#if AMBIENT
+out vec4 o_ambient;
+#endif
+#if SPECULAR
+out vec4 o_specular;
+#endif
+#if EMISSION
+out vec4 o_emission;
+#endif
 #if ID
 out uint o_id;
 #endif
 
 void main()
 {
-    vec4 base = u_base_color;
+    vec4 tint = vec4(1.0);
 #if TEXTURED
-    base *= texture(u_texture, v_texcoord);
+    tint = texture(u_texture, v_texcoord);
 #endif
 #if VERTEX_COLOR
-    base.rgb *= v_color;
+    tint.rgb *= v_color;
 #endif
+    vec4 base = v_base_color * tint;
 #if CUTOUT
     if (base.a < u_alpha_cutoff)
         discard;
@@ -60,6 +81,15 @@ void main()
 #endif
 #if DISTANCE
     o_distance = v_view.y;
+#endif
+#if AMBIENT
+    o_ambient = vec4(encode_albedo(v_ambient * tint.rgb), 1.0);
+#endif
+#if SPECULAR
+    o_specular = encode_specular(v_specular.rgb, v_specular.a);
+#endif
+#if EMISSION
+    o_emission = vec4(v_emission, 1.0);
 #endif
 #if ID
     o_id = v_id;

@@ -14,7 +14,19 @@ in vec4 in_view_z;
 in vec3 in_normal_x;
 in vec3 in_normal_y;
 in vec3 in_normal_z;
+in vec4 in_base_color;
+#if AMBIENT
+in vec3 in_ambient;
+#endif
+#if SPECULAR
+in vec4 in_specular;
+#endif
+#if EMISSION
+in vec3 in_emission;
+#endif
+#if ID
 in uint in_id;
+#endif
 
 out vec3 v_view;
 out vec3 v_normal;
@@ -22,7 +34,19 @@ out vec2 v_texcoord;
 #if VERTEX_COLOR
 out vec3 v_color;
 #endif
+flat out vec4 v_base_color;
+#if AMBIENT
+flat out vec3 v_ambient;
+#endif
+#if SPECULAR
+flat out vec4 v_specular;
+#endif
+#if EMISSION
+flat out vec3 v_emission;
+#endif
+#if ID
 flat out uint v_id;
+#endif
 
 void main()
 {
@@ -33,6 +57,18 @@ void main()
 #if VERTEX_COLOR
     v_color = in_color;
 #endif
+    v_base_color = in_base_color;
+#if AMBIENT
+    v_ambient = in_ambient;
+#endif
+#if SPECULAR
+    v_specular = in_specular;
+#endif
+#if EMISSION
+    v_emission = in_emission;
+#endif
+#if ID
     v_id = in_id;
+#endif
     gl_Position = view_to_clip(v_view);
 }

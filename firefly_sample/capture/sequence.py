@@ -70,7 +70,7 @@ def capture_frames(
     settings : Settings, optional
         `capture_settings` of the outputs when absent.
     outputs : iterable of str
-        Names from `firefly_sample.frame.OUTPUTS`; "color" becomes a PNG, any other an ``.npz``.
+        Names from `firefly_sample.frame.OUTPUTS`; pictures become PNG, data ``.npz``.
     parameters : mapping, optional
         The scene's parameters; those left out have their defaults.
     device, require_gpu : see `firefly_sample.Renderer`

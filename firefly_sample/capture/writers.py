@@ -12,18 +12,18 @@ from typing import IO, Any
 import numpy as np
 
 from firefly_sample.errors import FireflyError
-from firefly_sample.frame import Image
+from firefly_sample.frame import OUTPUTS, Image
 
 __all__ = ["file_name", "open_whole", "output_folder", "write_image"]
 
 
 def file_name(output: str, index: int) -> str:
-    """The file of one output of one frame, for example ``color_000012.png``."""
-    return f"{output}_{index:06d}.{'png' if output == 'color' else 'npz'}"
+    """The file of one output of one frame, for example ``color_000012.png``: display codes make pictures."""
+    return f"{output}_{index:06d}.{'png' if OUTPUTS[output].dtype == 'uint8' else 'npz'}"
 
 
 def write_image(path: Path, output: str, image: Image) -> None:
-    """Write one image: color as PNG, everything else as a compressed ``.npz`` with one array named `output`.
+    """Write one image: display codes as PNG, else a compressed ``.npz`` with one array named `output`.
 
     Raises
     ------

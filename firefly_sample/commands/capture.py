@@ -34,7 +34,7 @@ def capture(
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Render frames of a scene to files: PNG for color, npz for data, and manifest.json.
+    """Render frames of a scene to files: PNG for pictures, npz for data, and manifest.json.
 
     Options also come from the environment (FIREFLY_CAPTURE_SIZE=320x240) and, in
     the current folder, from the tables [firefly.capture] of firefly.toml and

@@ -40,11 +40,22 @@ SETTINGS_HELP = {
     "position": "Where a pixel's position comes from: its own target, or a depth buffer.",
     "lights": "Spheres, one full-screen pass a light, or one pass that loops over all lights.",
     "volume_depth_test": "Shade light volumes only where they end behind the surface.",
+    "cutoff_budget": "Exposed radiance that all lights together may lose at a pixel by being cut off.",
+    "cutoff_threshold": "Cut each light off at this radiance instead, for example 5/256 = 0.0195.",
+    "window": "How a light with a max distance ends.",
+    "specular": "How highlights are computed.",
+    "clamp_light": "Limit each light to the surface's own colour, and its highlight to 1.",
+    "shadow_taps": "Comparisons with the shadow map at each pixel: 1, 4 or 16.",
+    "shadow_atlas": "Texels along a side that the texture of all shadow maps may have.",
     "supersample": "2 averages four samples a pixel.",
     "exposure": "Radiance is multiplied by it.",
     "tone": "The curve from radiance to display.",
 }
-_SETTINGS_DEFAULT = {"tone": "the look's own", "supersample": "1; 2 to capture color alone"}
+_SETTINGS_DEFAULT = {
+    "cutoff_threshold": "none, the budget",
+    "tone": "the look's own",
+    "supersample": "1; 2 to capture color alone",
+}
 
 
 def _outputs(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:

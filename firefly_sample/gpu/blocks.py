@@ -1,7 +1,7 @@
 """Uniform blocks: one table of fields yields the NumPy dtype and the GLSL text (std140).
 
 Only vec4 fields are used, so that std140 has nothing to pad and both sides agree by construction. Casts
-from float64 to float32 happen here, in `uploads` and in `rows`, nowhere else.
+from float64 to float32 happen here, in `uploads` and in `light_rows`, nowhere else.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.gpu.light_rows import pixel_slopes
 from firefly_sample.plan.frame_plan import FramePlan, View
 
 __all__ = ["BLOCKS", "block_dtype", "block_glsl", "shading_values", "view_values"]
@@ -24,7 +25,10 @@ BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
             "y_fold and w_fold: y = y_fold/(depth + w_fold), orthographic y_fold*(depth + w_fold)",
         ),
         ("size", "samples across and down, and half of each"),
-        ("up", "the world's up in view space"),
+        ("pixel", "slope of the way through a pixel, per pixel right and up; least distance of a light"),
+        ("east", "the world's X axis in view space"),
+        ("north", "the world's Y axis in view space"),
+        ("up", "the world's Z axis in view space"),
     ),
     "Shading": (
         ("ambient", "sum of the ambient lights"),
@@ -73,6 +77,9 @@ def view_values(view: View) -> NDArray[Any]:
             "film": (lens.x_offset, lens.z_offset, 1.0 / lens.A, 1.0 / lens.C),
             "unprojection": (lens.y_fold, lens.w_fold),
             "size": (width, height, width / 2, height / 2),
+            "pixel": (*pixel_slopes(view), view.near),
+            "east": view.world_to_view[0, :3],
+            "north": view.world_to_view[1, :3],
             "up": view.world_to_view[2, :3],
         },
     )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from firefly_sample.gpu.blocks import BLOCKS, binding, block_dtype, shading_values, view_values
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import Images
+from firefly_sample.gpu.light_rows import shadow_rows
 from firefly_sample.gpu.programs import Program, Programs
 from firefly_sample.gpu.timers import Timers
 from firefly_sample.gpu.uploads import Uploads
@@ -31,12 +32,14 @@ class Gpu:
         self.timers = Timers(device)
         self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
         self.lights_drawn = 0
+        self._shadow_table: moderngl.Texture | None = None
         self._streams: dict[str, moderngl.Buffer] = {}
         self._arrays: dict[tuple[str, Program], tuple[tuple[moderngl.Buffer, ...], moderngl.VertexArray]] = {}
 
     def begin(self, plan: FramePlan) -> None:
         """Bring targets and uniform blocks up to date for a frame, and free what is gone."""
         self.lights_drawn = 0
+        self._drop_shadow_table()
         self.uploads.sweep()
         self.images.prepare(plan)
         for name, values in (("View", view_values(plan.view)), ("Shading", shading_values(plan))):
@@ -70,19 +73,35 @@ class Gpu:
             self._streams[name] = self.ctx.buffer(np.ascontiguousarray(rows).tobytes())
         return self._streams[name]
 
-    def array(self, name: str, program: Program, *content: tuple[Any, ...]) -> moderngl.VertexArray:
+    def array(self, name: str, program: Program, *content: tuple[Any, ...] | None) -> moderngl.VertexArray:
         """A vertex array over streams and fixed buffers, remade when one of them was."""
-        buffers = tuple(entry[0] for entry in content)
+        used = [entry for entry in content if entry is not None]
+        buffers = tuple(entry[0] for entry in used)
         kept = self._arrays.get((name, program))
         if kept is None or kept[0] != buffers:
             if kept is not None:
                 kept[1].release()
-            kept = (buffers, self.ctx.vertex_array(program.mgl, list(content)))
+            kept = (buffers, self.ctx.vertex_array(program.mgl, used))
             self._arrays[(name, program)] = kept
         return kept[1]
 
+    def shadow_table(self, plan: FramePlan) -> moderngl.Texture:
+        """What shaders need to look up a frame's shadow maps, a row of texels a map; made once a frame."""
+        if self._shadow_table is None:
+            rows = shadow_rows(plan.shadows, plan.view)
+            size = (rows.shape[1], rows.shape[0])
+            self._shadow_table = self.ctx.texture(size, 4, rows.tobytes(), dtype="f4")
+            self._shadow_table.filter = moderngl.NEAREST, moderngl.NEAREST
+        return self._shadow_table
+
+    def _drop_shadow_table(self) -> None:
+        if self._shadow_table is not None:
+            self._shadow_table.release()
+            self._shadow_table = None
+
     def release(self) -> None:
         """Free everything but the device."""
+        self._drop_shadow_table()
         for _, array in self._arrays.values():
             array.release()
         for buffer in (*self._streams.values(), *self._blocks.values()):

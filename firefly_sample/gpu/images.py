@@ -28,8 +28,9 @@ class Images:
         wanted = {self._key(plan, target) for target in plan.targets}
         if all(key in self._textures for key in wanted):
             return
-        if self._textures.keys() - wanted:
-            self.release()
+        self._release_framebuffers()
+        for key in self._textures.keys() - wanted:
+            self._textures.pop(key).release()
         try:
             for target in plan.targets:
                 key = self._key(plan, target)
@@ -53,13 +54,13 @@ class Images:
         )
 
     def _key(self, plan: FramePlan, target: Target) -> tuple[str, str, tuple[int, int]]:
-        return target.name, target.format, plan.view.size if target.per_sample else plan.size
+        return target.name, target.format, plan.target_size(target.name)
 
     def _make(self, target: Target, size: tuple[int, int]) -> moderngl.Texture:
         form = FORMATS[target.format]
         if form.depth:
             texture = self._device.ctx.depth_texture(size)
-            texture.compare_func = ""
+            texture.compare_func = target.compare
             texture.use(0)
             if form.gl_format is not None:
                 self._device.raw.allocate_depth(size, form.gl_format)
@@ -93,14 +94,17 @@ class Images:
                 raise self._no_memory(plan) from error
         return self._framebuffers[key]
 
-    def release(self) -> None:
-        """Free all textures and framebuffers."""
+    def _release_framebuffers(self) -> None:
         self._device.unbind()
         for framebuffer in self._framebuffers.values():
             framebuffer.release()
+        self._framebuffers.clear()
+
+    def release(self) -> None:
+        """Free all textures and framebuffers."""
+        self._release_framebuffers()
         for texture in self._textures.values():
             texture.release()
-        self._framebuffers.clear()
         self._textures.clear()
 
 
@@ -150,6 +154,14 @@ class BoundImages:
             depth = self._plan.target("depth")
             framebuffer.clear(0.0, 0.0, 0.0, 0.0, depth=depth.clear[0] if depth and writes_depth else 1.0)
         return framebuffer
+
+    def keep_into(self) -> tuple[moderngl.Texture, moderngl.Framebuffer]:
+        """The texture and the framebuffer of a depth target that keeps what it has; bound, to be written."""
+        (name,) = self._step.writes
+        framebuffer = self.depth_framebuffer(name)
+        framebuffer.use()
+        framebuffer.depth_mask = True
+        return self._images.texture(self._plan, name), framebuffer
 
     def depth_framebuffer(self, name: str) -> moderngl.Framebuffer:
         """A framebuffer of a depth target alone, to copy from or to."""

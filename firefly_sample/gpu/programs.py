@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import moderngl
+import numpy as np
 
 from firefly_sample.errors import GpuError, ShaderError
 from firefly_sample.gpu.blocks import BLOCKS, binding
@@ -65,6 +66,34 @@ class Program:
                 unit = self._units.setdefault(name, len(self._units))
                 self.mgl[name] = unit
                 texture.use(unit)
+
+    def attributes_of(
+        self, buffer: moderngl.Buffer, dtype: np.dtype[Any], per_instance: bool = False
+    ) -> tuple[Any, ...] | None:
+        """A buffer of rows as a vertex array wants it described, padded for what the program leaves out.
+
+        Parameters
+        ----------
+        dtype : dtype
+            Of a row; its fields are called as the attributes.
+
+        Returns
+        -------
+        tuple or None
+            None if the program uses no field.
+        """
+        formats, names = [], []
+        assert dtype.names is not None
+        for name in dtype.names:
+            field = dtype[name]
+            count = int(np.prod(field.shape, initial=1))
+            if name in self.attributes:
+                formats.append(f"{count}{'u' if field.base.kind == 'u' else 'f'}")
+                names.append(name)
+            else:
+                formats.append(f"{count * 4}x")
+        rate = "/i" if per_instance else ""
+        return (buffer, " ".join(formats) + rate, *names) if names else None
 
     def release(self) -> None:
         """Free the GL program."""

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 from pathlib import Path
 
 from firefly_sample.assets import asset_dir
 from firefly_sample.errors import ShaderError
 from firefly_sample.gpu.blocks import BLOCKS, block_glsl
+from firefly_sample.gpu.records import RECORDS, record_glsl
 
 __all__ = ["ShaderSource", "load_source"]
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _BLOCK = re.compile(r"^\s*#block\s+(\w+)\s*$")
+_RECORD = re.compile(r"^\s*#record\s+(\w+)\s*$")
 # Mesa: 0:12(3): error; NVIDIA: 0(12) : error; macOS and Intel: ERROR: 0:12:
 _ERROR_LINE = re.compile(r"\b0[:(](\d+)")
 
@@ -40,17 +43,17 @@ class ShaderSource:
 def load_source(name: str, defines: dict[str, int], folder: Path | None = None) -> ShaderSource:
     """Read the shader `name` and resolve it.
 
-    ``#include "include/x.glsl"`` is replaced once each, ``#block View`` by the block's declaration, and
-    `defines` follow the ``#version`` line.
+    ``#include "include/x.glsl"`` is replaced once each, ``#block View`` by the block's declaration,
+    ``#record PointLight`` by what reads the record in this stage, and `defines` follow the ``#version`` line.
 
     Raises
     ------
     ShaderError
-        If a file or a block does not exist.
+        If a file, a block or a record does not exist.
     """
     folder = folder or asset_dir("shaders")
     lines: list[tuple[str, str, int]] = []
-    _read(folder, name, lines, set())
+    _read(folder, name, lines, set(), lambda record: record_glsl(record, defines, name.rsplit(".", 1)[-1]))
     if not lines or not lines[0][0].startswith("#version"):
         raise ShaderError(f"{name}:1: a shader must begin with #version")
     head = [(f"#define {key} {value}", "<defines>", 1) for key, value in sorted(defines.items())]
@@ -62,7 +65,13 @@ def load_source(name: str, defines: dict[str, int], folder: Path | None = None) 
     )
 
 
-def _read(folder: Path, name: str, lines: list[tuple[str, str, int]], seen: set[str]) -> None:
+def _read(
+    folder: Path,
+    name: str,
+    lines: list[tuple[str, str, int]],
+    seen: set[str],
+    record_text: Callable[[str], str],
+) -> None:
     if name in seen:
         return
     seen.add(name)
@@ -73,12 +82,26 @@ def _read(folder: Path, name: str, lines: list[tuple[str, str, int]], seen: set[
             f"shader {name!r} cannot be read ({error.strerror}): reinstall firefly_sample"
         ) from None
     for number, line in enumerate(text.splitlines(), 1):
-        include, block = _INCLUDE.match(line), _BLOCK.match(line)
-        if include:
-            _read(folder, include.group(1), lines, seen)
-        elif block:
-            if block.group(1) not in BLOCKS:
-                raise ShaderError(f"{name}:{number}: there is no uniform block {block.group(1)!r}")
-            lines.extend((text_line, name, number) for text_line in block_glsl(block.group(1)).splitlines())
+        if include := _INCLUDE.match(line):
+            _read(folder, include.group(1), lines, seen, record_text)
+        elif block := _BLOCK.match(line):
+            _expand(block.group(1), BLOCKS, "uniform block", block_glsl, (name, number), lines)
+        elif record := _RECORD.match(line):
+            _expand(record.group(1), RECORDS, "record", record_text, (name, number), lines)
         else:
             lines.append((line, name, number))
+
+
+def _expand(
+    wanted: str,
+    known: Container[str],
+    kind: str,
+    text_of: Callable[[str], str],
+    origin: tuple[str, int],
+    lines: list[tuple[str, str, int]],
+) -> None:
+    """Add the text that stands for a directive."""
+    name, number = origin
+    if wanted not in known:
+        raise ShaderError(f"{name}:{number}: there is no {kind} {wanted!r}")
+    lines.extend((line, name, number) for line in text_of(wanted).splitlines())

@@ -1,71 +1,59 @@
 """Vertices, instances and textures on the GPU, cached by (object, revision).
 
-Casts from float64 to float32 happen here, in `blocks` and in `rows`, nowhere else. What is
-uploaded of places is in view space, so that float32 stays exact far from the world's origin.
+Casts from float64 to float32 happen here, in `instance_rows`, `light_rows` and `blocks`, nowhere else.
+What is uploaded of places is in view space, or in a light's, so that float32 stays exact far from the world's
+origin.
 """
 
 from __future__ import annotations
 
 import weakref
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import GpuError
+from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
 from firefly_sample.gpu.mipmaps import mip_chain
 from firefly_sample.gpu.programs import Program
 from firefly_sample.plan.frame_plan import Batch
+from firefly_sample.plan.shadows import CasterBatch
 from firefly_sample.srgb import srgb_to_linear
 
-__all__ = ["INSTANCE_DTYPE", "Uploads", "instance_rows"]
-
-Float64 = NDArray[np.float64]
-
-INSTANCE_DTYPE = np.dtype(
-    [
-        ("in_view_x", np.float32, 4),
-        ("in_view_y", np.float32, 4),
-        ("in_view_z", np.float32, 4),
-        ("in_normal_x", np.float32, 3),
-        ("in_normal_y", np.float32, 3),
-        ("in_normal_z", np.float32, 3),
-        ("in_id", np.uint32),
-    ]
-)
-"""One instance: the columns of model-to-view for positions and for normals, and id + 1."""
-
-
-def instance_rows(batch: Batch) -> NDArray[Any]:
-    """The instance buffer of a batch; normals go through the cofactor matrix, which needs no inverse."""
-    m = batch.model_to_view
-    rows = np.zeros(len(m), dtype=INSTANCE_DTYPE)
-    linear = m[:, :3, :3]
-    cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
-    # a flat matrix has no sides: it keeps the sign of one that is not mirrored
-    cofactors *= np.where(np.linalg.det(linear) < 0, -1.0, 1.0)[:, None, None]
-    # shaders normalise anyway; this keeps tiny and huge scales inside float32
-    largest = np.abs(cofactors).max(axis=(1, 2), keepdims=True)
-    cofactors /= np.where(largest > 0, largest, 1.0)
-    for column, axis in enumerate("xyz"):
-        rows[f"in_view_{axis}"] = m[:, :, column]
-        rows[f"in_normal_{axis}"] = cofactors[:, :, column]
-    rows["in_id"] = batch.ids.astype(np.uint32) + 1
-    return rows
-
+__all__ = ["MeshSource", "TextureSource", "Uploads"]
 
 KEEP_FRAMES = 120
 """How long instances and vertex arrays that nothing draws are kept; they are cheap to make again."""
 
 
+class MeshSource(Protocol):
+    """What becomes a mesh: a scene's Geom is one."""
+
+    revision: int
+    vertices: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    texcoords: NDArray[np.float64]
+    colors: NDArray[np.float64] | None
+    triangles: NDArray[np.int32]
+
+
+class TextureSource(Protocol):
+    """What becomes a texture: a scene's Texture is one."""
+
+    name: str
+    revision: int
+    pixels: NDArray[np.uint8]
+
+
 @dataclass(eq=False)
 class _Mesh:
     revision: int
+    colors: bool
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
-    count: int
 
     def release(self) -> None:
         self.vertices.release()
@@ -113,8 +101,10 @@ class Uploads:
         self._owners: dict[int, weakref.ref[Any]] = {}
         self._meshes: dict[tuple[int, bool], _Mesh] = {}
         self._images: dict[tuple[int, float | None, bool], _Image] = {}
-        self._instances: dict[tuple[int, int, object], _Instances] = {}
-        self._drawables: dict[tuple[int, int, object, int], _Drawable] = {}
+        self._instances: dict[tuple[int, object], _Instances] = {}
+        self._drawables: dict[tuple[int, object, int], _Drawable] = {}
+        self._casters: moderngl.Buffer | None = None
+        self._caster_arrays: dict[tuple[int, int], _Drawable] = {}
 
     def _own(self, thing: object) -> int:
         """Remember whose copy is kept, without keeping it alive."""
@@ -130,8 +120,8 @@ class Uploads:
         dead = {key for key, reference in self._owners.items() if reference() is None}
         if not dead:
             return
-        for table, owners in self._tables():
-            for key in [key for key in table if dead.intersection(key[:owners])]:
+        for table in self._tables():
+            for key in [key for key in table if key[0] in dead]:
                 table.pop(key).release()
         for owner in dead:
             del self._owners[owner]
@@ -139,7 +129,7 @@ class Uploads:
     def _evict(self) -> None:
         """Free what belongs to a colour or a cut-off that is no longer drawn."""
         oldest = self._frame - KEEP_FRAMES
-        tables: tuple[dict[Any, Any], ...] = (self._drawables, self._instances)
+        tables: tuple[dict[Any, Any], ...] = (self._drawables, self._caster_arrays, self._instances)
         for table in tables:
             for key in [key for key, entry in table.items() if entry.used < oldest]:
                 table.pop(key).release()
@@ -148,49 +138,60 @@ class Uploads:
         for key in [key for key, image in self._images.items() if image.used < oldest and key[0] in current]:
             self._images.pop(key).release()
 
-    def _tables(self) -> tuple[tuple[dict[Any, Any], int], ...]:
-        """Every table, and how many of its keys' first parts are owners."""
-        return ((self._drawables, 2), (self._instances, 2), (self._meshes, 1), (self._images, 1))
+    def _tables(self) -> tuple[dict[Any, Any], ...]:
+        """Every table; its keys begin with their owner's id."""
+        return (self._drawables, self._caster_arrays, self._instances, self._meshes, self._images)
 
     def drawable(self, batch: Batch, program: Program) -> moderngl.VertexArray:
         """The vertex array that draws `batch` with `program`, its instances up to date."""
-        mesh = self._mesh(batch)
+        mesh = self._mesh(batch.geom, batch.variant.vertex_color)
         instances = self._instance_buffer(batch)
-        key = (id(batch.geom), id(batch.material), (batch.color, batch.mirrored), id(program))
-        drawable = self._drawables.get(key)
-        if drawable is None or drawable.parts != (mesh, instances.buffer):
-            if drawable is not None:
-                drawable.release()
+        key = (id(batch.geom), batch.key, id(program))
+        array = self._array(self._drawables, key, mesh, instances.buffer, INSTANCE_DTYPE, program)
+        array.instances = len(batch.ids)
+        return array
+
+    def caster_array(self, batch: CasterBatch, program: Program) -> moderngl.VertexArray:
+        """The vertex array that draws `batch` into a shadow map; it holds until the next call."""
+        rows = caster_rows(batch)
+        if self._casters is None or self._casters.size < rows.nbytes:
+            if self._casters is not None:
+                self._casters.release()
+            self._casters = self._ctx.buffer(reserve=2 * rows.nbytes, dynamic=True)
+        self._casters.write(rows)
+        mesh = self._mesh(batch.geom, batch.geom.colors is not None)
+        key = (id(batch.geom), id(program))
+        array = self._array(self._caster_arrays, key, mesh, self._casters, CASTER_DTYPE, program)
+        array.instances = len(rows)
+        return array
+
+    def _array(
+        self,
+        table: dict[Any, _Drawable],
+        key: tuple[Any, ...],
+        mesh: _Mesh,
+        instances: moderngl.Buffer,
+        dtype: np.dtype[Any],
+        program: Program,
+    ) -> moderngl.VertexArray:
+        """A mesh and its instances for a program, made anew where one of them was."""
+        kept = table.get(key)
+        if kept is None or kept.parts != (mesh, instances):
+            if kept is not None:
+                kept.release()
             content = [
-                self._attributes(mesh.vertices, _mesh_dtype(_has_colors(batch)), program, ""),
-                self._attributes(instances.buffer, INSTANCE_DTYPE, program, "/i"),
+                program.attributes_of(mesh.vertices, _mesh_dtype(mesh.colors)),
+                program.attributes_of(instances, dtype, per_instance=True),
             ]
             array = self._ctx.vertex_array(
-                program.mgl, [c for c in content if c], mesh.indices, index_element_size=4
+                program.mgl, [part for part in content if part], mesh.indices, index_element_size=4
             )
-            drawable = self._drawables[key] = _Drawable((mesh, instances.buffer), array)
-        drawable.used = self._frame
-        drawable.array.instances = len(batch.ids)
-        return drawable.array
+            kept = table[key] = _Drawable((mesh, instances), array)
+        kept.used = self._frame
+        return kept.array
 
-    def _attributes(
-        self, buffer: moderngl.Buffer, dtype: np.dtype[Any], program: Program, rate: str
-    ) -> tuple[Any, ...] | None:
-        """A buffer as moderngl wants it described, with padding for what the program does not use."""
-        formats, names = [], []
-        assert dtype.names is not None
-        for name in dtype.names:
-            field = dtype[name]
-            count = int(np.prod(field.shape, initial=1))
-            if name in program.attributes:
-                formats.append(f"{count}{'u' if field.base.kind == 'u' else 'f'}")
-                names.append(name)
-            else:
-                formats.append(f"{count * 4}x")
-        return (buffer, " ".join(formats) + rate, *names) if names else None
-
-    def _mesh(self, batch: Batch) -> _Mesh:
-        geom, colors = batch.geom, _has_colors(batch)
+    def _mesh(self, geom: MeshSource, colors: bool) -> _Mesh:
+        """A Geom's vertices, with or without its colours, and its triangles."""
         key = (self._own(geom), colors)
         mesh = self._meshes.get(key)
         if mesh is not None and mesh.revision == geom.revision:
@@ -204,12 +205,12 @@ class Uploads:
         if colors:
             rows["in_color"] = geom.colors
         triangles = np.ascontiguousarray(geom.triangles, dtype=np.uint32)
-        mesh = _Mesh(geom.revision, self._ctx.buffer(rows), self._ctx.buffer(triangles), triangles.size)
+        mesh = _Mesh(geom.revision, colors, self._ctx.buffer(rows), self._ctx.buffer(triangles))
         self._meshes[key] = mesh
         return mesh
 
     def _instance_buffer(self, batch: Batch) -> _Instances:
-        key = (self._own(batch.geom), self._own(batch.material), (batch.color, batch.mirrored))
+        key = (self._own(batch.geom), batch.key)
         rows = instance_rows(batch)
         kept = self._instances.get(key)
         if kept is None or kept.buffer.size < rows.nbytes:
@@ -222,15 +223,17 @@ class Uploads:
         kept.used = self._frame
         return kept
 
-    def texture(self, batch: Batch, stored: bool) -> moderngl.Texture:
-        """The base colour texture of a batch with its mipmaps.
+    def texture(self, image: TextureSource, cutoff: float | None, stored: bool = False) -> moderngl.Texture:
+        """A base colour texture with its mipmaps.
 
         Decoded once, at load, to linear RGBA16, which costs no more to sample than sRGB8 and errs less;
         as it is stored where `stored` (the classic look) says so.
+
+        Parameters
+        ----------
+        cutoff : float or None
+            The alpha at which it is cut out, None where it is not: smaller levels keep the share that stays.
         """
-        image = batch.material.texture
-        assert image is not None
-        cutoff = batch.alpha_cutoff if batch.cutout else None
         key = (self._own(image), cutoff, stored)
         kept = self._images.get(key)
         if kept is not None and kept.revision == image.revision:
@@ -259,15 +262,14 @@ class Uploads:
 
     def release(self) -> None:
         """Free everything."""
-        for table, _ in self._tables():
+        for table in self._tables():
             for entry in table.values():
                 entry.release()
             table.clear()
+        if self._casters is not None:
+            self._casters.release()
+            self._casters = None
         self._owners.clear()
-
-
-def _has_colors(batch: Batch) -> bool:
-    return batch.geom.colors is not None and batch.color is None
 
 
 def _mesh_dtype(colors: bool) -> np.dtype[Any]:

@@ -28,8 +28,9 @@ class GeometryPass(Pass):
         for batch in plan.batches:
             program = gpu.programs.get(self.name, batch.variant, outputs)
             textures = {}
-            if batch.material.texture is not None:
-                textures["u_texture"] = gpu.uploads.texture(batch, stored)
+            if batch.texture is not None:
+                cutoff = batch.alpha_cutoff if batch.variant.cutout else None
+                textures["u_texture"] = gpu.uploads.texture(batch.texture, cutoff, stored)
             self._ready.append((batch, program, textures, gpu.uploads.drawable(batch, program)))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
@@ -43,14 +44,7 @@ class GeometryPass(Pass):
             gpu.ctx.enable_only(moderngl.DEPTH_TEST | cull)
             gpu.ctx.cull_face = "back"
             gpu.ctx.front_face = "cw" if batch.mirrored else "ccw"
-            program.use(_uniforms(batch), textures)
+            program.use({"u_alpha_cutoff": batch.alpha_cutoff} if batch.variant.cutout else {}, textures)
             array.render(moderngl.TRIANGLES)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
-
-
-def _uniforms(batch: Batch) -> dict[str, object]:
-    uniforms: dict[str, object] = {"u_base_color": batch.base_color}
-    if batch.cutout:
-        uniforms["u_alpha_cutoff"] = batch.alpha_cutoff
-    return uniforms

@@ -7,7 +7,7 @@ import numpy as np
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.gpu.rows import point_rows
+from firefly_sample.gpu.light_rows import point_rows
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 

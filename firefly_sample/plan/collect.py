@@ -7,61 +7,64 @@ A walk is Python and slow; everything after it is vectorised. A `Snapshot` is ke
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.plan.instances import Group, look_of, make_group
+from firefly_sample.plan.light_views import Spheres
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.lights import AmbientLight, PointLights
+from firefly_sample.scene.light import FadingLight
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scene.traversal import iter_visible
 
-__all__ = ["Group", "Snapshot", "collect"]
+__all__ = ["LightNode", "Snapshot", "collect"]
 
 Float64 = NDArray[np.float64]
-Color = tuple[float, float, float, float]
-
-
-@dataclass(eq=False)
-class Group:
-    """All instances of one Geom with one material and one flat colour.
-
-    Attributes
-    ----------
-    geom, material, color, mirrored : see `firefly_sample.plan.frame_plan.Batch`
-    model_to_world : ndarray of float64, shape (n, 4, 4)
-    ids : ndarray of int32, shape (n,)
-    centers : ndarray of float64, shape (n, 3)
-        Of the bounding spheres, world space.
-    radii : ndarray of float64, shape (n,)
-        Of the bounding spheres.
-    """
-
-    geom: Geom
-    material: Material
-    color: Color | None
-    mirrored: bool
-    model_to_world: Float64
-    ids: NDArray[np.int32]
-    centers: Float64
-    radii: Float64
-    geom_revision: int
+LightNode = PointLights | FadingLight | DirectionalLight
 
 
 @dataclass(eq=False)
 class Snapshot:
-    """What one walk found: geometry groups, and the nodes of lights and sprites with their net matrices."""
+    """What one walk found: geometry groups, and the nodes of lights and sprites with their net matrices.
+
+    Attributes
+    ----------
+    watched : list of (object, int)
+        Things whose own revision tells of changes that the graph does not hear of: Geoms and lenses.
+    looks : list of (Material, tuple)
+        Each material, and what of it decides which instances are drawn together.
+    """
 
     groups: list[Group] = field(default_factory=list)
-    lights: list[tuple[PointLights, Float64]] = field(default_factory=list)
+    lights: list[tuple[LightNode, Float64]] = field(default_factory=list)
     ambient: list[AmbientLight] = field(default_factory=list)
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()
+    watched: list[tuple[Any, int]] = field(default_factory=list)
+    looks: list[tuple[Material, tuple[Any, ...]]] = field(default_factory=list)
     root: NodePath | None = None
     revision: int = -1
     camera_mask: int = 0
+
+    @cached_property
+    def spheres(self) -> Spheres:
+        """The bounding spheres of all instances, world space."""
+        none: tuple[Float64, Float64] = np.zeros((0, 3)), np.zeros(0)
+        parts = [(group.centers, group.radii) for group in self.groups]
+        return Spheres(*(np.concatenate(column) for column in zip(none, *parts, strict=True)))
+
+    def alpha_state(self) -> tuple[int, ...]:
+        """Changes when what cuts out does: revisions of its textures and materials, in the walk's order."""
+        cut = [group for group in self.groups if group.cutoff is not None]
+        textures = [group.texture.revision for group in cut if group.texture is not None]
+        return (*textures, *(material.revision for group in cut for material in group.materials))
 
     def is_current(self, root: NodePath, camera_mask: int) -> bool:
         """True while nothing under `root` has changed since the walk, nor above it, which counts too."""
@@ -69,7 +72,8 @@ class Snapshot:
             self.root == root
             and self.camera_mask == camera_mask
             and self.revision == root.get_top().node().subtree_revision
-            and all(group.geom.revision == group.geom_revision for group in self.groups)
+            and all(thing.revision == revision for thing, revision in self.watched)
+            and all(look_of(material) == look for material, look in self.looks)
         )
 
 
@@ -77,52 +81,48 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     """Walk everything under `root` that a camera with this mask sees."""
     revision = root.get_top().node().subtree_revision
     snapshot = Snapshot(root=root, revision=revision, camera_mask=camera_mask)
-    found: dict[tuple[int, int, Color | None, bool], tuple[Geom, Material, list[Float64], list[int]]] = {}
+    found: dict[tuple[Any, ...], _Found] = {}
+    materials: dict[int, Material] = {}
     names: list[str] = []
     for visit in iter_visible(root, camera_mask):
         node = visit.node
         if isinstance(node, GeomNode):
-            color = None if visit.color is None else _color(visit.color)
             mirrored = bool(np.linalg.det(visit.net[:3, :3]) < 0)
             for geom, own in node.geoms:
                 if not len(geom.triangles):
                     continue  # nothing to draw must cost nothing
                 material = visit.material if visit.material is not None else own
-                key = (id(geom), id(material), color, mirrored)
-                entry = found.setdefault(key, (geom, material, [], []))
-                entry[2].append(visit.net)
-                entry[3].append(len(names))
+                materials[id(material)] = material
+                key = (id(geom), *look_of(material), mirrored, visit.color is not None)
+                entry = found.setdefault(key, _Found(geom))
+                entry.nets.append(visit.net)
+                entry.ids.append(len(names))
+                entry.materials.append(material)
+                entry.colors.append(visit.color)
             names.append(visit.path)
-        elif isinstance(node, PointLights):
+        elif isinstance(node, PointLights | FadingLight | DirectionalLight):
             snapshot.lights.append((node, visit.net))
+            if isinstance(node, Spotlight):
+                snapshot.watched.append((node.get_lens(), node.get_lens().revision))
         elif isinstance(node, AmbientLight):
             snapshot.ambient.append(node)
         elif isinstance(node, Sprites):
             snapshot.sprites.append((node, visit.net))
-    for (_, _, color, mirrored), (geom, material, nets, ids) in found.items():
-        group = _group(geom, material, color, mirrored, np.array(nets), np.array(ids, dtype=np.int32))
+    for key, entry in found.items():
+        group = make_group(key, entry.geom, entry.materials, entry.colors, entry.nets, entry.ids)
         snapshot.groups.append(group)
+        snapshot.watched.append((group.geom, group.geom.revision))
+    snapshot.looks = [(material, look_of(material)) for material in materials.values()]
     snapshot.id_names = tuple(names)
     return snapshot
 
 
-def _color(color: object) -> Color:
-    r, g, b, a = (float(channel) for channel in color)  # type: ignore[attr-defined]
-    return r, g, b, a
+@dataclass(eq=False)
+class _Found:
+    """What one group's instances are made of, in the order of the walk."""
 
-
-def _group(
-    geom: Geom,
-    material: Material,
-    color: Color | None,
-    mirrored: bool,
-    nets: Float64,
-    ids: NDArray[np.int32],
-) -> Group:
-    """A group with bounding spheres; a sphere's radius grows with the matrix's largest singular value."""
-    low, high = geom.bounds
-    center = 0.5 * (low + high)
-    radius = float(np.linalg.norm(geom.vertices - center, axis=1).max()) if len(geom.vertices) else 0.0
-    centers = center @ nets[:, :3, :3] + nets[:, 3, :3]
-    stretch = np.linalg.norm(nets[:, :3, :3], ord=2, axis=(1, 2))
-    return Group(geom, material, color, mirrored, nets, ids, centers, radius * stretch, geom.revision)
+    geom: Geom
+    nets: list[Float64] = field(default_factory=list)
+    ids: list[int] = field(default_factory=list)
+    materials: list[Material] = field(default_factory=list)
+    colors: list[Any] = field(default_factory=list)

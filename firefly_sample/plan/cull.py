@@ -7,7 +7,13 @@ from numpy.typing import NDArray
 
 from firefly_sample.scene.lens_constants import LensConstants
 
-__all__ = ["FULLSCREEN_RADIUS", "frustum_corners", "holds_frustum", "spheres_in_frustum"]
+__all__ = [
+    "FULLSCREEN_RADIUS",
+    "farthest_corner",
+    "frustum_corners",
+    "sectors_in_frustum",
+    "spheres_in_frustum",
+]
 
 Float64 = NDArray[np.float64]
 
@@ -33,19 +39,38 @@ def spheres_in_frustum(planes: Float64, centers: Float64, radii: Float64) -> NDA
     return np.asarray((distances >= -radii[:, None]).all(axis=1))
 
 
-def holds_frustum(corners: Float64, centers: Float64, radii: Float64) -> NDArray[np.bool_]:
-    """Which spheres hold all `corners` of the frustum (none does if one is at infinity) or are huge.
+def sectors_in_frustum(
+    planes: Float64, centers: Float64, axes: Float64, radii: Float64, openings: Float64
+) -> NDArray[np.bool_]:
+    """Which spherical sectors, the cones of spotlights, meet the frustum; as `spheres_in_frustum`.
+
+    A sector lies outside a plane if its farthest point along the plane's normal does: a point of the cap
+    where the normal lies within the cone, else a point of the cap's rim or the tip.
 
     Parameters
     ----------
-    corners : ndarray, shape (8, 3)
-        View space.
-    centers : ndarray, shape (n, 3)
+    planes : ndarray, shape (p, 4)
+    centers, axes : ndarray, shape (n, 3)
+        Of the tips, and unit vectors.
     radii : ndarray, shape (n,)
+        May be infinite.
+    openings : ndarray, shape (n,)
+        1 - cos of the half-angles.
     """
+    half = 2.0 * np.arcsin(np.sqrt(np.clip(openings / 2.0, 0.0, 1.0)))
+    away = np.arccos(np.clip(axes @ planes[:, :3].T, -1.0, 1.0)) - half[:, None]
+    share = np.where(away <= 0.0, 1.0, np.maximum(np.cos(np.minimum(away, np.pi)), 0.0))
+    distances = centers @ planes[:, :3].T + planes[:, 3]
+    # a little more than the sector: the angles are rounded
+    farthest = np.minimum(radii, np.finfo(np.float64).max)[:, None] * (share + 1e-9)
+    return np.asarray((distances >= -farthest).all(axis=1))
+
+
+def farthest_corner(corners: Float64, centers: Float64) -> Float64:
+    """The distance from each center (n, 3) to the farthest of the `corners` (8, 3); infinite where one is."""
     with np.errstate(over="ignore", invalid="ignore"):
         farthest = np.linalg.norm(corners[None] - centers[:, None], axis=2).max(axis=1)
-    return np.asarray((radii >= FULLSCREEN_RADIUS) | (np.isfinite(farthest) & (farthest <= radii)))
+    return np.where(np.isfinite(farthest), farthest, np.inf)
 
 
 def frustum_corners(lens: LensConstants, near: float, far: float) -> Float64:

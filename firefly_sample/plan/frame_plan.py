@@ -6,20 +6,24 @@ All numbers are float64, all places are in view space (X right, Y forward, Z up)
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.errors import PlanError
 from firefly_sample.frame import LightCounts
+from firefly_sample.plan.instances import Factors
+from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.shadows import ShadowPlan
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant, Variant
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
-from firefly_sample.scene.lights import Falloff
-from firefly_sample.scene.material import Material
+from firefly_sample.scene.material import Texture
 from firefly_sample.settings import Settings
 
-__all__ = ["Background", "Batch", "Capabilities", "FramePlan", "LightSet", "PassPlan", "SpriteSet", "View"]
+__all__ = ["Background", "Batch", "Capabilities", "FramePlan", "PassPlan", "SpriteSet", "View"]
 
 Float64 = NDArray[np.float64]
 
@@ -77,66 +81,37 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """One instanced draw: a Geom, a material, and where its instances are.
+    """One instanced draw: a Geom, a texture, and where its instances are and what colours they have.
 
     Attributes
     ----------
+    key : tuple
+        Hashable; the same from frame to frame for what is drawn together.
     geom : Geom
-    material : Material
-    color : tuple of 4 floats or None
-        A node's flat colour, which replaces vertex colours.
-    base_color : tuple of 4 floats
-        The material's linear base colour, times `color`.
+    texture : Texture or None
     alpha_cutoff : float
-    cutout : bool
-        True if alpha below the material's cut-off is not drawn.
+        The alpha below which a cut-out is not drawn.
     mirrored : bool
         True if the instances' matrices turn triangles inside out.
     model_to_view : ndarray of float64, shape (n, 4, 4)
         Front to back.
     ids : ndarray of int32, shape (n,)
         Index of each geometry instance.
+    factors : Factors
+        Colours of the instances' materials, times their nodes' flat colours.
     variant : GeometryVariant
         Of the geometry pass.
     """
 
+    key: tuple[Any, ...]
     geom: Geom
-    material: Material
-    color: tuple[float, float, float, float] | None
-    base_color: tuple[float, float, float, float]
+    texture: Texture | None
     alpha_cutoff: float
-    cutout: bool
     mirrored: bool
     model_to_view: Float64
     ids: NDArray[np.int32]
+    factors: Factors
     variant: GeometryVariant
-
-
-@dataclass(frozen=True, eq=False)
-class LightSet:
-    """Point lights that share a falloff and a way to be drawn.
-
-    Attributes
-    ----------
-    falloff : Falloff
-    fullscreen : bool
-        True if the volume would hold the whole view (or is too large for floats): drawn as full-screen quads.
-    positions : ndarray of float64, shape (n, 3)
-        View space.
-    colors : ndarray of float64, shape (n, 3)
-        Linear.
-    radii : ndarray of float64, shape (n,)
-        Scene units.
-    """
-
-    falloff: Falloff
-    fullscreen: bool
-    positions: Float64
-    colors: Float64
-    radii: Float64
-
-    def __len__(self) -> int:
-        return len(self.positions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,6 +164,9 @@ class FramePlan:
         Of the picture in pixels.
     ambient : ndarray of float64, shape (3,)
         The sum of all ambient lights.
+    lights : tuple of LightSet
+        In drawing order.
+    shadows : ShadowPlan
     background : Background
     exposure : tuple of 3 floats
         The scene's times the setting's; the classic look has none.
@@ -205,6 +183,7 @@ class FramePlan:
     batches: tuple[Batch, ...]
     ambient: Float64
     lights: tuple[LightSet, ...]
+    shadows: ShadowPlan
     sprites: SpriteSet
     background: Background
     exposure: tuple[float, float, float]
@@ -217,3 +196,10 @@ class FramePlan:
     def target(self, name: str) -> Target | None:
         """The target of that name, None if this frame has none."""
         return next((target for target in self.targets if target.name == name), None)
+
+    def target_size(self, name: str) -> tuple[int, int]:
+        """Width and height of a target in texels."""
+        target = self.target(name)
+        if target is None:
+            raise PlanError(f"this frame has no target {name!r}")
+        return target.size or (self.view.size if target.per_sample else self.size)

@@ -2,241 +2,240 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from typing import Any
 
 from firefly_sample.errors import PlanError
-from firefly_sample.plan.frame_plan import Capabilities, PassPlan
+from firefly_sample.plan.frame_plan import PassPlan
+from firefly_sample.plan.light_set import PASS_OF_KIND, LightKind
+from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, VOLUME_OUTPUTS, Needs, asked
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (
-    LEGAL,
+    PASS_ORDER,
     AmbientVariant,
+    DrawMethod,
     GeometryVariant,
+    LightVariant,
+    LightViewVariant,
     PlainVariant,
-    PointLightsVariant,
     ResolveVariant,
+    ShadowVariant,
+    Variant,
 )
-from firefly_sample.settings import Settings
 
-__all__ = ["Needs", "check_passes", "choose_passes", "choose_targets"]
+__all__ = ["check_passes", "choose_passes", "choose_targets", "geometry_variant"]
 
-PLACE_OUTPUTS = ("depth", "position", "position_world")
-NORMAL_OUTPUTS = ("normal", "normal_world")
-
-
-@dataclass(frozen=True)
-class Needs:
-    """What is in view, and what is asked of it.
-
-    Attributes
-    ----------
-    geometry, lights, sprites : int
-        Counts in view.
-    ambient, gradient : bool
-        Whether there is ambient light that is not black, and whether the background is a gradient.
-    orthographic : bool
-    """
-
-    settings: Settings
-    outputs: tuple[str, ...]
-    capabilities: Capabilities
-    geometry: int
-    lights: int
-    sprites: int
-    ambient: bool
-    gradient: bool
-    orthographic: bool
-
-    @property
-    def picture(self) -> bool:
-        """Whether light is computed at all."""
-        return "color" in self.outputs or "radiance" in self.outputs
-
-    @property
-    def lit(self) -> bool:
-        """Whether point lights meet surfaces."""
-        return self.picture and self.geometry > 0 and self.lights > 0
-
-    @property
-    def ambient_lit(self) -> bool:
-        """Whether ambient light meets surfaces."""
-        return self.picture and self.geometry > 0 and self.ambient
-
-    @property
-    def dotted(self) -> bool:
-        """Whether sprites are drawn."""
-        return self.picture and self.sprites > 0
-
-    @property
-    def classic(self) -> bool:
-        """Whether this is the original's look."""
-        return self.settings.look == "classic"
-
-    @property
-    def linear_distance(self) -> bool:
-        """Whether positions come from a linear distance target."""
-        return self.settings.position == "linear32f"
-
-    @property
-    def distance_marks(self) -> bool:
-        """Whether a distance target by itself tells what was drawn: in perspective it is never 0 there.
-
-        A depth does not tell, since far geometry may round to the clear value, nor does a normal.
-        """
-        asked = any(name in PLACE_OUTPUTS for name in self.outputs)
-        return asked and self.linear_distance and not self.orthographic
-
-    @property
-    def reverse(self) -> bool:
-        """Whether depth is reversed in the [0, 1] clip range."""
-        return self.capabilities.clip_control and self.settings.position != "depth24"
-
-    @property
-    def volume_test(self) -> bool:
-        """Whether light volumes are tested against the depth buffer."""
-        return self.settings.lights == "volumes" and self.settings.volume_depth_test
-
-
-def _asked(outputs: tuple[str, ...], names: tuple[str, ...]) -> list[str]:
-    return [f"output {name}" for name in outputs if name in names]
+GBUFFER = ("depth", "albedo", "normal", "distance", "ambient_albedo", "specular", "emission", "id")
+_METHODS: dict[str, DrawMethod] = {"volumes": "sphere", "fullscreen": "fullscreen", "loop": "loop"}
 
 
 def choose_targets(needs: Needs) -> tuple[Target, ...]:
     """The targets of a frame, each with its reasons."""
     outputs, targets = needs.outputs, []
 
-    def add(name: str, form: str, reasons: list[str], clear: float = 0.0, per_sample: bool = True) -> None:
+    def add(name: str, form: str, reasons: list[str], clear: float = 0.0, **more: object) -> None:
         if reasons:
-            targets.append(Target(name, form, "; ".join(reasons), (clear, 0.0, 0.0, 0.0), per_sample))
+            targets.append(
+                Target(name, form, "; ".join(reasons), (clear, 0.0, 0.0, 0.0), **more)  # type: ignore[arg-type]
+            )
 
-    lights = f"{needs.lights} point lights"
+    depth, far = ("depth32f", 0.0) if needs.reverse else ("depth24", 1.0)
+    if needs.maps:
+        lit = ">=" if needs.reverse else "<="
+        add("shadow_atlas", depth, needs.shadows(), far, per_sample=False, size=needs.atlas, compare=lit)
     if needs.geometry:
-        hides = ["geometry hides what is behind it"]
-        add("depth", "depth32f" if needs.reverse else "depth24", hides, 0.0 if needs.reverse else 1.0)
+        add("depth", depth, ["geometry hides what is behind it"], far)
         add("albedo", "rgba8", _albedo_reasons(needs))
         snorm = "rg16_snorm" if needs.capabilities.snorm_targets else "rg16"
-        reasons = ([lights] if needs.lit else []) + _asked(outputs, NORMAL_OUTPUTS)
+        reasons = (needs.all_lights() if needs.lit else []) + asked(outputs, NORMAL_OUTPUTS)
         add("normal", "rgba8" if needs.classic else snorm, reasons)
-        reasons = ([f"{lights} (position=linear32f)"] if needs.lit else []) + _asked(outputs, PLACE_OUTPUTS)
-        add("distance", "r32f", reasons if needs.linear_distance else [])
-        add("id", "r32ui", _asked(outputs, ("id",)))
-        if needs.lit and not needs.linear_distance:
+        if needs.linear_distance:
+            reasons = [f"{light} (position=linear32f)" for light in needs.placed_lights()]
+            add("distance", "r32f", (reasons if needs.placed else []) + asked(outputs, PLACE_OUTPUTS))
+        own = [f"material {name} has an ambient colour" for name in needs.own_ambient]
+        add("ambient_albedo", "rgba8", own if needs.own_ambient_lit else [])
+        shiny = [f"material {name} has highlights" for name in needs.shiny]
+        add("specular", "rgba16", (shiny if needs.highlights else []) + asked(outputs, ("specular",)))
+        emissive = [f"material {name} shines" for name in needs.emissive]
+        add("emission", "rgba32f", (emissive if needs.emits else []) + asked(outputs, ("emission",)))
+        add("id", "r32ui", asked(outputs, ("id",)))
+        if needs.placed and not needs.linear_distance:
             reason = (
                 f"position={needs.settings.position} samples the depth that the volumes are tested against"
             )
-            add("depth_copy", "depth32f" if needs.reverse else "depth24", [reason])
-    reasons = [lights] if needs.lit else []
+            add("depth_copy", depth, [reason])
+    reasons = needs.all_lights() if needs.lit else []
     reasons += ["ambient light"] if needs.ambient_lit else []
+    add("light", "rgba32f", asked(outputs, ("light",)) if reasons else [])
+    reasons += ["materials that shine"] if needs.emits else []
     reasons += [f"{needs.sprites} sprites"] if needs.dotted else []
-    add("radiance", "rgba8" if needs.classic else "rgba32f", reasons)
-    add("color", "rgba8", _asked(outputs, ("color",)), per_sample=False)
-    add("final_radiance", "rgba32f", _asked(outputs, ("radiance",)), per_sample=False)
+    add("radiance", "rgba8" if needs.classic else "rgba32f", reasons if needs.picture else [])
+    if needs.geometry and needs.lights:
+        add("overdraw", "r32f", asked(outputs, ("overdraw",)))
+        for name in ("volumes", "wireframe"):
+            add(name, "rgba8", asked(outputs, (name,)))
+    add("color", "rgba8", asked(outputs, ("color",)), per_sample=False)
+    add("final_radiance", "rgba32f", asked(outputs, ("radiance",)), per_sample=False)
     return tuple(targets)
 
 
 def _albedo_reasons(needs: Needs) -> list[str]:
-    reasons = [f"{needs.lights} point lights"] if needs.lit else []
+    reasons = needs.all_lights() if needs.lit else []
     reasons += ["ambient light"] if needs.ambient_lit else []
     reasons += ["the background shows where its alpha is 0"] if needs.picture else []
-    reasons += _asked(needs.outputs, ("albedo",))
+    reasons += asked(needs.outputs, ("albedo",))
     if not needs.distance_marks:
-        marked = _asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS))
+        marked = asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS, "specular", "emission"))
         reasons += [f"{reason} (its alpha marks the background)" for reason in marked]
     return reasons
 
 
-def geometry_variant(needs: Needs, targets: tuple[Target, ...]) -> GeometryVariant:
+def geometry_variant(needs: Needs, targets: Iterable[Target]) -> GeometryVariant:
     """The geometry pass's variant as far as the frame decides it; batches fill in the rest."""
     names = {target.name for target in targets}
     return GeometryVariant(
         albedo="albedo" in names,
         normal="normal" in names,
         distance="distance" in names,
+        ambient="ambient_albedo" in names,
+        specular="specular" in names,
+        emission="emission" in names,
         id="id" in names,
         classic=needs.classic,
-        snorm=needs.capabilities.snorm_targets,
+        snorm=needs.capabilities.snorm_targets or needs.classic or "normal" not in names,
         orthographic=needs.orthographic,
     )
 
 
+class _Passes:
+    """The passes of a frame as they come; the first that writes a shared target clears it."""
+
+    def __init__(self, targets: Iterable[Target]) -> None:
+        self.names = {target.name for target in targets}
+        self.passes: list[PassPlan] = []
+        self._filled: set[str] = set()
+
+    def there(self, *names: str) -> tuple[str, ...]:
+        """Those of the names that this frame has as targets."""
+        return tuple(name for name in names if name in self.names)
+
+    def add(
+        self,
+        name: str,
+        because: str,
+        variant: Variant,
+        *,
+        reads: tuple[str, ...] = (),
+        writes: tuple[str, ...] = (),
+        fills: tuple[str, ...] = (),
+        tests: tuple[str, ...] = (),
+    ) -> None:
+        """Add a pass that clears and `writes`, and blends into what it `fills`; who is first clears it."""
+        first = tuple(target for target in fills if target not in self._filled)
+        updates = tuple(target for target in fills if target in self._filled)
+        self._filled.update(fills)
+        self.passes.append(PassPlan(name, reads, (*writes, *first), (*updates, *tests), because, variant))
+
+
 def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, ...]:
     """The passes of a frame in drawing order, each with its reason."""
-    names = {target.name for target in targets}
-    passes: list[PassPlan] = []
-    lit_by: list[str] = []  # grows with the first pass that clears the radiance
-
-    def light(
-        name: str, reads: tuple[str, ...], tests: tuple[str, ...], because: str, variant: object
-    ) -> None:
-        writes, updates = ((), ("radiance",)) if lit_by else (("radiance",), ())
-        lit_by.append(name)
-        passes.append(PassPlan(name, reads, writes, (*updates, *tests), because, variant))  # type: ignore[arg-type]
-
-    settings = needs.settings
+    frame = _Passes(targets)
+    lights = frame.there("radiance", "light")
+    if needs.maps:
+        frame.add("shadow_maps", "; ".join(needs.shadows()), ShadowVariant(), writes=("shadow_atlas",))
     if needs.geometry:
-        gbuffer = tuple(n for n in ("depth", "albedo", "normal", "distance", "id") if n in names)
-        passes.append(
-            PassPlan(
-                "geometry",
-                (),
-                gbuffer,
-                (),
-                f"{needs.geometry} geometry instances in view",
-                geometry_variant(needs, targets),
-            )
-        )
-    if "depth_copy" in names:
-        because = f"position={settings.position}: a depth buffer cannot be tested and sampled at once"
-        passes.append(PassPlan("depth_copy", ("depth",), ("depth_copy",), (), because))
-    if needs.ambient_lit:
-        light("ambient", ("albedo",), (), "ambient light", AmbientVariant(needs.classic))
+        because = f"{needs.geometry} geometry instances in view"
+        frame.add("geometry", because, geometry_variant(needs, targets), writes=frame.there(*GBUFFER))
+    if "depth_copy" in frame.names:
+        because = f"position={needs.settings.position}: a depth buffer cannot be tested and sampled at once"
+        frame.add("depth_copy", because, Variant(), reads=("depth",), writes=("depth_copy",))
+    if needs.ambient_lit or needs.emits:
+        _ambient(needs, frame, lights)
     if needs.lit:
-        place = "distance" if needs.linear_distance else "depth_copy"
-        variant = PointLightsVariant(
-            settings.lights,
-            not needs.linear_distance,
-            needs.classic,
-            needs.capabilities.snorm_targets,
-            needs.orthographic,
-        )
-        tests = ("depth",) if needs.volume_test else ()
-        light(
-            "point_lights",
-            ("albedo", "normal", place),
-            tests,
-            f"{needs.lights} point lights in view",
-            variant,
-        )
+        for kind in PASS_OF_KIND:
+            if kind in needs.lights:
+                _lights(needs, frame, kind, lights)
     if needs.dotted:
-        tests = ("depth",) if needs.geometry else ()
-        light("plain", (), tests, f"{needs.sprites} sprites in view", PlainVariant(needs.orthographic))
+        tests = frame.there("depth")
+        because = f"{needs.sprites} sprites in view"
+        frame.add("plain", because, PlainVariant(needs.orthographic), fills=("radiance",), tests=tests)
+    for name in frame.there(*VOLUME_OUTPUTS):
+        _light_view(needs, frame, name)
     if needs.picture:
-        passes.append(_resolve(needs, names))
-    return tuple(passes)
+        _resolve(needs, frame)
+    return tuple(frame.passes)
 
 
-def _resolve(needs: Needs, names: set[str]) -> PassPlan:
-    settings = needs.settings
-    return PassPlan(
-        "resolve",
-        tuple(name for name in ("radiance", "albedo") if name in names),
-        tuple(name for name in ("color", "final_radiance") if name in names),
-        (),
-        "; ".join(_asked(needs.outputs, ("color", "radiance"))),
-        ResolveVariant(
-            radiance="radiance" in names,
-            masked="albedo" in names,
-            color="color" in names,
-            final_radiance="final_radiance" in names,
-            gradient=needs.gradient,
-            orthographic=needs.orthographic and needs.gradient,
-            classic=needs.classic,
-            tone=settings.tone_curve,
-            supersample=settings.supersample,  # type: ignore[arg-type]
-        ),
+def _ambient(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
+    reasons = ["ambient light"] if needs.ambient_lit else []
+    reasons += ["materials that shine"] if needs.emits else []
+    variant = AmbientVariant(
+        lit=needs.ambient_lit,
+        own=needs.own_ambient_lit,
+        emission=needs.emits,
+        classic=needs.classic,
+        radiance="radiance" in lights,
+        light="light" in lights and needs.ambient_lit,
+    )
+    reads = [name for name, read in (("ambient_albedo", variant.own), ("emission", variant.emission)) if read]
+    if variant.lit and variant.radiance and not variant.own:
+        reads.insert(0, "albedo")
+    fills = tuple(name for name in lights if name != "light" or variant.light)
+    frame.add("ambient", "; ".join(reasons), variant, reads=tuple(reads), fills=fills)
+
+
+def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ...]) -> None:
+    settings, placed = needs.settings, kind != "directional" or kind in needs.shadowed
+    method = _METHODS[settings.lights]
+    variant = LightVariant(
+        method="fullscreen" if kind == "directional" and method == "sphere" else method,
+        window=settings.window if kind != "directional" else "karis",
+        highlights=settings.specular if needs.highlights else "none",
+        clamp_light=settings.clamp_light and not needs.classic,
+        taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
+        from_depth=placed and not needs.linear_distance,
+        classic=needs.classic,
+        snorm=needs.capabilities.snorm_targets or needs.classic,
+        orthographic=needs.orthographic,
+        radiance="radiance" in lights,
+        light="light" in lights,
+    )
+    reads = ["albedo"] if variant.radiance else []
+    reads += ["normal", *(frame.there("distance", "depth_copy")[:1] if placed else ())]
+    reads += ["specular"] if variant.highlights != "none" else []
+    reads += ["shadow_atlas"] if kind in needs.shadowed else []
+    tests = ("depth",) if needs.volume_test and kind != "directional" else ()
+    because = f"{needs.lights_of(kind)} in view"
+    frame.add(PASS_OF_KIND[kind], because, variant, reads=tuple(reads), fills=lights, tests=tests)
+
+
+def _light_view(needs: Needs, frame: _Passes, name: Any) -> None:
+    because = f"output {name}: {', '.join(needs.all_lights())}"
+    tests = ("depth",) if needs.volume_test or name == "wireframe" else ()
+    frame.add(
+        name, because, LightViewVariant(name, orthographic=needs.orthographic), writes=(name,), tests=tests
     )
 
 
-def check_passes(passes: tuple[PassPlan, ...], targets: tuple[Target, ...]) -> None:
+def _resolve(needs: Needs, frame: _Passes) -> None:
+    settings = needs.settings
+    variant = ResolveVariant(
+        radiance="radiance" in frame.names,
+        masked="albedo" in frame.names,
+        color="color" in frame.names,
+        final_radiance="final_radiance" in frame.names,
+        gradient=needs.gradient,
+        orthographic=needs.orthographic and needs.gradient,
+        classic=needs.classic,
+        tone=settings.tone_curve,
+        supersample=settings.supersample,  # type: ignore[arg-type]
+    )
+    because = "; ".join(asked(needs.outputs, ("color", "radiance")))
+    reads, writes = frame.there("radiance", "albedo"), frame.there("color", "final_radiance")
+    frame.add("resolve", because, variant, reads=reads, writes=writes)
+
+
+def check_passes(passes: tuple[PassPlan, ...], targets: Iterable[Target]) -> None:
     """Hold the passes against the fixed order and against each other.
 
     Raises
@@ -245,8 +244,7 @@ def check_passes(passes: tuple[PassPlan, ...], targets: tuple[Target, ...]) -> N
         If a pass is out of order, touches a target that does not exist, reads or updates what nobody
         wrote, samples what it also draws into, or if a target is never used.
     """
-    order = list(LEGAL)
-    positions = [order.index(step.name) for step in passes]
+    positions = [PASS_ORDER.index(step.name) for step in passes]
     if positions != sorted(positions):
         raise PlanError(f"passes are out of order: {', '.join(step.name for step in passes)}")
     names = {target.name for target in targets}

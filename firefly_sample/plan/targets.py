@@ -44,6 +44,7 @@ FORMATS: dict[str, TargetFormat] = {
         TargetFormat("rgba8", 4, 4, "f1"),
         TargetFormat("rg16_snorm", 4, 2, "ni2", 0x8F99),
         TargetFormat("rg16", 4, 2, "nu2", 0x822C),
+        TargetFormat("rgba16", 8, 4, "nu2", 0x805B),
         TargetFormat("r32f", 4, 1, "f4"),
         TargetFormat("r32ui", 4, 1, "u4"),
         TargetFormat("rgba32f", 16, 4, "f4"),
@@ -69,6 +70,10 @@ class Target:
         What the first pass that writes it starts from; the first one is the depth of a depth buffer.
     per_sample : bool
         False for images of the output size when supersampling.
+    size : (int, int), optional
+        Texels across and down of an image that has a size of its own.
+    compare : {"", "<=", ">="}
+        How a depth buffer's texels are compared where shaders look them up instead of reading them.
     """
 
     name: str
@@ -76,6 +81,8 @@ class Target:
     because: str
     clear: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     per_sample: bool = True
+    size: tuple[int, int] | None = None
+    compare: str = ""
 
     @property
     def bytes_per_pixel(self) -> int:

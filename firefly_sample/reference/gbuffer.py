@@ -9,7 +9,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["decode_albedo", "decode_normal", "encode_albedo", "encode_normal", "quantise_snorm16"]
+__all__ = [
+    "decode_albedo",
+    "decode_normal",
+    "decode_specular",
+    "encode_albedo",
+    "encode_normal",
+    "encode_specular",
+    "quantise_snorm16",
+]
 
 Float64 = NDArray[np.float64]
 
@@ -40,6 +48,19 @@ def decode_normal(encoded: ArrayLike) -> Float64:
     xy = np.where(z < 0.0, (1.0 - np.abs(e[..., ::-1])) * _sign_not_zero(e), e)
     n = np.concatenate([xy, z], axis=-1)
     return np.asarray(n / np.linalg.norm(n, axis=-1, keepdims=True))
+
+
+def encode_specular(specular: ArrayLike) -> Float64:
+    """Linear colour and shininess (..., 4) to 0..1: square roots, and a logarithm that ends at 2^20."""
+    given = np.asarray(specular, dtype=np.float64)
+    color = np.sqrt(np.clip(given[..., :3], 0.0, 1.0))
+    return np.concatenate([color, np.log1p(given[..., 3:]) / np.log(2.0) / 20.0], axis=-1)
+
+
+def decode_specular(stored: ArrayLike) -> Float64:
+    """The inverse of `encode_specular`."""
+    given = np.asarray(stored, dtype=np.float64)
+    return np.concatenate([given[..., :3] ** 2, np.expm1(given[..., 3:] * 20.0 * np.log(2.0))], axis=-1)
 
 
 def quantise_snorm16(value: ArrayLike) -> Float64:

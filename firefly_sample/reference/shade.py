@@ -1,71 +1,157 @@
 """Brute-force shading of a decoded G-buffer in float64: every light on every pixel, no volume, no culling.
 
-What the point-light pass must agree with. The lighting is Lambert's: albedo * color * max(N.L, 0) *
-falloff(d).
+What the passes of light must agree with. A surface shows, of each light that it faces,
+
+    (albedo * color * max(N.L, 0) + specular * specular_color * highlight) * falloff * cone * shadow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.frame_plan import LightSet
+from firefly_sample.plan.light_set import LightSet
+from firefly_sample.reference.cone import cone_strength, opening
 from firefly_sample.reference.falloff import falloff
+from firefly_sample.reference.phong import highlight
+from firefly_sample.settings import Settings
 
-__all__ = ["count_pairs", "nearest_light", "shade_point_lights"]
+__all__ = ["GBuffer", "OneLight", "count_pairs", "each_light", "nearest_light", "shade_lights"]
 
 Float64 = NDArray[np.float64]
 
 
-def shade_point_lights(
-    position: Float64, normal: Float64, albedo: Float64, lights: Iterable[LightSet]
-) -> Float64:
-    """Linear radiance of point lights.
+@dataclass(frozen=True, eq=False)
+class GBuffer:
+    """What is known of each pixel, view space, float64; shapes (..., 3) but for `shininess`, (...).
+
+    Attributes
+    ----------
+    position : ndarray
+        NaN where nothing was drawn.
+    normal, to_eye : ndarray
+        Unit vectors.
+    albedo, specular : ndarray
+        Linear.
+    shininess : ndarray
+    """
+
+    position: Float64
+    normal: Float64
+    to_eye: Float64
+    albedo: Float64
+    specular: Float64
+    shininess: Float64
+
+
+@dataclass(frozen=True, eq=False)
+class OneLight:
+    """One light of a set: `row` of its columns."""
+
+    lights: LightSet
+    row: int
+
+    def in_reach(self, position: Float64) -> NDArray[np.bool_]:
+        """Which positions (n, 3) are nearer than the light's reach."""
+        if self.lights.kind == "directional":
+            return np.asarray(np.isfinite(position).all(axis=1))
+        offset = position - self.lights.positions[self.row]
+        return np.asarray(np.linalg.norm(offset, axis=1) < self.lights.reaches[self.row])
+
+    def ways(self, position: Float64) -> tuple[Float64, Float64]:
+        """Unit vectors to the light, and distances, from positions (n, 3)."""
+        if self.lights.kind == "directional":
+            to_light = np.broadcast_to(-self.lights.directions[self.row], position.shape)
+            return to_light, np.full(len(position), np.inf)
+        offset = self.lights.positions[self.row] - position
+        distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-15)
+        return offset / distance[:, None], distance
+
+    def strength(self, to_light: Float64, distance: Float64, settings: Settings) -> Float64:
+        """How much of the light's colour arrives there, shadows apart."""
+        lights, row = self.lights, self.row
+        if lights.kind == "directional":
+            return np.ones(len(distance))
+        end, coefficients = float(lights.ends[row]), lights.attenuations[row]
+        strength = falloff(lights.falloff, distance, end, coefficients, settings.window)
+        if lights.kind == "spot":
+            strength = strength * cone_strength(opening(to_light, lights.directions[row]), *lights.cones[row])
+        return strength
+
+
+Shadows = Callable[[OneLight, NDArray[np.intp], Float64], Float64]
+"""``shadows(light, pixels, n_dot_l)``: the lit share of the pixels of these (flat) indices."""
+
+
+def each_light(sets: Iterable[LightSet]) -> Iterator[OneLight]:
+    """All lights of some sets, one by one."""
+    for lights in sets:
+        for row in range(len(lights)):
+            yield OneLight(lights, row)
+
+
+def shade_lights(
+    gbuffer: GBuffer, sets: Iterable[LightSet], settings: Settings, shadows: Shadows | None = None
+) -> tuple[Float64, Float64]:
+    """What all lights do to a G-buffer.
 
     Parameters
     ----------
-    position, normal, albedo : ndarray of float64, shape (..., 3)
-        View space; positions that are NaN (nothing was drawn) get 0.
-    lights : iterable of LightSet
+    gbuffer : GBuffer
+        Pixels without a position get 0.
+    sets : iterable of LightSet
+        View space.
+    settings : Settings
+        Of them, the specular model, the window and the clamps.
+    shadows : callable, optional
+        See `Shadows`; nothing is in shadow when absent.
 
     Returns
     -------
-    ndarray of float64, shape (..., 3)
+    radiance, light : ndarray of float64, shape (..., 3)
+        Linear; the second is what a white surface without highlights would show.
     """
-    shape = position.shape
-    place, unit = position.reshape(-1, 3), normal.reshape(-1, 3)
-    irradiance = np.zeros_like(place)
-    for light_set in lights:
-        for center, color, radius in zip(light_set.positions, light_set.colors, light_set.radii, strict=True):
-            offset = center - place
-            distance = np.linalg.norm(offset, axis=1)
-            near = np.flatnonzero(distance < radius)
-            d = np.maximum(distance[near], 1e-15)
-            n_dot_l = np.maximum(np.einsum("ij,ij->i", unit[near], offset[near]) / d, 0.0)
-            irradiance[near] += color * (n_dot_l * falloff(light_set.falloff, d, radius))[:, None]
-    return irradiance.reshape(shape) * albedo
+    place, unit = gbuffer.position.reshape(-1, 3), gbuffer.normal.reshape(-1, 3)
+    eye, albedo = gbuffer.to_eye.reshape(-1, 3), gbuffer.albedo.reshape(-1, 3)
+    specular, shininess = gbuffer.specular.reshape(-1, 3), gbuffer.shininess.reshape(-1)
+    radiance, light = np.zeros_like(place), np.zeros_like(place)
+    for one in each_light(sets):
+        near = np.flatnonzero(one.in_reach(place))
+        to_light, distance = one.ways(place[near])
+        n_dot_l = np.einsum("ij,ij->i", unit[near], to_light)
+        facing = np.flatnonzero(n_dot_l > 0.0)
+        near, to_light, n_dot_l = near[facing], to_light[facing], n_dot_l[facing]
+        strength = one.strength(to_light, distance[facing], settings)
+        if shadows is not None and one.lights.shadowed:
+            strength = strength * shadows(one, near, n_dot_l)
+        diffuse = one.lights.colors[one.row] * n_dot_l[:, None]
+        shine = highlight(unit[near], to_light, eye[near], shininess[near], settings.specular)
+        glint = specular[near] * one.lights.specular_colors[one.row] * shine[:, None]
+        if settings.clamp_light:
+            diffuse, glint = np.minimum(diffuse, 1.0), np.minimum(glint, 1.0)
+        light[near] += diffuse * strength[:, None]
+        radiance[near] += (albedo[near] * diffuse + glint) * strength[:, None]
+    return radiance.reshape(gbuffer.position.shape), light.reshape(gbuffer.position.shape)
 
 
-def count_pairs(position: Float64, lights: Iterable[LightSet]) -> int:
+def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
     """How many (pixel, light) pairs are in range: a covered pixel with d < R, whatever its normal."""
     place = position.reshape(-1, 3)
     place = place[np.isfinite(place).all(axis=1)]
-    total = 0
-    for light_set in lights:
-        for center, radius in zip(light_set.positions, light_set.radii, strict=True):
-            offset = place - center
-            total += int(np.count_nonzero(np.einsum("ij,ij->i", offset, offset) < radius * radius))
-    return total
+    return sum(int(np.count_nonzero(one.in_reach(place))) for one in each_light(sets))
 
 
-def nearest_light(position: Float64, lights: Iterable[LightSet]) -> Float64:
+def nearest_light(position: Float64, sets: Iterable[LightSet]) -> Float64:
     """For each pixel the smallest d/R of all lights, shape (...,); infinity where none is in range."""
     place = position.reshape(-1, 3)
     smallest = np.full(len(place), np.inf)
-    for light_set in lights:
-        for center, radius in zip(light_set.positions, light_set.radii, strict=True):
-            distance = np.linalg.norm(place - center, axis=1)
-            smallest = np.where(distance < radius, np.minimum(smallest, distance / radius), smallest)
+    for one in each_light(sets):
+        if one.lights.kind == "directional":
+            continue
+        distance = np.linalg.norm(place - one.lights.positions[one.row], axis=1)
+        reach = one.lights.reaches[one.row]
+        smallest = np.where(distance < reach, np.minimum(smallest, distance / reach), smallest)
     return smallest.reshape(position.shape[:-1])

@@ -1,48 +1,47 @@
 """Lights. Each lights every model under the same root: there is nothing to switch on per model.
 
 Many point lights are one node, `PointLights`, that holds arrays (or a function of time that yields
-them); a single `PointLight` feeds the same arrays. A light is taken out by detaching or hiding it.
-Colours are linear radiance scales; positions are in the node's space. As in Panda3D, a node's scale
-moves positions but never stretches a light's radius.
+them). A light is taken out by detaching or hiding it. Colours are linear radiance scales; positions are in
+the node's space. As in Panda3D, a node's scale moves positions but never stretches a light's reach.
 """
 
 from __future__ import annotations
 
-from enum import Enum
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LightError
+from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
+from firefly_sample.scene.light import FadingLight, Light, ShadowCaster, light_color
 from firefly_sample.scene.node import PandaNode
-from firefly_sample.scene.points import PointFunction, PointsNode
+from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
 
-__all__ = ["AmbientLight", "Falloff", "PointLight", "PointLights"]
+__all__ = ["AmbientLight", "DirectionalLight", "PointLight", "PointLights"]
 
 Float64 = NDArray[np.float64]
 
 
-class Falloff(Enum):
-    """How a light fades with the distance d, up to its radius R."""
-
-    RAMP_SQUARED = "ramp_squared"
-    """(1 - d/R)^2 within R and 0 beyond: the fireflies' own, smooth at R, with no truncation error."""
-
-
-class PointLights(PointsNode):
+class PointLights(PointsNode, ShadowCaster):
     """Any number of point lights in one node.
 
     Parameters
     ----------
-    name, positions, colors, radii, function
-        See `PointsNode`; a radius is a light's reach.
-    falloff : Falloff
-        Shared by all lights of the node.
+    name, positions, colors, function
+        See `PointsNode`.
+    radii : array_like, shape (n,) or (), optional
+        Each light's reach in scene units, over which it fades by (1 - d/radius)^2; 1 when absent. With an
+        `attenuation`: where each light ends, through a smooth window; infinity, the default, is nowhere.
+    attenuation : sequence of 3 floats, optional
+        Lets all lights of the node fade by 1/(constant + linear*d + quadratic*d^2); see `Attenuation`.
+    specular_colors : array_like, shape (n, 3) or (3,), optional
+        Linear colours of highlights; those of the lights when absent.
 
     Raises
     ------
     LightError
-        If the arrays are wrong; see `PointsNode`.
+        If the arrays or the attenuation are wrong; see `PointsNode`.
     """
 
     KIND = "light"
@@ -53,25 +52,76 @@ class PointLights(PointsNode):
         name: str,
         positions: ArrayLike = (),
         colors: ArrayLike = (1.0, 1.0, 1.0),
-        radii: ArrayLike = 1.0,
-        falloff: Falloff = Falloff.RAMP_SQUARED,
+        radii: ArrayLike | None = None,
         function: PointFunction | None = None,
+        *,
+        attenuation: ArrayLike | None = None,
+        specular_colors: ArrayLike | None = None,
     ) -> None:
+        self._attenuation = None if attenuation is None else check_attenuation(name, attenuation)
+        self._specular: Float64 | None = None
+        if radii is None:
+            radii = 1.0 if attenuation is None else math.inf
         super().__init__(name, positions, colors, radii, function)
-        if falloff not in tuple(Falloff):
-            kinds = ", ".join(str(kind) for kind in Falloff)
-            raise LightError(f"light {name!r}: falloff must be one of {kinds}, got {falloff!r}")
-        self.falloff = falloff
+        self.set_specular_colors(specular_colors)
+
+    @property
+    def endless(self) -> bool:
+        """Whether a radius may be infinite."""
+        return self._attenuation is not None
+
+    @property
+    def falloff(self) -> Falloff:
+        """How all lights of the node fade."""
+        return Falloff.RAMP_SQUARED if self._attenuation is None else Falloff.ATTENUATION
+
+    def get_attenuation(self) -> Attenuation | None:
+        """(constant, linear, quadratic); None if the lights fade over their radii."""
+        return self._attenuation
+
+    def set_specular_colors(self, colors: ArrayLike | None) -> None:
+        """Set the linear colours of highlights, shape (n, 3) or (3,); None gives them their lights'."""
+        given = None
+        if colors is not None:
+            given = np.array(colors, dtype=np.float64)
+            if given.ndim not in (1, 2) or given.shape[-1] != 3:
+                raise LightError(
+                    f"light {self.name!r}: specular colors must have shape (n, 3) or (3,), got {given.shape}"
+                )
+            for row in given.reshape(-1, 3):
+                light_color(self.name, row)
+        self._specular = given
+        self.mark_changed()
+
+    def specular_colors_of(self, arrays: PointArrays) -> Float64:
+        """The linear colours of the highlights of lights that `evaluate` gave, shape (n, 3).
+
+        Raises
+        ------
+        LightError
+            If there are as many specular colours as there were lights before, and now are not.
+        """
+        if self._specular is None:
+            return arrays.colors
+        try:
+            return np.broadcast_to(self._specular, (len(arrays), 3))
+        except ValueError:
+            raise LightError(
+                f"light {self.name!r}: {len(self._specular)} specular colors for {len(arrays)} lights: "
+                "give one for each, or one for all"
+            ) from None
 
     def make_copy(self) -> PointLights:
         """A new node with the same lights, transform and attributes, without children."""
-        copy = PointLights(self.name, falloff=self.falloff)
+        copy = PointLights(self.name, attenuation=self._attenuation)
         self._copy_points_to(copy)
+        self._copy_shadow_to(copy)
+        copy._specular = self._specular
         return copy
 
 
-class PointLight(PointLights):
-    """One point light at its node's origin.
+class PointLight(FadingLight):
+    """One point light at its node's origin. See `FadingLight`.
 
     Parameters
     ----------
@@ -79,31 +129,56 @@ class PointLight(PointLights):
         The node's name.
     color : sequence of 3 floats
         Linear.
-    radius : float
-        Reach in scene units.
+    radius : float, optional
+        Reach in scene units; without it, the light is Panda3D's, attenuation (1, 0, 0).
     """
 
-    def __init__(
-        self,
-        name: str,
-        color: ArrayLike = (1.0, 1.0, 1.0),
-        radius: float = 1.0,
-        falloff: Falloff = Falloff.RAMP_SQUARED,
-    ) -> None:
-        super().__init__(name, np.zeros((1, 3)), _one_color(name, color), [radius], falloff)
-
-    def set_color(self, color: ArrayLike) -> None:
-        """Set the linear colour (r, g, b)."""
-        self.set_arrays(self.arrays.positions, _one_color(self.name, color), self.arrays.radii)
-
-    def set_radius(self, radius: float) -> None:
-        """Set the reach in scene units."""
-        self.set_arrays(self.arrays.positions, self.arrays.colors, [radius])
-
     def make_copy(self) -> PointLight:
-        """A new light with the same colour, radius, transform and attributes, without children."""
-        copy = PointLight(self.name, falloff=self.falloff)
-        self._copy_points_to(copy)
+        """A new light with the same colours, fading, shadows, transform and attributes, without children."""
+        copy = PointLight(self.name)
+        self._copy_fade_to(copy)
+        return copy
+
+
+class DirectionalLight(Light):
+    """Light from infinitely far away, all in one direction: the sun. It does not fade.
+
+    It shines along its node's +Y axis, or in the direction (in the node's space) that `set_direction` says.
+    """
+
+    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
+        super().__init__(name, color)
+        self._direction = np.array([0.0, 1.0, 0.0])
+
+    def set_direction(self, direction: ArrayLike) -> None:
+        """Set where the light goes, in the node's space; any length but 0.
+
+        Raises
+        ------
+        LightError
+            If it is not three finite numbers, or all are 0.
+        """
+        try:
+            given = np.array(direction, dtype=np.float64)
+        except (TypeError, ValueError):
+            given = np.zeros(0)
+        if given.shape != (3,) or not np.isfinite(given).all() or not given.any():
+            raise LightError(
+                f"light {self.name!r}: direction must be three finite numbers, not all 0, got {direction!r}"
+            )
+        given /= np.abs(given).max()
+        self._direction = given / np.linalg.norm(given)
+        self.mark_changed()
+
+    def get_direction(self) -> Float64:
+        """Where the light goes, in the node's space: a unit vector, shape (3,)."""
+        return self._direction.copy()
+
+    def make_copy(self) -> DirectionalLight:
+        """A new light with the same colours, direction, shadows, transform and attributes."""
+        copy = DirectionalLight(self.name)
+        self._copy_light_to(copy)
+        copy._direction = self._direction
         return copy
 
 
@@ -124,23 +199,15 @@ class AmbientLight(PandaNode):
 
     def set_color(self, color: ArrayLike) -> None:
         """Set the linear colour (r, g, b), each finite and 0 or more."""
-        self._light_color = _one_color(self.name, color)[0]
+        self._light_color = light_color(self.name, color)
         self.mark_changed()
 
     def get_color(self) -> Float64:
         """The linear colour, shape (3,)."""
-        return np.array(self._light_color, dtype=np.float64)
+        return self._light_color.copy()
 
     def make_copy(self) -> AmbientLight:
         """A new light with the same colour, transform and attributes, without children."""
         copy = AmbientLight(self.name, self._light_color)
         self._copy_state_to(copy)
         return copy
-
-
-def _one_color(name: str, color: ArrayLike) -> Float64:
-    """A checked colour as shape (1, 3)."""
-    rgb = np.array(color, dtype=np.float64)
-    if rgb.shape != (3,) or not np.isfinite(rgb).all() or rgb.min() < 0:
-        raise LightError(f"light {name!r}: color must be three finite numbers of 0 or more, got {color!r}")
-    return np.asarray(rgb[None])

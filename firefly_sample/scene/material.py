@@ -13,6 +13,9 @@ __all__ = ["AlphaMode", "Material", "Texture"]
 
 AlphaMode = Literal["opaque", "mask", "blend"]
 
+LARGEST_SHININESS = 1e6
+"""The G-buffer stores shininess as a logarithm with this end."""
+
 
 class Texture:
     """An image that a material samples.
@@ -53,7 +56,11 @@ class Texture:
 
 
 class Material:
-    """How a surface reflects light.
+    """How a surface reflects light, and what it shines by itself.
+
+    A surface is as bright as ambient + diffuse + specular + emission: ambient light times `ambient` and the
+    texture; each light times `base_color` and the texture, by the cosine of its angle; each light's
+    highlight times `specular`; and `emission`.
 
     Parameters
     ----------
@@ -70,6 +77,14 @@ class Material:
         The alpha below which a "mask" surface is not there.
     double_sided : bool
         Both sides are drawn and the normal is turned towards the eye.
+    ambient : sequence of 3 floats, optional
+        Linear reflectance of ambient light in 0..1, multiplies the texture; that of `base_color` when absent.
+    emission : sequence of 3 floats
+        Linear radiance that the surface gives off, 0 or more; no texture changes it.
+    specular : sequence of 3 floats
+        Linear reflectance of highlights in 0..1; black surfaces have none, and cost nothing.
+    shininess : float
+        The exponent of highlights, 0 to 1e6: larger ones are smaller. See `Settings.specular`.
 
     Raises
     ------
@@ -85,6 +100,11 @@ class Material:
         alpha_mode: AlphaMode = "opaque",
         alpha_cutoff: float = 0.5,
         double_sided: bool = False,
+        *,
+        ambient: ArrayLike | None = None,
+        emission: ArrayLike = (0.0, 0.0, 0.0),
+        specular: ArrayLike = (0.0, 0.0, 0.0),
+        shininess: float = 0.0,
     ) -> None:
         self.name = name
         self.texture = texture
@@ -99,16 +119,61 @@ class Material:
         self.alpha_cutoff = float(alpha_cutoff)
         self.revision = 0
         self.set_base_color(base_color)
+        self.set_ambient(ambient)
+        self.set_emission(emission)
+        self.set_specular(specular)
+        self.set_shininess(shininess)
 
     def set_base_color(self, color: ArrayLike) -> None:
         """Set the linear base colour (r, g, b, a), each in 0..1."""
-        rgba = np.array(color, dtype=np.float64)
-        if rgba.shape != (4,) or not np.isfinite(rgba).all() or rgba.min() < 0 or rgba.max() > 1:
-            raise SceneError(
-                f"material {self.name!r}: base_color must be four numbers in 0..1, got {color!r}"
-            )
-        self.base_color = rgba
+        self.base_color = self._color("base_color", color, 4, 1.0)
         self.revision += 1
+
+    def set_diffuse(self, color: ArrayLike) -> None:
+        """Set the linear base colour, as `set_base_color` does; three numbers leave the opacity as it is."""
+        rgb = np.array(color, dtype=np.float64)
+        self.set_base_color([*rgb, self.base_color[3]] if rgb.shape == (3,) else rgb)
+
+    def set_ambient(self, color: ArrayLike | None) -> None:
+        """Set the linear reflectance of ambient light (r, g, b); None is that of the base colour."""
+        self.ambient = None if color is None else self._color("ambient", color, 3, 1.0)
+        self.revision += 1
+
+    def set_emission(self, color: ArrayLike) -> None:
+        """Set the linear radiance (r, g, b) that the surface gives off."""
+        self.emission = self._color("emission", color, 3, 1e30)
+        self.revision += 1
+
+    def set_specular(self, color: ArrayLike) -> None:
+        """Set the linear reflectance of highlights (r, g, b)."""
+        self.specular = self._color("specular", color, 3, 1.0)
+        self.revision += 1
+
+    def set_shininess(self, shininess: float) -> None:
+        """Set the exponent of highlights."""
+        try:
+            exponent = float(shininess)
+        except (TypeError, ValueError):
+            exponent = np.nan
+        if not 0.0 <= exponent <= LARGEST_SHININESS:
+            raise SceneError(
+                f"material {self.name!r}: shininess must be a number of 0 to {LARGEST_SHININESS:g}, "
+                f"got {shininess!r}"
+            )
+        self.shininess = exponent
+        self.revision += 1
+
+    def _color(self, what: str, color: ArrayLike, channels: int, largest: float) -> NDArray[np.float64]:
+        try:
+            given = np.array(color, dtype=np.float64)
+        except (TypeError, ValueError):
+            given = np.zeros(0)
+        if given.shape != (channels,) or not (given.min() >= 0 and given.max() <= largest):
+            count = {3: "three", 4: "four"}[channels]
+            raise SceneError(
+                f"material {self.name!r}: {what} must be {count} numbers in 0..{largest:g}, got {color!r}"
+            )
+        return given
 
     def __repr__(self) -> str:
         return f"Material({self.name!r})"

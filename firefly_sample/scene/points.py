@@ -33,7 +33,7 @@ class PointArrays:
     colors : ndarray of float64, shape (n, 3)
         Linear; 0 to 1e30.
     radii : ndarray of float64, shape (n,)
-        Scene units, 0 or more and finite.
+        Scene units, 0 or more; finite, but for lights that may be without end.
     """
 
     positions: Float64
@@ -79,6 +79,11 @@ class PointsNode(PandaNode):
         self.function = function
         self.arrays = self._checked(positions, colors, radii)
 
+    @property
+    def endless(self) -> bool:
+        """Whether a radius may be infinite."""
+        return False
+
     def set_arrays(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> None:
         """Replace all points; any count."""
         self.arrays = self._checked(positions, colors, radii)
@@ -118,10 +123,11 @@ class PointsNode(PandaNode):
                 f"{where}: {n} positions need colors of shape ({n}, 3) and radii of shape ({n},), "
                 f"got {np.shape(colors)} and {np.shape(radii)}"
             ) from None
+        radius_fits = (r >= 0) if self.endless else (np.isfinite(r) & (r >= 0))
         for what, bad in (
             ("position is not finite", ~np.isfinite(p).all(axis=1)),
             ("color is negative or not finite", ~(np.isfinite(c) & (c >= 0)).all(axis=1)),
-            ("radius is negative or not finite", ~(np.isfinite(r) & (r >= 0))),
+            (f"radius is negative or {'no number' if self.endless else 'not finite'}", ~radius_fits),
             # the GPU computes in float32, and squares distances
             ("position is beyond 1e18", (np.abs(p) > 1e18).any(axis=1)),
             ("color is above 1e30", (c > 1e30).any(axis=1)),

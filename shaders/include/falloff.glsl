@@ -1,12 +1,25 @@
-// FALLOFF 0 is Falloff.RAMP_SQUARED. Provides falloff: how a point light fades with distance. Exactly 0 from the radius on.
+// Provides falloff: how a light fades with the distance d from it.
+// FALLOFF 0, Falloff.RAMP_SQUARED: (1 - d/reach)^2, exactly 0 from the reach on.
+// FALLOFF 1, Falloff.ATTENUATION: 1/(x + y*d + z*d^2) of fade, times a window that ends at 1/fade.w; none where that
+// is 0. WINDOW 0: Karis' (1 - (d/R)^4)^2. WINDOW 1: glTF's 1 - (d/R)^4.
 // Float64 twin: firefly_sample/reference/falloff.py
 
-float falloff(float d, float radius)
-{
 #if FALLOFF == 0
-    float s = max(1.0 - d / radius, 0.0);
+float falloff(float d, float reach)
+{
+    float s = max(1.0 - d / reach, 0.0);
     return s * s;
+}
+#elif FALLOFF == 1
+float falloff(float d, vec4 fade)
+{
+    float s = d * fade.w;
+    float window = max(1.0 - (s * s) * (s * s), 0.0);
+#if WINDOW == 0
+    window *= window;
+#endif
+    return window / (fade.x + d * (fade.y + d * fade.z));
+}
 #else
 #error "this falloff has no code"
 #endif
-}

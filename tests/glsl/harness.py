@@ -23,19 +23,29 @@ void main()
 WIDTH = 1024
 
 
-def evaluate(device: Device, includes, body: str, inputs, defines=None, blocks=None):
-    """`body` sets ``vec4 result`` from ``vec4 a``; `inputs` (n, 4) gives float32 results (n, 4)."""
+def _padded(inputs):
     rows = np.zeros((-(-len(inputs) // WIDTH) * WIDTH, 4), dtype=np.float32)
     rows[: len(inputs)] = inputs
     rows[len(inputs) :] = inputs[0]
+    return rows
+
+
+def evaluate(device: Device, includes, body: str, inputs, defines=None, blocks=None, more=None):
+    """`body` sets ``vec4 result`` from ``vec4 a`` (and ``vec4 b``, if there is more).
+
+    `inputs` and `more` (n, 4) give float32 results (n, 4).
+    """
+    rows = _padded(inputs)
     size = (WIDTH, len(rows) // WIDTH)
+    second = "" if more is None else "vec4 b = texelFetch(u_more, ivec2(gl_FragCoord.xy), 0);"
     heads = "\n".join(f'#include "include/{name}.glsl"' for name in includes)
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "include").symlink_to(asset_dir("shaders") / "include")
         (Path(folder) / "test.frag").write_text(
-            f"#version 330 core\n{heads}\nuniform sampler2D u_inputs;\nout vec4 o_result;\n"
+            f"#version 330 core\n{heads}\nuniform sampler2D u_inputs;\nuniform sampler2D u_more;\n"
+            "out vec4 o_result;\n"
             "void main() {\n    vec4 a = texelFetch(u_inputs, ivec2(gl_FragCoord.xy), 0);\n"
-            "    vec4 result = vec4(0.0);\n"
+            f"    {second} vec4 result = vec4(0.0);\n"
             f"    {body}\n    o_result = result;\n}}\n"
         )
         source = load_source("test.frag", defines or {}, Path(folder))
@@ -43,9 +53,14 @@ def evaluate(device: Device, includes, body: str, inputs, defines=None, blocks=N
         ctx = device.ctx
         program = ctx.program(vertex_shader=_VERTEX, fragment_shader=source.text)
         texture = ctx.texture(size, 4, rows.tobytes(), dtype="f4")
+        held = []
+        if more is not None:
+            held.append(ctx.texture(size, 4, _padded(more).tobytes(), dtype="f4"))
+            held[0].use(1)
+            if "u_more" in program:  # what nothing depends on is left out
+                program["u_more"] = 1
         target = ctx.texture(size, 4, dtype="f4")
         framebuffer = ctx.framebuffer([target])
-        held = []
         for name, values in (blocks or {}).items():
             buffer = ctx.buffer(values.tobytes())
             program[name].binding = binding(name)

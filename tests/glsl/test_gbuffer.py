@@ -4,8 +4,10 @@ import pytest
 from firefly_sample.reference.gbuffer import (
     decode_albedo,
     decode_normal,
+    decode_specular,
     encode_albedo,
     encode_normal,
+    encode_specular,
     quantise_snorm16,
 )
 from tests.glsl.harness import evaluate
@@ -30,14 +32,21 @@ def angles(a, b):
     return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
 
 
-@pytest.mark.parametrize("snorm", [0, 1])
-def test_normal_round_trip_on_the_gpu(device, snorm):
-    inputs = np.zeros((len(directions()), 4))
-    inputs[:, :3] = directions()
-    body = "result.rgb = decode_normal(encode_normal(normalize(a.xyz)));"
-    result = evaluate(device, ["gbuffer"], body, inputs, {"CLASSIC": 0, "SNORM": snorm})
-    # a few roundings of coordinates of up to 1: in radians
-    assert np.radians(angles(result[:, :3].astype(np.float64), inputs[:, :3])).max() <= 8 * EPS
+@pytest.mark.parametrize(("snorm", "one"), [(0, 65535), (1, 32767)])
+def test_decoding_loses_nothing_but_the_last_normalisation(device, snorm, one):
+    """Every stored pair of codes stands for a direction; up to normalize the shader's arithmetic is exact."""
+    codes = np.round(encode_normal(directions()) * one)
+    if not snorm:
+        codes = 2 * np.round((codes + one) / 2) - one  # what an unsigned target can hold
+    inputs = np.zeros((len(codes), 4), dtype=np.float32)
+    inputs[:, :2] = codes / one if snorm else (codes + one) / 2 / one
+    result = evaluate(
+        device, ["gbuffer"], "result.rgb = decode_normal(a);", inputs, {"CLASSIC": 0, "SNORM": snorm}
+    )[:, :3].astype(np.float64)
+    lengths = np.linalg.norm(result, axis=1, keepdims=True)
+    # components below 1, each rounded to half an ulp of up to 2^-25; in radians
+    assert np.radians(angles(result / lengths, decode_normal(codes / one))).max() <= np.sqrt(3) * EPS / 4
+    assert np.abs(lengths - 1).max() <= 2 * EPS
 
 
 def test_encoding_matches_its_twin(device):
@@ -81,3 +90,24 @@ def test_classic_keeps_the_original_fault(device):
     body = "result.rgb = decode_normal(encode_normal(a.xyz));"
     result = evaluate(device, ["gbuffer"], body, inputs, {"CLASSIC": 1, "SNORM": 1})
     assert np.abs(result[:, :3] - (inputs[:, :3] * 0.5 + 0.5)).max() <= EPS
+
+
+def test_specular_and_shininess_match_their_twin(device):
+    rng = np.random.default_rng(4)
+    given = rng.uniform(0, 1, (50_000, 4))
+    given[:, 3] = 10.0 ** rng.uniform(-3, 6, len(given))
+    given[:6, 3] = (0, 1, 32, 1e4, 1e6, 2)
+    inputs = given.astype(np.float32)
+    defines = {"CLASSIC": 0, "SNORM": 1}
+    stored = evaluate(device, ["gbuffer"], "result = encode_specular(a.rgb, a.a);", inputs, defines)
+    assert np.abs(stored - encode_specular(inputs)).max() <= 2 * EPS
+    codes = np.round(stored.astype(np.float64) * 65535) / 65535
+    decoded = evaluate(device, ["gbuffer"], "result = decode_specular(a);", codes.astype(np.float32), defines)
+    expected = decode_specular(codes.astype(np.float32))
+    assert np.abs(decoded[:, :3] - expected[:, :3]).max() <= 2 * EPS
+    # exp2 of up to 20, whose rounding counts 20 ln 2 times
+    assert (np.abs(decoded[:, 3] - expected[:, 3]) <= 20 * EPS * (1 + expected[:, 3])).all()
+    assert decoded[0, 3] == 0.0
+    # sixteen bits of logarithm: half a step of 20 ln 2 / 65535
+    relative = np.abs(decode_specular(codes)[:, 3] - inputs[:, 3]) / (1 + inputs[:, 3])
+    assert relative.max() <= 1.07e-4

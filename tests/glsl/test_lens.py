@@ -22,7 +22,9 @@ CLIPS = [("gl", False), ("zero_to_one", False), ("zero_to_one", True)]
 def block_of(lens, clip, reverse, size=(800, 600)):
     """The View block of a lens."""
     return view_values(
-        SimpleNamespace(lens=lens.constants(clip, reverse), size=size, world_to_view=np.eye(4))
+        SimpleNamespace(
+            lens=lens.constants(clip, reverse), size=size, near=lens.get_near(), world_to_view=np.eye(4)
+        )
     )
 
 

@@ -13,7 +13,7 @@ def model(plan, surface):
     position, normal, albedo = surface.position(), surface.normal(), surface.albedo()
     total = np.zeros_like(albedo)
     for lights in plan.lights:
-        for center, color, radius in zip(lights.positions, lights.colors, lights.radii, strict=True):
+        for center, color, radius in zip(lights.positions, lights.colors, lights.ends, strict=True):
             offset = center - position
             distance = np.linalg.norm(offset, axis=-1)
             with np.errstate(invalid="ignore"):

@@ -222,10 +222,7 @@ def test_lights_drawn_are_counted_by_the_pass_itself():
     with make_renderer((16, 12)) as renderer:
         assert renderer.render(scene).lights.dropped == 0
         plan = renderer.plan(scene)
-        fewer = tuple(
-            replace(lights, positions=lights.positions[1:], colors=lights.colors[1:], radii=lights.radii[1:])
-            for lights in plan.lights
-        )
+        fewer = tuple(lights.take(np.arange(1, len(lights))) for lights in plan.lights)
         assert renderer.draw(replace(plan, lights=fewer)).lights.dropped == 1
 
 

@@ -2,35 +2,16 @@ import numpy as np
 import pytest
 
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.reference.shade import nearest_light, shade_point_lights
 from firefly_sample.scene.lights import AmbientLight, PointLight, PointLights
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
+from tests.reference import BOUNDS, compare
 from tests.scenes import ball_scene, orthographic_wall, wall_scene
-
-BOUNDS = {"linear32f": 2e-5, "depth32f": 5e-5, "depth24": 1.2e-4}
 
 
 def against_reference(scene, settings, size=(320, 240), time=0.0, capabilities=None):
-    """Largest difference of the frame from float64 shading of the same G-buffer, over the 99.9th percentile.
-
-    Pixels with a light nearer than 0.01 R are left out, as the bounds of docs and NUMERICS state.
-    """
-    with make_renderer(size, settings) as renderer:
-        if capabilities is not None:
-            renderer._device.capabilities = capabilities
-        plan = renderer.plan(scene, time, ("radiance", "position", "normal", "albedo"))
-        frame = renderer.draw(plan)
-        surface = renderer.surface(plan)
-        position, normal, albedo = surface.position(), surface.normal(), surface.albedo()
-    expected = shade_point_lights(position, normal, albedo, plan.lights)
-    expected = expected + albedo * plan.ambient
-    near = nearest_light(position, plan.lights) < 0.01
-    covered = np.isfinite(position).all(axis=-1)
-    chosen = covered & ~near
-    assert np.isfinite(frame.radiance).all()
-    difference = np.abs(frame.radiance[chosen] - expected[chosen]).max()
-    return difference / np.percentile(expected[covered], 99.9)
+    """Largest difference of the frame from float64 shading of its G-buffer, over the 99.9th percentile."""
+    return compare(scene, settings, size, time, capabilities).error()
 
 
 @pytest.mark.parametrize("position", BOUNDS)

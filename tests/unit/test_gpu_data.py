@@ -1,14 +1,22 @@
 """What is computed on the CPU for the GPU: mipmaps, proxies, blocks, rows."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from firefly_sample.gpu.blocks import BLOCKS, block_dtype, block_glsl
+from firefly_sample.gpu.light_rows import light_rows, light_texels, pixel_slopes
 from firefly_sample.gpu.mipmaps import alpha_coverage, mip_chain
-from firefly_sample.gpu.proxies import circumscribed_icosphere
-from firefly_sample.gpu.rows import light_texels
+from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_icosphere
+from firefly_sample.gpu.records import RECORDS, record_dtype, record_fields, record_glsl
+from firefly_sample.plan.light_set import LightSet
+from firefly_sample.scene.falloff import Falloff
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+
+ALL = {"METHOD": 0, "HIGHLIGHTS": 1, "FALLOFF": 1, "TAPS": 4}
+"""Defines of a variant whose record has every field."""
 
 
 def leaf_texture(size=128):
@@ -99,13 +107,79 @@ def test_a_blocks_dtype_and_text_come_from_one_table(device, block):
     assert [block_dtype(block).fields[name][1] for name in fields] == [16 * i for i in range(len(fields))]
 
 
-def test_light_texels_lose_no_light_at_any_count():
+def test_cones_hold_the_unit_cone_and_no_more():
+    triangles = circumscribed_cone(16)
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    # outwards: the axis lies behind every face
+    inside = np.array([0.0, 0.9, 0.0])
+    assert (np.einsum("ij,ij->i", normals, triangles[:, 0] - inside) > 0).all()
+    angle = np.linspace(0, 2 * np.pi, 1000)
+    rim = np.stack([np.cos(angle), np.ones(1000), np.sin(angle)], axis=1)
+    distance = np.einsum("ijk,ik->ij", triangles[:, :1] - rim[None], normals)
+    assert distance.min() >= 0.0
+    assert distance.min() <= 2e-6
+    assert triangles[..., 1].min() == 0.0
+    assert triangles[..., 1].max() == 1.0
+    keys = np.round(triangles, 6) + 0.0
+    edges = [(tuple(t[i]), tuple(t[(i + 1) % 3])) for t in keys for i in range(3)]
+    assert sorted(edges) == sorted((b, a) for a, b in edges)
+
+
+@pytest.mark.parametrize("record", RECORDS)
+def test_texels_lose_no_light_at_any_count(record):
+    fields = len(record_fields(record, ALL))
     for count in (0, 1, 3, 4, 5, 100):
-        rng = np.random.default_rng(count)
-        positions, colors = rng.normal(size=(count, 3)), rng.uniform(size=(count, 3))
-        radii = rng.uniform(size=count)
-        flat = light_texels(positions, radii, colors, 8).reshape(-1, 4)[: 3 * count].astype(np.float64)
-        assert np.array_equal(flat[0::3, 3], radii.astype(np.float32))
-        assert np.array_equal(flat[1::3, :3], colors.astype(np.float32))
-        # the two parts together are the place to 48 bits
-        assert np.abs(flat[0::3, :3] + flat[2::3, :3] - positions).max(initial=0) <= 2.0**-48 * 8
+        rows = np.arange(count * fields * 4, dtype=np.float32).reshape(count, fields, 4)
+        texels = light_texels(rows, 64)
+        assert texels.shape[1] % fields == 0
+        assert texels.shape[1] <= 64
+        assert np.array_equal(texels.reshape(-1, fields, 4)[:count], rows)
+
+
+def lights_at(positions, **columns):
+    return LightSet.make(
+        "point", Falloff.RAMP_SQUARED, np.ones((len(positions), 3)), positions=positions, **columns
+    )
+
+
+def view_of(lens, size=(800, 600)):
+    return SimpleNamespace(lens=lens.constants(), size=size, near=lens.get_near())
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        PerspectiveLens(fov=60, near=0.5, far=1e4, film_offset=(0.2, -0.1)),
+        PerspectiveLens(fov=1e-3, near=1, far=1e9),
+        OrthographicLens(film_size=(40, 30), near=-10, far=500, film_offset=(3, 1)),
+    ],
+)
+def test_two_float32_hold_where_a_light_is_seen_to_48_bits(lens):
+    """What the shader adds up from them is the place across the view, to far more than a float32 has."""
+    rng = np.random.default_rng(0)
+    positions = rng.normal(size=(500, 3)) * 10.0 ** rng.uniform(-2, 4, (500, 1))
+    view = view_of(lens)
+    rows = light_rows("PointLight", {"METHOD": 0}, lights_at(positions), view)
+    place, pixel, color = (rows[:, field].astype(np.float64) for field in range(3))
+    assert np.array_equal(place[:, :3], positions.astype(np.float32))
+    seen = pixel[:, :2] + pixel[:, 2:]
+    y = place[:, 1] + color[:, 3]
+    assert np.abs(y - positions[:, 1]).max() <= 2.0**-48 * np.abs(positions[:, 1]).max()
+    distance = np.maximum(place[:, 1], np.float32(view.near)) if view.lens.perspective else np.ones(500)
+    slopes, half = np.array(pixel_slopes(view)), np.array(view.size) / 2
+    offset = half * (1 + np.array([view.lens.x_offset, view.lens.z_offset]))
+    across = (seen - offset) * slopes * distance[:, None]
+    error = np.abs(across - positions[:, [0, 2]])
+    assert (error <= 2.0**-47 * (np.abs(seen) + offset) * slopes * distance[:, None]).all()
+
+
+def test_records_have_only_what_a_variant_asks_for():
+    bare = [field.name for field in record_fields("PointLight", {})]
+    assert bare == ["place", "pixel", "color"]
+    full = [field.name for field in record_fields("PointLight", ALL)]
+    assert set(full) - set(bare) == {"specular", "fade", "shadow"}
+    assert record_dtype("PointLight", ALL).itemsize == 16 * len(full)
+    assert "in_specular" in record_glsl("Spotlight", ALL, "vert")
+    assert "specular" not in record_glsl("Spotlight", {"METHOD": 0}, "vert")
+    assert "fetch_light" in record_glsl("Spotlight", {"METHOD": 3}, "frag")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import LightError, SceneError
-from firefly_sample.scene.lights import AmbientLight, PointLight, PointLights
+from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.sprites import Sprites
 
@@ -59,7 +59,6 @@ def test_a_function_that_gives_something_else_is_named():
     [
         PointLights("a", PLACES, (1, 2, 3), 4.0),
         PointLights("b", function=lambda t: ([(t, 0, 0)], (1, 1, 1), 1)),
-        PointLight("c", (1, 2, 3), 4.0),
         Sprites("d", PLACES, (1, 2, 3), 4.0),
     ],
     ids=lambda node: node.name,
@@ -74,18 +73,3 @@ def test_copies_have_the_same_points_and_then_lead_their_own_life(node):
     copy.function = None
     copy.set_arrays([(9, 9, 9)], (1, 1, 1), 9.0)
     assert np.array_equal(node.evaluate(2.0).radii, before)
-
-
-def test_a_single_lights_setters_change_only_what_they_name():
-    light = PointLight("lamp", (1, 0.5, 0), 2.0)
-    revision = light.subtree_revision
-    light.set_color((0, 0, 1))
-    light.set_radius(5.0)
-    arrays = light.evaluate(0.0)
-    assert (arrays.colors.tolist(), arrays.radii.tolist()) == ([[0, 0, 1]], [5.0])
-    assert light.subtree_revision > revision
-    for color in ((1, 1), (1, -1, 1), (1, np.inf, 1)):
-        with pytest.raises(LightError, match="'lamp'"):
-            light.set_color(color)
-        with pytest.raises(LightError, match="'moon'"):
-            AmbientLight("moon", color)

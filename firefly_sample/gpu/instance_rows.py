@@ -1,0 +1,64 @@
+"""Rows of instances for the geometry pass and for shadow maps: the cast to float32 of their matrices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.plan.frame_plan import Batch
+from firefly_sample.plan.shadows import CasterBatch
+
+__all__ = ["CASTER_DTYPE", "INSTANCE_DTYPE", "caster_rows", "instance_rows"]
+
+INSTANCE_DTYPE = np.dtype(
+    [
+        ("in_view_x", np.float32, 4),
+        ("in_view_y", np.float32, 4),
+        ("in_view_z", np.float32, 4),
+        ("in_normal_x", np.float32, 3),
+        ("in_normal_y", np.float32, 3),
+        ("in_normal_z", np.float32, 3),
+        ("in_base_color", np.float32, 4),
+        ("in_ambient", np.float32, 3),
+        ("in_emission", np.float32, 3),
+        ("in_specular", np.float32, 4),
+        ("in_id", np.uint32),
+    ]
+)
+"""One instance: the columns of model-to-view for positions and for normals, its colours, and id + 1."""
+
+CASTER_DTYPE = np.dtype([*((f"in_clip_{axis}", np.float32, 4) for axis in "xyzw"), ("in_alpha", np.float32)])
+"""One caster of a shadow: the columns of model-to-clip, and the factor of its alpha."""
+
+
+def instance_rows(batch: Batch) -> NDArray[Any]:
+    """The instances of a batch; normals go through the cofactor matrix, which needs no inverse."""
+    m = batch.model_to_view
+    rows = np.zeros(len(m), dtype=INSTANCE_DTYPE)
+    linear = m[:, :3, :3]
+    cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
+    # a flat matrix has no sides: it keeps the sign of one that is not mirrored
+    cofactors *= np.where(np.linalg.det(linear) < 0, -1.0, 1.0)[:, None, None]
+    # shaders normalise anyway; this keeps tiny and huge scales inside float32
+    largest = np.abs(cofactors).max(axis=(1, 2), keepdims=True)
+    cofactors /= np.where(largest > 0, largest, 1.0)
+    for column, axis in enumerate("xyz"):
+        rows[f"in_view_{axis}"] = m[:, :, column]
+        rows[f"in_normal_{axis}"] = cofactors[:, :, column]
+    rows["in_base_color"] = batch.factors.base_colors
+    rows["in_ambient"] = batch.factors.ambients
+    rows["in_emission"] = batch.factors.emissions
+    rows["in_specular"] = batch.factors.speculars
+    rows["in_id"] = batch.ids.astype(np.uint32) + 1
+    return rows
+
+
+def caster_rows(batch: CasterBatch) -> NDArray[Any]:
+    """The casters of a batch."""
+    rows = np.zeros(len(batch.alphas), dtype=CASTER_DTYPE)
+    for column, axis in enumerate("xyzw"):
+        rows[f"in_clip_{axis}"] = batch.model_to_clip[:, :, column]
+    rows["in_alpha"] = batch.alphas
+    return rows

@@ -1,0 +1,150 @@
+"""Rows of points, lights and shadow maps: the cast to float32 of places in view space.
+
+A float32 rounds a place 300 units away by up to 1.5e-5, which shows beside a light a quarter of a unit from
+a surface. A light's place is therefore sent in two ways: as it is, for its volume; and as the pixel at which
+the camera sees it, in two float32. A surface's own pixel is a small number that float32 holds exactly, so the
+difference of the two keeps its digits however near they are; times the width of a pixel at the light's
+distance it is the way to the light across the view.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.gpu.records import record_fields
+from firefly_sample.plan.frame_plan import View
+from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.shadows import ShadowPlan
+
+__all__ = ["SHADOW_TEXELS", "light_rows", "light_texels", "pixel_slopes", "point_rows", "shadow_rows"]
+
+Float64 = NDArray[np.float64]
+Float32 = NDArray[np.float32]
+
+SHADOW_TEXELS = 5
+"""Of a shadow map: three rows of view-to-light; scales and the depth's constants; its tile."""
+LARGEST = 3e38
+"""What float32 holds."""
+PROXY_MARGIN = 1e-4
+"""How much wider a cone's proxy is than the cone, of its height: what rounding may move its sides."""
+
+
+def point_rows(positions: Float64, radii: Float64, colors: Float64) -> Float32:
+    """Rows (x, y, z, radius, r, g, b), shape (n, 7)."""
+    rows = np.concatenate([positions, radii[:, None], colors], axis=1)
+    with np.errstate(over="ignore"):  # a radius beyond float32 reaches everything, as infinity does
+        return rows.astype(np.float32)
+
+
+def pixel_slopes(view: View) -> tuple[float, float]:
+    """How far the way through a pixel moves across the view with each pixel, right and up.
+
+    In units a unit of distance, or, under an orthographic lens, in units.
+    """
+    width, height = view.size
+    return 2.0 / (width * view.lens.a), 2.0 / (height * view.lens.c)
+
+
+def light_rows(record: str, defines: dict[str, int], lights: LightSet, view: View) -> Float32:
+    """The records of lights as a variant's shader reads them, shape (n, fields, 4)."""
+    fields = record_fields(record, defines)
+    rows = np.zeros((len(lights), len(fields), 4))
+    for index, field in enumerate(fields):
+        rows[:, index] = _COLUMNS[field.name](lights, view)
+    with np.errstate(over="ignore"):
+        return rows.astype(np.float32)
+
+
+def light_texels(rows: Float32, width: int) -> Float32:
+    """Records as texels of a texture `width` wide, in which no record wraps: shape (height, width, 4)."""
+    count, fields = rows.shape[:2]
+    per_row = width // fields
+    height = max(1, -(-count // per_row))
+    texels = np.zeros((height, per_row, fields, 4), dtype=np.float32)
+    texels.reshape(-1, fields, 4)[:count] = rows
+    return texels.reshape(height, per_row * fields, 4)
+
+
+def _beside(values: Float64, *more: Float64) -> Float64:
+    return np.concatenate([values, *(column.reshape(len(values), -1) for column in more)], axis=1)
+
+
+def _padded(values: Float64) -> Float64:
+    return np.pad(values, ((0, 0), (0, 4 - values.shape[1])))
+
+
+def _rounded(values: Float64) -> Float64:
+    """As float32 holds them."""
+    return values.astype(np.float32).astype(np.float64)
+
+
+def _place(lights: LightSet, view: View) -> Float64:
+    return _beside(lights.positions, lights.reaches)
+
+
+def _pixel(lights: LightSet, view: View) -> Float64:
+    """Where the light would be seen at the distance that the shader takes: its own, or the near plane's."""
+    distance = np.ones(len(lights))
+    if view.lens.perspective:
+        distance = np.maximum(_rounded(lights.positions[:, 1]), float(np.float32(view.near)))
+    slopes, half = np.array(pixel_slopes(view)), 0.5 * np.array(view.size)
+    offsets = np.array([view.lens.x_offset, view.lens.z_offset])
+    with np.errstate(over="ignore"):
+        pixels = lights.positions[:, [0, 2]] / distance[:, None] / slopes + half * (1.0 + offsets)
+    pixels = np.clip(pixels, -LARGEST, LARGEST)
+    return _beside(_rounded(pixels), pixels - _rounded(pixels))
+
+
+def _color(lights: LightSet, view: View) -> Float64:
+    y = lights.positions[:, 1]
+    return _beside(lights.colors, y - _rounded(y))
+
+
+def _fade(lights: LightSet, view: View) -> Float64:
+    with np.errstate(divide="ignore"):
+        return _beside(lights.attenuations, 1.0 / lights.ends)
+
+
+def _axis(lights: LightSet, view: View) -> Float64:
+    inner, outer, _ = lights.cones.T
+    # a cone that is a full circle and ends hard must not lose what rounding puts beyond its end
+    endless = (inner == outer) & (outer >= 2.0 - 1e-9)
+    return _beside(lights.directions, np.where(endless, 4.0, outer))
+
+
+def _cone(lights: LightSet, view: View) -> Float64:
+    inner, outer, exponent = lights.cones.T
+    edge = outer > inner
+    steep = np.where(edge, 1.0 / np.where(edge, outer - inner, 1.0), 0.0)
+    cosine = np.maximum(1.0 - outer, 1e-3)  # wider ones have other proxies
+    tangent = np.sqrt(np.maximum(outer * (2.0 - outer), 0.0)) / cosine
+    height = np.minimum(lights.heights, LARGEST)
+    return _beside(steep[:, None], exponent, height, tangent * (1.0 + PROXY_MARGIN) + PROXY_MARGIN)
+
+
+_COLUMNS: dict[str, Callable[[LightSet, View], Float64]] = {
+    "place": _place,
+    "pixel": _pixel,
+    "color": _color,
+    "specular": lambda lights, _: _padded(lights.specular_colors),
+    "fade": _fade,
+    "axis": _axis,
+    "cone": _cone,
+    "shadow": lambda lights, _: _padded(np.stack([lights.casters, lights.maps], axis=1).astype(np.float64)),
+}
+
+
+def shadow_rows(shadows: ShadowPlan, view: View) -> Float32:
+    """What a shader needs to look shadows up, shape (maps, `SHADOW_TEXELS`, 4)."""
+    rows = np.zeros((len(shadows.maps), SHADOW_TEXELS, 4))
+    for row, shadow in zip(rows, shadows.maps, strict=True):
+        view_to_light = view.view_to_world @ shadow.world_to_light
+        row[:3, :3], row[:3, 3] = view_to_light[:3, :3].T, view_to_light[3, :3]
+        lens, half = shadow.lens, shadow.tile.size / 2.0
+        row[3] = lens.a * half, lens.c * half, lens.y_fold, lens.w_fold
+        row[4] = *shadow.tile, float(lens.perspective)
+    with np.errstate(over="ignore"):
+        return rows.astype(np.float32)

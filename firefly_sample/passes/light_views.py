@@ -1,0 +1,64 @@
+"""Overdraw, volumes and wireframe: the lights' proxies themselves, to look at."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import moderngl
+
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.passes.base import Pass
+from firefly_sample.passes.lights import draw_volumes, method_for
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from firefly_sample.plan.light_set import PASS_OF_KIND
+from firefly_sample.plan.variants import DrawMethod, LightViewVariant
+
+__all__ = ["OverdrawPass", "VolumesPass", "WireframePass"]
+
+
+class _LightViewPass(Pass):
+    """Draws all proxies as the passes of light do, with another shader."""
+
+    lines = False
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        assert isinstance(step.variant, LightViewVariant)
+        images.draw_into()
+        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
+        chosen: DrawMethod = "sphere" if plan.settings.lights == "volumes" else "fullscreen"
+        for index, lights in enumerate(plan.lights):
+            variant = replace(step.variant, method=method_for(chosen, lights))
+            vertex = PASS_OF_KIND[lights.kind]
+            program = gpu.programs.get("light_views", variant, images.color_names(), vertex)
+            program.use()
+            draw_volumes(
+                gpu,
+                plan,
+                program,
+                lights,
+                variant,
+                f"light view {index}",
+                "depth" in step.updates,
+                self.lines,
+            )
+
+
+class OverdrawPass(_LightViewPass):
+    """Counts how often each pixel is shaded."""
+
+    name = "overdraw"
+
+
+class VolumesPass(_LightViewPass):
+    """Adds a faint flat colour for each light that shades a pixel."""
+
+    name = "volumes"
+
+
+class WireframePass(_LightViewPass):
+    """Draws the edges of the volumes that can be seen."""
+
+    name = "wireframe"
+    lines = True

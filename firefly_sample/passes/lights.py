@@ -1,0 +1,148 @@
+"""What the passes of lights share: each light shades the pixels that it can reach, and blends them together.
+
+Volumes are drawn as back faces with depth test greater-equal, so that the camera may stand inside and what
+lies before a volume costs nothing, and with depth clamp, so that no plane cuts a volume open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.gpu.light_rows import light_rows, light_texels
+from firefly_sample.gpu.programs import Program
+from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_icosphere
+from firefly_sample.gpu.records import RECORD_OF_KIND, record_dtype
+from firefly_sample.passes.base import Pass
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from firefly_sample.plan.light_set import LightKind, LightSet
+from firefly_sample.plan.variants import DrawMethod, LightVariant, Variant, defines
+
+__all__ = ["LightPass", "draw_volumes", "method_for"]
+
+_MESHES: dict[DrawMethod, NDArray[np.float32]] = {
+    "sphere": circumscribed_icosphere(1).reshape(-1, 3).astype(np.float32),
+    "cone": circumscribed_cone(16).reshape(-1, 3).astype(np.float32),
+}
+_TEXTURE_WIDTH = 2048
+
+
+class LightPass(Pass):
+    """Draws the light sets of one kind."""
+
+    kind: LightKind
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        assert isinstance(step.variant, LightVariant)
+        images.draw_into()
+        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
+        for index, lights in enumerate(plan.lights):
+            if lights.kind != self.kind:
+                continue
+            variant = _variant_for(step.variant, lights)
+            program = gpu.programs.get(self.name, variant, images.color_names())
+            needless = set() if variant.taps else {"shadow_atlas"}
+            if not (variant.taps or lights.kind != "directional"):
+                needless |= {"distance", "depth_copy"}
+            textures = {f"u_{name}": images.read(name) for name in step.reads if name not in needless}
+            if variant.taps:
+                textures["u_shadow_maps"] = gpu.shadow_table(plan)
+            if variant.method == "loop":
+                _draw_loop(gpu, plan, program, textures, lights, variant)
+            else:
+                program.use(None, textures)
+                tested = "depth" in step.updates
+                draw_volumes(gpu, plan, program, lights, variant, f"{self.name} {index}", tested)
+            gpu.lights_drawn += len(lights)
+
+
+def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
+    """How a set is drawn where volumes, or full-screen passes, were chosen."""
+    return lights.proxy if chosen == "sphere" else "fullscreen"
+
+
+def _variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
+    """The frame's variant, with what is the set's own."""
+    fades = lights.kind != "directional"
+    return replace(
+        frame,
+        method="loop" if frame.method == "loop" else method_for(frame.method, lights),
+        falloff=lights.falloff.value if fades else "ramp_squared",
+        window=frame.window if fades and lights.falloff.value == "attenuation" else "karis",
+        taps=frame.taps if lights.shadowed else 0,
+        from_depth=frame.from_depth and (fades or lights.shadowed),
+    )
+
+
+def draw_volumes(
+    gpu: Gpu,
+    plan: FramePlan,
+    program: Program,
+    lights: LightSet,
+    variant: LightVariant | Variant,
+    key: str,
+    tested: bool,
+    lines: bool = False,
+) -> None:
+    """One instanced draw: a volume, or a full-screen triangle, for each light; `program` is in use.
+
+    Parameters
+    ----------
+    variant : Variant
+        Has the field ``method``.
+    key : str
+        Names the buffer of the lights' records.
+    tested : bool
+        Draw only where a volume's back faces lie behind the surface.
+    lines : bool
+        Draw the edges of all faces instead, tested for being before the surface.
+    """
+    method: DrawMethod = variant.method  # type: ignore[union-attr]
+    record, given = RECORD_OF_KIND[lights.kind], defines(variant)
+    rows = light_rows(record, given, lights, plan.view)
+    buffer = gpu.stream(key, rows)
+    content = program.attributes_of(buffer, record_dtype(record, given), per_instance=True)
+    if method == "fullscreen":
+        gpu.ctx.enable_only(moderngl.BLEND)
+        gpu.array(key, program, content).render(moderngl.TRIANGLES, vertices=3, instances=len(lights))
+        return
+    mesh = _MESHES[method]
+    corners = gpu.fixed(f"unit {method}", mesh)
+    enabled = moderngl.BLEND | (moderngl.DEPTH_TEST if tested else moderngl.NOTHING)
+    gpu.ctx.enable_only(enabled if lines else enabled | moderngl.CULL_FACE)
+    gpu.ctx.cull_face = "front"
+    gpu.ctx.wireframe = lines
+    gpu.ctx.depth_func = ">=" if plan.view.reverse is lines else "<="
+    gpu.device.set_depth_clamp(True)
+    array = gpu.array(key, program, (corners, "3f", "in_position"), content)
+    array.render(moderngl.TRIANGLES, vertices=len(mesh), instances=len(lights))
+    gpu.device.set_depth_clamp(False)
+    gpu.ctx.wireframe = False
+    gpu.ctx.cull_face = "back"
+    gpu.ctx.depth_func = "<"
+
+
+def _draw_loop(
+    gpu: Gpu,
+    plan: FramePlan,
+    program: Program,
+    textures: dict[str, moderngl.Texture],
+    lights: LightSet,
+    variant: LightVariant,
+) -> None:
+    """One full-screen triangle whose shader walks all lights, read from a texture."""
+    rows = light_rows(RECORD_OF_KIND[lights.kind], defines(variant), lights, plan.view)
+    texels = light_texels(rows, _TEXTURE_WIDTH)
+    height, width = texels.shape[:2]
+    table = gpu.ctx.texture((width, height), 4, texels.tobytes(), dtype="f4")
+    table.filter = moderngl.NEAREST, moderngl.NEAREST
+    program.use({"u_light_count": len(lights)}, textures | {"u_lights": table})
+    gpu.ctx.enable_only(moderngl.BLEND)
+    gpu.array("loop", program).render(moderngl.TRIANGLES, vertices=3)
+    table.release()

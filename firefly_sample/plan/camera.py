@@ -1,0 +1,56 @@
+"""Where a scene's camera is, and its lens for a picture's shape."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import NodeError
+from firefly_sample.scene.lens import Lens
+from firefly_sample.scene.scene import Scene
+
+__all__ = ["CameraMatrices", "camera_matrices", "lens_for"]
+
+Float64 = NDArray[np.float64]
+
+
+class CameraMatrices(NamedTuple):
+    """World to view and back: float64, shape (4, 4), for row vectors."""
+
+    world_to_view: Float64
+    view_to_world: Float64
+
+
+def lens_for(lens: Lens, size: tuple[int, int]) -> Lens:
+    """The lens with the picture's aspect ratio (its vertical field of view stays)."""
+    aspect = size[0] / size[1]
+    if abs(lens.get_aspect_ratio() / aspect - 1.0) < 1e-4:
+        return lens
+    return lens.with_aspect_ratio(aspect)
+
+
+def camera_matrices(scene: Scene) -> CameraMatrices:
+    """World to view and back, without the scale and the shear that a camera's parents may have.
+
+    The way forward stays; right and up are made perpendicular to it.
+
+    Raises
+    ------
+    NodeError
+        If the camera's net transform is singular, mirrored or not finite.
+    """
+    net = np.array(scene.camera.get_net_transform().get_mat(), dtype=np.float64)
+    if not np.isfinite(net).all() or not np.linalg.det(net[:3, :3]) > 0:
+        raise NodeError(
+            f"camera {scene.camera}: its net transform is singular, mirrored or not finite: "
+            "give it and its parents scales above 0"
+        )
+    forward = net[1, :3] / np.linalg.norm(net[1, :3])
+    right = net[0, :3] - (net[0, :3] @ forward) * forward
+    right /= np.linalg.norm(right)
+    view_to_world = np.eye(4)
+    view_to_world[:3, :3] = right, forward, np.cross(right, forward)
+    view_to_world[3, :3] = net[3, :3]
+    return CameraMatrices(np.asarray(np.linalg.inv(view_to_world), dtype=np.float64), view_to_world)

@@ -1,0 +1,154 @@
+"""Instances that one call can draw: one Geom, one texture, one way to be cut out; colours differ freely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.node import Color
+
+__all__ = ["Factors", "Group", "look_of", "make_group"]
+
+Float64 = NDArray[np.float64]
+
+
+def look_of(material: Material) -> tuple[Any, ...]:
+    """What of a material decides which instances are drawn together, hashable; the rest is per instance."""
+    cutout = material.alpha_mode != "opaque"
+    return (
+        None if material.texture is None else id(material.texture),
+        material.alpha_cutoff if cutout else None,
+        material.double_sided,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Factors:
+    """What instances have of their materials and of their nodes' flat colours, at one moment.
+
+    Attributes
+    ----------
+    base_colors : ndarray of float64, shape (n, 4)
+    ambients, emissions : ndarray of float64, shape (n, 3)
+        Linear. A material without an ambient colour has its base colour's.
+    speculars : ndarray of float64, shape (n, 4)
+        Linear colour, and shininess.
+    """
+
+    base_colors: Float64
+    ambients: Float64
+    emissions: Float64
+    speculars: Float64
+
+    def take(self, chosen: NDArray[Any]) -> Factors:
+        """Those of the chosen instances."""
+        return Factors(
+            self.base_colors[chosen],
+            self.ambients[chosen],
+            self.emissions[chosen],
+            self.speculars[chosen],
+        )
+
+
+@dataclass(eq=False)
+class Group:
+    """All instances of one Geom that can be drawn together.
+
+    Attributes
+    ----------
+    key : tuple
+        Hashable; tells groups apart, and stays for as long as the walk would find the same.
+    geom : Geom
+    texture : Texture or None
+    cutoff : float or None
+        The alpha below which nothing is drawn; None for opaque instances.
+    double_sided, mirrored : bool
+        See `firefly_sample.plan.frame_plan.Batch`.
+    materials : tuple of Material
+        Each once.
+    which : ndarray of int, shape (n,)
+        Each instance's index into `materials`.
+    colors : ndarray of float64, shape (n, 4), or None
+        Flat colours, which replace vertex colours; None where no instance has one.
+    model_to_world : ndarray of float64, shape (n, 4, 4)
+    ids : ndarray of int32, shape (n,)
+    centers, radii : ndarray of float64, shapes (n, 3) and (n,)
+        Of the bounding spheres, world space.
+    """
+
+    key: tuple[Any, ...]
+    geom: Geom
+    texture: Texture | None
+    cutoff: float | None
+    double_sided: bool
+    mirrored: bool
+    materials: tuple[Material, ...]
+    which: NDArray[np.intp]
+    colors: Float64 | None
+    model_to_world: Float64
+    ids: NDArray[np.int32]
+    centers: Float64
+    radii: Float64
+
+    _factors: tuple[tuple[int, ...], Factors] | None = None
+
+    def factors(self) -> Factors:
+        """Of all instances, now; made anew only when a material has changed."""
+        revisions = tuple(material.revision for material in self.materials)
+        if self._factors is None or self._factors[0] != revisions:
+            self._factors = revisions, self._gather()
+        return self._factors[1]
+
+    def _gather(self) -> Factors:
+        def column(values: list[Any]) -> Float64:
+            return np.array(values, dtype=np.float64)[self.which]
+
+        base = column([material.base_color for material in self.materials])
+        ambient = column([m.base_color[:3] if m.ambient is None else m.ambient for m in self.materials])
+        if self.colors is not None:
+            base, ambient = base * self.colors, ambient * self.colors[:, :3]
+        return Factors(
+            base,
+            ambient,
+            column([material.emission for material in self.materials]),
+            column([(*material.specular, material.shininess) for material in self.materials]),
+        )
+
+
+def make_group(
+    key: tuple[Any, ...],
+    geom: Geom,
+    materials: Sequence[Material],
+    colors: Sequence[Color | None],
+    nets: Sequence[Float64],
+    ids: Sequence[int],
+) -> Group:
+    """A group with bounding spheres; a sphere's radius grows with the matrix's largest singular value."""
+    unique = list({id(material): material for material in materials}.values())
+    index = {id(material): position for position, material in enumerate(unique)}
+    first, matrices = materials[0], np.array(nets)
+    low, high = geom.bounds
+    center = 0.5 * (low + high)
+    radius = float(np.linalg.norm(geom.vertices - center, axis=1).max()) if len(geom.vertices) else 0.0
+    stretch = np.linalg.norm(matrices[:, :3, :3], ord=2, axis=(1, 2))
+    return Group(
+        key=key,
+        geom=geom,
+        texture=first.texture,
+        cutoff=first.alpha_cutoff if first.alpha_mode != "opaque" else None,
+        double_sided=first.double_sided,
+        mirrored=bool(np.linalg.det(matrices[0, :3, :3]) < 0),
+        materials=tuple(unique),
+        which=np.array([index[id(material)] for material in materials], dtype=np.intp),
+        colors=None if colors[0] is None else np.array(colors, dtype=np.float64),
+        model_to_world=matrices,
+        ids=np.array(ids, dtype=np.int32),
+        centers=center @ matrices[:, :3, :3] + matrices[:, 3, :3],
+        radii=radius * stretch,
+    )

@@ -1,0 +1,106 @@
+"""The lights of one frame: which there are, which are in view, how each is drawn, and their shadow maps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from firefly_sample.plan.batches import VisiblePart
+from firefly_sample.plan.camera import CameraMatrices
+from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.cull import frustum_corners
+from firefly_sample.plan.light_set import LightKind, LightSet
+from firefly_sample.plan.light_views import Sight
+from firefly_sample.plan.lights import choose_proxies, cut_off, in_view, world_lights
+from firefly_sample.plan.shadows import ShadowPlan, ShadowPlanner, no_maps
+from firefly_sample.scene.lens import Lens
+from firefly_sample.settings import Settings
+
+__all__ = ["Lighting", "light_scene"]
+
+
+@dataclass(frozen=True, eq=False)
+class Lighting:
+    """See the attributes' own classes.
+
+    Attributes
+    ----------
+    in_scene : int
+        Lights that are attached and not hidden, ambient ones apart.
+    sets : tuple of LightSet
+        Those that can change what is seen, in drawing order.
+    shadows : ShadowPlan
+    """
+
+    in_scene: int
+    sets: tuple[LightSet, ...]
+    shadows: ShadowPlan
+
+    def counts(self, shadowed: bool = False) -> dict[LightKind, int]:
+        """How many lights of each kind are drawn, or are drawn with shadows; kinds without any left out."""
+        counts: dict[LightKind, int] = {}
+        for lights in self.sets:
+            if lights.shadowed or not shadowed:
+                counts[lights.kind] = counts.get(lights.kind, 0) + len(lights)
+        return counts
+
+
+def light_scene(
+    snapshot: Snapshot,
+    snapshot_for: Callable[[int], Snapshot],
+    planner: ShadowPlanner,
+    settings: Settings,
+    time: float,
+    lens: Lens,
+    camera: CameraMatrices,
+    seen: Sequence[VisiblePart],
+    exposure: tuple[float, float, float],
+    reverse: bool,
+) -> Lighting:
+    """Plan the lights of a frame.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        What the camera's walk found.
+    snapshot_for : callable
+        Gives what a camera with a mask sees.
+    planner : ShadowPlanner
+        Keeps shadow maps from frame to frame.
+    seen : sequence of VisiblePart
+        The geometry in view.
+    reverse : bool
+        Whether depth is reversed in the [0, 1] clip range.
+
+    Raises
+    ------
+    LightError
+        If a light's place or direction is not finite, or the shadow maps do not fit their atlas.
+    """
+    world, sources = world_lights(snapshot, time)
+    shiny = any(material.specular.any() for group in snapshot.groups for material in group.materials)
+    world = cut_off(world, settings, exposure, shiny)
+    planes = lens.frustum_planes()
+    visible = [in_view(lights, camera.world_to_view, planes) for lights in world]
+    shadows, maps = ShadowPlan(), no_maps(len(sources))
+    if sources and seen and settings.look != "classic":
+        sight = Sight(
+            view_to_world=camera.view_to_world,
+            lens=lens,
+            nearest=max(lens.get_near(), min(float(part.nearest.min()) for part in seen)),
+            farthest=min(lens.get_far(), max(float(part.farthest.max()) for part in seen)),
+            receivers=snapshot.spheres,
+        )
+        wanted = {int(index) for lights in visible for index in lights.casters if index >= 0}
+        shadows, maps = planner.plan(
+            world, sources, wanted, sight, settings.shadow_atlas, reverse, snapshot_for
+        )
+    corners = frustum_corners(lens.constants(), lens.get_near(), lens.get_far())
+    sets: list[LightSet] = []
+    for lights in visible:
+        # the index -1, of lights that cast none, finds the row that is appended
+        casters, count = np.concatenate([maps, no_maps(1)])[lights.casters].T
+        sets.extend(choose_proxies(replace(lights, casters=casters, maps=count), corners))
+    return Lighting(sum(map(len, world)), tuple(sets), shadows)

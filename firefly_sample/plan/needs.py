@@ -1,0 +1,182 @@
+"""What a frame needs: what is in view, what is asked of it, and what follows from both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from firefly_sample.plan.frame_plan import Capabilities
+from firefly_sample.plan.light_set import LightKind
+from firefly_sample.scene.material import Material
+from firefly_sample.settings import Settings
+
+__all__ = ["NORMAL_OUTPUTS", "PLACE_OUTPUTS", "VOLUME_OUTPUTS", "Needs", "asked"]
+
+PLACE_OUTPUTS = ("depth", "position", "position_world")
+NORMAL_OUTPUTS = ("normal", "normal_world")
+VOLUME_OUTPUTS = ("overdraw", "volumes", "wireframe")
+
+_NOUNS: dict[LightKind, str] = {
+    "directional": "directional light",
+    "point": "point light",
+    "spot": "spotlight",
+}
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What is in view, and what is asked of it.
+
+    Attributes
+    ----------
+    geometry, sprites : int
+        Counts in view.
+    lights : dict of LightKind to int
+        Lights in view; kinds of which there are none are left out.
+    shadowed : dict of LightKind to int
+        Those of them that have shadow maps.
+    atlas : (int, int)
+        Size of the texture of all shadow maps.
+    maps : int
+        Shadow maps that are looked up.
+    ambient, gradient : bool
+        Whether there is ambient light that is not black, and whether the background is a gradient.
+    materials : tuple of Material
+        Those in view.
+    orthographic : bool
+    """
+
+    settings: Settings
+    outputs: tuple[str, ...]
+    capabilities: Capabilities
+    geometry: int
+    sprites: int
+    lights: dict[LightKind, int]
+    shadowed: dict[LightKind, int]
+    atlas: tuple[int, int]
+    maps: int
+    ambient: bool
+    gradient: bool
+    materials: tuple[Material, ...]
+    orthographic: bool
+
+    @cached_property
+    def own_ambient(self) -> tuple[str, ...]:
+        """Names of materials in view that reflect ambient light in a colour of its own."""
+        return _names(m for m in self.materials if m.ambient is not None)
+
+    @cached_property
+    def emissive(self) -> tuple[str, ...]:
+        """Names of materials in view that shine."""
+        return _names(m for m in self.materials if m.emission.any())
+
+    @cached_property
+    def shiny(self) -> tuple[str, ...]:
+        """Names of materials in view that have highlights."""
+        return _names(m for m in self.materials if m.specular.any())
+
+    @property
+    def picture(self) -> bool:
+        """Whether radiance is computed."""
+        return "color" in self.outputs or "radiance" in self.outputs
+
+    @property
+    def shaded(self) -> bool:
+        """Whether light that falls on surfaces is computed at all."""
+        return self.geometry > 0 and (self.picture or "light" in self.outputs)
+
+    @property
+    def lit(self) -> bool:
+        """Whether lights, other than ambient ones, meet surfaces."""
+        return self.shaded and bool(self.lights)
+
+    @property
+    def ambient_lit(self) -> bool:
+        """Whether ambient light meets surfaces."""
+        return self.shaded and self.ambient
+
+    @property
+    def own_ambient_lit(self) -> bool:
+        """Whether ambient light meets surfaces that have a colour of its own for it."""
+        return self.ambient_lit and self.picture and bool(self.own_ambient) and not self.classic
+
+    @property
+    def emits(self) -> bool:
+        """Whether surfaces that shine are seen in the picture."""
+        return self.picture and bool(self.emissive) and not self.classic
+
+    @property
+    def highlights(self) -> bool:
+        """Whether there are highlights in the picture."""
+        return self.lit and self.picture and bool(self.shiny) and not self.classic
+
+    @property
+    def placed(self) -> bool:
+        """Whether light depends on where the surface is: only unshadowed directional light does not."""
+        return self.lit and (any(kind != "directional" for kind in self.lights) or bool(self.shadowed))
+
+    @property
+    def dotted(self) -> bool:
+        """Whether sprites are drawn."""
+        return self.picture and self.sprites > 0
+
+    @property
+    def classic(self) -> bool:
+        """Whether this is the original's look."""
+        return self.settings.look == "classic"
+
+    @property
+    def linear_distance(self) -> bool:
+        """Whether positions come from a linear distance target."""
+        return self.settings.position == "linear32f"
+
+    @property
+    def distance_marks(self) -> bool:
+        """Whether a distance target by itself tells what was drawn: in perspective it is never 0 there.
+
+        A depth does not tell, since far geometry may round to the clear value, nor does a normal.
+        """
+        return bool(asked(self.outputs, PLACE_OUTPUTS)) and self.linear_distance and not self.orthographic
+
+    @property
+    def reverse(self) -> bool:
+        """Whether depth is reversed in the [0, 1] clip range."""
+        return self.capabilities.clip_control and self.settings.position != "depth24"
+
+    @property
+    def volume_test(self) -> bool:
+        """Whether light volumes are tested against the depth buffer."""
+        return self.settings.lights == "volumes" and self.settings.volume_depth_test
+
+    def lights_of(self, kind: LightKind) -> str:
+        """How many lights of a kind there are, in words."""
+        return _count(self.lights[kind], _NOUNS[kind])
+
+    def all_lights(self) -> list[str]:
+        """The same for each kind."""
+        return [self.lights_of(kind) for kind in self.lights]
+
+    def placed_lights(self) -> list[str]:
+        """The same for what depends on where the surface is."""
+        reasons = [self.lights_of(kind) for kind in self.lights if kind != "directional"]
+        if "directional" in self.shadowed:
+            reasons.append(f"shadows of {_count(self.shadowed['directional'], _NOUNS['directional'])}")
+        return reasons
+
+    def shadows(self) -> list[str]:
+        """How many lights of each kind cast shadows, in words."""
+        return [f"shadows of {_count(count, _NOUNS[kind])}" for kind, count in self.shadowed.items()]
+
+
+def _names(materials: Iterable[Material]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(material.name for material in materials))
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def asked(outputs: tuple[str, ...], names: tuple[str, ...]) -> list[str]:
+    """A reason for each output that is among `names`."""
+    return [f"output {name}" for name in outputs if name in names]

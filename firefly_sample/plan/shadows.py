@@ -1,0 +1,330 @@
+"""Shadow maps: which a frame needs, where they lie in the atlas, and what is drawn into them.
+
+A map is described by what its texels depend on and nothing else: it has a `key`, and while that stays, what
+was drawn for an earlier frame is what this frame needs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import LightError
+from firefly_sample.plan.atlas import Tile, pack_atlas
+from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.cull import spheres_in_frustum
+from firefly_sample.plan.instances import Group
+from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.light_views import (
+    FACES,
+    WIDEST_MAP,
+    LightView,
+    Sight,
+    Spheres,
+    cube_views,
+    spot_views,
+    sun_view,
+)
+from firefly_sample.plan.lights import LightSource
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.lens_constants import LensConstants
+from firefly_sample.scene.material import Texture
+
+__all__ = ["CasterBatch", "ShadowMap", "ShadowPlan", "ShadowPlanner", "no_maps"]
+
+Float64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CasterBatch:
+    """One instanced draw into a shadow map.
+
+    Attributes
+    ----------
+    geom : Geom
+    texture : Texture or None
+        Whose alpha cuts out; None for what is opaque.
+    cutoff : float
+        The alpha below which nothing is drawn.
+    alphas : ndarray of float64, shape (n,)
+        Factors of the texture's alpha.
+    model_to_clip : ndarray of float64, shape (n, 4, 4)
+        For row vectors.
+    """
+
+    geom: Geom
+    texture: Texture | None
+    cutoff: float
+    alphas: Float64
+    model_to_clip: Float64
+
+
+@dataclass(frozen=True, eq=False)
+class ShadowMap:
+    """One tile of the atlas, a light's view.
+
+    Attributes
+    ----------
+    name : str
+        The light's, with the face for one of six.
+    tile : Tile
+        Where in the atlas, in texels.
+    lens : LensConstants
+        For this frame's clip range. What the map is for leaves a border of texels in the tile.
+    world_to_light : ndarray of float64, shape (4, 4)
+        For row vectors; the light looks along +Y.
+    casters : tuple of CasterBatch or None
+        None where nothing in view can lie in this map: it is not drawn.
+    key : bytes
+        Of everything that the texels depend on.
+    """
+
+    name: str
+    tile: Tile
+    lens: LensConstants
+    world_to_light: Float64
+    casters: tuple[CasterBatch, ...] | None
+    key: bytes
+
+
+@dataclass(frozen=True, eq=False)
+class ShadowPlan:
+    """All shadow maps of a frame.
+
+    Attributes
+    ----------
+    size : (int, int)
+        Of the atlas in texels; (0, 0) without maps.
+    layout : tuple of Tile
+        All tiles of the atlas, of lights out of view too. Where it stays, so does what tiles hold.
+    maps : tuple of ShadowMap
+    """
+
+    size: tuple[int, int] = (0, 0)
+    layout: tuple[Tile, ...] = ()
+    maps: tuple[ShadowMap, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Caster:
+    """A light that casts shadows, in world space."""
+
+    source: LightSource
+    lights: LightSet
+    row: int
+
+    @property
+    def name(self) -> str:
+        node = self.source.node
+        return node.name if self.source.index == 0 else f"{node.name} {self.source.index}"
+
+    @property
+    def half_angle(self) -> float:
+        """Of a spotlight's cone, degrees."""
+        return math.degrees(2.0 * math.asin(math.sqrt(min(self.lights.cones[self.row, 1] / 2.0, 1.0))))
+
+    @property
+    def count(self) -> int:
+        """How many maps it has."""
+        if self.lights.kind == "directional":
+            return 1
+        return 1 if self.lights.kind == "spot" and self.half_angle <= WIDEST_MAP else len(FACES)
+
+    def views(self, sight: Sight, casters: Spheres) -> list[LightView]:
+        """How it looks at the scene."""
+        resolution = self.source.node.get_shadow_resolution()
+        direction, place = self.lights.directions[self.row], self.lights.positions[self.row]
+        reach = float(self.lights.reaches[self.row])
+        if self.lights.kind == "directional":
+            return [sun_view(direction, sight, resolution, casters)]
+        if self.lights.kind == "spot":
+            return spot_views(place, direction, self.half_angle, reach, resolution, casters)
+        return cube_views(place, reach, resolution, casters)
+
+
+class ShadowPlanner:
+    """Plans shadow maps, and keeps what did not change between frames."""
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[LightSource, str], tuple[tuple[Any, ...], ShadowMap]] = {}
+
+    def plan(
+        self,
+        sets: Iterable[LightSet],
+        sources: list[LightSource],
+        seen: set[int],
+        sight: Sight,
+        largest: int,
+        reverse: bool,
+        snapshot_for: Callable[[int], Snapshot],
+    ) -> tuple[ShadowPlan, NDArray[np.int32]]:
+        """The maps of the lights in view that cast shadows.
+
+        Parameters
+        ----------
+        sets : iterable of LightSet
+            All lights in world space; `casters` are indices into `sources`.
+        sources : list of LightSource
+            Every light in the scene that casts shadows, in view or not: each has its place in the atlas, so
+            that nothing moves when one comes into view.
+        seen : set of int
+            Which of them are in view.
+        sight : Sight
+            What the camera sees.
+        largest : int
+            Texels along a side of the atlas, at most.
+        reverse : bool
+            Whether depth is reversed in the [0, 1] clip range.
+        snapshot_for : callable
+            Gives what a camera with a mask sees.
+
+        Returns
+        -------
+        ShadowPlan
+        ndarray of int32, shape (number of sources, 2)
+            The index of each light's first map and how many it has: -1 and 0 for lights without.
+
+        Raises
+        ------
+        LightError
+            If the maps do not fit the atlas; it says how to make them fit.
+        """
+        index_of = no_maps(len(sources))
+        if not seen:
+            return ShadowPlan(), index_of
+        lights = [None] * len(sources)  # type: list[_Caster | None]
+        for group in sets:
+            for row in np.flatnonzero(group.casters >= 0):
+                index = int(group.casters[row])
+                lights[index] = _Caster(sources[index], group, int(row))
+        casters = [light for light in lights if light is not None]
+        size, tiles = _layout(casters, largest)
+        maps: list[ShadowMap] = []
+        position, kept = 0, self._kept
+        self._kept = {}
+        for index, light in enumerate(casters):
+            own = tiles[position : position + light.count]
+            position += light.count
+            if index in seen:
+                snapshot = snapshot_for(light.source.node.camera_mask)
+                made = self._maps(light, snapshot, own, sight, reverse, kept)
+                if any(shadow.casters for shadow in made):
+                    index_of[index] = len(maps), len(made)
+                    maps.extend(made)
+        return (ShadowPlan(size, tuple(tiles), tuple(maps)) if maps else ShadowPlan()), index_of
+
+    def _maps(
+        self,
+        light: _Caster,
+        snapshot: Snapshot,
+        tiles: list[Tile],
+        sight: Sight,
+        reverse: bool,
+        kept: dict[tuple[LightSource, str], tuple[tuple[Any, ...], ShadowMap]],
+    ) -> list[ShadowMap]:
+        reach = float(light.lights.reaches[light.row])
+        maps = []
+        for view, tile in zip(light.views(sight, snapshot.spheres), tiles, strict=True):
+            lens = view.lens.constants("zero_to_one" if reverse else "gl", reverse)
+            needed = _may_meet(view, sight)
+            state = (
+                snapshot,
+                snapshot.alpha_state(),
+                tile,
+                lens,
+                view.world_to_light.tobytes(),
+                reach,
+                needed,
+            )
+            key = (light.source, view.name)
+            before = kept.get(key)
+            if before is not None and before[0] == state:
+                self._kept[key] = before
+                maps.append(before[1])
+                continue
+            name = f"{light.name} {view.name}".rstrip()
+            casters = _casters(snapshot.groups, view, lens, reach) if needed else None
+            made = ShadowMap(
+                name, tile, lens, view.world_to_light, casters, _digest(tile, lens, casters or ())
+            )
+            self._kept[key] = state, made
+            maps.append(made)
+        return maps
+
+
+def no_maps(lights: int) -> NDArray[np.int32]:
+    """Index and count of the maps of lights that have none, shape (lights, 2)."""
+    return np.tile(np.array([-1, 0], dtype=np.int32), (lights, 1))
+
+
+def _layout(lights: list[_Caster], largest: int) -> tuple[tuple[int, int], list[Tile]]:
+    sizes = [light.source.node.get_shadow_resolution() for light in lights for _ in range(light.count)]
+    packed = pack_atlas(sizes, largest)
+    if packed is not None:
+        return packed
+    side = largest // math.ceil(math.sqrt(len(sizes)))
+    way_out = (
+        f"give each {2 ** math.floor(math.log2(side))} texels (set_shadow_caster(True, resolution))"
+        if side >= 16
+        else "let fewer lights cast shadows"
+    )
+    raise LightError(
+        f"{len(sizes)} shadow maps of up to {max(sizes)} texels a side do not fit an atlas of "
+        f"{largest}x{largest}: "
+        f"{way_out}, hide some, or raise the setting shadow_atlas"
+    )
+
+
+def _may_meet(view: LightView, sight: Sight) -> bool:
+    """Whether something that the camera sees may lie in a map: False if all corners are beyond one side."""
+    corners = sight.corners @ view.world_to_light[:3, :3] + view.world_to_light[3, :3]
+    planes = view.lens.frustum_planes()[:4]
+    return bool(((corners @ planes[:, :3].T + planes[:, 3]) >= 0.0).any(axis=0).all())
+
+
+def _casters(
+    groups: list[Group], view: LightView, lens: LensConstants, reach: float
+) -> tuple[CasterBatch, ...]:
+    """What stands in the light of a map, however near to the light."""
+    planes, batches = view.lens.frustum_planes(), []
+    project = lens.matrix()
+    for group in groups:
+        centers = group.centers @ view.world_to_light[:3, :3] + view.world_to_light[3, :3]
+        chosen = spheres_in_frustum(planes, centers, group.radii)
+        if view.lens.is_perspective():
+            chosen &= np.linalg.norm(centers, axis=1) - group.radii < reach
+        if not chosen.any():
+            continue
+        texture, cutoff, alphas = None, 0.0, np.ones(len(chosen))
+        if group.cutoff is not None:
+            alphas, cutoff, texture = group.factors().base_colors[:, 3], group.cutoff, group.texture
+            chosen &= alphas >= cutoff
+            if not chosen.any():
+                continue
+        matrices = group.model_to_world[chosen] @ view.world_to_light @ project
+        batches.append(CasterBatch(group.geom, texture, cutoff, alphas[chosen], matrices))
+    return tuple(batches)
+
+
+def _digest(tile: Tile, lens: LensConstants, casters: tuple[CasterBatch, ...]) -> bytes:
+    """Of what a map's texels depend on. Objects go in by id: whoever keeps a key keeps the map with it."""
+    state = hashlib.blake2b(repr((tile, lens)).encode(), digest_size=16)
+    for batch in casters:
+        texture = batch.texture
+        parts = (
+            id(batch.geom),
+            batch.geom.revision,
+            None if texture is None else (id(texture), texture.revision),
+            batch.cutoff,
+            len(batch.alphas),
+        )
+        state.update(repr(parts).encode())
+        state.update(batch.alphas.tobytes())
+        state.update(batch.model_to_clip.tobytes())
+    return state.digest()

@@ -1,0 +1,79 @@
+"""How a light fades with distance: the kinds there are, and the constants of the classical one."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from firefly_sample.errors import LightError
+
+__all__ = ["Attenuation", "Falloff", "check_attenuation"]
+
+Float64 = NDArray[np.float64]
+
+
+class Falloff(Enum):
+    """How a light fades with the distance d."""
+
+    RAMP_SQUARED = "ramp_squared"
+    """(1 - d/R)^2 within the radius R, 0 beyond: the fireflies' own, smooth at R, without truncation."""
+    ATTENUATION = "attenuation"
+    """1/(constant + linear*d + quadratic*d^2), times a smooth window where the light has a max distance."""
+
+
+class _Coefficients(NamedTuple):
+    constant: float
+    linear: float
+    quadratic: float
+
+
+class Attenuation(_Coefficients):
+    """The three coefficients of 1/(constant + linear*d + quadratic*d^2), d in scene units.
+
+    Any three numbers of 0 or more, not all 0, are an attenuation; these are well-known ones.
+
+    Attributes
+    ----------
+    ENDLESS
+        (1, 0, 0), Panda3D's default: a light that never fades. It reaches every pixel, so it is drawn over
+        the full screen, unless it has a max distance.
+    FIFTY_UNITS
+        (1, 0.09, 0.032): the light-volume slides', meant for lights that matter up to about 50 units.
+    INVERSE_SQUARE
+        (1, 0, 1): 1 at the light and inverse-square from afar; the shader-lighting chapter's.
+    """
+
+    __slots__ = ()
+
+    ENDLESS: ClassVar[Attenuation]
+    FIFTY_UNITS: ClassVar[Attenuation]
+    INVERSE_SQUARE: ClassVar[Attenuation]
+
+
+Attenuation.ENDLESS = Attenuation(1.0, 0.0, 0.0)
+Attenuation.FIFTY_UNITS = Attenuation(1.0, 0.09, 0.032)
+Attenuation.INVERSE_SQUARE = Attenuation(1.0, 0.0, 1.0)
+
+
+def check_attenuation(light: str, value: ArrayLike) -> Attenuation:
+    """`value` as an `Attenuation`.
+
+    Raises
+    ------
+    LightError
+        If it is not three finite numbers of 0 or more, or all are 0, which would divide by nothing; it
+        names the light.
+    """
+    try:
+        given = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        given = np.zeros(0)
+    if given.shape != (3,) or not np.isfinite(given).all() or given.min() < 0 or not given.any():
+        raise LightError(
+            f"light {light!r}: attenuation must be three finite numbers of 0 or more (constant, linear, "
+            f"quadratic), at least one above 0, got {value!r}"
+        )
+    return Attenuation(*(float(coefficient) for coefficient in given))

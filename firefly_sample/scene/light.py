@@ -1,0 +1,247 @@
+"""What lights have in common: colours, shadows, and how they fade."""
+
+from __future__ import annotations
+
+import math
+import operator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from firefly_sample.errors import LightError
+from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
+from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
+
+__all__ = ["LARGEST_COLOR", "FadingLight", "Light", "ShadowCaster", "light_color"]
+
+Float64 = NDArray[np.float64]
+
+LARGEST_COLOR = 1e30
+"""Of a colour's channel: what goes to the GPU as float32 keeps room for a product."""
+SHADOW_RESOLUTION = 1024
+SHADOW_RESOLUTIONS = (16, 16384)
+"""The smallest shadow map that holds its border, and the largest that drivers have."""
+
+
+class ShadowCaster(PandaNode):
+    """A node of one or more lights that may cast shadows.
+
+    Attributes
+    ----------
+    camera_mask : int
+        Bits, as of a `Camera`: ``path.hide(mask)`` keeps what is below `path` from casting this light's
+        shadows, if the mask has one of its bits.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.camera_mask = ALL_CAMERAS
+        self._casts = False
+        self._resolution = SHADOW_RESOLUTION
+
+    def set_shadow_caster(self, caster: bool, resolution: int | None = None) -> None:
+        """Choose whether what the light meets first keeps it from what is behind.
+
+        Parameters
+        ----------
+        caster : bool
+        resolution : int, optional
+            Texels along each side of the shadow map, 16 to 16384; the one there is when absent, 1024 at
+            first. A point light has six such maps.
+
+        Raises
+        ------
+        LightError
+            If the resolution is not such a number.
+        """
+        if resolution is not None:
+            low, high = SHADOW_RESOLUTIONS
+            try:
+                texels = operator.index(resolution)
+            except TypeError:
+                texels = 0
+            if not low <= texels <= high:
+                raise LightError(
+                    f"light {self.name!r}: a shadow map's resolution must be a whole number of {low} to "
+                    f"{high} texels, got {resolution!r}"
+                )
+            self._resolution = texels
+        self._casts = bool(caster)
+        self.mark_changed()
+
+    def is_shadow_caster(self) -> bool:
+        """Whether this light casts shadows."""
+        return self._casts
+
+    def get_shadow_resolution(self) -> int:
+        """Texels along each side of the light's shadow map."""
+        return self._resolution
+
+    def _copy_shadow_to(self, other: ShadowCaster) -> None:
+        self._copy_state_to(other)
+        other.camera_mask = self.camera_mask
+        other._casts, other._resolution = self._casts, self._resolution
+
+
+class Light(ShadowCaster):
+    """One light, of one colour.
+
+    Parameters
+    ----------
+    name : str
+        The node's name.
+    color : sequence of 3 floats
+        Linear radiance scale; any finite numbers of 0 or more, also above 1.
+    """
+
+    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
+        super().__init__(name)
+        self._color = light_color(name, color)
+        self._specular: Float64 | None = None
+
+    def set_color(self, color: ArrayLike) -> None:
+        """Set the linear colour (r, g, b)."""
+        self._color = light_color(self.name, color)
+        self.mark_changed()
+
+    def get_color(self) -> Float64:
+        """The linear colour, shape (3,)."""
+        return self._color.copy()
+
+    def set_specular_color(self, color: ArrayLike) -> None:
+        """Set the linear colour of highlights; they have the light's colour otherwise."""
+        self._specular = light_color(self.name, color)
+        self.mark_changed()
+
+    def get_specular_color(self) -> Float64:
+        """The linear colour of highlights, shape (3,)."""
+        return self.get_color() if self._specular is None else self._specular.copy()
+
+    def has_specular_color(self) -> bool:
+        """Whether highlights have a colour of their own."""
+        return self._specular is not None
+
+    def clear_specular_color(self) -> None:
+        """Let highlights have the light's colour again."""
+        self._specular = None
+        self.mark_changed()
+
+    def _copy_light_to(self, other: Light) -> None:
+        self._copy_shadow_to(other)
+        other._color, other._specular = self._color, self._specular
+
+
+class FadingLight(Light):
+    """A light that shines from a place and fades with the distance from it.
+
+    Without more, it is Panda3D's: attenuation (1, 0, 0) and no end. With a radius it fades as the fireflies
+    do, by (1 - d/radius)^2.
+
+    Parameters
+    ----------
+    name, color : see `Light`
+    radius : float, optional
+        Reach in scene units, finite and 0 or more.
+    """
+
+    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0), radius: float | None = None) -> None:
+        super().__init__(name, color)
+        self._attenuation: Attenuation | None = Attenuation.ENDLESS
+        self._end = math.inf
+        if radius is not None:
+            self.set_radius(radius)
+
+    @property
+    def falloff(self) -> Falloff:
+        """How the light fades."""
+        return Falloff.RAMP_SQUARED if self._attenuation is None else Falloff.ATTENUATION
+
+    def set_radius(self, radius: float) -> None:
+        """Let the light fade by (1 - d/radius)^2, in scene units; finite, 0 or more."""
+        end = self._length("radius", radius)
+        if math.isinf(end):
+            raise LightError(
+                f"light {self.name!r}: radius must be finite: a light without end has an attenuation"
+            )
+        self._attenuation, self._end = None, end
+        self.mark_changed()
+
+    def set_attenuation(self, attenuation: ArrayLike) -> None:
+        """Let the light fade by 1/(constant + linear*d + quadratic*d^2).
+
+        A max distance stays as it was; a radius is forgotten.
+
+        Parameters
+        ----------
+        attenuation : sequence of 3 floats
+            (constant, linear, quadratic); see `Attenuation` for some with names.
+
+        Raises
+        ------
+        LightError
+            If a number is negative or not finite, or all are 0.
+        """
+        checked = check_attenuation(self.name, attenuation)
+        if self._attenuation is None:
+            self._end = math.inf
+        self._attenuation = checked
+        self.mark_changed()
+
+    def get_attenuation(self) -> Attenuation | None:
+        """(constant, linear, quadratic); None if the light fades over its radius."""
+        return self._attenuation
+
+    def set_max_distance(self, distance: float) -> None:
+        """Let the light end at a distance, in scene units, through a smooth window (`Settings.window`).
+
+        Infinity takes the window away.
+
+        Raises
+        ------
+        LightError
+            If the distance is negative or no number, or the light fades over a radius, which is its end.
+        """
+        if self._attenuation is None:
+            raise LightError(
+                f"light {self.name!r} fades over its radius and ends there: use set_radius, or "
+                "set_attenuation first"
+            )
+        self._end = self._length("max distance", distance)
+        self.mark_changed()
+
+    def get_max_distance(self) -> float:
+        """Where the light ends, in scene units: its radius or max distance; infinity if nowhere."""
+        return self._end
+
+    def _length(self, what: str, value: float) -> float:
+        try:
+            length = float(value)
+        except (TypeError, ValueError):
+            length = math.nan
+        if not length >= 0.0:
+            raise LightError(f"light {self.name!r}: {what} must be a number of 0 or more, got {value!r}")
+        return length
+
+    def _copy_fade_to(self, other: FadingLight) -> None:
+        self._copy_light_to(other)
+        other._attenuation, other._end = self._attenuation, self._end
+
+
+def light_color(name: str, color: ArrayLike) -> Float64:
+    """A light's colour, checked, shape (3,).
+
+    Raises
+    ------
+    LightError
+        If it is not three numbers from 0 to `LARGEST_COLOR`; it names the light.
+    """
+    try:
+        rgb = np.array(color, dtype=np.float64)
+    except (TypeError, ValueError):
+        rgb = np.zeros(0)
+    if rgb.shape != (3,) or not np.isfinite(rgb).all() or rgb.min() < 0 or rgb.max() > LARGEST_COLOR:
+        raise LightError(
+            f"light {name!r}: color must be three finite numbers of 0 or more, at most {LARGEST_COLOR:g}, "
+            f"got {color!r}"
+        )
+    return rgb

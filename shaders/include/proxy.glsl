@@ -1,0 +1,29 @@
+// Provides fullscreen_corner, on_sphere, on_cone: where a vertex of a light's proxy goes.
+// METHOD 0: a sphere, circumscribed so that its flat faces miss nothing. METHOD 1: a cone, its tip at the origin and
+// its base at y = 1, circumscribed likewise. METHOD 2: one full-screen triangle a light. METHOD 3: one for all.
+#include "include/lens.glsl"
+
+vec4 fullscreen_corner()
+{
+    vec2 corner = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);
+    return vec4(corner * 2.0 - 1.0, 0.0, 1.0);
+}
+
+vec4 on_sphere(vec4 place, vec3 vertex)
+{
+    return view_to_clip(place.xyz + place.w * vertex);
+}
+
+const float MARGIN = 1e-4;  // of its height, by which the tip is drawn back: what rounding may move it
+
+vec4 on_cone(vec3 tip, vec3 axis, float height, float tangent, vec3 vertex)
+{
+    // v, axis and u are right-handed: Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017
+    float s = axis.z >= 0.0 ? 1.0 : -1.0;
+    float a = -1.0 / (s + axis.z);
+    float b = axis.x * axis.y * a;
+    vec3 u = vec3(1.0 + s * axis.x * axis.x * a, s * b, -s * axis.x);
+    vec3 v = vec3(b, s + axis.y * axis.y * a, -axis.y);
+    vec3 along = axis * (vertex.y * (1.0 + 2.0 * MARGIN) - MARGIN);
+    return view_to_clip(tip + height * (along + tangent * (v * vertex.x + u * vertex.z)));
+}

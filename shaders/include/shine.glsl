@@ -1,0 +1,27 @@
+// Provides add_light, which adds what one light does to a surface to radiance_sum and light_sum.
+// light_sum is what a white surface without highlights would show.
+#include "include/phong.glsl"
+
+vec3 radiance_sum = vec3(0.0);
+vec3 light_sum = vec3(0.0);
+
+void add_light(Surface s, vec3 to_light, float n_dot_l, float strength, vec3 color, vec3 specular_color)
+{
+    vec3 diffuse = color * n_dot_l;
+#if CLAMP_LIGHT
+    diffuse = min(diffuse, 1.0);
+#endif
+    diffuse *= strength;
+    light_sum += diffuse;
+#if RADIANCE
+    radiance_sum += s.albedo * diffuse;
+#if HIGHLIGHTS
+    vec3 shine = s.specular.rgb * specular_color
+        * highlight(s.normal, to_light, way_to_eye(s), n_dot_l, s.specular.a);
+#if CLAMP_LIGHT
+    shine = min(shine, 1.0);
+#endif
+    radiance_sum += shine * strength;
+#endif
+#endif
+}

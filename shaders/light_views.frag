@@ -1,0 +1,26 @@
+#version 330 core
+// The lights' proxies themselves. VIEW 0: how often a pixel is shaded. VIEW 1: flat colours that add up. VIEW 2: lines.
+
+flat in vec4 v_color;
+
+#if VIEW == 0
+out float o_overdraw;
+#elif VIEW == 1
+out vec4 o_volumes;
+#else
+out vec4 o_wireframe;
+#endif
+
+const float FAINT = 0.12;  // so that some volumes over each other can be told apart
+
+void main()
+{
+    vec3 hue = v_color.rgb / max(max(v_color.r, v_color.g), max(v_color.b, 1e-30));
+#if VIEW == 0
+    o_overdraw = 1.0;
+#elif VIEW == 1
+    o_volumes = vec4(hue * FAINT, 1.0);
+#else
+    o_wireframe = vec4(hue, 1.0);
+#endif
+}
