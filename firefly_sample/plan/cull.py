@@ -62,7 +62,7 @@ def sectors_in_frustum(
     share = np.where(away <= 0.0, 1.0, np.maximum(np.cos(np.minimum(away, np.pi)), 0.0))
     distances = centers @ planes[:, :3].T + planes[:, 3]
     # a little more than the sector: the angles are rounded
-    farthest = np.minimum(radii, np.finfo(np.float64).max)[:, None] * (share + 1e-9)
+    farthest = np.minimum(radii, 1e300)[:, None] * (share + 1e-9)
     return np.asarray((distances >= -farthest).all(axis=1))
 
 

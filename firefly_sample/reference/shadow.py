@@ -11,7 +11,7 @@ __all__ = ["LIFT", "NORMAL_OFFSET", "ROUNDING", "cube_faces", "shadow"]
 
 Float64 = NDArray[np.float64]
 
-NORMAL_OFFSET, LIFT, ROUNDING = 0.6, 0.05, 1e-6
+NORMAL_OFFSET, LIFT, ROUNDING = 0.25, 0.05, 1e-6
 """The shader's: texels along the normal where light grazes, texels towards the light, what float32 errs."""
 
 
@@ -69,7 +69,8 @@ def shadow(
 
     def lit(texels: Float64) -> Float64:
         inside = np.clip(texels, (tile.x, tile.y), (tile.x + tile.size - 1, tile.y + tile.size - 1))
-        here = depth + np.einsum("ij,ij->i", slope, inside + 0.5 - at)
+        along = np.einsum("ij,ij->i", slope, inside + 0.5 - at)
+        here = depth + (np.maximum(along, 0.0) if reverse else np.minimum(along, 0.0))
         column, row = inside.astype(np.int64).T
         stored = atlas[row, column]
         return np.where(here >= stored if reverse else here <= stored, 1.0, 0.0)

@@ -2,12 +2,13 @@
 // nearest texel; 2x2 weighted; 4x4 weighted.
 // Each comparison is made at the centre of a texel, with the depth that the surface's plane has there, so that a wide
 // filter needs no more bias than a narrow one: Isidoro, "Shadow Mapping: GPU-based Tips and Techniques", GDC 2006.
+// Only where the plane comes nearer to the light, though: where it falls away, the surface may not, as in a corner.
 // Float64 twin: firefly_sample/reference/shadow.py
 
 uniform sampler2DShadow u_shadow_atlas;
 uniform sampler2D u_shadow_maps;  // five texels a map: firefly_sample/gpu/light_rows.py
 
-const float NORMAL_OFFSET = 0.6;  // texels along the normal, where light grazes
+const float NORMAL_OFFSET = 0.25;  // texels along the normal, where light grazes
 const float LIFT = 0.05;          // texels towards the light, anywhere
 const float ROUNDING = 1e-6;      // of the distances: what float32 may err
 
@@ -23,11 +24,12 @@ int cube_face(vec3 way)
     return d.z >= 0.0 ? 4 : 5;
 }
 
-float lit_texel(vec2 texel, vec4 tile, vec2 from, float depth, vec2 slope)
+// slope is how much the depth changes with each texel, and nearer which sign of that is towards the light
+float lit_texel(vec2 texel, vec4 tile, vec2 from, float depth, vec2 slope, float nearer)
 {
-    vec2 inside = clamp(texel, tile.xy, tile.xy + tile.z - 1.0) + 0.5;
-    float here = depth + dot(slope, inside - from);
-    return texture(u_shadow_atlas, vec3(inside / vec2(textureSize(u_shadow_atlas, 0)), here));
+    vec2 inside = clamp(texel, 0.0, tile.z - 1.0) + 0.5;
+    float here = depth + nearer * max(nearer * dot(slope, inside - from), 0.0);
+    return texture(u_shadow_atlas, vec3((tile.xy + inside) / vec2(textureSize(u_shadow_atlas, 0)), here));
 }
 
 // entry: the light's first map, and how many it has
@@ -38,19 +40,20 @@ float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
     vec4 y_row = texelFetch(u_shadow_maps, ivec2(1, map), 0);
     vec4 z_row = texelFetch(u_shadow_maps, ivec2(2, map), 0);
     vec4 scale = texelFetch(u_shadow_maps, ivec2(3, map), 0);  // texels a slope or unit; y_fold, w_fold
-    vec4 tile = texelFetch(u_shadow_maps, ivec2(4, map), 0);   // corner, side, perspective
+    vec4 tile = texelFetch(u_shadow_maps, ivec2(4, map), 0);   // corner, side, 1 for perspective
 
     vec4 place = vec4(place_of(s), 1.0);
     vec3 q = vec3(dot(x_row, place), dot(y_row, place), dot(z_row, place));
     vec3 n = vec3(dot(x_row.xyz, s.normal), dot(y_row.xyz, s.normal), dot(z_row.xyz, s.normal));
     bool perspective = tile.w > 0.5;
+    float nearer = (scale.z > 0.0) == perspective ? 1.0 : -1.0;
     if (perspective && q.y <= 0.0)
         return 1.0;  // behind a spotlight
     float texel = (perspective ? q.y : 1.0) / min(scale.x, scale.y);
     float grazing = sqrt(max(1.0 - n_dot_l * n_dot_l, 0.0));
     q += n * (NORMAL_OFFSET * texel * grazing);
 
-    vec2 from;
+    vec2 from;  // in texels from the tile's corner: in a large atlas, float32 would round a filter's weights
     float depth;
     vec2 slope;  // of the depth along the surface's plane, a texel
     float lift = LIFT * texel + ROUNDING * (abs(s.y) + abs(q.y));
@@ -66,10 +69,10 @@ float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
         depth = (q.y - lift) / scale.z - scale.w;
         slope = -n.xz / side / scale.z / scale.xy;
     }
-    from += tile.xy + 0.5 * tile.z;
+    from += 0.5 * tile.z;
 
 #if TAPS == 1
-    return lit_texel(floor(from), tile, from, depth, slope);
+    return lit_texel(floor(from), tile, from, depth, slope, nearer);
 #else
     vec2 first = floor(from - 0.5);
     vec2 f = from - 0.5 - first;
@@ -78,14 +81,14 @@ float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
     for (int j = 0; j < 2; ++j)
         for (int i = 0; i < 2; ++i) {
             vec2 weight = vec2(i == 0 ? 1.0 - f.x : f.x, j == 0 ? 1.0 - f.y : f.y);
-            sum += weight.x * weight.y * lit_texel(first + vec2(i, j), tile, from, depth, slope);
+            sum += weight.x * weight.y * lit_texel(first + vec2(i, j), tile, from, depth, slope, nearer);
         }
     return sum;
 #else
     for (int j = -1; j < 3; ++j)
         for (int i = -1; i < 3; ++i) {
             vec2 weight = vec2(i == -1 ? 1.0 - f.x : i == 2 ? f.x : 1.0, j == -1 ? 1.0 - f.y : j == 2 ? f.y : 1.0);
-            sum += weight.x * weight.y * lit_texel(first + vec2(i, j), tile, from, depth, slope);
+            sum += weight.x * weight.y * lit_texel(first + vec2(i, j), tile, from, depth, slope, nearer);
         }
     return sum / 9.0;
 #endif
