@@ -17,6 +17,10 @@ TERMINATOR = 1e-5
 """Cosine below which a surface may be lit or not: there a highlight begins with a jump."""
 
 
+LONGEST = 6.0
+"""Of a reach that counts for how near is too near: the scenes here are a dozen units large."""
+
+
 @dataclass(eq=False)
 class Compared:
     """A frame and what float64 makes of its G-buffer.
@@ -71,7 +75,7 @@ def compare(scene, settings, size=(160, 120), time=0.0, capabilities=None, shado
     covered = np.isfinite(gbuffer.position).all(axis=-1)
     radiance = radiance + ambient_albedo * plan.ambient + frame["emission"].astype(np.float64)
     light = np.where(covered[..., None], light + plan.ambient, 0.0)
-    chosen = covered & ~(nearest_light(gbuffer.position, plan.lights) < 0.01)
+    chosen = covered & ~(nearest_light(gbuffer.position, plan.lights, LONGEST) < 0.01)
     return Compared(plan, frame, gbuffer, radiance, light, covered, chosen & ~_jumps(plan, gbuffer))
 
 

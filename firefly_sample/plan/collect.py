@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.instances import Group, look_of, make_group
+from firefly_sample.plan.instances import Group, look_of, make_groups
 from firefly_sample.plan.light_views import Spheres
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
@@ -87,13 +87,12 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     for visit in iter_visible(root, camera_mask):
         node = visit.node
         if isinstance(node, GeomNode):
-            mirrored = bool(np.linalg.det(visit.net[:3, :3]) < 0)
             for geom, own in node.geoms:
                 if not len(geom.triangles):
                     continue  # nothing to draw must cost nothing
                 material = visit.material if visit.material is not None else own
                 materials[id(material)] = material
-                key = (id(geom), *look_of(material), mirrored, visit.color is not None)
+                key = (id(geom), *look_of(material), visit.color is not None)
                 entry = found.setdefault(key, _Found(geom))
                 entry.nets.append(visit.net)
                 entry.ids.append(len(names))
@@ -109,9 +108,10 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
         elif isinstance(node, Sprites):
             snapshot.sprites.append((node, visit.net))
     for key, entry in found.items():
-        group = make_group(key, entry.geom, entry.materials, entry.colors, entry.nets, entry.ids)
-        snapshot.groups.append(group)
-        snapshot.watched.append((group.geom, group.geom.revision))
+        snapshot.groups.extend(
+            make_groups(key, entry.geom, entry.materials, entry.colors, entry.nets, entry.ids)
+        )
+        snapshot.watched.append((entry.geom, entry.geom.revision))
     snapshot.looks = [(material, look_of(material)) for material in materials.values()]
     snapshot.id_names = tuple(names)
     return snapshot

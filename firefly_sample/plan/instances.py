@@ -13,7 +13,7 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import Color
 
-__all__ = ["Factors", "Group", "look_of", "make_group"]
+__all__ = ["Factors", "Group", "look_of", "make_groups"]
 
 Float64 = NDArray[np.float64]
 
@@ -121,34 +121,46 @@ class Group:
         )
 
 
-def make_group(
+def make_groups(
     key: tuple[Any, ...],
     geom: Geom,
     materials: Sequence[Material],
     colors: Sequence[Color | None],
     nets: Sequence[Float64],
     ids: Sequence[int],
-) -> Group:
-    """A group with bounding spheres; a sphere's radius grows with the matrix's largest singular value."""
-    unique = list({id(material): material for material in materials}.values())
-    index = {id(material): position for position, material in enumerate(unique)}
+) -> list[Group]:
+    """One group, or two where some instances are mirrored and others are not.
+
+    They come with bounding spheres; a sphere's radius grows with the matrix's largest singular value.
+    """
+    unique = {id(material): material for material in materials}
+    index = {name: position for position, name in enumerate(unique)}
     first, matrices = materials[0], np.array(nets)
     low, high = geom.bounds
     center = 0.5 * (low + high)
     radius = float(np.linalg.norm(geom.vertices - center, axis=1).max()) if len(geom.vertices) else 0.0
-    stretch = np.linalg.norm(matrices[:, :3, :3], ord=2, axis=(1, 2))
-    return Group(
-        key=key,
-        geom=geom,
-        texture=first.texture,
-        cutoff=first.alpha_cutoff if first.alpha_mode != "opaque" else None,
-        double_sided=first.double_sided,
-        mirrored=bool(np.linalg.det(matrices[0, :3, :3]) < 0),
-        materials=tuple(unique),
-        which=np.array([index[id(material)] for material in materials], dtype=np.intp),
-        colors=None if colors[0] is None else np.array(colors, dtype=np.float64),
-        model_to_world=matrices,
-        ids=np.array(ids, dtype=np.int32),
-        centers=center @ matrices[:, :3, :3] + matrices[:, 3, :3],
-        radii=radius * stretch,
-    )
+    which = np.array([index[id(material)] for material in materials], dtype=np.intp)
+    flat = None if colors[0] is None else np.array(colors, dtype=np.float64)
+    numbers = np.array(ids, dtype=np.int32)
+    centers = center @ matrices[:, :3, :3] + matrices[:, 3, :3]
+    radii = radius * np.linalg.norm(matrices[:, :3, :3], ord=2, axis=(1, 2))
+    turned = np.linalg.det(matrices[:, :3, :3]) < 0
+    return [
+        Group(
+            key=(*key, mirrored),
+            geom=geom,
+            texture=first.texture,
+            cutoff=first.alpha_cutoff if first.alpha_mode != "opaque" else None,
+            double_sided=first.double_sided,
+            mirrored=mirrored,
+            materials=tuple(unique.values()),
+            which=which[chosen],
+            colors=None if flat is None else flat[chosen],
+            model_to_world=matrices[chosen],
+            ids=numbers[chosen],
+            centers=centers[chosen],
+            radii=radii[chosen],
+        )
+        for mirrored in (False, True)
+        if (chosen := turned == mirrored).any()
+    ]

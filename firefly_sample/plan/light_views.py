@@ -95,18 +95,17 @@ class Sight:
         constants = self.lens.constants()
         return np.concatenate([constants.view_from_distance(x, y, np.full(4, d)) for d in (near, far)])
 
-    @cached_property
-    def sphere(self) -> tuple[Float64, float]:
-        """Center and radius, in world space, of a sphere around what is seen.
+    def sphere(self, distance: float) -> tuple[Float64, float]:
+        """Center and radius, in world space, of a sphere around what is seen up to a distance.
 
         The smaller one of two: around the view between two distances that go in steps, so that the radius
         stays when the camera moves; and around all geometry.
         """
-        near, far = self.lens.get_near(), self.lens.get_far()
+        near, far = self.lens.get_near(), min(self.lens.get_far(), distance)
         if self.lens.is_perspective():
             near = max(near, 2.0 ** (math.floor(2.0 * math.log2(self.nearest)) / 2.0))
             far = min(far, 2.0 ** (math.ceil(2.0 * math.log2(self.farthest)) / 2.0))
-        corners = self._slice(near, far)
+        corners = self._slice(min(near, far), far)
         ends = corners[:4].mean(axis=0), corners[4:].mean(axis=0)
         places = np.linspace(0.0, 1.0, 65)[:, None] * (ends[1] - ends[0]) + ends[0]
         radii = np.linalg.norm(corners[None] - places[:, None], axis=2).max(axis=1)
@@ -179,14 +178,16 @@ def spot_views(
     return [LightView("", lens, _world_to_light(axes_along(direction), place))]
 
 
-def sun_view(direction: Float64, sight: Sight, resolution: int, casters: Spheres) -> LightView:
-    """The view of a directional light, fitted to what the camera sees.
+def sun_view(
+    direction: Float64, distance: float, sight: Sight, resolution: int, casters: Spheres
+) -> LightView:
+    """The view of a directional light, fitted to what the camera sees up to a distance.
 
     It is a square as wide as the sphere around what is seen, and some more, so that it can stand still while
     the camera moves; when it must move, it does so by whole texels, so that no shadow's edge crawls. It
     begins where the first thing stands in the light's way.
     """
-    center, radius = sight.sphere
+    center, radius = sight.sphere(distance)
     axes = axes_along(direction)
     inner = resolution - 2 * BORDER
     wanted = max(radius, 1e-30) * (1.0 + 1.0 / 16.0 + 2.0 / inner)

@@ -34,6 +34,7 @@ from firefly_sample.plan.light_views import (
 from firefly_sample.plan.lights import LightSource
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
+from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Texture
 
 __all__ = ["CasterBatch", "ShadowMap", "ShadowPlan", "ShadowPlanner", "no_maps"]
@@ -141,8 +142,9 @@ class _Caster:
         resolution = self.source.node.get_shadow_resolution()
         direction, place = self.lights.directions[self.row], self.lights.positions[self.row]
         reach = float(self.lights.reaches[self.row])
-        if self.lights.kind == "directional":
-            return [sun_view(direction, sight, resolution, casters)]
+        node = self.source.node
+        if isinstance(node, DirectionalLight):
+            return [sun_view(direction, node.get_shadow_distance(), sight, resolution, casters)]
         if self.lights.kind == "spot":
             return spot_views(place, direction, self.half_angle, reach, resolution, casters)
         return cube_views(place, reach, resolution, casters)

@@ -144,14 +144,17 @@ def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
     return sum(int(np.count_nonzero(one.in_reach(place))) for one in each_light(sets))
 
 
-def nearest_light(position: Float64, sets: Iterable[LightSet]) -> Float64:
-    """For each pixel the smallest d/R of all lights, shape (...,); infinity where none is in range."""
+def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = np.inf) -> Float64:
+    """For each pixel the smallest d/R of all lights, shape (...,); infinity where none is in range.
+
+    No R counts as more than `longest`: the reach of a light that hardly fades says little of its size.
+    """
     place = position.reshape(-1, 3)
     smallest = np.full(len(place), np.inf)
     for one in each_light(sets):
         if one.lights.kind == "directional":
             continue
         distance = np.linalg.norm(place - one.lights.positions[one.row], axis=1)
-        reach = one.lights.reaches[one.row]
+        reach = min(float(one.lights.reaches[one.row]), longest)
         smallest = np.where(distance < reach, np.minimum(smallest, distance / reach), smallest)
     return smallest.reshape(position.shape[:-1])

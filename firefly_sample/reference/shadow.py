@@ -66,6 +66,8 @@ def shadow(
         depth = (q[:, 1] - lift) / lens.y_fold - lens.w_fold
         slope = -n[:, [0, 2]] / side[:, None] / lens.y_fold / scale
     at = at + (tile.x, tile.y) + 0.5 * np.array(tile.size)
+    corner = np.array([tile.x, tile.y])
+    beyond = ((at < corner) | (at > corner + tile.size)).any(axis=1)
 
     def lit(texels: Float64) -> Float64:
         inside = np.clip(texels, (tile.x, tile.y), (tile.x + tile.size - 1, tile.y + tile.size - 1))
@@ -97,4 +99,4 @@ def shadow(
                 )
                 share += weight * lit(first + np.array([i, j]))
         share /= 1.0 if taps == 4 else 9.0
-    return np.where(behind, 1.0, share)
+    return np.where(behind | beyond, 1.0, share)

@@ -144,11 +144,13 @@ class DirectionalLight(Light):
     """Light from infinitely far away, all in one direction: the sun. It does not fade.
 
     It shines along its node's +Y axis, or in the direction (in the node's space) that `set_direction` says.
+    Its shadow map is fitted to what the camera sees, as far as the shadow distance.
     """
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
         super().__init__(name, color)
         self._direction = np.array([0.0, 1.0, 0.0])
+        self._shadow_distance = math.inf
 
     def set_direction(self, direction: ArrayLike) -> None:
         """Set where the light goes, in the node's space; any length but 0.
@@ -174,11 +176,37 @@ class DirectionalLight(Light):
         """Where the light goes, in the node's space: a unit vector, shape (3,)."""
         return self._direction.copy()
 
+    def set_shadow_distance(self, distance: float) -> None:
+        """Set how far from the camera, along its view axis, shadows are wanted, in scene units.
+
+        One map serves all that the camera sees: the nearer its end, the finer the shadows. What is farther
+        may be lit as if nothing cast any. Infinity, as at first, is as far as there is geometry in view.
+
+        Raises
+        ------
+        LightError
+            If it is not a number above 0.
+        """
+        try:
+            given = float(distance)
+        except (TypeError, ValueError):
+            given = math.nan
+        if not given > 0.0:
+            raise LightError(
+                f"light {self.name!r}: shadow distance must be a number above 0, got {distance!r}"
+            )
+        self._shadow_distance = given
+        self.mark_changed()
+
+    def get_shadow_distance(self) -> float:
+        """How far from the camera shadows are wanted, in scene units."""
+        return self._shadow_distance
+
     def make_copy(self) -> DirectionalLight:
         """A new light with the same colours, direction, shadows, transform and attributes."""
         copy = DirectionalLight(self.name)
         self._copy_light_to(copy)
-        copy._direction = self._direction
+        copy._direction, copy._shadow_distance = self._direction, self._shadow_distance
         return copy
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.assets import model_path
-from firefly_sample.errors import ModelError, ParameterError
+from firefly_sample.errors import ParameterError
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
@@ -22,6 +22,7 @@ from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes.fireflies import Fireflies
 from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
+from firefly_sample.scenes.parts import find_part
 
 __all__ = ["ForestScene", "scene"]
 
@@ -213,7 +214,7 @@ def _scaled(color: tuple[float, float, float], factor: float) -> tuple[float, fl
 def _plant(root: NodePath) -> None:
     """Hang the terrain and every placement below `root`: one node each, which shares its model's Geoms."""
     files: dict[str, NodePath] = {"terrain": load_model(model_path("terrain.glb"))}
-    root.attach_new_node(_model(files["terrain"], "terrain"))
+    root.attach_new_node(find_part(files["terrain"], "terrain"))
     groups = {kind: root.attach_new_node(kind) for kind in ("tree", "bush", "prop", "grass")}
     models: dict[str, GeomNode] = {}
     for placement in place_forest():
@@ -221,29 +222,13 @@ def _plant(root: NodePath) -> None:
         if placement.species not in models:
             if species.file not in files:
                 files[species.file] = load_model(model_path(f"{species.file}.glb"))
-            models[placement.species] = _model(files[species.file], placement.species)
+            models[placement.species] = find_part(files[species.file], placement.species)
         path = groups[species.kind].attach_new_node(models[placement.species].make_copy())
         path.set_pos_hpr_scale(
             *(placement.x, placement.y, placement.z),
             *(placement.heading, placement.pitch, placement.roll),
             *(placement.scale,) * 3,
         )
-
-
-def _model(file: NodePath, name: str) -> GeomNode:
-    """All Geoms at and below the node `name` of a file, as one node to copy."""
-    part = file.find(f"**/{name}")
-    if part.is_empty():
-        raise ModelError(
-            f"model {file.get_name()}.glb: has no node {name!r}: make it again with models/make_models.py"
-        )
-    merged = GeomNode(name)
-    for path in [part, *part.find_all_matches("**")]:
-        node = path.node()
-        if isinstance(node, GeomNode):
-            for geom, material in node.geoms:
-                merged.add_geom(geom, material)
-    return merged
 
 
 @lru_cache(maxsize=1)

@@ -70,6 +70,8 @@ float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
         slope = -n.xz / side / scale.z / scale.xy;
     }
     from += 0.5 * tile.z;
+    if (any(lessThan(from, vec2(0.0))) || any(greaterThan(from, vec2(tile.z))))
+        return 1.0;  // beyond a sun's shadow distance
 
 #if TAPS == 1
     return lit_texel(floor(from), tile, from, depth, slope, nearer);

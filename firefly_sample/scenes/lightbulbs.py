@@ -1,0 +1,323 @@
+"""A grid of cats under a grid of coloured light bulbs: the scene plugin "lightbulbs".
+
+It is what deferred shading is for: hundreds of lights, each of which reaches little. One unit is about a hand
+and a half, a cat is 1.3 units high and sits 2.3 units from the next. A bulb hovers 1.9 units over the place
+between four cats. Its light fades by 1/(1 + d^2) and ends at 3 units, through a smooth window: it reaches the
+four cats around it, each from 1.8 units away, and no more than the backs of the next ones, which are 3.9 away.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.assets import model_path
+from firefly_sample.errors import ParameterError
+from firefly_sample.scene.falloff import Attenuation
+from firefly_sample.scene.geom import Geom, GeomNode
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
+from firefly_sample.scene.loader import load_model
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.random import uniform
+from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
+from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scenes.parts import find_part
+
+__all__ = ["LightbulbsScene", "scene"]
+
+Float64 = NDArray[np.float64]
+
+SPACING = 2.3
+"""From one cat to the next, in scene units: a slab of the plinth for each."""
+CAT_SCALE = 1.3
+PLINTH_HEIGHT = 3.0
+BULB_HEIGHT = 1.9
+BULB_RADIUS = 0.2
+BULB_ATTENUATION = Attenuation.INVERSE_SQUARE
+BULB_REACH = 3.0
+BULB_POWER = 4.5
+"""Of a bulb's light, times its colour."""
+BULB_EMISSION = 1.1
+"""Of what is seen of the bulb itself, times its colour."""
+HALO_RADIUS, HALO_RADIANCE = 0.42, 0.30
+"""Of the soft glow around a bulb that is on, as a lens would show it."""
+HOVER_HEIGHT, HOVER_SECONDS = 0.35, (3.0, 5.0)
+SUN_COLOR, SUN_HPR = (1.25, 1.13, 0.95), (-38.0, -42.0, 0.0)
+SUN_MAP, SHADOW_DISTANCE = 2048, 1.6
+"""Texels, and how far from the camera the sun's shadows are wanted, in sizes of the plinth: not to the planets."""
+NIGHT, DAY = (0.030, 0.033, 0.050), (0.11, 0.135, 0.19)
+"""Ambient light without and with the sun."""
+SKY = VerticalGradient(horizon=(0.0045, 0.0035, 0.010), zenith=(0.0010, 0.0012, 0.0040))
+FUR_SHINE, STONE_SHINE = (0.035, 18.0), (0.10, 60.0)
+"""Specular reflectance and shininess."""
+
+_PLANETS = (
+    ("gas giant", (-92.0, 118.0, 17.5), 18.0, 25.0),
+    ("ringed planet", (-9.0, 122.0, 27.0), 8.0, -18.0),
+    ("ocean planet", (-37.0, 84.0, 14.5), 5.0, 8.0),
+    ("rocky planet", (10.0, 62.0, 8.0), 2.2, -12.0),
+    ("moon", (-27.0, 76.0, 19.0), 1.3, 0.0),
+)
+"""Name, place, radius, and the tilt of the axis in degrees."""
+_STARS = 700
+
+_PARAMETERS = (
+    Parameter(
+        "seed",
+        int,
+        7,
+        "Which colours: every random number about bulb k or cat k comes from (seed, k).",
+        minimum=0,
+        maximum=2**63 - 1,
+        live=False,
+    ),
+    Parameter("columns", int, 20, "Cats, and bulbs, from left to right.", minimum=1, maximum=100, live=False),
+    Parameter("rows", int, 20, "Cats, and bulbs, from front to back.", minimum=1, maximum=100, live=False),
+    Parameter(
+        "bulbs", bool, True, "Whether the light bulbs are on.", keys=(KeyStep("b", help="bulbs on, off"),)
+    ),
+    Parameter("sun", bool, False, "Whether the sun shines.", keys=(KeyStep("u", help="sun on, off"),)),
+    Parameter(
+        "hover", bool, True, "Whether the bulbs hover up and down.", keys=(KeyStep("h", help="hover, rest"),)
+    ),
+    Parameter(
+        "shadows", bool, True, "Whether the sun casts shadows.", keys=(KeyStep("k", help="shadows on, off"),)
+    ),
+)
+
+
+class _Bulbs:
+    """Where the bulbs are and what colours they have; it knows no node, so no cycle keeps nodes alive."""
+
+    def __init__(self, seed: int, columns: int, rows: int) -> None:
+        count = columns * rows
+        u = uniform(seed, np.arange(5)[:, None], np.arange(count)[None, :])
+        column, row = np.arange(count) % columns, np.arange(count) // columns
+        # between four cats: half a step beyond each cat, so that the last ones hang over the plinth's edge
+        x, y = _grid(column, columns) + 0.5 * SPACING, _grid(row, rows) + 0.5 * SPACING
+        self.places: Float64 = np.stack([x, y, np.full(count, BULB_HEIGHT)], axis=1)
+        self.colors = _vivid(u[0], u[1])
+        low, high = HOVER_SECONDS
+        self._period: Float64 = low + (high - low) * u[2]
+        self._phase = u[3]
+        self.on = True
+        self.hovering = True
+
+    def at(self, time: float) -> Float64:
+        """Their middles at `time` (seconds), shape (n, 3)."""
+        places = self.places.copy()
+        if self.hovering:
+            turns = np.fmod(time, self._period) / self._period + self._phase
+            places[:, 2] += HOVER_HEIGHT * np.sin(2.0 * math.pi * turns)
+        return places
+
+    def lights(self, time: float) -> tuple[Float64, Float64, float]:
+        """Positions, colours and the end of the lights."""
+        return self.at(time), BULB_POWER * self.colors, BULB_REACH
+
+    def halos(self, time: float) -> tuple[Float64, Float64, float]:
+        """Positions, colours and the radius of the glow around them."""
+        return self.at(time), HALO_RADIANCE * self.colors, HALO_RADIUS
+
+
+class LightbulbsScene(Scene):
+    """Cats, bulbs, planets and a sun.
+
+    Parameters
+    ----------
+    seed, columns, rows, bulbs, sun, hover, shadows
+        See ``scene.parameters``; the last four can be changed later by `set`.
+
+    Raises
+    ------
+    ModelError
+        If a file in models/ is missing or damaged.
+    """
+
+    def __init__(
+        self,
+        seed: int = 7,
+        columns: int = 20,
+        rows: int = 20,
+        bulbs: bool = True,
+        sun: bool = False,
+        hover: bool = True,
+        shadows: bool = True,
+    ) -> None:
+        root = NodePath("lightbulbs")
+        size = SPACING * max(columns, rows)
+        camera = root.attach_new_node(Camera("camera", PerspectiveLens(fov=38.0, near=0.5, far=400.0)))
+        camera.set_pos(0.30 * size, -(0.52 * size + 7.0), 0.13 * size + 2.0)
+        camera.look_at(-0.02 * size, -0.02 * size, 0.045 * size + 0.3)
+        super().__init__(root, camera)
+        _place_cats(root, seed, columns, rows)
+        _place_planets(root)
+        root.attach_new_node(Sprites("stars", *_stars()))
+        self._bulbs = _Bulbs(seed, columns, rows)
+        self._spheres = _place_bulbs(root, self._bulbs)
+        self._lights = root.attach_new_node(
+            PointLights("bulb lights", function=self._bulbs.lights, attenuation=BULB_ATTENUATION)
+        )
+        self._halos = root.attach_new_node(Sprites("halos", function=self._bulbs.halos))
+        self._sun = DirectionalLight("sun", SUN_COLOR)
+        self._sun.set_shadow_distance(SHADOW_DISTANCE * size + 10.0)
+        self._sun_path = root.attach_new_node(self._sun)
+        self._sun_path.set_hpr(*SUN_HPR)
+        self._ambient = AmbientLight("sky")
+        root.attach_new_node(self._ambient)
+        self._placed_at: float | None = None
+        for name, value in (("bulbs", bulbs), ("sun", sun), ("hover", hover), ("shadows", shadows)):
+            self.set(name, value)
+
+    def set(self, name: str, value: Any) -> None:
+        """Change a parameter of the running scene.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter, it is not live, or the value is wrong.
+        """
+        live = {parameter.name: parameter for parameter in _PARAMETERS if parameter.live}
+        if name not in live:
+            raise ParameterError(
+                f"scene 'lightbulbs' has no live parameter {name!r}: it has {', '.join(live)}; "
+                "the others need a new scene"
+            )
+        checked = live[name].check(value, "lightbulbs")
+        if name == "bulbs":
+            self._bulbs.on = checked
+            _show(self._lights, checked)
+            _show(self._halos, checked)
+            for path, color in zip(self._spheres, self._bulbs.colors, strict=True):
+                material = path.node().material
+                assert material is not None
+                material.set_emission(BULB_EMISSION * color if checked else np.zeros(3))
+        elif name == "sun":
+            _show(self._sun_path, checked)
+            self._ambient.set_color(DAY if checked else NIGHT)
+        elif name == "hover":
+            self._bulbs.hovering = checked
+            self._placed_at = None
+        else:
+            self._sun.set_shadow_caster(checked, SUN_MAP)
+        self.background = SKY
+
+    def update(self, time: float) -> None:
+        """Put the bulbs where they are at `time`; the lights find their own way."""
+        wanted = time if self._bulbs.hovering else 0.0
+        if wanted != self._placed_at:
+            self._placed_at = wanted
+            for path, place in zip(self._spheres, self._bulbs.at(wanted), strict=True):
+                path.set_pos(*place)
+
+
+class _Plugin:
+    """What the entry point names."""
+
+    name = "lightbulbs"
+    summary = "A grid of cats under a grid of coloured light bulbs, with planets and a sun."
+    parameters = _PARAMETERS
+
+    def build(self, **parameters: Any) -> LightbulbsScene:
+        """A new scene; see `parameters`."""
+        return LightbulbsScene(**parameters)
+
+
+scene = _Plugin()
+
+
+def _show(path: NodePath, visible: bool) -> None:
+    if visible:
+        path.show()
+    else:
+        path.hide()
+
+
+def _grid(index: Any, count: int) -> Any:
+    """Places of a row of things around 0."""
+    return (index - 0.5 * (count - 1)) * SPACING
+
+
+def _vivid(hue: Float64, strength: Float64) -> Float64:
+    """Linear colours of any hue, neither pale nor of one channel alone; the largest channel is 1."""
+    # the closed form of hue: f(n) = 1 - s max(0, min(q, 4 - q, 1)), q = (n + 6 h) mod 6
+    q = (np.array([5.0, 3.0, 1.0]) + 6.0 * hue[:, None]) % 6.0
+    fall = np.clip(np.minimum(q, 4.0 - q), 0.0, 1.0)
+    return np.asarray(1.0 - (0.66 + 0.26 * strength[:, None]) * fall)
+
+
+def _place_cats(root: NodePath, seed: int, columns: int, rows: int) -> None:
+    """The plinth, and a cat on each of its slabs that looks more or less ahead."""
+    plinth = find_part(load_model(model_path("plinth.glb")), "plinth")
+    (geom, stone), *_ = plinth.geoms
+    stone.set_specular(np.full(3, STONE_SHINE[0]))
+    stone.set_shininess(STONE_SHINE[1])
+    node = GeomNode("plinth")
+    node.add_geom(_paved(geom, columns, rows), stone)
+    path = root.attach_new_node(node)
+    path.set_scale(SPACING * columns, SPACING * rows, PLINTH_HEIGHT)
+
+    cat = find_part(load_model(model_path("cat.glb")), "cat")
+    for _, fur in cat.geoms:
+        fur.set_specular(np.full(3, FUR_SHINE[0]))
+        fur.set_shininess(FUR_SHINE[1])
+    cats = root.attach_new_node("cats")
+    count = columns * rows
+    u = uniform(seed, np.arange(8, 11)[:, None], np.arange(count)[None, :])
+    # most look ahead, some wherever they like
+    turn = 25.0 * (2.0 * u[0] - 1.0) * (1.0 + 5.0 * (u[1] > 0.85))
+    for k in range(count):
+        path = cats.attach_new_node(cat.make_copy())
+        path.set_pos(_grid(k % columns, columns), _grid(k // columns, rows), 0.0)
+        path.set_h(turn[k])
+        path.set_scale(CAT_SCALE * (0.94 + 0.12 * u[2, k]))
+
+
+def _paved(geom: Geom, columns: int, rows: int) -> Geom:
+    """The plinth's Geom with a slab for each cat, however many there are: it is made for 20 by 20."""
+    across = np.abs(geom.normals) * (1.0, 1.0, 1.0)
+    top_or_ends = across[:, 1] >= across[:, 0]
+    u, v = geom.texcoords.T
+    # the texture holds five slabs; 2 is the middle of the plinth, where four slabs meet
+    slabs_u = np.where(top_or_ends | (across[:, 2] > 0.5), columns, rows)
+    v = np.where(across[:, 2] > 0.5, 2.0 + (v - 2.0) * rows / 20.0 + 0.1 * (rows % 2), v)
+    u = 2.0 + (u - 2.0) * slabs_u / 20.0 + 0.1 * (slabs_u % 2)
+    return Geom(geom.vertices, geom.triangles, geom.normals, np.stack([u, v], axis=1), name=geom.name)
+
+
+def _place_planets(root: NodePath) -> None:
+    planets = root.attach_new_node("planets")
+    file = load_model(model_path("planets.glb"))
+    for name, place, radius, tilt in _PLANETS:
+        path = planets.attach_new_node(find_part(file, name))
+        path.set_pos_hpr_scale(*place, 0.0, 0.0, tilt, radius, radius, radius)
+
+
+def _place_bulbs(root: NodePath, bulbs: _Bulbs) -> list[NodePath]:
+    """A sphere for each bulb, with a material of its own: they are one draw all the same."""
+    (glass, _), *_ = find_part(load_model(model_path("bulb.glb")), "bulb").geoms
+    node = root.attach_new_node("bulbs")
+    paths = []
+    for _ in bulbs.places:
+        sphere = GeomNode("bulb")
+        sphere.add_geom(glass)
+        path = node.attach_new_node(sphere)
+        path.set_material(Material("bulb", (0.05, 0.05, 0.055, 1.0), specular=(0.3,) * 3, shininess=80.0))
+        paths.append(path)
+    return paths
+
+
+def _stars() -> tuple[Float64, Float64, Float64]:
+    """Positions, colours and radii of dots far away, evenly all around."""
+    u = uniform(1919, np.arange(5)[:, None], np.arange(_STARS)[None, :])
+    height, angle = 2.0 * u[0] - 1.0, 2.0 * math.pi * u[1]
+    flat = np.sqrt(1.0 - height**2)
+    directions = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
+    tint = np.stack([0.8 + 0.4 * u[2], np.ones(_STARS), 1.2 - 0.4 * u[2]], axis=1)
+    return 320.0 * directions, tint * (0.15 + 1.6 * u[3] ** 4)[:, None], 0.3 + 0.25 * u[4]
