@@ -23,7 +23,7 @@ from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightKind, LightSet
 from firefly_sample.plan.variants import DrawMethod, LightVariant, Variant, defines
 
-__all__ = ["LightPass", "draw_volumes", "method_for"]
+__all__ = ["LightPass", "draw_volumes", "method_for", "variant_for"]
 
 _MESHES: dict[DrawMethod, NDArray[np.float32]] = {
     "sphere": circumscribed_icosphere(1).reshape(-1, 3).astype(np.float32),
@@ -45,7 +45,7 @@ class LightPass(Pass):
         for index, lights in enumerate(plan.lights):
             if lights.kind != self.kind:
                 continue
-            variant = _variant_for(step.variant, lights)
+            variant = variant_for(step.variant, lights)
             program = gpu.programs.get(self.name, variant, images.color_names())
             needless = set() if variant.taps else {"shadow_atlas"}
             if not (variant.taps or lights.kind != "directional"):
@@ -67,7 +67,7 @@ def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
     return lights.proxy if chosen == "sphere" else "fullscreen"
 
 
-def _variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
+def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
     """The frame's variant, with what is the set's own."""
     fades = lights.kind != "directional"
     return replace(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 __all__ = ["Tile", "pack_atlas"]
@@ -16,33 +17,35 @@ class Tile(NamedTuple):
     size: int
 
 
-def pack_atlas(sizes: Sequence[int], largest: int) -> tuple[tuple[int, int], list[Tile]] | None:
+@lru_cache(maxsize=8)
+def pack_atlas(sizes: tuple[int, ...], largest: int) -> tuple[tuple[int, int], tuple[Tile, ...]] | None:
     """Lay squares out on shelves, the largest first.
 
     Parameters
     ----------
-    sizes : sequence of int
+    sizes : tuple of int
         Sides of the squares, 1 or more.
     largest : int
         Width and height of the atlas at most.
 
     Returns
     -------
-    (width, height), list of Tile
+    (width, height), tuple of Tile
         The smallest atlas among those as wide as 1, 2, 3 ... of the largest square, and the tiles in the
         order of `sizes`; None if they do not fit.
     """
     if not sizes:
-        return (0, 0), []
+        return (0, 0), ()
     widest = max(sizes)
     total = sum(size * size for size in sizes)
-    best: tuple[tuple[int, int], list[Tile]] | None = None
+    order = sorted(range(len(sizes)), key=lambda index: -sizes[index])
+    best: tuple[tuple[int, int], tuple[Tile, ...]] | None = None
     for width in range(widest, min(largest, widest * len(sizes)) + 1, widest):
         if best is not None and width * widest > best[0][0] * best[0][1]:
             break
         if width * largest < total:
             continue
-        height, tiles = _shelves(sizes, width)
+        height, tiles = _shelves(sizes, order, width)
         fits = height <= largest
         if fits and (best is None or _badness(width, height) < _badness(*best[0])):
             best = (width, height), tiles
@@ -54,14 +57,15 @@ def _badness(width: int, height: int) -> tuple[int, int]:
     return width * height, abs(width - height)
 
 
-def _shelves(sizes: Sequence[int], width: int) -> tuple[int, list[Tile]]:
-    tiles: list[Tile | None] = [None] * len(sizes)
+def _shelves(sizes: Sequence[int], order: Sequence[int], width: int) -> tuple[int, tuple[Tile, ...]]:
+    """The height that is needed at a width, and the tiles; `order` is the largest first."""
+    tiles: dict[int, Tile] = {}
     x = y = shelf = 0
-    for index in sorted(range(len(sizes)), key=lambda i: -sizes[i]):
+    for index in order:
         size = sizes[index]
         if x + size > width:
             x, y, shelf = 0, y + shelf, 0
         tiles[index] = Tile(x, y, size)
         x += size
         shelf = max(shelf, size)
-    return y + shelf, [tile for tile in tiles if tile is not None]
+    return y + shelf, tuple(tiles[index] for index in range(len(sizes)))

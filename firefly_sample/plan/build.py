@@ -111,6 +111,7 @@ class Planner:
             geometry=sum(len(part.ids) for part in seen),
             sprites=len(sprites),
             lights=lighting.counts(),
+            endless=lighting.endless(),
             shadowed=lighting.counts(shadowed=True),
             atlas=lighting.shadows.size,
             maps=len(lighting.shadows.maps),
@@ -119,10 +120,9 @@ class Planner:
             materials=tuple(visible_materials(seen)),
             orthographic=not isinstance(lens, PerspectiveLens),
         )
-        if needs.classic and {"specular", "emission"}.intersection(outputs):
-            raise OutputError(
-                "look 'classic' has no outputs 'specular' and 'emission': choose look 'correct'"
-            )
+        for name in outputs:
+            if needs.classic and name in ("specular", "shininess", "emission"):
+                raise OutputError(f"look 'classic' has no output {name!r}: choose look 'correct'")
         targets = choose_targets(needs)
         passes = choose_passes(needs, targets)
         check_passes(passes, targets)

@@ -38,6 +38,15 @@ class Lighting:
     sets: tuple[LightSet, ...]
     shadows: ShadowPlan
 
+    def endless(self) -> dict[LightKind, int]:
+        """How many lights of each kind are drawn over the full screen because they end nowhere."""
+        counts: dict[LightKind, int] = {}
+        for lights in self.sets:
+            if lights.kind != "directional" and lights.proxy == "fullscreen":
+                number = int(np.isinf(lights.reaches).sum())
+                counts[lights.kind] = counts.get(lights.kind, 0) + number
+        return counts
+
     def counts(self, shadowed: bool = False) -> dict[LightKind, int]:
         """How many lights of each kind are drawn, or are drawn with shadows; kinds without any left out."""
         counts: dict[LightKind, int] = {}

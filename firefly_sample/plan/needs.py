@@ -17,6 +17,9 @@ PLACE_OUTPUTS = ("depth", "position", "position_world")
 NORMAL_OUTPUTS = ("normal", "normal_world")
 VOLUME_OUTPUTS = ("overdraw", "volumes", "wireframe")
 
+MOST_NAMES = 4
+"""Of materials in a reason."""
+
 _NOUNS: dict[LightKind, str] = {
     "directional": "directional light",
     "point": "point light",
@@ -34,6 +37,8 @@ class Needs:
         Counts in view.
     lights : dict of LightKind to int
         Lights in view; kinds of which there are none are left out.
+    endless : dict of LightKind to int
+        Those of them that are drawn over the full screen because they end nowhere.
     shadowed : dict of LightKind to int
         Those of them that have shadow maps.
     atlas : (int, int)
@@ -53,6 +58,7 @@ class Needs:
     geometry: int
     sprites: int
     lights: dict[LightKind, int]
+    endless: dict[LightKind, int]
     shadowed: dict[LightKind, int]
     atlas: tuple[int, int]
     maps: int
@@ -62,17 +68,17 @@ class Needs:
     orthographic: bool
 
     @cached_property
-    def own_ambient(self) -> tuple[str, ...]:
+    def own_ambient(self) -> str:
         """Names of materials in view that reflect ambient light in a colour of its own."""
         return _names(m for m in self.materials if m.ambient is not None)
 
     @cached_property
-    def emissive(self) -> tuple[str, ...]:
+    def emissive(self) -> str:
         """Names of materials in view that shine."""
         return _names(m for m in self.materials if m.emission.any())
 
     @cached_property
-    def shiny(self) -> tuple[str, ...]:
+    def shiny(self) -> str:
         """Names of materials in view that have highlights."""
         return _names(m for m in self.materials if m.specular.any())
 
@@ -153,6 +159,16 @@ class Needs:
         """How many lights of a kind there are, in words."""
         return _count(self.lights[kind], _NOUNS[kind])
 
+    def in_view(self, kind: LightKind) -> str:
+        """The lights of a kind in view, and a word on those that cost a full screen each."""
+        endless = self.endless.get(kind, 0)
+        if not endless:
+            return f"{self.lights_of(kind)} in view"
+        return (
+            f"{self.lights_of(kind)} in view, {endless} of them without end: over the full screen "
+            "(an attenuation or a max distance would bound it)"
+        )
+
     def all_lights(self) -> list[str]:
         """The same for each kind."""
         return [self.lights_of(kind) for kind in self.lights]
@@ -169,8 +185,11 @@ class Needs:
         return [f"shadows of {_count(count, _NOUNS[kind])}" for kind, count in self.shadowed.items()]
 
 
-def _names(materials: Iterable[Material]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(material.name for material in materials))
+def _names(materials: Iterable[Material]) -> str:
+    """Names, each once, and not too many of them; empty if there is none."""
+    names = list(dict.fromkeys(material.name for material in materials))
+    shown = ", ".join(names[:MOST_NAMES])
+    return shown if len(names) <= MOST_NAMES else f"{shown} and {len(names) - MOST_NAMES} more"
 
 
 def _count(number: int, noun: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -19,8 +20,9 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
     -------
     dict
         ``passes`` (name, reads, writes, updates, because) in drawing order, ``targets`` (name, format,
-        bytes_per_pixel, because), ``lights`` (drawn, culled) and ``warnings``. What the frame does not
-        have is not mentioned. With supersampling a target's bytes are those of one sample.
+        bytes_per_pixel, because, and size where it is not the picture's), ``lights`` (drawn, culled) and
+        ``warnings``. What the frame does not have is not mentioned. With supersampling a target's bytes are
+        those of one sample.
     """
     return {
         "passes": [
@@ -40,6 +42,7 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
                 "bytes_per_pixel": target.bytes_per_pixel,
                 "because": target.because,
             }
+            | ({} if target.size is None else {"size": list(target.size)})
             for target in plan.targets
         ],
         "lights": {"drawn": plan.counts.in_view, "culled": plan.counts.in_scene - plan.counts.in_view},
@@ -78,6 +81,13 @@ def plan_as_text(plan: FramePlan) -> str:
     sizes = [
         target.bytes_per_pixel * (plan.settings.supersample**2 if target.per_sample else 1)
         for target in plan.targets
+        if target.size is None
+    ]
+    own = [
+        f", {target.name} {target.bytes_per_pixel * math.prod(target.size) / 2**20:.1f} MiB "
+        f"at {target.size[0]}x{target.size[1]}"
+        for target in plan.targets
+        if target.size is not None
     ]
     counts = plan.counts
     unit = "pixel" if plan.settings.supersample == 1 else "sample"
@@ -85,7 +95,7 @@ def plan_as_text(plan: FramePlan) -> str:
         align([("PASS", "READS", "WRITES", "UPDATES", "BECAUSE"), *passes]),
         align([("TARGET", "FORMAT", f"BYTES A {unit.upper()}", "BECAUSE"), *targets]),
         f"{sum(sizes)} bytes a pixel, {sum(sizes) * width * height / 2**20:.1f} MiB at {width}x{height}"
-        f"{'' if unit == 'pixel' else f', supersample {plan.settings.supersample}'}; "
+        f"{'' if unit == 'pixel' else f', supersample {plan.settings.supersample}'}{''.join(own)}; "
         f"lights: {counts.in_view} drawn, {counts.in_scene - counts.in_view} culled",
         *(f"warning: {warning}" for warning in plan.warnings),
     ]

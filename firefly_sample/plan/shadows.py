@@ -219,13 +219,13 @@ class ShadowPlanner:
                 if any(shadow.casters for shadow in made):
                     index_of[index] = len(maps), len(made)
                     maps.extend(made)
-        return (ShadowPlan(size, tuple(tiles), tuple(maps)) if maps else ShadowPlan()), index_of
+        return (ShadowPlan(size, tiles, tuple(maps)) if maps else ShadowPlan()), index_of
 
     def _maps(
         self,
         light: _Caster,
         snapshot: Snapshot,
-        tiles: list[Tile],
+        tiles: tuple[Tile, ...],
         sight: Sight,
         reverse: bool,
         kept: dict[tuple[LightSource, str], tuple[tuple[Any, ...], ShadowMap]],
@@ -265,8 +265,8 @@ def no_maps(lights: int) -> NDArray[np.int32]:
     return np.tile(np.array([-1, 0], dtype=np.int32), (lights, 1))
 
 
-def _layout(lights: list[_Caster], largest: int) -> tuple[tuple[int, int], list[Tile]]:
-    sizes = [light.source.node.get_shadow_resolution() for light in lights for _ in range(light.count)]
+def _layout(lights: list[_Caster], largest: int) -> tuple[tuple[int, int], tuple[Tile, ...]]:
+    sizes = tuple(light.source.node.get_shadow_resolution() for light in lights for _ in range(light.count))
     packed = pack_atlas(sizes, largest)
     if packed is not None:
         return packed

@@ -52,12 +52,12 @@ def choose_targets(needs: Needs) -> tuple[Target, ...]:
         if needs.linear_distance:
             reasons = [f"{light} (position=linear32f)" for light in needs.placed_lights()]
             add("distance", "r32f", (reasons if needs.placed else []) + asked(outputs, PLACE_OUTPUTS))
-        own = [f"material {name} has an ambient colour" for name in needs.own_ambient]
-        add("ambient_albedo", "rgba8", own if needs.own_ambient_lit else [])
-        shiny = [f"material {name} has highlights" for name in needs.shiny]
-        add("specular", "rgba16", (shiny if needs.highlights else []) + asked(outputs, ("specular",)))
-        emissive = [f"material {name} shines" for name in needs.emissive]
-        add("emission", "rgba32f", (emissive if needs.emits else []) + asked(outputs, ("emission",)))
+        own = [f"ambient colours of {needs.own_ambient}"] if needs.own_ambient_lit else []
+        add("ambient_albedo", "rgba8", own)
+        shiny = [f"highlights of {needs.shiny}"] if needs.highlights else []
+        add("specular", "rgba16", shiny + asked(outputs, ("specular", "shininess")))
+        emissive = [f"emission of {needs.emissive}"] if needs.emits else []
+        add("emission", "rgba32f", emissive + asked(outputs, ("emission",)))
         add("id", "r32ui", asked(outputs, ("id",)))
         if needs.placed and not needs.linear_distance:
             reason = (
@@ -67,7 +67,7 @@ def choose_targets(needs: Needs) -> tuple[Target, ...]:
     reasons = needs.all_lights() if needs.lit else []
     reasons += ["ambient light"] if needs.ambient_lit else []
     add("light", "rgba32f", asked(outputs, ("light",)) if reasons else [])
-    reasons += ["materials that shine"] if needs.emits else []
+    reasons += [f"emission of {needs.emissive}"] if needs.emits else []
     reasons += [f"{needs.sprites} sprites"] if needs.dotted else []
     add("radiance", "rgba8" if needs.classic else "rgba32f", reasons if needs.picture else [])
     if needs.geometry and needs.lights:
@@ -85,7 +85,7 @@ def _albedo_reasons(needs: Needs) -> list[str]:
     reasons += ["the background shows where its alpha is 0"] if needs.picture else []
     reasons += asked(needs.outputs, ("albedo",))
     if not needs.distance_marks:
-        marked = asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS, "specular", "emission"))
+        marked = asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS, "specular", "shininess", "emission"))
         reasons += [f"{reason} (its alpha marks the background)" for reason in marked]
     return reasons
 
@@ -168,7 +168,7 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
 
 def _ambient(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
     reasons = ["ambient light"] if needs.ambient_lit else []
-    reasons += ["materials that shine"] if needs.emits else []
+    reasons += [f"emission of {needs.emissive}"] if needs.emits else []
     variant = AmbientVariant(
         lit=needs.ambient_lit,
         own=needs.own_ambient_lit,
@@ -205,8 +205,7 @@ def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ..
     reads += ["specular"] if variant.highlights != "none" else []
     reads += ["shadow_atlas"] if kind in needs.shadowed else []
     tests = ("depth",) if needs.volume_test and kind != "directional" else ()
-    because = f"{needs.lights_of(kind)} in view"
-    frame.add(PASS_OF_KIND[kind], because, variant, reads=tuple(reads), fills=lights, tests=tests)
+    frame.add(PASS_OF_KIND[kind], needs.in_view(kind), variant, reads=tuple(reads), fills=lights, tests=tests)
 
 
 def _light_view(needs: Needs, frame: _Passes, name: Any) -> None:

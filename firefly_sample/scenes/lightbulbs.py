@@ -1,9 +1,9 @@
 """A grid of cats under a grid of coloured light bulbs: the scene plugin "lightbulbs".
 
-It is what deferred shading is for: hundreds of lights, each of which reaches little. One unit is about a hand
-and a half, a cat is 1.3 units high and sits 2.3 units from the next. A bulb hovers 1.9 units over the place
-between four cats. Its light fades by 1/(1 + d^2) and ends at 3 units, through a smooth window: it reaches the
-four cats around it, each from 1.8 units away, and no more than the backs of the next ones, which are 3.9 away.
+It is what deferred shading is for: hundreds of lights, each of which reaches little. A cat is 1.3 units high
+and sits 2.3 units from the next. A bulb hovers 1.9 units over the place between four cats. Its light fades by
+1/(1 + d^2) and ends at 3 units, through a smooth window: it reaches the four cats around it, each from about
+two units away, and nothing of the next ones, which are 3.8 away.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ HALO_RADIUS, HALO_RADIANCE = 0.42, 0.30
 HOVER_HEIGHT, HOVER_SECONDS = 0.35, (3.0, 5.0)
 SUN_COLOR, SUN_HPR = (1.25, 1.13, 0.95), (-38.0, -42.0, 0.0)
 SUN_MAP, SHADOW_DISTANCE = 2048, 1.6
-"""Texels, and how far from the camera the sun's shadows are wanted, in sizes of the plinth: not to the planets."""
+"""Texels, and how far from the camera the sun's shadows are wanted, in sizes of the plinth, and 10 more."""
 NIGHT, DAY = (0.030, 0.033, 0.050), (0.11, 0.135, 0.19)
 """Ambient light without and with the sun."""
 SKY = VerticalGradient(horizon=(0.0045, 0.0035, 0.010), zenith=(0.0010, 0.0012, 0.0040))

@@ -37,7 +37,8 @@ Surface read_surface()
 #else
     s.y = texelFetch(u_distance, texel, 0).r;
 #endif
-    s.y = min(s.y, 1e37);  // an infinite far plane, where nothing is: what follows stays a number
+    if (!(abs(s.y) < 1e37))
+        s.y = 1e37;  // an infinite far plane, where nothing is: what follows stays a number
 #else
     s.y = 1.0;
 #endif

@@ -6,18 +6,23 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import LightError, NodeError, OutputError, PlanError, SceneError
+from firefly_sample.frame import OUTPUTS
+from firefly_sample.passes.lights import variant_for
 from firefly_sample.plan.build import Planner, build_plan
 from firefly_sample.plan.frame_plan import Capabilities, PassPlan
+from firefly_sample.plan.light_set import PASS_OF_KIND
 from firefly_sample.plan.steps import check_passes
 from firefly_sample.plan.variants import PASS_ORDER, legal_variants
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lights import AmbientLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
+from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
-from tests.scenes import ball_scene, geom_node, orthographic_wall, wall_scene
+from tests.scenes import ball_scene, geom_node, orthographic_wall, wall, wall_scene
 
 
 def names(plan):
@@ -56,6 +61,127 @@ def test_each_feature_adds_exactly_its_cost():
     light.hide()
     dots.detach_node()
     assert cost(scene) == (["geometry", "ambient", "resolve"], targets)
+
+
+def test_each_kind_of_light_and_of_material_adds_exactly_its_cost():
+    """The ladder goes on: directional lights, spotlights, shadows, and what materials ask for."""
+    material = Material("clay")
+    scene = wall_scene(material=material)
+    base = {"depth": 4, "albedo": 4, "color": 4}
+    lit = {**base, "normal": 4, "radiance": 16}
+    sun = DirectionalLight("sun")
+    path = scene.root.attach_new_node(sun)
+    path.set_p(-20)
+    # no place is needed where light comes from everywhere alike
+    assert cost(scene) == (["geometry", "directional_lights", "resolve"], lit)
+    material.set_specular((0.1, 0.1, 0.1))
+    shiny = {**lit, "specular": 8}
+    assert cost(scene) == (["geometry", "directional_lights", "resolve"], shiny)
+    sun.set_shadow_caster(True, 64)
+    card = scene.root.attach_new_node(geom_node("card", wall(1.0)))
+    card.set_pos(0, 5, 3)
+    shadowed = {**shiny, "distance": 4, "shadow_atlas": 4}
+    assert cost(scene) == (["shadow_maps", "geometry", "directional_lights", "resolve"], shadowed)
+    sun.set_shadow_caster(False)
+    card.detach_node()
+    material.set_specular((0, 0, 0))
+    spot = scene.root.attach_new_node(Spotlight("spot", radius=20.0))
+    placed = {**lit, "distance": 4}
+    assert cost(scene) == (["geometry", "directional_lights", "spotlights", "resolve"], placed)
+    path.hide()
+    assert cost(scene) == (["geometry", "spotlights", "resolve"], placed)
+    spot.hide()
+    material.set_ambient((1, 0, 0))  # there is no ambient light yet
+    assert cost(scene) == (["geometry", "resolve"], base)
+    scene.root.attach_new_node(AmbientLight("moon", (0.1, 0.1, 0.1)))
+    own = {**base, "radiance": 16, "ambient_albedo": 4}
+    assert cost(scene) == (["geometry", "ambient", "resolve"], own)
+    material.set_ambient(None)
+    material.set_emission((1, 1, 1))
+    assert cost(scene) == (["geometry", "ambient", "resolve"], {**base, "radiance": 16, "emission": 16})
+    scene.root.find("wall").hide()  # what is not in view asks for nothing
+    assert cost(scene) == (["resolve"], {"color": 4})
+
+
+def test_buffers_to_look_at_cost_what_they_show():
+    scene = ball_scene(20, ambient=(0.1, 0.1, 0.1))
+    passes, targets = cost(scene)
+    assert cost(scene, outputs=("color", "light")) == (passes, {**targets, "light": 16})
+    assert cost(scene, outputs=("light",)) == (
+        ["geometry", "ambient", "point_lights"],
+        {"depth": 4, "albedo": 4, "normal": 4, "distance": 4, "light": 16},
+    )
+    for name, size in (("overdraw", 4), ("volumes", 4), ("wireframe", 4)):
+        assert cost(scene, outputs=(name,)) == (["geometry", name], {"depth": 4, name: size})
+    assert cost(scene, outputs=("specular",)) == (["geometry"], {"depth": 4, "albedo": 4, "specular": 8})
+    assert cost(scene, outputs=("emission",)) == (["geometry"], {"depth": 4, "albedo": 4, "emission": 16})
+    assert cost(scene, outputs=("shadow_atlas",)) == (["geometry"], {"depth": 4})
+
+
+def test_the_forest_pays_for_a_sun_and_for_its_shadows_alone():
+    scene = build_scene(find_scene("forest"), fireflies=50)
+    targets = {"depth": 4, "albedo": 4, "normal": 4, "distance": 4, "radiance": 16, "color": 4}
+    passes = ["geometry", "ambient", "point_lights", "plain", "resolve"]
+    assert cost(scene) == (passes, targets)
+    sun = DirectionalLight("sun")
+    scene.root.attach_new_node(sun).set_p(-50)
+    sunny = ["geometry", "ambient", "directional_lights", "point_lights", "plain", "resolve"]
+    assert cost(scene) == (sunny, targets)
+    sun.set_shadow_caster(True, 256)
+    assert cost(scene) == (["shadow_maps", *sunny], {"shadow_atlas": 4, **targets})
+
+
+def test_a_light_without_end_is_said_to_cost_a_full_screen():
+    scene = wall_scene()
+    for name in ("a", "b"):
+        scene.root.attach_new_node(PointLight(name))
+    scene.root.attach_new_node(PointLight("c", radius=30.0)).set_pos(0, 8, 0)
+    plan = build_plan(scene)
+    (step,) = [step for step in plan.passes if step.name == "point_lights"]
+    assert "3 point lights in view, 2 of them without end: over the full screen" in step.because
+    assert [lights.proxy for lights in plan.lights].count("fullscreen") == 1
+
+
+def test_a_long_list_of_materials_is_cut():
+    scene = wall_scene()
+    for k in range(9):
+        material = Material(f"m{k}", emission=(1, 1, 1))
+        scene.root.attach_new_node(geom_node(f"card {k}", wall(1.0), material)).set_pos(0, 8, 0)
+    reasons = {target.name: target.because for target in build_plan(scene).targets}
+    assert reasons["emission"] == "emission of m0, m1, m2, m3 and 5 more"
+
+
+def test_instances_with_different_colors_are_one_draw():
+    """Materials that differ in colours alone share a draw; those with another texture do not."""
+    scene = wall_scene()
+    geom, texture = wall(1.0), Texture(np.full((2, 2, 4), 255, dtype=np.uint8))
+    for k in range(6):
+        material = Material(
+            f"m{k}", (0.1 * k, 0.5, 0.5, 1), emission=(k, 0, 0), specular=(0.1, 0, 0), shininess=k
+        )
+        material.texture = texture if k % 2 else None
+        scene.root.attach_new_node(geom_node(f"card {k}", geom, material)).set_pos(0, 5, 0)
+    batches = [batch for batch in build_plan(scene).batches if batch.geom is geom]
+    assert sorted(len(batch.ids) for batch in batches) == [3, 3]
+    for batch in batches:
+        numbers = batch.factors.speculars[:, 3]
+        assert batch.factors.emissions[:, 0] == pytest.approx(numbers)
+        assert batch.factors.base_colors[:, 0] == pytest.approx(0.1 * numbers)
+
+
+def test_classic_says_what_it_leaves_out():
+    scene = wall_scene(material=Material("m", specular=(1, 1, 1), emission=(1, 1, 1)))
+    sun = DirectionalLight("sun")
+    sun.set_shadow_caster(True)
+    scene.root.attach_new_node(sun)
+    plan = build_plan(scene, Settings(look="classic"))
+    assert plan.warnings == (
+        "look 'classic' leaves out, as the original does: highlights, emission, shadows",
+    )
+    assert names(plan)[0] == ["geometry", "directional_lights", "resolve"]
+    for output in ("specular", "shininess", "emission"):
+        with pytest.raises(OutputError, match=f"look 'classic' has no output '{output}'"):
+            build_plan(scene, Settings(look="classic"), outputs=(output,))
 
 
 def test_data_without_a_picture_computes_no_light():
@@ -149,6 +275,18 @@ def test_a_camera_under_scaled_and_sheared_parents_keeps_a_right_angled_view():
         build_plan(scene)
 
 
+SHINY = {"specular": (1, 1, 1), "emission": (1, 1, 1), "ambient": (1, 0, 0)}
+OUTPUT_SETS = (
+    ("color",),
+    ("radiance",),
+    ("depth", "normal"),
+    ("color", "id"),
+    ("light",),
+    ("light", "radiance"),
+    ("overdraw", "volumes", "wireframe", "shadow_atlas"),
+)
+
+
 def test_every_variant_of_every_plan_is_a_legal_one():
     """What the compile test covers is what is shipped."""
     legal = {name: set(legal_variants(name)) for name in PASS_ORDER}
@@ -165,22 +303,38 @@ def test_every_variant_of_every_plan_is_a_legal_one():
         for lights in ("volumes", "fullscreen", "loop")
         for supersample in (1, 2)
     ]
+    settings += [
+        Settings(specular=specular, window=window, clamp_light=clamp, shadow_taps=taps, position=position)
+        for specular in ("phong", "blinn_phong")
+        for window in ("karis", "gltf")
+        for clamp in (False, True)
+        for taps in (1, 4, 16)
+        for position in ("linear32f", "depth24")
+    ]
     seen = 0
     for make in (wall_scene, orthographic_wall):
         for material in materials:
             scene = make()
             scene.root.find("wall").set_material(material)
             scene.root.attach_new_node(PointLights("l", [(0, 8, 0)], (1, 1, 1), 5.0))
+            for light in (PointLight("p"), Spotlight("t"), DirectionalLight("d")):
+                light.set_shadow_caster(True, 16)
+                scene.root.attach_new_node(light).set_pos(0, 5, 0)
+            scene.root.attach_new_node(geom_node("near", wall(0.5), Material("n", **SHINY))).set_pos(0, 7, 0)
+            scene.root.attach_new_node(AmbientLight("a", (1, 1, 1)))
             scene.root.attach_new_node(Sprites("s", [(0, 8, 0)]))
             scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))
             for chosen in settings:
-                for outputs in (("color",), ("radiance",), ("depth", "normal"), ("color", "id")):
-                    if chosen.supersample == 2 and len(outputs) > 1:
+                for outputs in OUTPUT_SETS:
+                    if chosen.supersample == 2 and any(OUTPUTS[name].sampled for name in outputs):
                         continue
                     for capabilities in (Capabilities(), Capabilities(False, False)):
                         plan = build_plan(scene, chosen, (8, 6), outputs, 0.0, capabilities)
                         for step in plan.passes:
-                            assert step.variant in legal[step.name], (step.name, step.variant)
+                            sets = [x for x in plan.lights if PASS_OF_KIND[x.kind] == step.name]
+                            variants = [variant_for(step.variant, x) for x in sets] or [step.variant]
+                            for variant in variants:
+                                assert variant in legal[step.name], (step.name, variant)
                         for batch in plan.batches:
                             assert batch.variant in legal["geometry"], batch.variant
                             seen += 1
