@@ -14,22 +14,26 @@ if TYPE_CHECKING:
     from firefly_sample.frame import Frame
     from firefly_sample.plan.build import build_plan
     from firefly_sample.renderer import Renderer
+    from firefly_sample.scene.falloff import Attenuation
     from firefly_sample.scene.geom import Geom, GeomNode
     from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
-    from firefly_sample.scene.lights import AmbientLight, PointLight, PointLights
+    from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
     from firefly_sample.scene.loader import load_model
     from firefly_sample.scene.material import Material, Texture
     from firefly_sample.scene.node import PandaNode
     from firefly_sample.scene.nodepath import NodePath
     from firefly_sample.scene.parameter import Parameter
     from firefly_sample.scene.scene import Camera, Scene
+    from firefly_sample.scene.spotlight import Spotlight
     from firefly_sample.settings import Settings
 
     __version__: str
 
 __all__ = [
     "AmbientLight",
+    "Attenuation",
     "Camera",
+    "DirectionalLight",
     "FireflyError",
     "Frame",
     "Geom",
@@ -45,6 +49,7 @@ __all__ = [
     "Renderer",
     "Scene",
     "Settings",
+    "Spotlight",
     "Texture",
     "__version__",
     "build_plan",
@@ -58,15 +63,17 @@ _MODULES = {
     "frame": ("Frame",),
     "plan.build": ("build_plan",),
     "renderer": ("Renderer",),
+    "scene.falloff": ("Attenuation",),
     "scene.geom": ("Geom", "GeomNode"),
     "scene.lens": ("OrthographicLens", "PerspectiveLens"),
-    "scene.lights": ("AmbientLight", "PointLight", "PointLights"),
+    "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights"),
     "scene.loader": ("load_model",),
     "scene.material": ("Material", "Texture"),
     "scene.node": ("PandaNode",),
     "scene.nodepath": ("NodePath",),
     "scene.parameter": ("Parameter",),
     "scene.scene": ("Camera", "Scene"),
+    "scene.spotlight": ("Spotlight",),
     "settings": ("Settings",),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}

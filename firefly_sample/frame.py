@@ -180,7 +180,7 @@ class Frame:
     milliseconds : dict of str to float
         Time of each pass, in drawing order; see `firefly_sample.gpu.timers`.
     shaded : int or None
-        Fragments that the light pass shaded, where the renderer was told to count them.
+        Fragments that the passes of light shaded, where the renderer was told to count them.
     lights : LightCounts
         Lights in the scene, in view and dropped.
     driver : str

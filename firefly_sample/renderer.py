@@ -26,6 +26,7 @@ from firefly_sample.passes.shadow_maps import ShadowMapsPass
 from firefly_sample.passes.spotlights import SpotlightsPass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.plan.light_set import PASS_OF_KIND
 from firefly_sample.readback import Surface, read_images
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
@@ -48,6 +49,8 @@ PASSES: tuple[type[Pass], ...] = (
 )
 """Every pass in drawing order; a plan holds those that its frame needs."""
 
+LIGHT_PASSES = frozenset(PASS_OF_KIND.values())
+
 
 class SoftwareDriverWarning(UserWarning):
     """The driver computes on the CPU: right, but slow."""
@@ -66,7 +69,7 @@ class Renderer:
     require_gpu : bool
         Refuse a software driver instead of warning about it.
     count_fragments : bool
-        Count the fragments that the light pass shades, in `Frame.shaded`.
+        Count the fragments that the passes of light shade, in `Frame.shaded`.
     window : bool
         Draw with the context of the window that is current in this thread.
 
@@ -156,8 +159,8 @@ class Renderer:
             raise GpuError("this renderer is closed: make a new one")
 
     def _count_lights(self, plan: FramePlan) -> LightCounts:
-        """The plan's counts, with what the light pass really drew."""
-        if not any(step.name == "point_lights" for step in plan.passes):
+        """The plan's counts, with what the passes of light really drew."""
+        if not any(step.name in LIGHT_PASSES for step in plan.passes):
             return plan.counts
         return replace(plan.counts, dropped=plan.counts.in_view - self._gpu.lights_drawn)
 
@@ -180,6 +183,11 @@ class Renderer:
         """Draw a plan that `plan` made and read back its outputs; without `read`, the Frame has no images."""
         self._check_open()
         self._check_limit(plan.size, plan.settings.supersample)
+        if max(plan.shadows.size) > self._device.max_size:
+            raise GpuError(
+                f"the shadow maps need {plan.shadows.size[0]}x{plan.shadows.size[1]} texels, above this "
+                f"driver's limit of {self._device.max_size} a side: set shadow_atlas to that"
+            )
         self._drawn = None
         with self._device:
             milliseconds, shaded = self._draw_passes(plan)
@@ -224,7 +232,7 @@ class Renderer:
             for step in plan.passes:
                 made, images = self._passes[step.name], BoundImages(gpu.images, plan, step)
                 made.prepare(gpu, plan, step, images)
-                counted = self.count_fragments and step.name == "point_lights"
+                counted = self.count_fragments and step.name in LIGHT_PASSES
                 with gpu.timers.measure(step.name, count=counted):
                     made.draw(gpu, plan, step, images)
         finally:

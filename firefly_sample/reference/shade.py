@@ -17,6 +17,7 @@ from firefly_sample.plan.light_set import LightSet
 from firefly_sample.reference.cone import cone_strength, opening
 from firefly_sample.reference.falloff import falloff
 from firefly_sample.reference.phong import highlight
+from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
 
 __all__ = ["GBuffer", "OneLight", "count_pairs", "each_light", "nearest_light", "shade_lights"]
@@ -138,16 +139,28 @@ def shade_lights(
 
 
 def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
-    """How many (pixel, light) pairs are in range: a covered pixel with d < R, whatever its normal."""
+    """How many (pixel, light) pairs are in range: covered pixels with d < R, whatever their normals.
+
+    A spotlight's must lie within its cone, too; a directional light's range is everything.
+    """
     place = position.reshape(-1, 3)
     place = place[np.isfinite(place).all(axis=1)]
-    return sum(int(np.count_nonzero(one.in_reach(place))) for one in each_light(sets))
+    total = 0
+    for one in each_light(sets):
+        near = one.in_reach(place)
+        if one.lights.kind == "spot":
+            to_light, _ = one.ways(place[near])
+            opened = opening(to_light, one.lights.directions[one.row])
+            total += int(np.count_nonzero(opened <= one.lights.cones[one.row, 1]))
+        else:
+            total += int(np.count_nonzero(near))
+    return total
 
 
 def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = np.inf) -> Float64:
     """For each pixel the smallest d/R of all lights, shape (...,); infinity where none is in range.
 
-    No R counts as more than `longest`: the reach of a light that hardly fades says little of its size.
+    The R of an attenuation counts as `longest` at most: of a light that hardly fades, it says little.
     """
     place = position.reshape(-1, 3)
     smallest = np.full(len(place), np.inf)
@@ -155,6 +168,8 @@ def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = 
         if one.lights.kind == "directional":
             continue
         distance = np.linalg.norm(place - one.lights.positions[one.row], axis=1)
-        reach = min(float(one.lights.reaches[one.row]), longest)
+        reach = float(one.lights.reaches[one.row])
+        if one.lights.falloff is Falloff.ATTENUATION:
+            reach = min(reach, longest)
         smallest = np.where(distance < reach, np.minimum(smallest, distance / reach), smallest)
     return smallest.reshape(position.shape[:-1])

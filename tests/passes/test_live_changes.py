@@ -5,8 +5,9 @@ import pytest
 
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
-from firefly_sample.scene.lights import AmbientLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
@@ -42,6 +43,17 @@ class Stage:
         self.root.attach_new_node(self.lights)
         self.ambient = AmbientLight("sky", (0.1, 0.1, 0.2))
         self.root.attach_new_node(self.ambient)
+        self.lamp = PointLight("lamp", (0.2, 0.3, 0.2))
+        self.lamp_path = self.root.attach_new_node(self.lamp)
+        self.lamp_path.set_pos(1, 4, 1)
+        self.spot = Spotlight("spot", (0.5, 0.2, 0.5), 14.0)
+        self.spot.set_shadow_caster(True, 64)
+        self.spot_path = self.root.attach_new_node(self.spot)
+        self.spot_path.set_pos_hpr(-1, 2, 2, -5, -10, 0)
+        self.sun = DirectionalLight("sun", (0.2, 0.2, 0.1))
+        self.sun.set_shadow_caster(True, 64)
+        self.sun_path = self.root.attach_new_node(self.sun)
+        self.sun_path.set_hpr(20, -30, 0)
         self.dots = Sprites("dots", [(0, 6, -1)], (1, 0, 1), 0.5)
         self.root.attach_new_node(self.dots)
 
@@ -93,6 +105,83 @@ class Stage:
 
     def light_arrays(self):
         self.lights.set_arrays([(1, 5, 1)] * 40, (0.1, 0.05, 0), 5.0)
+
+    def specular_colors(self):
+        self.lights.set_specular_colors((0, 1, 0))
+        self.clay.set_specular((0.5, 0.5, 0.5))
+
+    def specular(self):
+        self.clay.set_specular((0.3, 0.4, 0.5))
+        self.clay.set_shininess(5.0)
+
+    def emission(self):
+        self.clay.set_emission((0.1, 0.0, 0.4))
+
+    def ambient_of_a_material(self):
+        self.clay.set_ambient((0.1, 0.1, 1.0))
+
+    def texture_of_a_material(self):
+        self.clay.texture = self.texture
+
+    def sidedness(self):
+        self.clay.double_sided = True
+        self.ball_geom.set_vertices(-self.ball_geom.vertices)  # inside out: now its back is seen
+
+    def attenuation(self):
+        self.lamp.set_attenuation((1, 0, 1))
+
+    def max_distance(self):
+        self.lamp.set_max_distance(5.0)
+
+    def radius(self):
+        self.lamp.set_radius(6.0)
+
+    def color_of_a_light(self):
+        self.lamp.set_color((0.1, 0.9, 0.1))
+
+    def lamp_casts(self):
+        self.lamp.set_shadow_caster(True, 32)
+
+    def cone(self):
+        self.spot.set_cone(5, 25)
+
+    def cones_lens(self):
+        self.spot.get_lens().set_fov(12)
+
+    def exponent(self):
+        self.spot.set_exponent(1.0)
+
+    def spot_moves(self):
+        self.spot_path.set_x(0.5)
+
+    def resolution(self):
+        self.spot.set_shadow_caster(True, 16)
+
+    def no_shadow(self):
+        self.spot.set_shadow_caster(False)
+
+    def sun_turns(self):
+        self.sun_path.set_h(-20)
+
+    def suns_direction(self):
+        self.sun.set_direction((0.2, 1, 0.1))
+
+    def suns_shadow_distance(self):
+        self.sun.set_shadow_distance(4.0)
+
+    def sun_sets(self):
+        self.sun_path.hide()
+
+    def mask_of_a_light(self):
+        self.ball.hide(0b1000)
+        self.scene.camera.node().camera_mask = 0b1
+        self.spot.camera_mask = 0b1000
+
+    def a_caster_out_of_sight(self):
+        self.root.attach_new_node(geom_node("above", wall(3.0))).set_pos_hpr(-2, 1, 6, 0, -60, 0)
+
+    def cut_off_of_a_caster(self):
+        self.flag.node().geoms[0][1].alpha_cutoff = 0.9
 
     def ambient_color(self):
         self.ambient.set_color((0.5, 0.1, 0.1))

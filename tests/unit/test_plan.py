@@ -303,7 +303,7 @@ def test_every_variant_of_every_plan_is_a_legal_one():
         for lights in ("volumes", "fullscreen", "loop")
         for supersample in (1, 2)
     ]
-    settings += [
+    lighting = [
         Settings(specular=specular, window=window, clamp_light=clamp, shadow_taps=taps, position=position)
         for specular in ("phong", "blinn_phong")
         for window in ("karis", "gltf")
@@ -324,20 +324,21 @@ def test_every_variant_of_every_plan_is_a_legal_one():
             scene.root.attach_new_node(AmbientLight("a", (1, 1, 1)))
             scene.root.attach_new_node(Sprites("s", [(0, 8, 0)]))
             scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))
-            for chosen in settings:
-                for outputs in OUTPUT_SETS:
-                    if chosen.supersample == 2 and any(OUTPUTS[name].sampled for name in outputs):
-                        continue
-                    for capabilities in (Capabilities(), Capabilities(False, False)):
-                        plan = build_plan(scene, chosen, (8, 6), outputs, 0.0, capabilities)
-                        for step in plan.passes:
-                            sets = [x for x in plan.lights if PASS_OF_KIND[x.kind] == step.name]
-                            variants = [variant_for(step.variant, x) for x in sets] or [step.variant]
-                            for variant in variants:
-                                assert variant in legal[step.name], (step.name, variant)
-                        for batch in plan.batches:
-                            assert batch.variant in legal["geometry"], batch.variant
-                            seen += 1
+            cases = [(chosen, outputs) for chosen in settings for outputs in OUTPUT_SETS]
+            cases += [(chosen, ("color", "light")) for chosen in lighting]
+            for chosen, outputs in cases:
+                if chosen.supersample == 2 and any(OUTPUTS[name].sampled for name in outputs):
+                    continue
+                for capabilities in (Capabilities(), Capabilities(False, False)):
+                    plan = build_plan(scene, chosen, (8, 6), outputs, 0.0, capabilities)
+                    for step in plan.passes:
+                        sets = [x for x in plan.lights if PASS_OF_KIND[x.kind] == step.name]
+                        variants = [variant_for(step.variant, x) for x in sets] or [step.variant]
+                        for variant in variants:
+                            assert variant in legal[step.name], (step.name, variant)
+                    for batch in plan.batches:
+                        assert batch.variant in legal["geometry"], batch.variant
+                        seen += 1
     assert seen > 500
 
 
