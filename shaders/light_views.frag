@@ -11,7 +11,9 @@ out vec4 o_volumes;
 out vec4 o_wireframe;
 #endif
 
-const float FAINT = 0.12;  // so that some volumes over each other can be told apart
+// so that some volumes, or lines, over each other can be told apart
+const float FAINT = 0.12;
+const float LINE = 0.3;
 
 void main()
 {
@@ -21,6 +23,6 @@ void main()
 #elif VIEW == 1
     o_volumes = vec4(hue * FAINT, 1.0);
 #else
-    o_wireframe = vec4(hue, 1.0);
+    o_wireframe = vec4(hue * LINE, 1.0);
 #endif
 }

@@ -1,11 +1,19 @@
-"""``firefly run``: the window."""
+"""``firefly run``: the window, and the performance test without it."""
 
 from __future__ import annotations
 
-from typing import Any
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
 
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time
+from firefly_sample.commands.terminal import print_json, progress_bar
+from firefly_sample.errors import SettingsError
 from firefly_sample.settings import Settings
+
+if TYPE_CHECKING:
+    from firefly_sample.viewer.performance import PerformanceResult
 
 __all__ = ["run"]
 
@@ -15,6 +23,9 @@ def run(
     *,
     time: Time = 0.0,
     size: Size = (800, 600),
+    performance_test: Annotated[float | None, Parameter(metavar="SECONDS")] = None,
+    headless: Flag = False,
+    json: Flag = False,
     require_gpu: Flag = False,
     settings: dict[str, Any],
     parameters: dict[str, Any],
@@ -25,11 +36,59 @@ def run(
     ----------
     time
         Seconds to start at.
+    performance_test
+        Turn the camera around the scene for so long (once in 30 seconds, as the
+        key T does), print how many frames that gave, and close. Ctrl-C, T or Esc
+        end it early.
+    headless
+        Run the performance test without window and display.
+    json
+        Print the results of performance tests as JSON.
     require_gpu
         Fail rather than draw with a software driver.
     """
+
+    def report(result: PerformanceResult) -> None:
+        if json:
+            print_json(result.as_dict())
+        else:
+            print(result.line())
+        sys.stdout.flush()  # a window goes on
+
+    if headless and performance_test is None:
+        raise SettingsError(
+            "--headless is for performance tests: add --performance-test SECONDS, leave --headless out for "
+            "a window, or use 'firefly capture' for pictures without one"
+        )
+    chosen = Settings().with_changes(**settings)
+    if headless:
+        from firefly_sample.viewer.headless import run_headless
+
+        assert performance_test is not None
+        with progress_bar("seconds") as progress:
+            run_headless(
+                scene,
+                performance_test,
+                parameters=parameters,
+                report=report,
+                size=size,
+                settings=chosen,
+                time=time,
+                require_gpu=require_gpu,
+                progress=progress,
+            )
+        return 0
+
     from firefly_sample.viewer import window
 
-    chosen = Settings().with_changes(**settings)
-    window.run(scene, parameters=parameters, size=size, settings=chosen, time=time, require_gpu=require_gpu)
+    window.run(
+        scene,
+        parameters=parameters,
+        size=size,
+        settings=chosen,
+        time=time,
+        require_gpu=require_gpu,
+        performance_test=performance_test,
+        report=report,
+    )
     return 0

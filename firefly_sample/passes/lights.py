@@ -104,6 +104,8 @@ def draw_volumes(
         Draw the edges of all faces instead, tested for being before the surface.
     """
     method: DrawMethod = variant.method  # type: ignore[union-attr]
+    if lines and method == "fullscreen":
+        return  # no volume: it has no edges
     record, given = RECORD_OF_KIND[lights.kind], defines(variant)
     rows = light_rows(record, given, lights, plan.view)
     buffer = gpu.stream(key, rows)

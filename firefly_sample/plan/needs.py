@@ -93,6 +93,16 @@ class Needs:
         return self.geometry > 0 and (self.picture or "light" in self.outputs)
 
     @property
+    def drawn(self) -> bool:
+        """Whether geometry is drawn: a look at the shadow maps alone does without."""
+        return self.geometry > 0 and set(self.outputs) != {"shadow_atlas"}
+
+    @property
+    def shadow_maps(self) -> bool:
+        """Whether shadow maps are looked up, or looked at."""
+        return self.maps > 0 and (self.lit or "shadow_atlas" in self.outputs)
+
+    @property
     def lit(self) -> bool:
         """Whether lights, other than ambient ones, meet surfaces."""
         return self.shaded and bool(self.lights)

@@ -40,10 +40,10 @@ def choose_targets(needs: Needs) -> tuple[Target, ...]:
             )
 
     depth, far = ("depth32f", 0.0) if needs.reverse else ("depth24", 1.0)
-    if needs.maps:
+    if needs.shadow_maps:
         lit = ">=" if needs.reverse else "<="
         add("shadow_atlas", depth, needs.shadows(), far, per_sample=False, size=needs.atlas, compare=lit)
-    if needs.geometry:
+    if needs.drawn:
         add("depth", depth, ["geometry hides what is behind it"], far)
         add("albedo", "rgba8", _albedo_reasons(needs))
         snorm = "rg16_snorm" if needs.capabilities.snorm_targets else "rg16"
@@ -141,9 +141,9 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
     """The passes of a frame in drawing order, each with its reason."""
     frame = _Passes(targets)
     lights = frame.there("radiance", "light")
-    if needs.maps:
+    if needs.shadow_maps:
         frame.add("shadow_maps", "; ".join(needs.shadows()), ShadowVariant(), writes=("shadow_atlas",))
-    if needs.geometry:
+    if needs.drawn:
         because = f"{needs.geometry} geometry instances in view"
         frame.add("geometry", because, geometry_variant(needs, targets), writes=frame.there(*GBUFFER))
     if "depth_copy" in frame.names:

@@ -76,7 +76,8 @@ class Window:
             warnings.simplefilter("ignore")
             self._handle = self._open(title, size)
         self._glfw.make_context_current(self._handle)
-        self._glfw.swap_interval(1)
+        self._waits = False
+        self.wait_for_screen(True)
 
     def _open(self, title: str, size: tuple[int, int]) -> Any:
         glfw = self._glfw
@@ -176,8 +177,14 @@ class Window:
         else:
             self._glfw.poll_events()
 
+    def wait_for_screen(self, wait: bool) -> None:
+        """Let `swap` wait for the screen's next refresh, or not."""
+        if wait != self._waits:
+            self._waits = wait
+            self._glfw.swap_interval(int(wait))
+
     def swap(self) -> None:
-        """Show what was drawn, at the screen's next refresh."""
+        """Show what was drawn."""
         self._glfw.swap_buffers(self._handle)
 
     def __enter__(self) -> Window:

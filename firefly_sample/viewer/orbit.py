@@ -27,13 +27,13 @@ class SceneSeenBy(Scene):
     """A scene through another camera than its own, which its `update` may go on moving."""
 
     def __init__(self, scene: Scene, camera: NodePath) -> None:
-        super().__init__(scene.root, camera, scene.background)
+        super().__init__(scene.root, camera, scene.background, scene.exposure)
         self._scene = scene
 
     def update(self, time: float) -> None:
         """Update the scene itself."""
         self._scene.update(time)
-        self.background = self._scene.background
+        self.background, self.exposure = self._scene.background, self._scene.exposure
 
 
 class OrbitCamera:

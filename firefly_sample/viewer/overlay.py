@@ -6,6 +6,7 @@ Every function is cached by its arguments and gives the same read-only array for
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont, ImageFont
 
-__all__ = ["Rows", "Section", "blend", "columns_plate", "line_plate", "rows_plate", "title_plate"]
+__all__ = ["Rows", "Section", "blend", "columns_plate", "rows_plate", "text_plate", "title_plate"]
 
 Pixels = NDArray[np.uint8]
 Rows = tuple[tuple[str, str], ...]
@@ -86,20 +87,38 @@ def _width(text: str) -> float:
 
 
 @lru_cache(maxsize=4)
-def line_plate(text: str, scale: float) -> Pixels:
-    """One line of text."""
-    sheet = _Sheet(_width(text) + 2 * PADDING, LINE + 0.6 * PADDING, scale)
-    sheet.text(PADDING, 0.3 * PADDING, text, BRIGHT)
+def text_plate(text: str, scale: float, widest: int) -> Pixels:
+    """Text in one line, or in as many as a width of `widest` pixels makes of it."""
+    lines = _wrapped(text, widest / (SIZE * scale) - 2 * PADDING)
+    sheet = _Sheet(max(map(_width, lines)) + 2 * PADDING, len(lines) * LINE + 0.6 * PADDING, scale)
+    for number, line in enumerate(lines):
+        sheet.text(PADDING, 0.3 * PADDING + number * LINE, line, BRIGHT)
     return sheet.pixels()
 
 
-@lru_cache(maxsize=16)
-def title_plate(title: str, note: str, scale: float) -> Pixels:
-    """A title and, dimmer, a note, in one line."""
+def _wrapped(text: str, widest: float) -> list[str]:
+    """Text in lines that end between words; a word wider than `widest` has a line to itself."""
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".lstrip()
+        if lines[-1] and _width(longer) > widest:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
+
+
+@lru_cache(maxsize=64)
+def title_plate(title: str, note: str, scale: float, widest: int | None = None) -> Pixels:
+    """A title and, dimmer, a note beside it, in one line or as many as a width of `widest` pixels makes."""
     left = _width(title) + (0.6 if note else 0.0)
-    sheet = _Sheet(left + _width(note) + 2 * PADDING, LINE + 0.6 * PADDING, scale)
+    room = math.inf if widest is None else widest / (SIZE * scale) - left - 2 * PADDING
+    lines = _wrapped(note, room)
+    width, height = left + max(map(_width, lines)) + 2 * PADDING, len(lines) * LINE + 0.6 * PADDING
+    sheet = _Sheet(width, height, scale)
     sheet.text(PADDING, 0.3 * PADDING, title, WARM)
-    sheet.text(PADDING + left, 0.3 * PADDING, note, DIM)
+    for number, line in enumerate(lines):
+        sheet.text(PADDING + left, 0.3 * PADDING + number * LINE, line, DIM)
     return sheet.pixels()
 
 

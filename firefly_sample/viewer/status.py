@@ -36,8 +36,8 @@ class Meter:
         return True
 
 
-def status_rows(stage: Stage, frame: Frame, rate: str, paused: bool) -> Rows:
-    """Names and values for the corner."""
+def status_rows(stage: Stage, frame: Frame, rate: str, paused: bool, test: str = "") -> Rows:
+    """Names and values for the corner; `test` is how far a performance test is."""
     counts = frame.lights
     lights = f"{counts.in_view} in view of {counts.in_scene}"
     width, height = frame.size
@@ -45,6 +45,7 @@ def status_rows(stage: Stage, frame: Frame, rate: str, paused: bool) -> Rows:
         ("time", f"{frame.time:.1f} s{', paused' if paused else ''}"),
         ("lights", lights if not counts.dropped else f"{lights}, {counts.dropped} dropped"),
         ("frame", rate),
+        *((("test", test),) if test else ()),
         ("picture", f"{width} x {height}"),
         *((p.name.replace("_", " "), value_text(p, stage.values[p.name])) for p in stage.plugin.parameters),
     )

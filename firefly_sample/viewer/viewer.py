@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from firefly_sample.errors import FireflyError
+from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.scene import Scene
 from firefly_sample.viewer.clock import Clock
-from firefly_sample.viewer.controls import Binding, key_label, parameter_bindings
+from firefly_sample.viewer.controls import Binding, parameter_bindings
+from firefly_sample.viewer.help import help_plate
 from firefly_sample.viewer.orbit import OrbitCamera, SceneSeenBy
-from firefly_sample.viewer.overlay import Rows, Section, columns_plate, line_plate, rows_plate, title_plate
+from firefly_sample.viewer.overlay import Rows, rows_plate, text_plate, title_plate
+from firefly_sample.viewer.performance import SECONDS, PerformanceResult, PerformanceTest
 from firefly_sample.viewer.screenshot import save_screenshot
 from firefly_sample.viewer.stage import Stage
 from firefly_sample.viewer.status import Meter, status_rows
-from firefly_sample.viewer.views import VIEWS, Drawn, draw_view, view_title
+from firefly_sample.viewer.views import PICTURE, STRIP, Drawn, draw_view, views_of
 
 __all__ = ["Viewer"]
 
 MARGIN = 10
 """Pixels between the window's edge and text, at scale 1."""
 MESSAGE_SECONDS = 4.0
-MOUSE: Section = (
-    "Mouse",
-    (("Left drag", "orbit"), ("Right drag", "pan (middle, too)"), ("Wheel", "nearer, farther")),
-)
+RESULT_SECONDS = 12.0
 
 
 class Viewer:
@@ -44,6 +42,8 @@ class Viewer:
     clock : Clock
     folder : Path
         For screenshots.
+    report : callable
+        Is given the result of each performance test.
 
     Attributes
     ----------
@@ -56,10 +56,22 @@ class Viewer:
         If a parameter wants a key that it cannot have.
     """
 
-    def __init__(self, stage: Stage, renderer: Renderer, clock: Clock, folder: Path) -> None:
+    def __init__(
+        self,
+        stage: Stage,
+        renderer: Renderer,
+        clock: Clock,
+        folder: Path,
+        report: Callable[[PerformanceResult], None],
+    ) -> None:
         self._stage, self._renderer, self._clock, self._folder = stage, renderer, clock, folder
+        self._report = report
+        self._test: PerformanceTest | None = None
+        self._leave_after_test = False
         self._orbit: OrbitCamera | None = None
-        self._view = VIEWS[0]
+        self._frame: Frame | None = None
+        self._views = views_of(renderer.settings.look)
+        self._view = PICTURE
         self._help = False
         self._shot = False
         self._message = ""
@@ -78,13 +90,18 @@ class Viewer:
     @property
     def title(self) -> str:
         """For the window's frame."""
-        view = "" if self._view == VIEWS[0] else f", {view_title(self._view)}"
+        view = "" if self._view == PICTURE else f", {self._view}"
         return f"{self._stage.plugin.name}{view} - firefly"
 
     @property
     def still(self) -> bool:
         """Whether every frame would be like the last one until something happens."""
-        return self._clock.paused
+        return self._clock.paused and not self.testing
+
+    @property
+    def testing(self) -> bool:
+        """Whether a performance test runs."""
+        return self._test is not None
 
     # --- What the window reports ---
 
@@ -115,6 +132,7 @@ class Viewer:
             Binding("p", "pause, go on", self._pause),
             Binding("r", "the scene's own camera", self._reset_camera),
             Binding("s", "save a screenshot", self._take_shot),
+            Binding("t", f"performance test: one turn, {SECONDS:g} s", self._toggle_test),
             Binding("f1", "show or hide this help", self._toggle_help),
             Binding("escape", "leave", self._leave),
         ]
@@ -126,7 +144,7 @@ class Viewer:
             self._say(str(error))
 
     def _next_view(self) -> None:
-        self._view = VIEWS[(VIEWS.index(self._view) + 1) % len(VIEWS)]
+        self._view = self._views[(self._views.index(self._view) + 1) % len(self._views)]
 
     def _pause(self) -> None:
         self._clock.toggle(self._now)
@@ -141,8 +159,11 @@ class Viewer:
         self._help = not self._help
 
     def _leave(self) -> None:
+        """What was opened last goes first."""
         if self._help:
             self._help = False
+        elif self.testing:
+            self.end_test()
         else:
             self.closed = True
 
@@ -151,8 +172,45 @@ class Viewer:
             self._orbit = OrbitCamera(self._stage.scene)
         return self._orbit
 
-    def _say(self, text: str) -> None:
-        self._message, self._message_until = text, self._now + MESSAGE_SECONDS
+    def _say(self, text: str, seconds: float = MESSAGE_SECONDS) -> None:
+        self._message, self._message_until = text, self._now + seconds
+
+    # --- The performance test ---
+
+    def start_test(self, seconds: float = SECONDS, then_leave: bool = False) -> None:
+        """Turn the camera from where the view is, and count frames; with `then_leave`, close at the end."""
+        self._test, self._leave_after_test = PerformanceTest(seconds), then_leave
+
+    def end_test(self) -> None:
+        """Report what a test has measured so far, if one runs."""
+        test, self._test = self._test, None
+        if test is None:
+            return
+        self.closed |= self._leave_after_test
+        self._rows_stale = True
+        if self._frame is not None:
+            stage = self._stage
+            result = test.result(stage.plugin.name, stage.values, self._renderer.settings, self._frame)
+            self._report(result)
+            self._say(result.line(), RESULT_SECONDS)
+
+    def hide(self) -> None:
+        """The window cannot be seen: a test that has begun would only count time."""
+        if self._test is not None and self._test.began:
+            self.end_test()
+
+    def _toggle_test(self) -> None:
+        if self.testing:
+            self.end_test()
+        else:
+            self.start_test()
+
+    def _advance_test(self) -> None:
+        """Count the frame that is on the window now."""
+        if self._test is not None and self._frame is not None:
+            self._test.advance(self._now, self._frame, self._own_camera())
+            if self._test.done:
+                self.end_test()
 
     # --- What is shown ---
 
@@ -169,15 +227,18 @@ class Viewer:
             The clock's seconds.
         """
         self._now = now
+        self._advance_test()
         if size != self._renderer.size:
             self._renderer.resize(size)
         time = self._clock.time(now)
         drawn = draw_view(self._renderer, self._seen_scene(), time, self._view, scale, read=self._shot)
         if self._shot:
             self._save(drawn)
+        self._frame = drawn.frame
         self._warn(drawn.frame.warnings)
         if self._meter.add(now, drawn.milliseconds) or self._rows_stale:
-            self._rows = status_rows(self._stage, drawn.frame, self._meter.text, self._clock.paused)
+            test = "" if self._test is None else self._test.text
+            self._rows = status_rows(self._stage, drawn.frame, self._meter.text, self._clock.paused, test)
             self._rows_stale = False
         self._renderer.present(drawn.plan, self._layers(drawn, size, scale))
 
@@ -209,32 +270,21 @@ class Viewer:
         if not self._help:
             layers.append(Layer(status, (margin, margin)))
         bottom = height - margin
-        if drawn.image is not None and self._view == "strip":
+        if drawn.image is not None and self._view == STRIP:
             bottom -= drawn.image.pixels.shape[0]
         if drawn.note:
-            plate = title_plate(view_title(self._view), drawn.note, scale)
+            plate = title_plate(self._view, drawn.note, scale, width - 2 * margin)
             bottom -= plate.shape[0]
             layers.append(Layer(plate, (margin, bottom)))
             bottom -= margin
         if self._help:
-            plate = self._help_plate(size, scale)
+            renderer = self._renderer
+            driver = f"{renderer.driver}{' (software, slow)' if renderer.software else ''}"
+            name = self._stage.plugin.name
+            plate = help_plate(name, self._scene_keys, self._own, driver, size, scale)
             corner = (width - plate.shape[1]) // 2, (height - plate.shape[0]) // 2
             layers.append(Layer(plate, corner))
         if self._now < self._message_until:
-            plate = line_plate(self._message, scale)
+            plate = text_plate(self._message, scale, width - 2 * margin)
             layers.append(Layer(plate, ((width - plate.shape[1]) // 2, bottom - plate.shape[0])))
         return layers
-
-    def _help_plate(self, size: tuple[int, int], scale: float) -> NDArray[np.uint8]:
-        """All keys, smaller where the window has no room for them."""
-        scene = (f"Scene {self._stage.plugin.name}", _key_rows(self._scene_keys))
-        window: Section = ("Window", _key_rows(self._own))
-        columns = ((scene, MOUSE), (window,)) if self._scene_keys else ((window,), (MOUSE,))
-        driver = f"{self._renderer.driver}{' (software, slow)' if self._renderer.software else ''}"
-        plate = columns_plate(columns, driver, scale)
-        fit = min(size[0] / plate.shape[1], size[1] / plate.shape[0])
-        return plate if fit >= 1 else columns_plate(columns, driver, scale * fit)
-
-
-def _key_rows(bindings: list[Binding]) -> Rows:
-    return tuple((key_label(binding.key), binding.help) for binding in bindings)

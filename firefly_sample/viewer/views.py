@@ -12,13 +12,14 @@ from firefly_sample.gpu.presenter import Layer
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
-from firefly_sample.viewer.buffers import BUFFERS, buffer_picture
+from firefly_sample.viewer.atlas import atlas_picture
+from firefly_sample.viewer.buffers import BUFFERS, buffer_picture, buffers_of
 from firefly_sample.viewer.overlay import blend
-from firefly_sample.viewer.strip import buffer_strip, thumbnail_size
+from firefly_sample.viewer.strip import buffer_strip, thumbnail_grid
 
-__all__ = ["VIEWS", "Drawn", "draw_view", "view_title"]
+__all__ = ["PICTURE", "STRIP", "Drawn", "draw_view", "views_of"]
 
-VIEWS = ("picture", "strip", *BUFFERS)
+PICTURE, STRIP = "picture", "strip"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +53,20 @@ class Drawn:
         return blend(np.asarray(self.frame["color"], dtype=np.uint8), self.image.pixels, self.image.corner)
 
 
+def views_of(look: str) -> tuple[str, ...]:
+    """The views of a look, in the order of the key V; a buffer's view has its name in a `Frame`."""
+    return (PICTURE, STRIP, *buffers_of(look))
+
+
 def draw_view(
     renderer: Renderer, scene: Scene, time: float, view: str, scale: float = 1.0, read: bool = False
 ) -> Drawn:
-    """Draw one of `VIEWS` of a scene at `time` (seconds); only `Renderer.present` makes it visible.
+    """Draw a view of a scene at `time` (seconds); only `Renderer.present` makes it visible.
 
     Parameters
     ----------
+    view : str
+        One of `views_of` the renderer's look.
     scale : float
         Of text.
     read : bool
@@ -66,29 +74,24 @@ def draw_view(
     """
     if view in BUFFERS:
         plan, frame = _draw_buffers(renderer, scene, time, (view,), renderer.size)
-        pixels, note = _pictures(plan, frame)[view_title(view)]
+        pixels, note = _buffer(plan, frame, view)
         return Drawn(plan, frame, Layer(pixels), note, _total(frame))
-    strip, spent = _strip(renderer, scene, time, scale) if view == "strip" else (None, 0.0)
+    strip, note, spent = _strip(renderer, scene, time, scale) if view == STRIP else (None, "", 0.0)
     plan = renderer.plan(scene, time)
     frame = renderer.draw(plan, read=read)
-    return Drawn(plan, frame, strip, "", spent + _total(frame))
+    return Drawn(plan, frame, strip, note, spent + _total(frame))
 
 
-def view_title(view: str) -> str:
-    """A view's name for people."""
-    return view.removesuffix("_world")
-
-
-def _strip(renderer: Renderer, scene: Scene, time: float, scale: float) -> tuple[Layer | None, float]:
-    """The strip along the lower edge, drawn anew at the thumbnails' size, and the GPU time that it took."""
-    size = thumbnail_size(renderer.size, len(BUFFERS), scale)
-    if size is None:
-        return None, 0.0
-    plan, frame = _draw_buffers(renderer, scene, time, BUFFERS, size)
-    pictures = {title: pixels for title, (pixels, _) in _pictures(plan, frame).items()}
-    band = buffer_strip(pictures, scale)
+def _strip(renderer: Renderer, scene: Scene, time: float, scale: float) -> tuple[Layer | None, str, float]:
+    """The strip along the lower edge, drawn anew at the thumbnails' size; a note; the GPU time it took."""
+    buffers = buffers_of(renderer.settings.look)
+    grid = thumbnail_grid(renderer.size, len(buffers), scale)
+    if grid is None:
+        return None, "no room for the buffers: make the window larger", 0.0
+    plan, frame = _draw_buffers(renderer, scene, time, buffers, grid.size)
+    band = buffer_strip({name: _buffer(plan, frame, name)[0] for name in buffers}, grid, scale)
     width, height = renderer.size
-    return Layer(band, ((width - band.shape[1]) // 2, height - band.shape[0])), _total(frame)
+    return Layer(band, ((width - band.shape[1]) // 2, height - band.shape[0])), "", _total(frame)
 
 
 def _draw_buffers(
@@ -106,10 +109,12 @@ def _draw_buffers(
         renderer.resize(window)
 
 
-def _pictures(plan: FramePlan, frame: Frame) -> dict[str, tuple[NDArray[np.uint8], str]]:
-    """Each buffer of a frame by title: its picture, and how to read it."""
-    classic = plan.settings.look == "classic"
-    return {view_title(name): buffer_picture(name, image, classic) for name, image in frame.images.items()}
+def _buffer(plan: FramePlan, frame: Frame, name: str) -> tuple[NDArray[np.uint8], str]:
+    """A picture of one buffer, as large as the frame's picture, and how to read it."""
+    image = frame[name]
+    if name == "shadow_atlas":
+        return atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
+    return buffer_picture(name, image, classic=plan.settings.look == "classic", exposure=plan.exposure)
 
 
 def _total(frame: Frame) -> float:

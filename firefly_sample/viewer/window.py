@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -13,6 +14,7 @@ from firefly_sample.scenes import find_scene
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window, check_display
+from firefly_sample.viewer.performance import PerformanceResult, check_seconds
 from firefly_sample.viewer.stage import Stage
 from firefly_sample.viewer.viewer import Viewer
 
@@ -32,8 +34,12 @@ def run(
     require_gpu: bool = False,
     max_frames: int | None = None,
     screenshot_dir: Path | str | None = None,
+    performance_test: float | None = None,
+    report: Callable[[PerformanceResult], None] | None = None,
 ) -> None:
     """Show a scene in a window until the user closes it.
+
+    A performance test measures how fast frames can be drawn: it does not wait for the screen.
 
     Parameters
     ----------
@@ -52,14 +58,20 @@ def run(
         Close after so many frames: for tests, and to measure a known amount of work.
     screenshot_dir : Path or str, optional
         Where the key S saves; the current folder when absent.
+    performance_test : float, optional
+        Run a performance test of so many seconds at once, and close.
+    report : callable, optional
+        Is given the result of each performance test, however it ends; its line is printed when absent.
 
     Raises
     ------
     ViewerError
         If there is no display, or glfw is not installed.
     FireflyError
-        If the scene, a parameter, the size or the driver is wrong.
+        If the scene, a parameter, the size, the seconds or the driver is wrong.
     """
+    if performance_test is not None:
+        check_seconds(performance_test)
     settings = settings or Settings()
     plugin = find_scene(scene_name)
     values = resolve_parameters(plugin.name, plugin.parameters, parameters)
@@ -70,14 +82,32 @@ def run(
         Window(f"{plugin.name} - firefly", size) as window,
         Renderer(size, settings, require_gpu=require_gpu, window=True) as renderer,
     ):
-        viewer = Viewer(stage, renderer, Clock(time, perf_counter()), Path(screenshot_dir or "."))
+        clock, folder = Clock(time, perf_counter()), Path(screenshot_dir or ".")
+        viewer = Viewer(stage, renderer, clock, folder, report or _print_line)
+        if performance_test is not None:
+            viewer.start_test(performance_test, then_leave=True)
         window.listen(viewer)
-        frames = 0
-        while not (window.closed or viewer.closed) and frames != max_frames:
-            hidden = window.hidden
-            if not hidden:
-                viewer.draw(window.framebuffer_size, window.scale, perf_counter())
-                window.set_title(viewer.title)
-                window.swap()
-                frames += 1
-            window.wait(IDLE_SECONDS if hidden or viewer.still else 0.0)
+        try:
+            _show(window, viewer, max_frames)
+        finally:
+            viewer.end_test()
+
+
+def _show(window: Window, viewer: Viewer, max_frames: int | None) -> None:
+    """Draw frame after frame until somebody wants to leave."""
+    frames = 0
+    while not (window.closed or viewer.closed) and frames != max_frames:
+        hidden = window.hidden
+        if hidden:
+            viewer.hide()
+        else:
+            window.wait_for_screen(not viewer.testing)
+            viewer.draw(window.framebuffer_size, window.scale, perf_counter())
+            window.set_title(viewer.title)
+            window.swap()
+            frames += 1
+        window.wait(IDLE_SECONDS if hidden or viewer.still else 0.0)
+
+
+def _print_line(result: PerformanceResult) -> None:
+    print(result.line(), flush=True)

@@ -100,6 +100,20 @@ class Growing(Glade):
         return _GrowingScene(super().build(**parameters))
 
 
+class Ticking(Empty):
+    """Says on stdout whenever a frame is planned, for those who must know that it is drawing."""
+
+    name = "ticking"
+
+    def build(self) -> Scene:
+        return _TickingScene()
+
+
+class _TickingScene(Scene):
+    def update(self, time: float) -> None:
+        print("tick", flush=True)
+
+
 class _GrowingScene(Scene):
     def __init__(self, grown: Scene) -> None:
         super().__init__(grown.root, grown.camera, grown.background)
@@ -114,4 +128,4 @@ class _GrowingScene(Scene):
 
 
 glade, statue, empty, growing = Glade(), Statue(), Empty(), Growing()
-crowded, doubled = Crowded(), Doubled()
+crowded, doubled, ticking = Crowded(), Doubled(), Ticking()

@@ -35,6 +35,8 @@ USAGE = [
     (["capture", "--exposure", "bright"], "--exposure", 2),
     (["capture", GLADE, "leftover"], "leftover", 2),
     (["plan", GLADE, "--json", "--dot"], "--json, --dot", 2),
+    (["run", GLADE, "--performance-test", "long", "--headless"], "--performance-test", 2),
+    (["run", GLADE, "--performance-test"], "--performance-test requires an argument", 2),
     (["doctor", "forest"], "forest", 2),
 ]
 INPUT = [
@@ -63,6 +65,21 @@ INPUT = [
     (["capture", GLADE, "--size", "999999999x1"], "above any driver's limit"),
     (["capture", STATUE, "--model", "missing.glb"], "missing.glb"),
     (["plan", GLADE, "--time", "nan"], "time must be a finite number"),
+    (["run", GLADE, "--headless"], "add --performance-test SECONDS"),
+    *(
+        (
+            ["run", GLADE, *window, "--performance-test", seconds],
+            "finite number of seconds above 0, at most 3600",
+        )
+        for window in ((), ("--headless",))
+        for seconds in ("0", "-1", "nan", "inf", "3601")
+    ),
+    (
+        ["run", GLADE, "--headless", "--performance-test", "1", "--time", "inf"],
+        "time must be a finite number",
+    ),
+    (["run", GLADE, "--headless", "--performance-test", "1", "--fireflies", "-1"], "between 0 and 20000"),
+    (["run", GLADE, "--headless", "--performance-test", "1", "--size", "1000000x8"], "driver's limit"),
 ]
 
 

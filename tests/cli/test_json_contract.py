@@ -9,6 +9,7 @@ import pytest
 
 from firefly_sample.cli import main
 from firefly_sample.commands.measure import speed_as_text
+from firefly_sample.settings import Settings
 from tests.cli.command import GLADE
 
 WHOLE = {
@@ -72,6 +73,22 @@ def test_measure_speed(capsys):
             *("shaded", "pairs", "shaded_per_pair"),
         }
         assert all(milliseconds >= 0 for milliseconds in row["passes"].values())
+
+
+def test_performance_test(capsys):
+    options = ("--headless", "--performance-test", "0.2", "--size", "16x12", "--fireflies", "5")
+    result = told(capsys, "run", GLADE, *options)
+    assert result.keys() == {
+        *("scene", "parameters", "size", "driver", "software", "frames", "seconds", "frames_per_second"),
+        *("lights", "milliseconds", "settings"),
+    }
+    assert (result["scene"], result["size"]) == ("glade", [16, 12])
+    assert result["parameters"]["fireflies"] == result["lights"]["in_scene"] == 5
+    assert result["lights"].keys() == {"in_scene", "in_view"}
+    assert isinstance(result["software"], bool)
+    assert isinstance(result["frames"], int)
+    assert result["milliseconds"].keys() == {"geometry", "ambient", "point_lights", "resolve"}
+    assert result["settings"] == Settings().as_dict()
 
 
 def test_a_table_of_measured_speed():

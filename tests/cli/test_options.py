@@ -46,6 +46,13 @@ def test_help_shows_a_scenes_parameters_with_range_unit_and_default(capsys):
     assert "--no-glass" not in text
 
 
+def test_help_of_the_window_describes_the_performance_test(capsys):
+    text = help_of(capsys, "run", GLADE)
+    assert "--performance-test SECONDS Turn the camera around the scene for so long" in text
+    assert "--headless Run the performance test without window and display." in text
+    assert "--json Print the results of performance tests as JSON." in text
+
+
 def test_each_scene_has_its_own_options(capsys):
     assert "--model" in help_of(capsys, "plan", "tests.cli.glade:statue")
     assert "--model" not in help_of(capsys, "plan", GLADE)

@@ -115,7 +115,12 @@ def test_buffers_to_look_at_cost_what_they_show():
         assert cost(scene, outputs=(name,)) == (["geometry", name], {"depth": 4, name: size})
     assert cost(scene, outputs=("specular",)) == (["geometry"], {"depth": 4, "albedo": 4, "specular": 8})
     assert cost(scene, outputs=("emission",)) == (["geometry"], {"depth": 4, "albedo": 4, "emission": 16})
-    assert cost(scene, outputs=("shadow_atlas",)) == (["geometry"], {"depth": 4})
+    assert cost(scene, outputs=("shadow_atlas",)) == ([], {})
+    sun = DirectionalLight("sun")
+    sun.set_shadow_caster(True, 64)
+    scene.root.attach_new_node(sun).set_p(-50)
+    assert cost(scene, outputs=("shadow_atlas",)) == (["shadow_maps"], {"shadow_atlas": 4})
+    assert cost(scene, outputs=("id",)) == (["geometry"], {"depth": 4, "id": 4})  # nobody looks maps up
 
 
 def test_the_forest_pays_for_a_sun_and_for_its_shadows_alone():

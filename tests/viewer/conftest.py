@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.viewer.driver import WindowDriver
+from tests.viewer.driver import LAMPS, WindowDriver
 
 
 @pytest.fixture(scope="session")
@@ -44,12 +44,13 @@ def display() -> Iterator[str]:
 
 @pytest.fixture
 def open_window(display: str, tmp_path: Path) -> Iterator[Callable[..., WindowDriver]]:
-    """``open_window(*options)`` runs ``firefly run`` on the lamps in `tmp_path`, until the test ends."""
+    """``open_window(*options, scene=LAMPS)`` runs ``firefly run`` in `tmp_path`, until the test ends."""
     drivers: list[WindowDriver] = []
 
-    def start(*options: str) -> WindowDriver:
-        drivers.append(WindowDriver(display, tmp_path, *options))
-        drivers[-1].wait_for_picture()
+    def start(*options: str, scene: str = LAMPS, stays: bool = True) -> WindowDriver:
+        drivers.append(WindowDriver(display, tmp_path, *options, scene=scene))
+        if stays:  # one that closes by itself may be gone before anybody looks
+            drivers[-1].wait_for_picture()
         return drivers[-1]
 
     yield start

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 import threading
@@ -23,29 +24,37 @@ T = TypeVar("T")
 
 
 class WindowDriver:
-    """``firefly run`` on the lamps, in a process of its own, with its window in the screen's corner."""
+    """``firefly run`` on a scene, in a process of its own, with its window in the screen's corner."""
 
-    def __init__(self, display: str, folder: Path, *options: str) -> None:
+    def __init__(self, display: str, folder: Path, *options: str, scene: str = LAMPS) -> None:
         self._display = display
+        self._name = scene.rpartition(":")[2]
         self._env = environment(DISPLAY=display)
         size = "x".join(map(str, SIZE))
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "firefly_sample.cli", "run", LAMPS, "--size", size, *options],
+            [sys.executable, "-m", "firefly_sample.cli", "run", scene, "--size", size, *options],
             cwd=folder,
             env=self._env,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            # whoever runs the tests in the background may have had SIGINT ignored, which children inherit
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
         self.said: list[dict[str, Any]] = []
         """What the scene has printed: how it was built, and what was set."""
+        self.printed: list[str] = []
+        """Lines that the command itself has printed."""
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def _read(self) -> None:
         assert self.process.stdout is not None
         for line in self.process.stdout:
-            self.said.append(json.loads(line))
+            if line.startswith('{"'):
+                self.said.append(json.loads(line))
+            else:
+                self.printed.append(line.rstrip("\n"))
 
     def wait_until(self, what: str, ready: Callable[[], T]) -> T:
         """What `ready` gives as soon as that is true, or an array."""
@@ -59,7 +68,9 @@ class WindowDriver:
             time.sleep(0.03)
         code = self.process.poll()
         complaint = "" if code is None else self.finish()[1]
-        raise AssertionError(f"waited in vain: {what}; exit code {code}, {self.said} {complaint}")
+        raise AssertionError(
+            f"waited in vain: {what}; exit code {code}, {self.said} {self.printed} {complaint}"
+        )
 
     def wait_for_picture(self) -> None:
         """Wait for the first frame; the mouse is over the window then, and so is the keyboard."""
@@ -75,7 +86,7 @@ class WindowDriver:
 
     def window(self) -> str | None:
         """The window's number."""
-        name = "^lamps.* - firefly$"
+        name = f"^{self._name}.* - firefly$"
         return self.xdotool("search", "--all", "--pid", str(self.process.pid), "--name", name) or None
 
     def title(self) -> str:
@@ -97,7 +108,7 @@ class WindowDriver:
 
     def picture(self) -> np.ndarray:
         """The part of the window that no text and no strip covers."""
-        return self.grab()[:240, 240:]
+        return self.grab()[:220, 240:]
 
     def settled(self) -> np.ndarray:
         """The picture once it stands still, as it does in a pause."""

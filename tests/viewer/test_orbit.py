@@ -167,13 +167,15 @@ def test_a_scene_that_moves_its_own_camera_moves_no_other():
         def update(self, time):
             self.camera.set_pos(time, 0, 0)
             self.background = (time, 0.0, 0.0)
+            self.exposure = 1.0 + time
 
-    scene = Moving()
+    scene = Moving(exposure=3.0)
     camera = OrbitCamera(scene)
     seen = SceneSeenBy(scene, camera.path)
     before = camera.path.get_net_mat()
+    assert seen.exposure == 3.0
     seen.update(0.5)
     np.testing.assert_array_equal(seen.camera.get_net_mat(), before)
-    assert seen.background == (0.5, 0.0, 0.0)
+    assert (seen.background, seen.exposure) == ((0.5, 0.0, 0.0), 1.5)
     assert scene.camera.get_x() == 0.5
     assert seen.root == scene.root

@@ -10,15 +10,14 @@ from firefly_sample.viewer.overlay import (
     PLATE,
     blend,
     columns_plate,
-    line_plate,
     rows_plate,
+    text_plate,
     title_plate,
 )
-from firefly_sample.viewer.strip import buffer_strip, thumbnail_size
 
 ROWS = (("lights", "489 in view of 500"), ("frame", "24 fps"))
 PLATES = {
-    "line": lambda scale=1.0: line_plate("saved forest_0001.png", scale),
+    "line": lambda scale=1.0: text_plate("saved forest_0001.png", scale, 1000),
     "title": lambda scale=1.0: title_plate("depth", "white to dark", scale),
     "rows": lambda scale=1.0: rows_plate("forest", ROWS, "F1 shows the keys", scale),
     "columns": lambda scale=1.0: columns_plate(
@@ -66,7 +65,29 @@ def test_text_stays_inside_its_plate():
 
 
 def test_other_text_is_another_plate():
-    assert not np.array_equal(line_plate("lamps 11", 1.0), line_plate("lamps 17", 1.0))
+    assert not np.array_equal(text_plate("lamps 11", 1.0, 500), text_plate("lamps 17", 1.0, 500))
+
+
+LONG = "no window is too small for a message that is as long as this one, however long it is"
+
+
+@pytest.mark.parametrize("widest", [60, 150, 400])
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_long_text_wraps_between_words(widest, scale):
+    line = text_plate("word", scale, 10_000)
+    pixels = text_plate(LONG, scale, round(widest * scale))
+    longest = max(text_plate(word, scale, 10_000).shape[1] for word in LONG.split())
+    assert pixels.shape[1] <= max(round(widest * scale) + 1, longest)
+    assert pixels.shape[0] > 1.5 * line.shape[0]
+    assert text_plate(LONG, scale, 10_000).shape[0] == line.shape[0]
+
+
+def test_a_long_note_wraps_beside_its_title():
+    wide, narrow = title_plate("depth", LONG, 1.0), title_plate("depth", LONG, 1.0, 300)
+    assert narrow.shape[1] <= 300 < wide.shape[1]
+    assert narrow.shape[0] > 1.5 * wide.shape[0]
+    title = np.abs(narrow[: wide.shape[0] - 12, :40].astype(int) - wide[:-12, :40])
+    assert title.max() == 0
 
 
 def test_the_corner_does_not_jump_with_its_digits():
@@ -100,20 +121,3 @@ def test_blending_cuts_off_what_lies_outside(corner):
             if 0 <= x < 5 and 0 <= y < 4:
                 expected[y, x] = True
     np.testing.assert_array_equal(blend(picture, plate, corner).any(axis=-1), expected)
-
-
-def test_the_strip_shows_every_picture_whole_but_for_its_label():
-    size = thumbnail_size((800, 600), 3, 1.0)
-    assert size is not None
-    pictures = {name: np.full((size[1], size[0], 3), 50 * (i + 1), np.uint8) for i, name in enumerate("abc")}
-    band = buffer_strip(pictures, 1.0)
-    assert 780 <= band.shape[1] <= 800
-    assert size[0] / size[1] == pytest.approx(800 / 600, rel=0.01)
-    for i in range(3):
-        shown = (band[..., 0] == 50 * (i + 1)) & (band[..., 3] == 255)
-        assert 0.75 * size[0] * size[1] < shown.sum() <= size[0] * size[1]
-
-
-@pytest.mark.parametrize("window", [(1, 1), (100, 80), (1000, 3), (60, 2000)])
-def test_a_window_too_small_has_no_strip(window):
-    assert thumbnail_size(window, 5, 1.0) is None

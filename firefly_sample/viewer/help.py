@@ -1,0 +1,39 @@
+"""All keys on one plate, in the middle of the window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.viewer.controls import Binding, key_label
+from firefly_sample.viewer.overlay import Rows, Section, columns_plate
+
+__all__ = ["help_plate"]
+
+MOUSE: Section = (
+    "Mouse",
+    (("Left drag", "orbit"), ("Right drag", "pan (middle, too)"), ("Wheel", "nearer, farther")),
+)
+
+
+def help_plate(
+    scene: str,
+    scene_keys: Iterable[Binding],
+    own_keys: Iterable[Binding],
+    driver: str,
+    size: tuple[int, int],
+    scale: float,
+) -> NDArray[np.uint8]:
+    """What keys and mouse do, and the driver; smaller where a window of `size` has no room for it."""
+    of_scene: Section = (f"Scene {scene}", _key_rows(scene_keys))
+    window: Section = ("Window", _key_rows(own_keys))
+    columns = ((of_scene, MOUSE), (window,)) if of_scene[1] else ((window,), (MOUSE,))
+    plate = columns_plate(columns, driver, scale)
+    fit = min(size[0] / plate.shape[1], size[1] / plate.shape[0])
+    return plate if fit >= 1 else columns_plate(columns, driver, scale * fit)
+
+
+def _key_rows(bindings: Iterable[Binding]) -> Rows:
+    return tuple((key_label(binding.key), binding.help) for binding in bindings)

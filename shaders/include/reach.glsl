@@ -1,0 +1,18 @@
+// Provides in_reach: the way to a light that has a place, and how much of it fading leaves. For after #record.
+#include "include/falloff.glsl"
+
+bool in_reach(Surface s, Light light, out vec3 to_light, out float strength)
+{
+    vec3 way = way_to_light(s, light.place, light.pixel, light.color.w);
+    float d2 = dot(way, way);
+    if (d2 >= light.place.w * light.place.w)
+        return false;
+    float d = sqrt(max(d2, 1e-30));  // a light on the surface stays finite
+    to_light = way / d;
+#if FALLOFF == 0
+    strength = falloff(d, light.place.w);
+#else
+    strength = falloff(d, light.fade);
+#endif
+    return true;
+}
