@@ -13,12 +13,13 @@
     ├── SettingsError                 a setting's name, value or combination
     ├── OutputError                   an output (image) that does not exist or cannot be had so
     ├── PlanError                     a pass that reads what nobody wrote
+    ├── MissingPackageError           a package that is optional and not installed
     ├── ViewerError                   no display, or no library, to open a window with
     └── GpuError                      the driver
         ├── NoGpuError                no GL library, no device, or a software driver where a GPU was required
         └── ShaderError               a shader that does not compile; names file and line
 
-Each is also the built-in exception that fits (`ValueError`, `FileNotFoundError`,
+Each is also the built-in exception that fits (`ValueError`, `ImportError`,
 `RuntimeError`), so that callers need not import this module to catch them.
 """
 
@@ -29,6 +30,7 @@ __all__ = [
     "GpuError",
     "LensError",
     "LightError",
+    "MissingPackageError",
     "ModelError",
     "NoGpuError",
     "NodeError",
@@ -85,6 +87,10 @@ class OutputError(FireflyError, ValueError):
 
 class PlanError(FireflyError, RuntimeError):
     """A frame plan is inconsistent; the message names the pass and the target."""
+
+
+class MissingPackageError(FireflyError, ImportError):
+    """An optional package is not installed; the message says how to install it."""
 
 
 class ViewerError(FireflyError, RuntimeError):

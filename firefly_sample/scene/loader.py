@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError, SceneError
+from firefly_sample.scene.axes import matrix_from_gltf, vectors_from_gltf
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import AlphaMode, Material, Texture
 from firefly_sample.scene.nodepath import NodePath
@@ -20,9 +21,6 @@ from firefly_sample.scene.nodepath import NodePath
 __all__ = ["load_model"]
 
 Float64 = NDArray[np.float64]
-
-_TO_Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-"""For column vectors, as glTF and trimesh have them: (x, y, z) becomes (x, -z, y)."""
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 
@@ -123,11 +121,11 @@ class _Builder:
                 raise ModelError(f"model {self.path}: node {name!r} has two parents or is its own ancestor")
             seen.add(name)
             node = parent.attach_new_node(self._node(name))
-            matrix = _TO_Z_UP @ np.asarray(self.edges[name].get("matrix", np.eye(4))) @ _TO_Z_UP.T
+            matrix = matrix_from_gltf(self.edges[name].get("matrix", np.eye(4)))
             if not np.isfinite(matrix).all():
                 raise ModelError(f"model {self.path}: node {name!r} has a transform that is not finite")
             if not np.array_equal(matrix, np.eye(4)):
-                node.set_mat(matrix.T)
+                node.set_mat(matrix)
             waiting.extend((node, child) for child in self._own_children(name))
         return root
 
@@ -158,12 +156,11 @@ class _Builder:
             mesh = self.scene.geometry[name]
             # A computed normal would be trimesh's; Geom computes its own where the file has none.
             normals = mesh.vertex_normals if "vertex_normals" in mesh._cache.cache else None
-            turn = _TO_Z_UP[:3, :3].T
             try:
                 geom = Geom(
-                    np.asarray(mesh.vertices) @ turn,
+                    vectors_from_gltf(mesh.vertices),
                     mesh.faces,
-                    normals=None if normals is None else _unit(np.asarray(normals, dtype=np.float64) @ turn),
+                    normals=None if normals is None else _unit(vectors_from_gltf(normals)),
                     texcoords=getattr(mesh.visual, "uv", None),
                     colors=_vertex_colors(mesh),
                     name=name,

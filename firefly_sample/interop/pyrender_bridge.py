@@ -1,0 +1,138 @@
+"""Scenes to pyrender and back: pip install 'firefly_sample[pyrender]'.
+
+pyrender 0.1.45 and its successor pyrender-maintained are imported by the same name, and either serves. Who
+compares pictures should know of its `OffscreenRenderer` that
+
+- depth is taken at one of four samples of a pixel, not at the pixel's centre;
+- depth under an orthographic camera is read as if it were a perspective one's;
+- `delete` shuts down EGL for the whole process: close every `Renderer` before it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from firefly_sample.errors import MissingPackageError
+from firefly_sample.frame import check_size
+from firefly_sample.interop.losses import Losses
+from firefly_sample.interop.pyrender_cameras import Size
+from firefly_sample.interop.pyrender_reader import read_scene
+from firefly_sample.interop.pyrender_writer import write_scene
+from firefly_sample.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import pyrender
+
+__all__ = ["from_pyrender", "to_pyrender"]
+
+
+def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) -> pyrender.Scene:
+    """A pyrender Scene of what `scene` is at a time.
+
+    Every node becomes a pyrender Node of its name, transform and place in the tree (a node with several
+    parents, one for each), and all axes are turned from Z-up to Y-up; see `firefly_sample.scene.axes`. Nodes
+    that show the same Geoms share one pyrender Mesh. What the scene's camera does not see is an invisible
+    Mesh. Colours and materials that nodes give to what is below them become those of materials.
+
+    Lights are converted as `firefly_sample.interop.pyrender_lights` says, exactly where they fade by the
+    square of the distance; each of a `PointLights` is a node of its own. A light or camera that does not
+    stand in its node as pyrender wants it (a light's own direction, a scaled camera, the film offset of an
+    orthographic lens) is put on a node below.
+
+    Transforms, cameras and intensities stay float64; pyrender keeps vertices and colours as float32. The
+    background becomes an sRGB colour, as pyrender shows it. Base colours, their textures, alpha mode and
+    cut-off, sidedness and emission are kept; surfaces are matt (metalness 0, roughness 1).
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ``update(time)`` is called.
+    time : float
+        Seconds.
+    size : (int, int), optional
+        Width and height in pixels of the picture to be drawn. Lenses take its shape, as when the `Renderer`
+        draws; without it, cameras keep their lenses' own aspect ratio.
+
+    Returns
+    -------
+    pyrender.Scene
+        New, and independent of `scene`.
+
+    Raises
+    ------
+    MissingPackageError
+        If pyrender is not installed.
+    LensError
+        If the film of a perspective lens is off centre and there is no `size`: pyrender measures in pixels.
+    SceneError
+        If a Geom has more than 2^24 vertices, or for what the `Renderer` would refuse as well: a camera's or
+        spotlight's transform, the arrays of lights.
+    OutputError
+        If `size` is not two whole numbers of 1 or more.
+
+    Warns
+    -----
+    ConversionWarning
+        Once for each kind of thing that pyrender lacks, or would not draw: sprites, highlights, ambient
+        colours of materials, cut-outs, a spotlight's exponent, fading other than by 1/d^2, shadows, more
+        than four lights of a kind, exposure, a background's gradient, tags and more. It names whose.
+    """
+    _check_pyrender()
+    losses = Losses()
+    written = write_scene(scene, time, None if size is None else check_size(size), losses)
+    losses.warn(stacklevel=2)
+    return written
+
+
+def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
+    """A Scene of a pyrender Scene.
+
+    The reverse of `to_pyrender`: nodes keep names, transforms and their tree, axes are turned to Z-up,
+    nodes that share a Mesh share its Geoms, and each light becomes a `PointLight`, `Spotlight` or
+    `DirectionalLight`. A pyrender Scene whose nodes hang under one becomes a Scene with that one as root;
+    otherwise there is a new root, with those below it in the order of their names. An ambient light becomes
+    an `AmbientLight`; instances (`Primitive.poses`) become nodes. A Mesh without normals gets some.
+
+    Parameters
+    ----------
+    scene : pyrender.Scene
+    size : (int, int), optional
+        Width and height in pixels of the picture that IntrinsicsCameras are meant for, and the shape of
+        PerspectiveCameras that have none.
+
+    Returns
+    -------
+    Scene
+        New, and independent of `scene`; its camera is the main camera, or a new one where there is none.
+
+    Raises
+    ------
+    MissingPackageError
+        If pyrender is not installed.
+    LensError
+        If there is an IntrinsicsCamera and no `size`, or a camera that no lens can be; it names it.
+    SceneError
+        If a transform, mesh, light or material has a number that is not finite or out of its range.
+    OutputError
+        If `size` is not two whole numbers of 1 or more.
+
+    Warns
+    -----
+    ConversionWarning
+        Once for each kind of thing that has no equal here: metalness and gloss, textures other than the
+        base colour's, points and lines, alpha of vertex colours, and more. It names whose.
+    """
+    _check_pyrender()
+    losses = Losses()
+    read = read_scene(scene, None if size is None else check_size(size), losses)
+    losses.warn(stacklevel=2)
+    return read
+
+
+def _check_pyrender() -> None:
+    try:
+        import pyrender  # noqa: F401
+    except ImportError as error:
+        raise MissingPackageError(
+            f"pyrender cannot be imported ({error}): run pip install 'firefly_sample[pyrender]'"
+        ) from error

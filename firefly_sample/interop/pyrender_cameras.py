@@ -1,0 +1,150 @@
+"""Lenses and pyrender's cameras.
+
+A lens without an offset is a PerspectiveCamera or an OrthographicCamera. One whose film is off centre is an
+IntrinsicsCamera, which measures in pixels of the picture, width w and height h, from its upper left corner:
+
+    A = 2 fx / w    x_offset = 2 cx / w - 1
+    C = 2 fy / h    z_offset = 1 - 2 cy / h
+
+with the lens's constants as in `firefly_sample.scene.lens_constants`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import LensError
+from firefly_sample.interop.losses import Losses
+from firefly_sample.plan.camera import lens_for
+from firefly_sample.scene.lens import Lens, OrthographicLens, PerspectiveLens
+
+__all__ = ["Size", "camera_from_pyrender", "camera_to_pyrender"]
+
+Float64 = NDArray[np.float64]
+Size = tuple[int, int]
+
+_ENDLESS = 1e9
+"""How many times farther than the near plane a far plane is that stands for infinity: in float32, in which
+pyrender uploads it, the projection matrix is then that of an infinite one to the last bit."""
+
+
+def camera_to_pyrender(
+    name: str, lens: Lens, size: Size | None, losses: Losses
+) -> tuple[Any, Float64 | None]:
+    """A lens as a pyrender camera.
+
+    Parameters
+    ----------
+    name : str
+    lens : Lens
+    size : (int, int), optional
+        Of the picture in pixels; the lens takes its shape, as when the Renderer draws.
+    losses : Losses
+
+    Returns
+    -------
+    pyrender.Camera
+    ndarray of float64, shape (4, 4), or None
+        Where it stands in its node's space, ours, for row vectors; None is where the node stands. An
+        orthographic camera is moved if its film is off centre or its near plane is not in front of it; it
+        sees the same.
+
+    Raises
+    ------
+    LensError
+        If the film of a perspective lens is off centre and there is no size.
+    """
+    import pyrender
+
+    if size is not None:
+        lens = lens_for(lens, size)
+    k, near, far = lens.constants(), lens.get_near(), lens.get_far()
+    if not k.perspective:
+        # In pyrender a near plane is above 0; the view's own depth is a length that suits every scale.
+        back = far - 2.0 * near if near <= 0.0 else 0.0
+        place = None
+        if back or k.x_offset or k.z_offset:
+            place = np.eye(4)
+            place[3, :3] = -k.x_offset / k.a, -back, -k.z_offset / k.c
+        return pyrender.OrthographicCamera(1.0 / k.a, 1.0 / k.c, near + back, far + back, name), place
+    if k.x_offset == 0.0 and k.z_offset == 0.0:
+        zfar = far if far < math.inf else None
+        yfov = 2.0 * math.atan2(1.0, k.c)
+        return pyrender.PerspectiveCamera(yfov, near, zfar, k.c / k.a, name), None
+    if size is None:
+        raise LensError(
+            f"camera {name!r}: its film is off centre, and pyrender measures such cameras in pixels: "
+            "give the picture's size=(width, height)"
+        )
+    width, height = size
+    if far == math.inf:
+        losses.add(
+            "cameras that are off centre have no infinite far plane in pyrender, it is put at near * 1e9",
+            name,
+        )
+        far = near * _ENDLESS
+    camera = pyrender.IntrinsicsCamera(
+        fx=0.5 * k.a * width,
+        fy=0.5 * k.c * height,
+        cx=0.5 * width * (1.0 + k.x_offset),
+        cy=0.5 * height * (1.0 - k.z_offset),
+        znear=near,
+        zfar=far,
+        name=name,
+    )
+    return camera, None
+
+
+def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Losses) -> Lens | None:
+    """The lens of a pyrender camera; None, with a loss, for a class of camera that pyrender does not bring.
+
+    A PerspectiveCamera without an aspect ratio takes that of `size`, 1 without any.
+
+    Raises
+    ------
+    LensError
+        If there can be no such lens, or the camera measures in pixels and there is no size.
+    """
+    import pyrender
+
+    try:
+        if isinstance(camera, pyrender.OrthographicCamera):
+            film = (2.0 * camera.xmag, 2.0 * camera.ymag)
+            return OrthographicLens(film, near=camera.znear, far=camera.zfar)
+        far = math.inf if camera.zfar is None else camera.zfar
+        if isinstance(camera, pyrender.PerspectiveCamera):
+            aspect = camera.aspectRatio
+            if aspect is None:
+                aspect = 1.0 if size is None else size[0] / size[1]
+            focal = 0.5 / math.tan(0.5 * camera.yfov)
+            return PerspectiveLens(near=camera.znear, far=far, film_size=(aspect, 1.0), focal_length=focal)
+        if isinstance(camera, pyrender.IntrinsicsCamera):
+            return _from_pixels(camera, name, far, size, losses)
+    except LensError as error:
+        raise LensError(f"camera {name!r}: {error}") from None
+    losses.add(f"cameras of the class {type(camera).__name__} are left out", name)
+    return None
+
+
+def _from_pixels(camera: Any, name: str, far: float, size: Size | None, losses: Losses) -> PerspectiveLens:
+    """The lens of an IntrinsicsCamera; its film is as many units wide as the picture has pixels."""
+    if size is None:
+        raise LensError("it measures in pixels: give the picture's size=(width, height)")
+    if not (camera.fx > 0.0 and camera.fy > 0.0):
+        raise LensError(f"fx and fy must be above 0, got {camera.fx:g} and {camera.fy:g}")
+    width, height = size
+    if not math.isclose(camera.fx, camera.fy, rel_tol=1e-4):
+        losses.add("the Renderer draws square pixels, so of fx and fy it keeps fy", name)
+    # in units of its width, which the film is measured in
+    pixel_height = camera.fx / camera.fy
+    return PerspectiveLens(
+        near=camera.znear,
+        far=far,
+        film_size=(width, height * pixel_height),
+        film_offset=(0.5 * width - camera.cx, (camera.cy - 0.5 * height) * pixel_height),
+        focal_length=camera.fx,
+    )

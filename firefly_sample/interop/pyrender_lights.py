@@ -1,0 +1,198 @@
+"""Lights, ours and pyrender's: their units, how they fade, their cones.
+
+The light that a matt surface of base colour c sends back, at the distance d and the angle t to its normal, is
+
+    ours      c cos t * color * fade(d)                 fade: see `firefly_sample.scene.falloff`
+    pyrender  c cos t * color * intensity / (pi d^2)    as glTF has it, whose matt surfaces reflect c/pi
+
+(pyrender's surfaces have a faint highlight too, which takes a little from this). Neither divides by d^2 for a
+directional light. So for light with the attenuation (0, 0, q)
+
+    intensity = pi * max(color) / q,    color = color / max(color)
+
+is exact, and so is intensity = pi * max(color) for a directional light; ambient light is c * ambient in both.
+The way back is color = color * intensity / pi with the attenuation (0, 0, 1). A max distance is a range.
+
+pyrender knows no other fading. Where there is more in an attenuation than q, the light is made equal far
+away; without q, at a distance of one unit; light that fades by (1 - d/R)^2 is made equal at R/2, where
+d^2 (1 - d/R)^2 is largest, so that pyrender's is nowhere the dimmer one. A warning says so.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import LightError
+from firefly_sample.interop.losses import Losses
+from firefly_sample.scene.falloff import Attenuation
+from firefly_sample.scene.light import FadingLight, ShadowCaster
+from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.transforms import look_at_quat, rows_from_quat
+
+__all__ = ["light_from_pyrender", "light_to_pyrender", "point_lights_to_pyrender"]
+
+Float64 = NDArray[np.float64]
+
+_INVERSE_SQUARE = Attenuation(0.0, 0.0, 1.0)
+_WIDEST = 90.0
+"""Degrees: the widest half-angle of a pyrender spotlight."""
+
+
+def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> list[tuple[Any, Float64]]:
+    """Each light of a node at `time` in seconds, as a pyrender PointLight and its place in the node's space.
+
+    Returns
+    -------
+    list of (pyrender.PointLight, ndarray of float64, shape (4, 4))
+        The matrices are ours: for row vectors, Z up.
+    """
+    import pyrender
+
+    arrays = node.evaluate(time)
+    _note_shadows(node, losses)
+    if node.specular_colors_of(arrays) is not arrays.colors:
+        losses.add(_NO_SPECULAR, node.name)
+    attenuation = node.get_attenuation()
+    made = []
+    for index, (position, color, end) in enumerate(
+        zip(arrays.positions, arrays.colors, arrays.radii.tolist(), strict=True)
+    ):
+        place = np.eye(4)
+        place[3, :3] = position
+        strength = _strength(color, _inverse_square(node.name, attenuation, end, losses))
+        light = pyrender.PointLight(range=_range(end), name=f"{node.name}[{index}]", **strength)
+        made.append((light, place))
+    return made
+
+
+def light_to_pyrender(
+    node: FadingLight | DirectionalLight, net: Float64, losses: Losses
+) -> tuple[Any, Float64 | None]:
+    """A node of one light as a pyrender light.
+
+    Parameters
+    ----------
+    node : PointLight, Spotlight or DirectionalLight
+    net : ndarray of float64, shape (4, 4)
+        From the node's space to the world's.
+    losses : Losses
+
+    Returns
+    -------
+    pyrender.Light
+    ndarray of float64, shape (4, 4), or None
+        Where it stands in its node's space, ours, for row vectors; None is where the node stands. Elsewhere
+        is a light with a direction of its own, and a spotlight below a scale, by which pyrender would
+        multiply the cosine that it compares with the cone's.
+
+    Raises
+    ------
+    LightError
+        If the transform above a spotlight leaves it no direction.
+    """
+    import pyrender
+
+    _note_shadows(node, losses)
+    if node.has_specular_color():
+        losses.add(_NO_SPECULAR, node.name)
+    if isinstance(node, DirectionalLight):
+        x, y, z = node.get_direction().tolist()
+        turn = None
+        if (x, y, z) != (0.0, 1.0, 0.0):
+            turn = np.eye(4)
+            turn[:3, :3] = rows_from_quat(look_at_quat((x, y, z), (0.0, 0.0, 1.0)))
+        return pyrender.DirectionalLight(name=node.name, **_strength(node.get_color(), math.pi)), turn
+
+    end = node.get_max_distance()
+    strength = _strength(node.get_color(), _inverse_square(node.name, node.get_attenuation(), end, losses))
+    if not isinstance(node, Spotlight):
+        return pyrender.PointLight(range=_range(end), name=node.name, **strength), None
+
+    inner, outer, exponent = node.get_cone()
+    if exponent != 0.0:
+        losses.add("pyrender's spotlights have no exponent and are even up to their edge", node.name)
+    if outer > _WIDEST:
+        losses.add("pyrender's spotlights are narrowed to 90 degrees on each side", node.name)
+    length = float(np.linalg.norm(net[1, :3]))
+    if not (math.isfinite(length) and length > 0.0):
+        raise LightError(f"light {node.name!r}: its net transform leaves it no direction to shine in")
+    unscaled = None if abs(length - 1.0) < 1e-9 else np.diag([1.0 / length] * 3 + [1.0])
+    light = pyrender.SpotLight(
+        range=_range(end),
+        innerConeAngle=math.radians(min(inner, _WIDEST)),
+        outerConeAngle=math.radians(min(outer, _WIDEST)),
+        name=node.name,
+        **strength,
+    )
+    return light, unscaled
+
+
+def light_from_pyrender(light: Any, name: str) -> PointLight | Spotlight | DirectionalLight:
+    """A node of one light from a pyrender light.
+
+    Raises
+    ------
+    LightError
+        If a number is not finite or negative, or a cone is narrower than 0.01 degrees.
+    """
+    import pyrender
+
+    color = np.asarray(light.color, dtype=np.float64) * (light.intensity / math.pi)
+    if isinstance(light, pyrender.DirectionalLight):
+        return DirectionalLight(name, color)
+    made: PointLight | Spotlight
+    if isinstance(light, pyrender.SpotLight):
+        made = Spotlight(name, color)
+        made.set_cone(math.degrees(light.innerConeAngle), math.degrees(light.outerConeAngle))
+    else:
+        made = PointLight(name, color)
+    made.set_attenuation(_INVERSE_SQUARE)
+    if light.range is not None:
+        made.set_max_distance(light.range)
+    return made
+
+
+_NO_SPECULAR = "specular colours of lights, which pyrender lacks, are left out"
+
+
+def _note_shadows(node: ShadowCaster, losses: Losses) -> None:
+    if node.is_shadow_caster():
+        losses.add(
+            "pyrender casts shadows by RenderFlags and not by light, so who casts them is left out",
+            node.name,
+        )
+
+
+def _inverse_square(name: str, attenuation: Attenuation | None, end: float, losses: Losses) -> float:
+    """What a colour is to be multiplied by to be the light's radiant intensity in pyrender."""
+    if end == 0.0:
+        return 0.0
+    if attenuation is None:
+        losses.add("light that fades over a radius R fades by 1/d^2 in pyrender, equal at R/2", name)
+        return math.pi * (end / 4.0) ** 2
+    if end < math.inf:
+        losses.add("pyrender keeps how far lights reach as their range but shines beyond it", name)
+    constant, linear, quadratic = attenuation
+    if quadratic == 0.0:
+        losses.add(
+            "light without a quadratic attenuation fades by 1/d^2 in pyrender, equal at a distance of 1", name
+        )
+        return math.pi / (constant + linear)
+    if constant or linear:
+        losses.add("light fades by 1/d^2 alone in pyrender, equal far away and brighter near by", name)
+    return math.pi / quadratic
+
+
+def _range(end: float) -> float | None:
+    return end if 0.0 < end < math.inf else None
+
+
+def _strength(color: Float64, factor: float) -> dict[str, Any]:
+    """`color` times `factor` as pyrender's colour, whose largest channel is 1, and intensity."""
+    largest = float(color.max())
+    return {"color": color / largest if largest > 0.0 else np.ones(3), "intensity": largest * factor}

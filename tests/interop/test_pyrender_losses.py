@@ -1,0 +1,210 @@
+"""What a conversion warns about, and what it refuses."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+
+import numpy as np
+import pyrender
+import pytest
+
+from firefly_sample.errors import FireflyError, LightError, MissingPackageError, SceneError
+from firefly_sample.interop import pyrender_meshes
+from firefly_sample.interop.losses import ConversionWarning
+from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.scene import Scene, VerticalGradient
+from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.sprites import Sprites
+from tests.interop.blocks import ball_of, fading, matt, scene_with, triangle
+from tests.scenes import geom_node
+
+SIZE = (64, 48)
+
+
+def with_tag(node):
+    node.tags["use"] = "test"
+    return node
+
+
+def hidden(light):
+    NodePath(light).hide()
+    return light
+
+
+def shadowed(light):
+    light.set_shadow_caster(True)
+    return light
+
+
+def shiny_light(light):
+    light.set_specular_color((1, 0, 0))
+    return light
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        (scene_with(Sprites("dots", [(0, 0, 0)])), "sprites, .* are left out: 'dots'"),
+        (scene_with(hidden(PointLight("lamp"))), "hidden lights, .* are left out: 'lamp'"),
+        (scene_with(shadowed(fading(PointLight("lamp")))), "who casts them is left out: 'lamp'"),
+        (scene_with(shiny_light(fading(PointLight("lamp")))), "specular colours of lights, .*: 'lamp'"),
+        (
+            scene_with(
+                PointLights("lamps", [(0, 0, 0)], 1.0, attenuation=(0, 0, 1), specular_colors=(1, 0, 0))
+            ),
+            "specular colours of lights, .*: 'lamps'",
+        ),
+        (
+            scene_with(PointLights("lamps", np.zeros((5, 3)), 1.0, attenuation=(0, 0, 1))),
+            r"at most 4 point lights on a mesh, the nearest: 'lamps\[0\]', .*'lamps\[4\]'$",
+        ),
+        (
+            scene_with(PointLights("lamps", np.zeros((50, 3)), 1.0, attenuation=(0, 0, 1))),
+            r"at most 4 point lights on a mesh, the nearest: .*, and 42 more$",
+        ),
+        (scene_with(ball_of(specular=(1, 1, 1), shininess=9)), "highlights .* are left out .*: 'clay'"),
+        (scene_with(ball_of(ambient=(1, 1, 1))), "ambient colours of materials, .*: 'clay'"),
+        (scene_with(ball_of(alpha_mode="mask")), "draws whole what its alpha should cut out: 'clay'"),
+        (scene_with(ball_of(emission=(0.5, 0, 0))), "draws the square of emission: 'clay'"),
+        (scene_with(with_tag(PandaNode("box"))), "tags are left out: 'box'"),
+        (
+            Scene(background=VerticalGradient((0, 0, 0), (0, 0, 1))),
+            "gradient becomes its horizon's .*: 'root'",
+        ),
+        (Scene(background=(2, 0, 0)), "brighter than 1 is cut off there: 'root'"),
+        (Scene(exposure=2.0), "exposure, .* is left out: 'root'"),
+    ],
+)
+def test_what_pyrender_has_not_is_named(scene, message):
+    with pytest.warns(ConversionWarning, match=message) as caught:
+        to_pyrender(scene)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+
+
+def textured(**texture):
+    pixels = np.zeros((2, 2, 3), np.uint8)
+    return triangle(
+        texcoord_0=np.zeros((3, 2)),
+        material=matt(
+            baseColorTexture=pyrender.Texture(**{"source": pixels, "source_channels": "RGB"} | texture)
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("primitive", "message"),
+    [
+        (triangle(mode=pyrender.GLTF.POINTS), "points, lines, strips and fans are left out: 'leaf'"),
+        (triangle(tangents=np.zeros((3, 4))), "tangents of meshes are left out: 'leaf'"),
+        (triangle(color_0=[(1, 1, 1, 0.5)] * 3), "alpha of vertex colours is left out: 'leaf'"),
+        (triangle(material=matt(metallicFactor=1.0)), "metalness and gloss are left out, .*: 'clay'"),
+        (triangle(material=matt(roughnessFactor=0.5)), "metalness and gloss are left out, .*: 'clay'"),
+        (triangle(material=matt(wireframe=True)), "wireframes are left out, .*: 'clay'"),
+        (
+            triangle(material=matt(emissiveTexture=np.zeros((2, 2, 3), np.uint8))),
+            "emissiveTexture of materials is left out: 'clay'",
+        ),
+        (
+            triangle(material=pyrender.material.SpecularGlossinessMaterial(name="glass")),
+            "colours of SpecularGlossinessMaterial are left out, .*: 'glass'",
+        ),
+        (
+            textured(sampler=pyrender.Sampler(wrapS=pyrender.GLTF.CLAMP_TO_EDGE)),
+            "samplers are left out, .*: 'clay'",
+        ),
+        (textured(source=None, width=2, height=2), "textures without red, green and blue .*: 'clay'"),
+    ],
+)
+def test_what_we_have_not_is_named(primitive, message):
+    source = pyrender.Scene()
+    source.add(pyrender.Mesh([primitive]), name="leaf")
+    with pytest.warns(ConversionWarning, match=message) as caught:
+        from_pyrender(source)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+
+
+def test_a_texture_of_three_channels_is_opaque():
+    source = pyrender.Scene()
+    source.add(pyrender.Mesh([textured()]), name="leaf")
+    ((_, material),) = from_pyrender(source).root.node().geoms
+    np.testing.assert_array_equal(material.texture.pixels[..., 3], 255)
+
+
+class Fisheye(pyrender.Camera):
+    def get_projection_matrix(self, width=None, height=None):
+        return np.eye(4)
+
+
+def scene_of(camera=None, pose=None, **scene):
+    source = pyrender.Scene(**scene)
+    if camera is not None:
+        source.add(camera, name="eye", pose=pose)
+    return source
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        (scene_of(Fisheye()), "cameras of the class Fisheye are left out: 'eye'"),
+        (scene_of(pyrender.IntrinsicsCamera(2, 3, 1, 1)), "square pixels, .*: 'eye'"),
+        (scene_of(pyrender.PerspectiveCamera(1.0), np.diag([2.0, 2, 2, 1])), "scale and shear of .*: 'eye'"),
+        (scene_of(bg_color=(0.0, 0.0, 0.0, 0.0), name="room"), "background's alpha is left out: 'room'"),
+    ],
+)
+def test_other_things_of_a_scene_that_we_have_not_are_named(source, message):
+    with pytest.warns(ConversionWarning, match=message) as caught:
+        from_pyrender(source, size=SIZE)
+    assert len(caught) == 1
+
+
+def test_skins_are_named():
+    source = pyrender.Scene()
+    source.add_node(pyrender.Node("arm", skin=3))
+    with pytest.warns(ConversionWarning, match="skins and morph weights are left out: 'arm'"):
+        from_pyrender(source)
+
+
+def test_geometry_without_vertices_is_named_and_left_out():
+    scene = scene_with(geom_node("void", Geom(np.zeros((0, 3)), np.zeros((0, 3), int), name="nothing")))
+    with pytest.warns(ConversionWarning, match="geometry without vertices is left out: 'void/nothing'"):
+        assert not to_pyrender(scene).mesh_nodes
+
+
+def test_a_plain_scene_is_converted_without_a_word():
+    scene = scene_with(ball_of())
+    for index in range(4):
+        scene.root.attach_new_node(fading(PointLight(f"lamp {index}")))
+    scene.root.attach_new_node(DirectionalLight("sun"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        from_pyrender(to_pyrender(scene))
+
+
+def test_more_vertices_than_float32_can_count_are_refused(monkeypatch):
+    monkeypatch.setattr(pyrender_meshes, "_LARGEST_INDEX", 10)
+    with pytest.raises(SceneError, match=r"geom 'ball': 42 vertices, .* parts of 10 at most"):
+        to_pyrender(scene_with(ball_of()))
+
+
+@pytest.mark.parametrize("convert", [to_pyrender, from_pyrender])
+def test_without_pyrender_the_error_says_how_to_install_it(monkeypatch, convert):
+    monkeypatch.setitem(sys.modules, "pyrender", None)
+    with pytest.raises(MissingPackageError, match=r"pip install 'firefly_sample\[pyrender\]'$") as caught:
+        convert(Scene())
+    assert "\n" not in str(caught.value)
+    assert isinstance(caught.value, FireflyError)
+    assert isinstance(caught.value, ImportError)
+
+
+def test_a_spotlight_without_direction_is_refused():
+    scene = Scene()
+    scene.root.attach_new_node(fading(Spotlight("spot"))).set_scale(1, 0, 1)
+    with pytest.raises(LightError, match=r"light 'spot': .* no direction"):
+        to_pyrender(scene)

@@ -1,0 +1,117 @@
+"""Nodes, geometry and materials there and back: exact, but for what pyrender keeps as float32."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from firefly_sample.scene.geom import Geom, GeomNode
+from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.scene import Scene
+from tests.interop.blocks import ANGLES, SCALES, SINGLE, VECTOR, single, there_and_back
+
+
+@st.composite
+def geoms(draw) -> Geom:
+    n = draw(st.integers(1, 5))
+    numbers = st.floats(-1e6, 1e6)
+    return Geom(
+        draw(arrays(np.float64, (n, 3), elements=numbers)),
+        draw(arrays(np.int64, (draw(st.integers(0, 4)), 3), elements=st.integers(0, n - 1))),
+        normals=draw(st.none() | arrays(np.float64, (n, 3), elements=st.floats(-1, 1))),
+        texcoords=draw(st.none() | arrays(np.float64, (n, 2), elements=st.floats(-4, 4))),
+        colors=draw(st.none() | arrays(np.float64, (n, 3), elements=st.floats(0, 1))),
+        name=draw(st.sampled_from(["rock", "bark", "leaf"])),
+    )
+
+
+@st.composite
+def materials(draw) -> Material:
+    share = st.floats(0, 1)
+    pixels = draw(st.none() | arrays(np.uint8, (2, 3, 4)))
+    return Material(
+        draw(st.sampled_from(["stone", "wood"])),
+        draw(st.tuples(share, share, share, share)),
+        None if pixels is None else Texture(pixels, "picture"),
+        draw(st.sampled_from(["opaque", "mask", "blend"])),
+        draw(share),
+        draw(st.booleans()),
+        emission=draw(st.tuples(*[st.floats(0, 1e6)] * 3)),
+    )
+
+
+@st.composite
+def trees(draw) -> Scene:
+    """Up to eight nodes under any transforms, with up to three Geoms each, of three that they share."""
+    scene = Scene(NodePath("top"))
+    looks = draw(st.lists(st.tuples(geoms(), materials()), min_size=1, max_size=3))
+    paths = [scene.root]
+    for index in range(draw(st.integers(1, 8))):
+        node = GeomNode(f"node {index}")
+        for which in draw(st.lists(st.integers(0, len(looks) - 1), max_size=3)):
+            node.add_geom(*looks[which])
+        path = paths[draw(st.integers(0, len(paths) - 1))].attach_new_node(node)
+        path.set_pos_hpr_scale(draw(VECTOR), draw(ANGLES), draw(SCALES))
+        path.set_shear(draw(st.tuples(*[st.floats(-1, 1)] * 3)))
+        paths.append(path)
+    scene.camera.set_pos_hpr(draw(VECTOR), draw(ANGLES))
+    return scene
+
+
+def assert_same_tree(given: NodePath, got: NodePath, same: dict[int, object]) -> None:
+    """Names, order, transforms and contents; `same` tells which of ours each that came back stands for."""
+    assert got.get_name() == given.get_name()
+    np.testing.assert_array_equal(got.get_mat(), given.get_mat())
+    mine, its = (getattr(path.node(), "geoms", []) for path in (given, got))
+    assert len(its) == len(mine)
+    for (geom, material), (other_geom, other_material) in zip(mine, its, strict=True):
+        assert_same_geom(geom, other_geom)
+        assert_same_material(material, other_material)
+        for ours, theirs in ((geom, other_geom), (material, other_material)):
+            assert same.setdefault(id(ours), theirs) is theirs
+    children = given.get_children()
+    assert len(got.get_children()) == len(children)
+    for child, other in zip(children, got.get_children(), strict=True):
+        assert_same_tree(child, other, same)
+
+
+def assert_same_geom(given: Geom, got: Geom) -> None:
+    np.testing.assert_array_equal(got.triangles, given.triangles)
+    np.testing.assert_array_equal(got.vertices, single(given.vertices))
+    np.testing.assert_array_equal(got.normals, single(given.normals))
+    np.testing.assert_array_equal(got.texcoords, single(given.texcoords))
+    assert (got.colors is None) == (given.colors is None)
+    if given.colors is not None:
+        np.testing.assert_array_equal(got.colors, single(given.colors))
+
+
+def assert_same_material(given: Material, got: Material) -> None:
+    assert got.name == given.name
+    assert (got.alpha_mode, got.alpha_cutoff) == (given.alpha_mode, given.alpha_cutoff)
+    assert got.double_sided == given.double_sided
+    np.testing.assert_array_equal(got.base_color, single(given.base_color))
+    np.testing.assert_array_equal(got.emission, single(given.emission))
+    assert (got.texture is None) == (given.texture is None)
+    if given.texture is not None:
+        assert got.texture.name == given.texture.name
+        np.testing.assert_array_equal(got.texture.pixels, given.texture.pixels)
+
+
+@pytest.mark.filterwarnings("ignore:pyrender draws")
+@given(trees())
+def test_trees_come_back(scene):
+    """Also mirrored instances, whose triangles pyrender has the other way round."""
+    back = there_and_back(scene)
+    assert_same_tree(scene.root, back.root, {})
+    assert str(back.camera) == str(scene.camera)
+    assert_same_tree(back.root, there_and_back(back).root, {})
+
+
+@given(st.tuples(*[st.floats(0, 1)] * 3))
+def test_backgrounds_come_back(color):
+    scene = Scene(background=color)
+    np.testing.assert_allclose(there_and_back(scene).background, color, rtol=4 * SINGLE, atol=4e-8)
