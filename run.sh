@@ -114,7 +114,8 @@ run_tests() {
     ruff check .
     ruff format --check .
     mypy
-    exec python -m pytest "$@"
+    # a worker a core, up to four, each with whole files: blocks of a page build on each other
+    exec python -m pytest -n auto --maxprocesses 4 --dist loadfile "$@"
 }
 
 case ${1-} in

@@ -84,7 +84,7 @@ def _jumps(plan, gbuffer):
     shiny = gbuffer.specular.any()
     place, unit = gbuffer.position.reshape(-1, 3), gbuffer.normal.reshape(-1, 3)
     jumps = np.zeros(len(place), dtype=bool)
-    for one in each_light(plan.lights):
+    for one in each_light(lights for lights in plan.lights if shiny or lights.kind == "spot"):
         to_light, _ = one.ways(place)
         reached = one.in_reach(place)
         if shiny:

@@ -60,7 +60,7 @@ class OneLight:
         if self.lights.kind == "directional":
             return np.asarray(np.isfinite(position).all(axis=1))
         offset = position - self.lights.positions[self.row]
-        return np.asarray(np.linalg.norm(offset, axis=1) < self.lights.reaches[self.row])
+        return np.asarray(_lengths(offset) < self.lights.reaches[self.row])
 
     def ways(self, position: Float64) -> tuple[Float64, Float64]:
         """Unit vectors to the light, and distances, from positions (n, 3)."""
@@ -68,7 +68,7 @@ class OneLight:
             to_light = np.broadcast_to(-self.lights.directions[self.row], position.shape)
             return to_light, np.full(len(position), np.inf)
         offset = self.lights.positions[self.row] - position
-        distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-15)
+        distance = np.maximum(_lengths(offset), 1e-15)
         return offset / distance[:, None], distance
 
     def strength(self, to_light: Float64, distance: Float64, settings: Settings) -> Float64:
@@ -167,9 +167,14 @@ def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = 
     for one in each_light(sets):
         if one.lights.kind == "directional":
             continue
-        distance = np.linalg.norm(place - one.lights.positions[one.row], axis=1)
+        distance = _lengths(place - one.lights.positions[one.row])
         reach = float(one.lights.reaches[one.row])
         if one.lights.falloff is Falloff.ATTENUATION:
             reach = min(reach, longest)
         smallest = np.where(distance < reach, np.minimum(smallest, distance / reach), smallest)
     return smallest.reshape(position.shape[:-1])
+
+
+def _lengths(vectors: Float64) -> Float64:
+    """Lengths of vectors (n, 3), several times as fast as ``numpy.linalg.norm`` finds them."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
