@@ -99,8 +99,8 @@ class _Bulbs:
         count = columns * rows
         u = uniform(seed, np.arange(5)[:, None], np.arange(count)[None, :])
         column, row = np.arange(count) % columns, np.arange(count) // columns
-        # between four cats: half a step beyond each cat, so that the last ones hang over the plinth's edge
-        x, y = _grid(column, columns) + 0.5 * SPACING, _grid(row, rows) + 0.5 * SPACING
+        # between four cats: half a step right of each cat and before its face, also of those in the first row
+        x, y = _grid(column, columns) + 0.5 * SPACING, _grid(row, rows) - 0.5 * SPACING
         self.places: Float64 = np.stack([x, y, np.full(count, BULB_HEIGHT)], axis=1)
         self.colors = _vivid(u[0], u[1])
         low, high = HOVER_SECONDS
@@ -281,7 +281,7 @@ def _place_cats(root: NodePath, seed: int, columns: int, rows: int) -> None:
 
 def _paved(geom: Geom, columns: int, rows: int) -> Geom:
     """The plinth's Geom with a slab for each cat, however many there are: it is made for 20 by 20."""
-    across = np.abs(geom.normals) * (1.0, 1.0, 1.0)
+    across = np.abs(geom.normals)
     top_or_ends = across[:, 1] >= across[:, 0]
     u, v = geom.texcoords.T
     # the texture holds five slabs; 2 is the middle of the plinth, where four slabs meet

@@ -89,6 +89,11 @@ def test_a_bulb_reaches_about_four_cats(scene):
     assert reached.mean() > 3.5
 
 
+def test_the_first_row_has_bulbs_before_its_faces(scene):
+    cats, bulbs = cats_of(scene), bulbs_of(scene).positions
+    assert bulbs[:, 1].min() < cats[..., 1].min()
+
+
 def test_a_bulb_is_a_sphere_around_its_light_and_shows_its_color(scene):
     for time in (0.0, 1.7):
         scene.update(time)
@@ -153,6 +158,14 @@ def test_sun_bulbs_hover_and_shadows_are_switched_separately():
             made.set(name, 3)
     with pytest.raises(ParameterError, match="sun must be true or false"):
         made.set("sun", 1)
+
+
+def test_from_far_enough_all_four_hundred_lights_are_drawn():
+    made = LightbulbsScene()
+    made.camera.set_pos(20.0, -75.0, 30.0)
+    made.camera.look_at(0.0, 0.0, 0.0)
+    (lights,) = build_plan(made).lights
+    assert len(lights) == 400
 
 
 def test_all_cats_are_one_draw_and_all_bulbs_another(scene):
