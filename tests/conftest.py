@@ -1,13 +1,18 @@
-"""Fixtures that several kinds of tests share."""
+"""Fixtures that several kinds of tests share, and how Hypothesis searches here."""
 
 from __future__ import annotations
 
 import warnings
 
 import pytest
+from hypothesis import settings as search
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.renderer import Renderer, SoftwareDriverWarning
+
+# the same examples each run, and no clock, since machines differ
+search.register_profile("repeatable", deadline=None, derandomize=True)
+search.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session")

@@ -1,15 +1,11 @@
-"""How Hypothesis searches here, and pyrender in a process of its own."""
+"""pyrender in a process of its own."""
 
 from __future__ import annotations
 
 import pytest
-from hypothesis import settings
 
 from tests.conftest import make_renderer
 from tests.interop.oracle import SIZE, start_pyrender
-
-settings.register_profile("repeatable", deadline=None, derandomize=True)
-settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session")
