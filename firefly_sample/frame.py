@@ -116,7 +116,13 @@ OUTPUTS: dict[str, OutputInfo] = {
         "light alone: what white surfaces without highlights would show",
     ),
     "overdraw": OutputInfo(
-        "int32", 1, "screen", "fragments", "0", True, "how often the passes of light shade a pixel"
+        "int32",
+        1,
+        "screen",
+        "fragments",
+        "none: it counts there too",
+        True,
+        "how often the passes of light shade a pixel",
     ),
     "volumes": OutputInfo(
         "uint8",

@@ -67,7 +67,7 @@ class Surface:
             return self._nothing(name)
         if name == "overdraw":
             return self._stored(name, name, np.float32)
-        if name == "light":
+        if name == "light" and self._plan.target(name) is not None:
             return np.where(self.covered()[..., None], self._stored(name, name, np.float32), 0.0)
         if name == "albedo":
             return self.albedo()
@@ -75,7 +75,7 @@ class Surface:
             return self.specular()[..., :3]
         if name == "shininess":
             return self.specular()[..., 3]
-        if name == "emission":
+        if name in ("light", "emission"):
             return self._stored(name, name, np.float32)
         if name == "id":
             return self.raw("id", np.uint32, 1).astype(np.int64) - 1

@@ -8,7 +8,16 @@ from typing import Any, Literal, get_args
 
 from firefly_sample.errors import SettingsError
 
-__all__ = ["LightMethod", "Look", "PositionMethod", "Settings", "SpecularModel", "Tone", "Window"]
+__all__ = [
+    "LARGEST_ATLAS",
+    "LightMethod",
+    "Look",
+    "PositionMethod",
+    "Settings",
+    "SpecularModel",
+    "Tone",
+    "Window",
+]
 
 Look = Literal["correct", "classic"]
 PositionMethod = Literal["linear32f", "depth32f", "depth24"]
@@ -32,6 +41,9 @@ _CHOICES: dict[str, tuple[Any, ...]] = {
     "clamp_light": (True, False),
     "shadow_taps": (1, 4, 16),
 }
+
+LARGEST_ATLAS = 16384
+"""What drivers have of a texture's side."""
 
 _RANGES: dict[str, tuple[float, float]] = {"cutoff_budget": (0.0, 1e30), "cutoff_threshold": (0.0, 1e30)}
 
@@ -127,9 +139,10 @@ class Settings:
                     f"setting {name!r} must be a number of {low:g} to {high:g}; got {value!r}"
                 )
             object.__setattr__(self, name, number)
-        if type(self.shadow_atlas) is not int or not 256 <= self.shadow_atlas <= 16384:
+        if type(self.shadow_atlas) is not int or not 256 <= self.shadow_atlas <= LARGEST_ATLAS:
             raise SettingsError(
-                f"setting 'shadow_atlas' must be a whole number of 256 to 16384; got {self.shadow_atlas!r}"
+                f"setting 'shadow_atlas' must be a whole number of 256 to {LARGEST_ATLAS}; "
+                f"got {self.shadow_atlas!r}"
             )
         try:
             exposure = float(self.exposure)

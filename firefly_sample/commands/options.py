@@ -41,7 +41,7 @@ SETTINGS_HELP = {
     "lights": "Spheres, one full-screen pass a light, or one pass that loops over all lights.",
     "volume_depth_test": "Shade light volumes only where they end behind the surface.",
     "cutoff_budget": "Exposed radiance that all lights together may lose at a pixel by being cut off.",
-    "cutoff_threshold": "Cut each light off at this radiance instead, for example 5/256 = 0.0195.",
+    "cutoff_threshold": "Cut each light off at this radiance instead, for example 0.0195, which is 5/256.",
     "window": "How a light with a max distance ends.",
     "specular": "How highlights are computed.",
     "clamp_light": "Limit each light to the surface's own colour, and its highlight to 1.",

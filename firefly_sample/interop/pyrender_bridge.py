@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firefly_sample.errors import MissingPackageError
+from firefly_sample.errors import MissingPackageError, SceneError
 from firefly_sample.frame import check_size
 from firefly_sample.interop.losses import Losses
 from firefly_sample.interop.pyrender_cameras import Size
@@ -65,8 +65,8 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     LensError
         If the film of a perspective lens is off centre and there is no `size`: pyrender measures in pixels.
     SceneError
-        If a Geom has more than 2^24 vertices, or for what the `Renderer` would refuse as well: a camera's or
-        spotlight's transform, the arrays of lights.
+        If `scene` is something else, a Geom has more than 2^24 vertices, or for what the `Renderer` would
+        refuse as well: a camera's or spotlight's transform, the arrays of lights.
     OutputError
         If `size` is not two whole numbers of 1 or more.
 
@@ -78,6 +78,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
         than four lights of a kind, exposure, a background's gradient, tags and more. It names whose.
     """
     _check_pyrender()
+    _check_type("to_pyrender", scene, Scene)
     losses = Losses()
     written = write_scene(scene, time, None if size is None else check_size(size), losses)
     losses.warn(stacklevel=2)
@@ -112,7 +113,8 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     LensError
         If there is an IntrinsicsCamera and no `size`, or a camera that no lens can be; it names it.
     SceneError
-        If a transform, mesh, light or material has a number that is not finite or out of its range.
+        If `scene` is something else, or a transform, mesh, light or material has a number that is not finite
+        or out of its range.
     OutputError
         If `size` is not two whole numbers of 1 or more.
 
@@ -123,10 +125,19 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
         base colour's, points and lines, alpha of vertex colours, and more. It names whose.
     """
     _check_pyrender()
+    import pyrender
+
+    _check_type("from_pyrender", scene, pyrender.Scene)
     losses = Losses()
     read = read_scene(scene, None if size is None else check_size(size), losses)
     losses.warn(stacklevel=2)
     return read
+
+
+def _check_type(function: str, scene: object, wanted: type) -> None:
+    if not isinstance(scene, wanted):
+        module = wanted.__module__.partition(".")[0]
+        raise SceneError(f"{function} takes a {module}.{wanted.__name__}, got {scene!r}")
 
 
 def _check_pyrender() -> None:

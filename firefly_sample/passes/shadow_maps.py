@@ -7,6 +7,7 @@ import moderngl
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
+from firefly_sample.plan.atlas import Tile
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.shadows import CasterBatch, ShadowMap
 from firefly_sample.plan.variants import ShadowVariant
@@ -25,7 +26,7 @@ class ShadowMapsPass(Pass):
 
     def __init__(self) -> None:
         self._atlas: object = None
-        self._held: dict[object, ShadowMap] = {}
+        self._held: dict[Tile, bytes] = {}
         self.drawn = 0
         """Maps drawn in the last frame."""
 
@@ -39,9 +40,8 @@ class ShadowMapsPass(Pass):
         for shadow in plan.shadows.maps:
             if shadow.casters is None:
                 continue
-            held = self._held.get(shadow.tile)
-            if held is None or held.key != shadow.key:
-                self._held[shadow.tile] = shadow
+            if self._held.get(shadow.tile) != shadow.key:
+                self._held[shadow.tile] = shadow.key
                 self._draw_map(gpu, plan, framebuffer, shadow)
                 self.drawn += 1
         gpu.ctx.polygon_offset = 0.0, 0.0

@@ -160,7 +160,9 @@ class Planner:
         kept = self._snapshots.get(mask)
         if kept is None or not kept.is_current(scene.root, mask):
             if kept is not None and kept.root != scene.root:
-                self._snapshots.clear()  # another scene's
+                # another scene's
+                self._snapshots.clear()
+                self._shadows = ShadowPlanner()
             kept = self._snapshots[mask] = collect(scene.root, mask)
         return kept
 

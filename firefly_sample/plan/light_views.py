@@ -42,8 +42,11 @@ FACES = (
 """The six views of a point light, in world space, in the order in which the shader counts them."""
 WIDEST_MAP = 60.0
 """Degrees: a spotlight of a wider half-angle has six maps, for one would be coarse in its middle."""
-NEAREST = 1e-4
-"""Of a light's reach: what is nearer casts no shadow. Reversed depth is as exact for any such number."""
+NEAREST, NEAREST_STANDARD = 1e-9, 1e-4
+"""Of how far a light reaches, or the scene if that is less: what is nearer casts no shadow, or, with reversed
+depth, may cast none. Reversed depth is as exact for any such number, standard depth is not."""
+STEP = 20
+"""Powers of two by which reversed depth's begin goes, so that it hardly ever does."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,26 +158,35 @@ def _perspective(half_angle: float, resolution: int, near: float) -> Perspective
     return PerspectiveLens(fov=2.0 * math.degrees(math.atan(tangent)), near=near, far=math.inf)
 
 
-def _nearest(place: Float64, reach: float, casters: Spheres) -> float:
+def _nearest(place: Float64, reach: float, casters: Spheres, reverse: bool) -> float:
     """Where a light begins to see, a power of two."""
     center, radius = casters.around
     end = min(reach, float(np.linalg.norm(center - place)) + radius)
-    return 2.0 ** math.floor(math.log2(max(NEAREST * end, 1e-30)))
+    share, step = (NEAREST, STEP) if reverse else (NEAREST_STANDARD, 1)
+    return 2.0 ** (step * math.floor(math.log2(max(share * end, 1e-20)) / step))
 
 
-def cube_views(place: Float64, reach: float, resolution: int, casters: Spheres) -> list[LightView]:
+def cube_views(
+    place: Float64, reach: float, resolution: int, casters: Spheres, reverse: bool
+) -> list[LightView]:
     """Six views around a place, along the world's axes."""
-    lens = _perspective(45.0, resolution, _nearest(place, reach, casters))
+    lens = _perspective(45.0, resolution, _nearest(place, reach, casters, reverse))
     return [LightView(name, lens, _world_to_light(axes_along(np.array(axis)), place)) for name, axis in FACES]
 
 
 def spot_views(
-    place: Float64, direction: Float64, half_angle: float, reach: float, resolution: int, casters: Spheres
+    place: Float64,
+    direction: Float64,
+    half_angle: float,
+    reach: float,
+    resolution: int,
+    casters: Spheres,
+    reverse: bool,
 ) -> list[LightView]:
     """The view of a spotlight of a half-angle in degrees, or six where it is too wide for one."""
     if half_angle > WIDEST_MAP:
-        return cube_views(place, reach, resolution, casters)
-    lens = _perspective(half_angle, resolution, _nearest(place, reach, casters))
+        return cube_views(place, reach, resolution, casters, reverse)
+    lens = _perspective(half_angle, resolution, _nearest(place, reach, casters, reverse))
     return [LightView("", lens, _world_to_light(axes_along(direction), place))]
 
 

@@ -145,28 +145,24 @@ def cut_off(
 ) -> list[LightSet]:
     """The sets with their reaches: the end of each light, or where it no longer matters if that is nearer.
 
-    With a threshold, a light stops where its own radiance on a white surface that faces it has fallen to
-    the threshold. With a budget, all lights together drop no more than the budget at any pixel, counted in
+    With a threshold, a light stops where what a white surface that faces it reflects has fallen to the
+    threshold, and so have its highlights if the scene has shiny materials (`highlights`). With a budget, all
+    lights together drop no more than the budget at any pixel, light and highlights together, counted in
     exposed radiance, so that 1.5e-4 is half a code of the display's 255 in the dark; the share of each
-    light is `firefly_sample.plan.reach.budget_thresholds`'s. There, a light's intensity includes its
-    highlights if the scene has shiny materials (`highlights`).
+    light is `firefly_sample.plan.reach.budget_thresholds`'s.
     """
     sets = list(sets)
     fading = [
         lights for lights in sets if lights.kind != "directional" and lights.falloff is Falloff.ATTENUATION
     ]
-    colors = [lights.colors for lights in fading]
+    colors = [(lights.colors, lights.specular_colors * highlights) for lights in fading]
     thresholds: list[Float64 | float]
     if settings.cutoff_threshold is not None:
         thresholds = [settings.cutoff_threshold] * len(fading)
-        intensities = [rgb.max(axis=1) for rgb in colors]
+        intensities = [np.maximum(rgb, specular).max(axis=1) for rgb, specular in colors]
     else:
         factor = np.array(tuple(exposure))
-        shining = [
-            rgb + lights.specular_colors if highlights else rgb
-            for rgb, lights in zip(colors, fading, strict=True)
-        ]
-        intensities = [(rgb * factor).max(axis=1) for rgb in shining]
+        intensities = [((rgb + specular) * factor).max(axis=1) for rgb, specular in colors]
         # one that never fades is never cut off: it takes no share
         counted = [
             i * lights.attenuations[:, 1:].any(axis=1) for i, lights in zip(intensities, fading, strict=True)

@@ -34,12 +34,17 @@ from firefly_sample.plan.light_views import (
 from firefly_sample.plan.lights import LightSource
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
+from firefly_sample.scene.light import SHADOW_RESOLUTIONS
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Texture
+from firefly_sample.settings import LARGEST_ATLAS
 
 __all__ = ["CasterBatch", "ShadowMap", "ShadowPlan", "ShadowPlanner", "no_maps"]
 
 Float64 = NDArray[np.float64]
+
+MOST_NAMES = 4
+"""Of lights in a message."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,17 +142,22 @@ class _Caster:
             return 1
         return 1 if self.lights.kind == "spot" and self.half_angle <= WIDEST_MAP else len(FACES)
 
-    def views(self, sight: Sight, casters: Spheres) -> list[LightView]:
+    @property
+    def reach(self) -> float:
+        """Beyond what it lights, in steps: budgets shift a light's own reach when any other light changes."""
+        reach = float(self.lights.reaches[self.row])
+        return 2.0 ** math.ceil(math.log2(reach)) if 0.0 < reach < math.inf else reach
+
+    def views(self, sight: Sight, casters: Spheres, reverse: bool) -> list[LightView]:
         """How it looks at the scene."""
         resolution = self.source.node.get_shadow_resolution()
         direction, place = self.lights.directions[self.row], self.lights.positions[self.row]
-        reach = float(self.lights.reaches[self.row])
         node = self.source.node
         if isinstance(node, DirectionalLight):
             return [sun_view(direction, node.get_shadow_distance(), sight, resolution, casters)]
         if self.lights.kind == "spot":
-            return spot_views(place, direction, self.half_angle, reach, resolution, casters)
-        return cube_views(place, reach, resolution, casters)
+            return spot_views(place, direction, self.half_angle, self.reach, resolution, casters, reverse)
+        return cube_views(place, self.reach, resolution, casters, reverse)
 
 
 class ShadowPlanner:
@@ -230,9 +240,9 @@ class ShadowPlanner:
         reverse: bool,
         kept: dict[tuple[LightSource, str], tuple[tuple[Any, ...], ShadowMap]],
     ) -> list[ShadowMap]:
-        reach = float(light.lights.reaches[light.row])
+        reach = light.reach
         maps = []
-        for view, tile in zip(light.views(sight, snapshot.spheres), tiles, strict=True):
+        for view, tile in zip(light.views(sight, snapshot.spheres, reverse), tiles, strict=True):
             lens = view.lens.constants("zero_to_one" if reverse else "gl", reverse)
             needed = _may_meet(view, sight)
             state = (
@@ -270,16 +280,19 @@ def _layout(lights: list[_Caster], largest: int) -> tuple[tuple[int, int], tuple
     packed = pack_atlas(sizes, largest)
     if packed is not None:
         return packed
+    names = list(dict.fromkeys(light.source.node.name for light in lights))
+    shown = ", ".join(map(repr, names[:MOST_NAMES])) + (" and others" if len(names) > MOST_NAMES else "")
     side = largest // math.ceil(math.sqrt(len(sizes)))
-    way_out = (
+    ways = [
         f"give each {2 ** math.floor(math.log2(side))} texels (set_shadow_caster(True, resolution))"
-        if side >= 16
+        if side >= SHADOW_RESOLUTIONS[0]
         else "let fewer lights cast shadows"
-    )
+    ]
+    if largest < LARGEST_ATLAS:
+        ways.append(f"raise the setting shadow_atlas (up to {LARGEST_ATLAS})")
     raise LightError(
-        f"{len(sizes)} shadow maps of up to {max(sizes)} texels a side do not fit an atlas of "
-        f"{largest}x{largest}: "
-        f"{way_out}, hide some, or raise the setting shadow_atlas"
+        f"lights {shown}: their {len(sizes)} shadow maps of up to {max(sizes)} texels a side do not fit an "
+        f"atlas of {largest}x{largest}: {', or '.join(ways)}"
     )
 
 
@@ -315,14 +328,14 @@ def _casters(
 
 
 def _digest(tile: Tile, lens: LensConstants, casters: tuple[CasterBatch, ...]) -> bytes:
-    """Of what a map's texels depend on. Objects go in by id: whoever keeps a key keeps the map with it."""
+    """Of what a map's texels depend on."""
     state = hashlib.blake2b(repr((tile, lens)).encode(), digest_size=16)
     for batch in casters:
         texture = batch.texture
         parts = (
-            id(batch.geom),
+            batch.geom.serial,
             batch.geom.revision,
-            None if texture is None else (id(texture), texture.revision),
+            None if texture is None else (texture.serial, texture.revision),
             batch.cutoff,
             len(batch.alphas),
         )

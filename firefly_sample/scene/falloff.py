@@ -53,6 +53,9 @@ class Attenuation(_Coefficients):
     INVERSE_SQUARE: ClassVar[Attenuation]
 
 
+COEFFICIENTS = (1e-30, 1e30)
+"""What the largest coefficient must lie between: float32 holds nothing that is much smaller or larger."""
+
 Attenuation.ENDLESS = Attenuation(1.0, 0.0, 0.0)
 Attenuation.FIFTY_UNITS = Attenuation(1.0, 0.09, 0.032)
 Attenuation.INVERSE_SQUARE = Attenuation(1.0, 0.0, 1.0)
@@ -64,16 +67,17 @@ def check_attenuation(light: str, value: ArrayLike) -> Attenuation:
     Raises
     ------
     LightError
-        If it is not three finite numbers of 0 or more, or all are 0, which would divide by nothing; it
-        names the light.
+        If it is not three numbers of 0 or more, or the largest is too small to divide by or too large for
+        float32 (see `COEFFICIENTS`); it names the light.
     """
     try:
         given = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         given = np.zeros(0)
-    if given.shape != (3,) or not np.isfinite(given).all() or given.min() < 0 or not given.any():
+    low, high = COEFFICIENTS
+    if given.shape != (3,) or not given.min() >= 0 or not low <= given.max() <= high:
         raise LightError(
-            f"light {light!r}: attenuation must be three finite numbers of 0 or more (constant, linear, "
-            f"quadratic), at least one above 0, got {value!r}"
+            f"light {light!r}: attenuation must be three numbers of 0 or more (constant, linear, quadratic), "
+            f"the largest of them {low:g} to {high:g}, got {value!r}"
         )
     return Attenuation(*(float(coefficient) for coefficient in given))

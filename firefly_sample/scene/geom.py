@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -12,6 +14,8 @@ from firefly_sample.scene.node import PandaNode
 __all__ = ["Geom", "GeomNode"]
 
 Float64 = NDArray[np.float64]
+
+_SERIALS = itertools.count()
 
 
 class Geom:
@@ -36,6 +40,8 @@ class Geom:
 
     Attributes
     ----------
+    serial : int
+        Its own, never another's, not even after its end.
     revision : int
         Grows with each change, so that whoever keeps a copy (the GPU) knows when it is stale.
 
@@ -55,6 +61,7 @@ class Geom:
         name: str = "geom",
     ) -> None:
         self.name = name
+        self.serial = next(_SERIALS)
         self.revision = 0
         self.vertices = self._floats("vertices", vertices, None, 3)
         n = len(self.vertices)

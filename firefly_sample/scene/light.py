@@ -12,7 +12,7 @@ from firefly_sample.errors import LightError
 from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
 
-__all__ = ["LARGEST_COLOR", "FadingLight", "Light", "ShadowCaster", "light_color"]
+__all__ = ["LARGEST_COLOR", "SHADOW_RESOLUTIONS", "FadingLight", "Light", "ShadowCaster", "light_color"]
 
 Float64 = NDArray[np.float64]
 
@@ -91,7 +91,8 @@ class Light(ShadowCaster):
     name : str
         The node's name.
     color : sequence of 3 floats
-        Linear radiance scale; any finite numbers of 0 or more, also above 1.
+        Linear radiance scale; any finite numbers of 0 or more, also above 1. A fourth, Panda3D's alpha, means
+        nothing for a light and is left out.
     """
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
@@ -179,7 +180,7 @@ class FadingLight(Light):
         Raises
         ------
         LightError
-            If a number is negative or not finite, or all are 0.
+            If a number is negative, or the largest is not one of 1e-30 to 1e30.
         """
         checked = check_attenuation(self.name, attenuation)
         if self._attenuation is None:
@@ -233,12 +234,15 @@ def light_color(name: str, color: ArrayLike) -> Float64:
     Raises
     ------
     LightError
-        If it is not three numbers from 0 to `LARGEST_COLOR`; it names the light.
+        If it is not three (or, as Panda3D has it, four) numbers from 0 to `LARGEST_COLOR`; it names the
+        light.
     """
     try:
         rgb = np.array(color, dtype=np.float64)
     except (TypeError, ValueError):
         rgb = np.zeros(0)
+    if rgb.shape == (4,):
+        rgb = rgb[:3]
     if rgb.shape != (3,) or not np.isfinite(rgb).all() or rgb.min() < 0 or rgb.max() > LARGEST_COLOR:
         raise LightError(
             f"light {name!r}: color must be three finite numbers of 0 or more, at most {LARGEST_COLOR:g}, "

@@ -221,7 +221,7 @@ class AmbientLight(PandaNode):
         Linear radiance scale; black costs nothing, not even a pass.
     """
 
-    def __init__(self, name: str, color: ArrayLike = (0.2, 0.2, 0.2)) -> None:
+    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
         super().__init__(name)
         self.set_color(color)
 

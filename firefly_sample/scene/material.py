@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Literal
 
 import numpy as np
@@ -12,6 +13,8 @@ from firefly_sample.errors import SceneError
 __all__ = ["AlphaMode", "Material", "Texture"]
 
 AlphaMode = Literal["opaque", "mask", "blend"]
+
+_SERIALS = itertools.count()
 
 LARGEST_SHININESS = 1e6
 """The G-buffer stores shininess as a logarithm with this end."""
@@ -26,10 +29,16 @@ class Texture:
         sRGB colour and linear alpha (coverage); the first row is the top of the picture.
     name : str
         Used in messages and in the plan.
+
+    Attributes
+    ----------
+    serial, revision : int
+        As a `Geom` has them.
     """
 
     def __init__(self, pixels: ArrayLike, name: str = "texture") -> None:
         self.name = name
+        self.serial = next(_SERIALS)
         self.revision = 0
         self.set_pixels(pixels)
 
@@ -131,8 +140,11 @@ class Material:
 
     def set_diffuse(self, color: ArrayLike) -> None:
         """Set the linear base colour, as `set_base_color` does; three numbers leave the opacity as it is."""
-        rgb = np.array(color, dtype=np.float64)
-        self.set_base_color([*rgb, self.base_color[3]] if rgb.shape == (3,) else rgb)
+        try:
+            rgb = np.array(color, dtype=np.float64)
+        except (TypeError, ValueError):
+            rgb = np.zeros(0)
+        self.set_base_color([*rgb, self.base_color[3]] if rgb.shape == (3,) else color)
 
     def set_ambient(self, color: ArrayLike | None) -> None:
         """Set the linear reflectance of ambient light (r, g, b); None is that of the base colour."""

@@ -64,8 +64,10 @@ _PLANETS = (
     ("rocky planet", (10.0, 62.0, 8.0), 2.2, -12.0),
     ("moon", (-27.0, 76.0, 19.0), 1.3, 0.0),
 )
-"""Name, place, radius, and the tilt of the axis in degrees."""
-_STARS = 700
+"""Name, place, radius, and the tilt of the axis in degrees, around a plinth of `_PLINTH`."""
+_PLINTH = 46.0
+"""A side of the plinth of 20 cats; around a larger one, planets and stars are larger and farther alike."""
+_STARS, _STAR_DISTANCE, _FAR = 700, 320.0, 400.0
 
 _PARAMETERS = (
     Parameter(
@@ -152,13 +154,15 @@ class LightbulbsScene(Scene):
     ) -> None:
         root = NodePath("lightbulbs")
         size = SPACING * max(columns, rows)
-        camera = root.attach_new_node(Camera("camera", PerspectiveLens(fov=38.0, near=0.5, far=400.0)))
+        around = max(1.0, size / _PLINTH)
+        lens = PerspectiveLens(fov=38.0, near=0.5, far=around * _FAR)
+        camera = root.attach_new_node(Camera("camera", lens))
         camera.set_pos(0.30 * size, -(0.52 * size + 7.0), 0.13 * size + 2.0)
         camera.look_at(-0.02 * size, -0.02 * size, 0.045 * size + 0.3)
         super().__init__(root, camera)
         _place_cats(root, seed, columns, rows)
-        _place_planets(root)
-        root.attach_new_node(Sprites("stars", *_stars()))
+        _place_planets(root, around)
+        root.attach_new_node(Sprites("stars", *_stars(around)))
         self._bulbs = _Bulbs(seed, columns, rows)
         self._spheres = _place_bulbs(root, self._bulbs)
         self._lights = root.attach_new_node(
@@ -291,8 +295,9 @@ def _paved(geom: Geom, columns: int, rows: int) -> Geom:
     return Geom(geom.vertices, geom.triangles, geom.normals, np.stack([u, v], axis=1), name=geom.name)
 
 
-def _place_planets(root: NodePath) -> None:
+def _place_planets(root: NodePath, around: float) -> None:
     planets = root.attach_new_node("planets")
+    planets.set_scale(around)
     file = load_model(model_path("planets.glb"))
     for name, place, radius, tilt in _PLANETS:
         path = planets.attach_new_node(find_part(file, name))
@@ -313,11 +318,12 @@ def _place_bulbs(root: NodePath, bulbs: _Bulbs) -> list[NodePath]:
     return paths
 
 
-def _stars() -> tuple[Float64, Float64, Float64]:
+def _stars(around: float) -> tuple[Float64, Float64, Float64]:
     """Positions, colours and radii of dots far away, evenly all around."""
     u = uniform(1919, np.arange(5)[:, None], np.arange(_STARS)[None, :])
     height, angle = 2.0 * u[0] - 1.0, 2.0 * math.pi * u[1]
     flat = np.sqrt(1.0 - height**2)
     directions = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
     tint = np.stack([0.8 + 0.4 * u[2], np.ones(_STARS), 1.2 - 0.4 * u[2]], axis=1)
-    return 320.0 * directions, tint * (0.15 + 1.6 * u[3] ** 4)[:, None], 0.3 + 0.25 * u[4]
+    radii = around * (0.3 + 0.25 * u[4])
+    return around * _STAR_DISTANCE * directions, tint * (0.15 + 1.6 * u[3] ** 4)[:, None], radii

@@ -208,3 +208,11 @@ def test_a_spotlight_without_direction_is_refused():
     scene.root.attach_new_node(fading(Spotlight("spot"))).set_scale(1, 0, 1)
     with pytest.raises(LightError, match=r"light 'spot': .* no direction"):
         to_pyrender(scene)
+
+
+@pytest.mark.parametrize("wrong", [42, None, "forest", []])
+def test_what_is_no_scene_is_named(wrong):
+    with pytest.raises(SceneError, match=r"to_pyrender takes a firefly_sample\.Scene, got "):
+        to_pyrender(wrong)
+    with pytest.raises(SceneError, match=r"from_pyrender takes a pyrender\.Scene, got "):
+        from_pyrender(wrong)

@@ -1,12 +1,17 @@
+import itertools
+
 import numpy as np
 import pytest
 
+from firefly_sample.frame import OUTPUTS
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lights import PointLight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
-from tests.scenes import ball, geom_node, orthographic_wall, wall, wall_scene
+from tests.conftest import make_renderer
+from tests.scenes import ball, ball_scene, geom_node, orthographic_wall, wall, wall_scene
 
 EVERYTHING = ("albedo", "normal", "normal_world", "depth", "position", "position_world", "id")
 POSITIONS = ("linear32f", "depth32f", "depth24")
@@ -57,6 +62,25 @@ def test_an_orthographic_distance_is_linear(render, position):
     expected = 10.0 + sign * np.tan(np.radians(30)) * z
     assert np.abs(frame.depth - expected[:, None]).max() <= 100 * 6e-8 * 4
     assert np.abs(frame.position[..., 2] - z[:, None]).max() <= 1e-5
+
+
+@pytest.mark.parametrize("position", POSITIONS)
+@pytest.mark.parametrize("lamp", ["none", "out of view", "black", "in view"])
+@pytest.mark.parametrize("ambient", [0.0, 0.5])
+def test_outputs_two_by_two_are_what_they_are_together(position, lamp, ambient):
+    """Whatever else is asked for, and whether or not anything shines."""
+    scene = ball_scene(0, ambient=(ambient,) * 3)
+    if lamp != "none":
+        light = PointLight("lamp", (0.0, 0.0, 0.0) if lamp == "black" else (1, 1, 1), 8.0)
+        scene.root.attach_new_node(light).set_pos(0, -50 if lamp == "out of view" else 6, 2)
+    sampled = tuple(OUTPUTS)
+    with make_renderer((16, 12), Settings(position=position)) as renderer:
+        together = renderer.render(scene, 0.0, sampled)
+        assert (together.light.max() > 0) == (lamp == "in view" or ambient > 0)
+        for pair in itertools.combinations_with_replacement(sampled, 2):
+            frame = renderer.render(scene, 0.0, tuple(dict.fromkeys(pair)))
+            for name in pair:
+                assert np.array_equal(frame[name], together[name], equal_nan=True), pair
 
 
 def test_where_nothing_is_drawn_every_output_is_its_invalid_value(render):

@@ -4,6 +4,7 @@ import gc
 import resource
 import subprocess
 import sys
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from firefly_sample.scene.material import Material, Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.scenes import ball, ball_scene, geom_node, wall_scene
+from tests.shadows import shadowed_scene
 
 
 def test_no_gl_object_lives_after_release():
@@ -68,6 +70,18 @@ def test_models_that_are_gone_free_their_buffers():
         assert {kind: n for kind, n in after.items() if kind in ("Buffer", "VertexArray", "Texture")} == {
             kind: n for kind, n in before.items() if kind in ("Buffer", "VertexArray", "Texture")
         }
+
+
+def test_a_scene_that_is_gone_is_kept_by_nobody():
+    """Shadow maps keep what was drawn for them, but not what they were drawn of."""
+    with make_renderer((16, 12)) as renderer:
+        scene = shadowed_scene("spot", (-3.0, -4.0, 5.5), resolution=64)
+        geom = weakref.ref(scene.root.find("**/box").node().geoms[0][0])
+        renderer.render(scene)
+        del scene
+        renderer.render(wall_scene())
+        gc.collect()
+        assert geom() is None
 
 
 def test_a_thousand_frames_keep_memory_flat():

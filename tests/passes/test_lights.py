@@ -47,6 +47,19 @@ def test_all_lights_from_every_position_method(model, position):
     assert compared.error() <= BOUNDS[position]
 
 
+@pytest.mark.parametrize("color", [(0.0, 0.0, 0.0), (0.02, 0.02, 0.02), (1.0, 0.5, 0.2)])
+def test_a_threshold_drops_neither_light_nor_highlights_above_it(render, color):
+    scene = lit_scene((), "shiny")
+    lamp = PointLight("lamp", color)
+    lamp.set_specular_color((3, 1, 2))
+    lamp.set_attenuation((1, 0, 0.1))
+    scene.root.attach_new_node(lamp).set_pos(0, 5, 4)
+    whole = render(scene, Settings(cutoff_budget=0.0), (80, 60), ("radiance",)).radiance
+    cut = render(scene, Settings(cutoff_threshold=0.01), (80, 60), ("radiance",)).radiance
+    assert whole.max() > 0.1
+    assert np.abs(whole - cut).max() <= 2 * 0.01  # the light's, and its highlight's
+
+
 @pytest.mark.parametrize("model", MODELS)
 def test_all_lights_through_an_orthographic_lens(model):
     compared = compare(lit_scene(material="everything", orthographic=True), Settings(specular=model))

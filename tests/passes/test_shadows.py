@@ -11,7 +11,7 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.settings import Settings
+from firefly_sample.settings import LARGEST_ATLAS, Settings
 from tests.conftest import make_renderer
 from tests.reference import compare
 from tests.scenes import geom_node, wall
@@ -284,6 +284,35 @@ def test_a_map_is_drawn_again_only_when_the_light_or_a_caster_moved(kind, maps):
         assert drawn(renderer, scene) == 0  # the atlas stays
 
 
+def test_what_other_lights_do_draws_no_map_again():
+    """An error budget is shared: when one light flickers, the reaches of all others change a little."""
+    scene = shadowed_scene("point", STEEP)
+    scene.root.find("**/light").node().set_attenuation((1, 0, 10))
+    flame = PointLight("flame")
+    flame.set_attenuation((1, 0, 1))
+    scene.root.attach_new_node(flame).set_pos(0, -2, 4)
+    with make_renderer((64, 48)) as renderer:
+        assert drawn(renderer, scene) > 1
+        reaches = set()
+        for brightness in np.linspace(0.6, 1.6, 12):
+            flame.set_color((brightness, 0.4, 0.1))
+            plan = renderer.plan(scene, 0.0, ("light",))
+            reaches |= {float(lights.reaches[0]) for lights in plan.lights if lights.shadowed}
+            assert drawn(renderer, scene) == 0
+    assert len(reaches) == 12
+
+
+@pytest.mark.parametrize("half", [1e2, 1e4, 1e6])
+def test_a_huge_thing_takes_no_shadow_from_small_ones(render, half):
+    scene = shadowed_scene("point", (0.0, 0.0, 5.0))
+    alone = render(scene, None, (64, 48), ("light",)).light
+    scene.root.attach_new_node(geom_node("dome", wall(2.0 * half), Material("dome"))).set_y(half)
+    assert np.array_equal(render(scene, None, (64, 48), ("light",)).light, alone)
+    scene.root.find("**/light").node().set_shadow_caster(False)
+    unshadowed = render(scene, None, (64, 48), ("light",)).light
+    assert np.mean(unshadowed - alone > 0.5) > 0.005
+
+
 def test_a_kept_map_is_not_taken_for_another_in_its_place():
     """A light goes, another takes its tile, the first comes back: nothing of the old content is believed."""
     scene = shadowed_scene("sun", STEEP)
@@ -331,8 +360,17 @@ def test_what_does_not_fit_the_atlas_says_how_to_make_it_fit():
     many.set_shadow_caster(True, 1024)
     scene.root.attach_new_node(many)
     with make_renderer((32, 24)) as renderer:
-        with pytest.raises(LightError, match=r"241 shadow maps .* 8192x8192: give each 512 texels"):
+        with pytest.raises(
+            LightError, match=r"'light', 'bulbs': their 241 shadow maps .* 8192x8192: give each 512 texels"
+        ):
             renderer.plan(scene)
+        renderer.settings = Settings(shadow_atlas=LARGEST_ATLAS)
+        many.set_shadow_caster(True, 4096)
+        with pytest.raises(
+            LightError, match=r"give each 1024 texels \(set_shadow_caster\(True, resolution\)\)$"
+        ):
+            renderer.plan(scene)
+        renderer.settings = Settings()
         many.set_shadow_caster(True, 512)
         assert len(renderer.plan(scene).shadows.maps) == 241
         renderer.settings = Settings(shadow_atlas=256)

@@ -55,6 +55,24 @@ def test_both_counts_can_be_set(columns, rows):
     build_plan(made)
 
 
+@pytest.mark.parametrize("count", [1, 20, 100])
+def test_planets_and_stars_stay_around_the_plinth_and_in_sight(count):
+    made = LightbulbsScene(columns=count, rows=count)
+    low, high = made.root.find("plinth").get_tight_bounds()
+    for planet in made.root.find("planets").get_children():
+        first, last = planet.get_tight_bounds(made.root)
+        assert ((first > high) | (last < low)).any(), planet.get_name()
+    eye = made.camera.get_pos(made.root)
+    stars = made.root.find("stars").node().evaluate(0.0)
+    assert np.linalg.norm(stars.positions - eye, axis=1).max() < 1.25 * made.lens.get_far()
+    # straight ahead, none is beyond the far plane
+    matrix = made.camera.get_net_transform().get_mat()
+    ahead = (stars.positions - eye) @ matrix[1, :3]
+    in_sight = np.abs((stars.positions - eye) @ matrix[0, :3]) < 0.5 * ahead
+    assert in_sight.any()
+    assert ahead[in_sight].max() <= made.lens.get_far()
+
+
 def test_cats_stand_on_the_plinth_each_on_its_own_slab(scene):
     cats = cats_of(scene)
     assert np.abs(cats[..., 2].min(axis=1)).max() < 0.01

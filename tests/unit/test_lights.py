@@ -90,6 +90,14 @@ def test_a_light_has_one_way_to_fade():
     assert (light.falloff, light.get_max_distance()) == (Falloff.RAMP_SQUARED, 5.0)
 
 
+def test_colors_may_have_panda3ds_alpha_which_means_nothing():
+    for make in (PointLight, Spotlight, DirectionalLight, AmbientLight):
+        light = make("lamp", (1, 2, 3, 0.5))
+        assert light.get_color().tolist() == [1, 2, 3]
+        light.set_color((3, 2, 1, 0))
+        assert light.get_color().tolist() == [3, 2, 1]
+
+
 def test_named_attenuations_are_those_of_their_sources():
     assert Attenuation.ENDLESS == (1.0, 0.0, 0.0)
     assert Attenuation.FIFTY_UNITS == (1.0, 0.09, 0.032)
@@ -98,12 +106,15 @@ def test_named_attenuations_are_those_of_their_sources():
 
 @pytest.mark.parametrize(
     "attenuation",
-    [(0, 0, 0), (-1, 0, 1), (1, math.nan, 0), (1, math.inf, 0), (1, 0), "far", (1, 0, "x"), 1.0],
+    [
+        *[(0, 0, 0), (-1, 0, 1), (1, math.nan, 0), (1, math.inf, 0), (1, 0), "far", (1, 0, "x"), 1.0],
+        *[(1e-31, 0, 0), (0, 1e-40, 1e-31), (0, 0, 1e31)],  # beyond what float32 can divide by
+    ],
 )
 @pytest.mark.parametrize("make", [PointLight, Spotlight])
 def test_an_impossible_attenuation_names_the_light(make, attenuation):
     light = make("lamp")
-    with pytest.raises(LightError, match="'lamp': attenuation must be three finite numbers"):
+    with pytest.raises(LightError, match="'lamp': attenuation must be three numbers of 0 or more"):
         light.set_attenuation(attenuation)
     assert light.get_attenuation() == Attenuation.ENDLESS
     with pytest.raises(LightError, match="'swarm': attenuation"):

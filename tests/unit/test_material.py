@@ -46,6 +46,10 @@ def test_wrong_values_name_the_material_and_change_nothing(what, values):
             getattr(material, f"set_{what}")(value)
         with pytest.raises(SceneError, match=f"material 'clay': {what} must be"):
             Material("clay", **{what: value})
+    if what == "base_color":
+        for value in ("red", (1, 1), (1, 1, 2), None, (1, 1, "x")):
+            with pytest.raises(SceneError, match="material 'clay': base_color must be"):
+                material.set_diffuse(value)
     assert np.array_equal(getattr(material, what), before)
     assert material.revision == revision
 

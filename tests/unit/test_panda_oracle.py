@@ -7,7 +7,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from panda3d import core as panda
 
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight
 from firefly_sample.scene.nodepath import NodePath, net_matrix
+from firefly_sample.scene.spotlight import Spotlight
 from tests.unit.panda_twins import (
     EPS32,
     Local,
@@ -178,3 +180,23 @@ def test_look_at(up, down, point, up_vector, how):
     twins, a, b = Twins.branches(up, down)
     LOOKS[how](twins.theirs[b], twins.theirs[a], panda.LPoint3f(*point), panda.LVector3f(*up_vector))
     assert_near(matrix_after(up + down), columns(twins.theirs[b].get_mat()), bound)
+
+
+def test_lights_begin_as_pandas_do():
+    pairs = [
+        (AmbientLight("a"), panda.AmbientLight("a")),
+        (PointLight("p"), panda.PointLight("p")),
+        (DirectionalLight("d"), panda.DirectionalLight("d")),
+        (Spotlight("s"), panda.Spotlight("s")),
+    ]
+    for ours, theirs in pairs:
+        assert tuple(ours.get_color()) == tuple(theirs.get_color())[:3]
+        if not isinstance(ours, AmbientLight):
+            assert ours.is_shadow_caster() == theirs.is_shadow_caster()
+            assert tuple(ours.get_specular_color()) == tuple(theirs.get_specular_color())[:3]
+        if isinstance(ours, PointLight | Spotlight):
+            assert tuple(ours.get_attenuation()) == tuple(theirs.get_attenuation())
+            assert ours.get_max_distance() == theirs.get_max_distance()
+    spot, theirs = pairs[-1]
+    assert spot.get_exponent() == theirs.get_exponent()
+    assert abs(spot.get_lens().get_hfov() - theirs.get_lens().get_hfov()) < 1e-12
