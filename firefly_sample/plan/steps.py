@@ -80,10 +80,14 @@ def choose_targets(needs: Needs) -> tuple[Target, ...]:
 
 
 def _albedo_reasons(needs: Needs) -> list[str]:
-    reasons = needs.all_lights() if needs.lit else []
-    reasons += ["ambient light"] if needs.ambient_lit else []
+    reasons = needs.all_lights() if needs.lit and needs.picture else []
+    reasons += ["ambient light"] if needs.ambient_lit and needs.picture else []
     reasons += ["the background shows where its alpha is 0"] if needs.picture else []
     reasons += asked(needs.outputs, ("albedo",))
+    if needs.lit or needs.ambient_lit:
+        reasons += [
+            f"{reason} (its alpha marks the background)" for reason in asked(needs.outputs, ("light",))
+        ]
     if not needs.distance_marks:
         marked = asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS, "specular", "shininess", "emission"))
         reasons += [f"{reason} (its alpha marks the background)" for reason in marked]

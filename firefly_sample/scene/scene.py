@@ -67,6 +67,9 @@ class Scene:
     exposure : float or sequence of 3 floats
         How a photographer would expose this scene: radiance is multiplied by it, and by the setting of the
         same name, before the tone curve. Three numbers are a white balance as well.
+    focus : sequence of 3 floats, optional
+        What a viewer turns its camera around, world space; the middle of everything when absent. It counts
+        only how far it is along the view axis.
     """
 
     def __init__(
@@ -75,11 +78,13 @@ class Scene:
         camera: NodePath | None = None,
         background: Color | VerticalGradient = (0.0, 0.0, 0.0),
         exposure: float | Color = 1.0,
+        focus: tuple[float, float, float] | None = None,
     ) -> None:
         self.root = root if root is not None else NodePath("root")
         self.camera = camera if camera is not None else self.root.attach_new_node(Camera())
         self.background = background
         self.exposure = exposure
+        self.focus = focus
 
     @property
     def camera_node(self) -> Camera:

@@ -27,7 +27,7 @@ class SceneSeenBy(Scene):
     """A scene through another camera than its own, which its `update` may go on moving."""
 
     def __init__(self, scene: Scene, camera: NodePath) -> None:
-        super().__init__(scene.root, camera, scene.background, scene.exposure)
+        super().__init__(scene.root, camera, scene.background, scene.exposure, scene.focus)
         self._scene = scene
 
     def update(self, time: float) -> None:
@@ -39,8 +39,8 @@ class SceneSeenBy(Scene):
 class OrbitCamera:
     """Heading, pitch and distance from a pivot; roll stays what it was.
 
-    The pivot begins on the view axis, as far away as the middle of the scene, so that the first picture is
-    the scene's own. Drags are measured in heights of the window, right and down.
+    The pivot begins on the view axis, as far away as the scene's focus or middle, so that the first picture
+    is the scene's own. Drags are measured in heights of the window, right and down.
 
     Attributes
     ----------
@@ -107,11 +107,11 @@ class OrbitCamera:
 
 
 def _pivot_distance(scene: Scene, eye: Float64, forward: Float64) -> float:
-    """How far along the view axis the middle of the scene is; a guess from the lens if it is not ahead."""
+    """How far along the view axis the focus or the middle is; a guess from the lens if it is not ahead."""
     near, far = scene.lens.get_near(), scene.lens.get_far()
-    bounds = scene.root.get_tight_bounds()
+    bounds = scene.root.get_tight_bounds() if scene.focus is None else (scene.focus, scene.focus)
     if bounds is not None:
-        ahead = float((0.5 * (bounds[0] + bounds[1]) - eye) @ forward)
+        ahead = float((0.5 * (np.asarray(bounds[0]) + np.asarray(bounds[1])) - eye) @ forward)
         if ahead > max(near, 0.0):
             return ahead
     if scene.lens.is_perspective():

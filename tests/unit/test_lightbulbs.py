@@ -9,8 +9,9 @@ from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lights import DirectionalLight, PointLights
 from firefly_sample.scenes import build_scene, find_scene
-from firefly_sample.scenes.lightbulbs import BULB_RADIUS, BULB_REACH, LightbulbsScene
+from firefly_sample.scenes.lightbulbs import BULB_RADIUS, BULB_REACH, SPACING, LightbulbsScene
 from firefly_sample.settings import Settings
+from firefly_sample.viewer.orbit import OrbitCamera
 
 
 @pytest.fixture(scope="module")
@@ -229,6 +230,13 @@ def test_its_plan_has_exactly_its_passes_and_targets(scene):
         ["geometry", "ambient", "directional_lights", "plain", "resolve"],
         {**without, **PICTURE},
     )
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(20, 20), (1, 1), (60, 40)])
+def test_a_viewer_turns_around_the_cats(columns, rows):
+    pivot = OrbitCamera(LightbulbsScene(columns=columns, rows=rows)).pivot
+    assert np.abs(pivot[:2]).max() < 0.05 * SPACING * max(columns, rows)
+    assert 0.0 < pivot[2] < 0.1 * SPACING * max(columns, rows) + 1.0
 
 
 def test_a_frame_is_a_function_of_time_alone(scene):

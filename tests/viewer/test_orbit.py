@@ -60,6 +60,18 @@ def test_without_anything_ahead_the_lens_gives_a_distance(lens):
     assert camera.distance > 0
 
 
+def test_a_scene_may_say_what_to_turn_around():
+    scene = ball_scene()
+    eye, forward = np.array(scene.camera.get_net_transform().get_pos()), scene.camera.get_net_mat()[1, :3]
+    scene.focus = tuple(eye + 7.0 * forward + 3.0 * np.cross(forward, (0, 0, 1)))
+    camera = OrbitCamera(scene)
+    assert camera.distance == pytest.approx(7.0, rel=1e-12)
+    assert SceneSeenBy(scene, camera.path).focus == scene.focus
+    scene.focus = tuple(eye - forward)  # behind: no such thing
+    assert camera.distance > 0
+    assert OrbitCamera(scene).distance > 0
+
+
 @given(drags)
 def test_turning_keeps_pivot_distance_and_roll_and_never_flips(turns):
     camera = OrbitCamera(ball_scene())
