@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import io
 import json
+import signal
 import struct
+import threading
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -47,14 +52,15 @@ def load_model(path: str | Path) -> NodePath:
     ModelError
         If the file is missing, is not binary glTF 2, is damaged, or holds no triangles.
     """
-    import trimesh
-
     path = Path(path)
     data, header = _read_container(path)
-    try:
-        scene = trimesh.load_scene(io.BytesIO(data), file_type="glb", process=False)
-    except Exception as error:
-        raise ModelError(f"model {path}: damaged glTF ({_one_line(error)}): export it again") from error
+    with _interrupted_afterwards():
+        import trimesh
+
+        try:
+            scene = trimesh.load_scene(io.BytesIO(data), file_type="glb", process=False)
+        except Exception as error:
+            raise ModelError(f"model {path}: damaged glTF ({_one_line(error)}): export it again") from error
     if not any(isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) for mesh in scene.geometry.values()):
         raise ModelError(f"model {path}: holds no triangle mesh, so there is nothing to draw")
     return _Builder(path, header, scene).build()
@@ -92,6 +98,23 @@ def _read_container(path: Path) -> tuple[bytes, dict[str, Any]]:
 
 def _one_line(error: Exception) -> str:
     return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+@contextmanager
+def _interrupted_afterwards() -> Iterator[None]:
+    """Let Ctrl-C wait for the end of a block: trimesh swallows what comes while it imports."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    heard: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda number, frame: heard.append((number, frame)))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if heard:
+            before(*heard[0])
 
 
 class _Builder:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -169,6 +171,35 @@ def test_primitives_of_one_mesh_are_geoms_of_one_node(tmp_path: Path) -> None:
     nodes = geom_nodes(load_model(path))
     assert list(nodes) == ["tree"]
     assert [material.name for _, material in nodes["tree"].geoms] == ["bark", "leaf"]
+
+
+INTERRUPTED_IMPORT = """
+import os, signal, sys
+
+
+class Knock:
+    def find_spec(self, name, path=None, target=None):
+        if name == "scipy.spatial":
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+sys.meta_path.insert(0, Knock())
+from firefly_sample.assets import model_path
+from firefly_sample.scene.loader import load_model
+
+try:
+    load_model(model_path("bulb.glb"))
+except KeyboardInterrupt:
+    print("interrupted")
+assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+load_model(model_path("bulb.glb"))
+"""
+
+
+def test_ctrl_c_is_heard_while_trimesh_is_imported() -> None:
+    """trimesh catches everything that an optional import of its raises, Ctrl-C as well."""
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED_IMPORT], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "interrupted\n"), done.stderr
 
 
 def test_missing_file(tmp_path: Path) -> None:
