@@ -214,6 +214,7 @@ class Frame:
         try:
             return self.images[output]
         except KeyError:
+            _check_name(output)
             have = ", ".join(self.images)
             raise OutputError(
                 f"this frame has no {output!r}: it was rendered with outputs {have}; add {output!r} to them"
@@ -237,14 +238,23 @@ def check_outputs(outputs: Iterable[str], supersample: int = 1) -> tuple[str, ..
     if not names:
         raise OutputError(f"no outputs were asked for: choose from {', '.join(OUTPUTS)}")
     for name in names:
-        if name not in OUTPUTS:
-            raise OutputError(f"there is no output {name!r}: choose from {', '.join(OUTPUTS)}")
+        _check_name(name)
         if supersample != 1 and OUTPUTS[name].sampled:
             raise OutputError(
                 f"output {name!r} is a sample at the pixel's centre and cannot be averaged: "
                 f"set supersample to 1 (got {supersample}) or leave {name!r} out"
             )
     return names
+
+
+def _check_name(name: str) -> None:
+    if name in OUTPUTS:
+        return
+    from difflib import get_close_matches
+
+    close = get_close_matches(str(name), OUTPUTS, n=1)
+    hint = f" (did you mean {close[0]!r}?)" if close else ""
+    raise OutputError(f"there is no output {name!r}{hint}: choose from {', '.join(OUTPUTS)}")
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:

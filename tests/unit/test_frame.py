@@ -2,7 +2,24 @@
 
 from pathlib import Path
 
-from firefly_sample.frame import OUTPUTS
+import pytest
+
+from firefly_sample.errors import OutputError
+from firefly_sample.frame import OUTPUTS, check_outputs
+from tests.scenes import wall_scene
+
+
+def test_a_misspelt_output_gets_the_one_that_was_meant(render):
+    frame = render(wall_scene(), None, (4, 3))
+    for ask in (lambda: check_outputs(["depth", "colour"]), lambda: frame["colour"]):
+        with pytest.raises(
+            OutputError, match=r"^there is no output 'colour' \(did you mean 'color'\?\): choose"
+        ):
+            ask()
+    with pytest.raises(OutputError, match=r"^there is no output 'xyz': choose from color, "):
+        check_outputs(["xyz"])
+    with pytest.raises(OutputError, match=r"this frame has no 'depth': .* add 'depth' to them"):
+        frame["depth"]
 
 
 def test_the_page_lists_every_output_as_it_is():
