@@ -25,6 +25,8 @@ Each is also the built-in exception that fits (`ValueError`, `ImportError`,
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 __all__ = [
     "FireflyError",
     "GpuError",
@@ -42,6 +44,7 @@ __all__ = [
     "SettingsError",
     "ShaderError",
     "ViewerError",
+    "did_you_mean",
 ]
 
 
@@ -107,3 +110,11 @@ class NoGpuError(GpuError):
 
 class ShaderError(GpuError):
     """A shader does not compile or link; the message names file and line."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """For a message on a name that does not exist: the nearest of those that do, or nothing."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(str(name), list(known), n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import OutputError
+from firefly_sample.errors import OutputError, did_you_mean
 
 __all__ = ["OUTPUTS", "Frame", "LightCounts", "OutputInfo", "check_outputs", "check_size"]
 
@@ -248,13 +248,10 @@ def check_outputs(outputs: Iterable[str], supersample: int = 1) -> tuple[str, ..
 
 
 def _check_name(name: str) -> None:
-    if name in OUTPUTS:
-        return
-    from difflib import get_close_matches
-
-    close = get_close_matches(str(name), OUTPUTS, n=1)
-    hint = f" (did you mean {close[0]!r}?)" if close else ""
-    raise OutputError(f"there is no output {name!r}{hint}: choose from {', '.join(OUTPUTS)}")
+    if name not in OUTPUTS:
+        raise OutputError(
+            f"there is no output {name!r}{did_you_mean(name, OUTPUTS)}: choose from {', '.join(OUTPUTS)}"
+        )
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:

@@ -18,6 +18,7 @@ from firefly_sample.plan.shadows import ShadowPlanner
 from firefly_sample.plan.steps import check_passes, choose_passes, choose_targets, geometry_variant
 from firefly_sample.plan.warnings import plan_warnings
 from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import Settings
 
@@ -66,6 +67,7 @@ class Planner:
     """Builds plans and keeps what did not change between them: walks of the scene graph, shadow maps."""
 
     def __init__(self) -> None:
+        self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
         self._shadows = ShadowPlanner()
 
@@ -83,6 +85,8 @@ class Planner:
         if not np.isfinite(time):
             raise SceneError(f"time must be a finite number of seconds, got {time!r}")
         scene.update(time)
+        if self._root != scene.root:  # what was kept is another scene's
+            self._root, self._snapshots, self._shadows = scene.root, {}, ShadowPlanner()
         snapshot = self._snapshot(scene, scene.camera_node.camera_mask)
         lens, camera = lens_for(scene.lens, size), camera_matrices(scene)
         planes = lens.frustum_planes()
@@ -159,10 +163,6 @@ class Planner:
         """What a camera with a mask sees, walked anew only when something has changed."""
         kept = self._snapshots.get(mask)
         if kept is None or not kept.is_current(scene.root, mask):
-            if kept is not None and kept.root != scene.root:
-                # another scene's
-                self._snapshots.clear()
-                self._shadows = ShadowPlanner()
             kept = self._snapshots[mask] = collect(scene.root, mask)
         return kept
 

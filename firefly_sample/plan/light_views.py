@@ -23,6 +23,7 @@ __all__ = [
     "Spheres",
     "axes_along",
     "cube_views",
+    "nearest_caster",
     "spot_views",
     "sun_view",
 ]
@@ -158,35 +159,27 @@ def _perspective(half_angle: float, resolution: int, near: float) -> Perspective
     return PerspectiveLens(fov=2.0 * math.degrees(math.atan(tangent)), near=near, far=math.inf)
 
 
-def _nearest(place: Float64, reach: float, casters: Spheres, reverse: bool) -> float:
-    """Where a light begins to see, a power of two."""
+def nearest_caster(place: Float64, reach: float, casters: Spheres, reverse: bool) -> float:
+    """Where a light that reaches so far begins to see: a power of two, reversed depth's in large steps."""
     center, radius = casters.around
     end = min(reach, float(np.linalg.norm(center - place)) + radius)
     share, step = (NEAREST, STEP) if reverse else (NEAREST_STANDARD, 1)
     return 2.0 ** (step * math.floor(math.log2(max(share * end, 1e-20)) / step))
 
 
-def cube_views(
-    place: Float64, reach: float, resolution: int, casters: Spheres, reverse: bool
-) -> list[LightView]:
+def cube_views(place: Float64, near: float, resolution: int) -> list[LightView]:
     """Six views around a place, along the world's axes."""
-    lens = _perspective(45.0, resolution, _nearest(place, reach, casters, reverse))
+    lens = _perspective(45.0, resolution, near)
     return [LightView(name, lens, _world_to_light(axes_along(np.array(axis)), place)) for name, axis in FACES]
 
 
 def spot_views(
-    place: Float64,
-    direction: Float64,
-    half_angle: float,
-    reach: float,
-    resolution: int,
-    casters: Spheres,
-    reverse: bool,
+    place: Float64, direction: Float64, half_angle: float, near: float, resolution: int
 ) -> list[LightView]:
     """The view of a spotlight of a half-angle in degrees, or six where it is too wide for one."""
     if half_angle > WIDEST_MAP:
-        return cube_views(place, reach, resolution, casters, reverse)
-    lens = _perspective(half_angle, resolution, _nearest(place, reach, casters, reverse))
+        return cube_views(place, near, resolution)
+    lens = _perspective(half_angle, resolution, near)
     return [LightView("", lens, _world_to_light(axes_along(direction), place))]
 
 

@@ -28,6 +28,7 @@ from firefly_sample.plan.light_views import (
     Sight,
     Spheres,
     cube_views,
+    nearest_caster,
     spot_views,
     sun_view,
 )
@@ -155,9 +156,10 @@ class _Caster:
         node = self.source.node
         if isinstance(node, DirectionalLight):
             return [sun_view(direction, node.get_shadow_distance(), sight, resolution, casters)]
+        near = nearest_caster(place, self.reach, casters, reverse)
         if self.lights.kind == "spot":
-            return spot_views(place, direction, self.half_angle, self.reach, resolution, casters, reverse)
-        return cube_views(place, self.reach, resolution, casters, reverse)
+            return spot_views(place, direction, self.half_angle, near, resolution)
+        return cube_views(place, near, resolution)
 
 
 class ShadowPlanner:

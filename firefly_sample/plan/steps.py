@@ -84,14 +84,10 @@ def _albedo_reasons(needs: Needs) -> list[str]:
     reasons += ["ambient light"] if needs.ambient_lit and needs.picture else []
     reasons += ["the background shows where its alpha is 0"] if needs.picture else []
     reasons += asked(needs.outputs, ("albedo",))
-    if needs.lit or needs.ambient_lit:
-        reasons += [
-            f"{reason} (its alpha marks the background)" for reason in asked(needs.outputs, ("light",))
-        ]
+    marked: tuple[str, ...] = ("light",) if needs.lit or needs.ambient_lit else ()
     if not needs.distance_marks:
-        marked = asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS, "specular", "shininess", "emission"))
-        reasons += [f"{reason} (its alpha marks the background)" for reason in marked]
-    return reasons
+        marked += (*PLACE_OUTPUTS, *NORMAL_OUTPUTS, "specular", "shininess", "emission")
+    return reasons + [f"{reason} (its alpha marks the background)" for reason in asked(needs.outputs, marked)]
 
 
 def geometry_variant(needs: Needs, targets: Iterable[Target]) -> GeometryVariant:

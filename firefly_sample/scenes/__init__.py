@@ -6,7 +6,7 @@ import traceback
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from firefly_sample.errors import FireflyError, SceneError, SceneNotFoundError
+from firefly_sample.errors import FireflyError, SceneError, SceneNotFoundError, did_you_mean
 from firefly_sample.scene.parameter import resolve_parameters
 
 if TYPE_CHECKING:
@@ -43,13 +43,9 @@ def find_scene(name: str) -> ScenePlugin:
     installed = _entry_points()
     if name in installed:
         return _named(installed[name])
-    from difflib import get_close_matches
-
-    close = get_close_matches(name, installed, n=1)
-    hint = f" (did you mean {close[0]!r}?)" if close else ""
     raise SceneNotFoundError(
-        f"there is no scene {name!r}{hint}; installed: {', '.join(installed) or 'none'}; "
-        "any other is given as package.module:object"
+        f"there is no scene {name!r}{did_you_mean(name, installed)}; "
+        f"installed: {', '.join(installed) or 'none'}; any other is given as package.module:object"
     )
 
 

@@ -22,7 +22,7 @@ from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes.fireflies import Fireflies
 from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
-from firefly_sample.scenes.parts import find_part
+from firefly_sample.scenes.parts import find_part, set_visible
 
 __all__ = ["ForestScene", "scene"]
 
@@ -186,10 +186,7 @@ class ForestScene(Scene):
         self._haze.ambient = ambient
         self._moonlight.set_color(_scaled(MOONLIGHT, ambient))
         self.background = VerticalGradient(_scaled(SKY.horizon, ambient), _scaled(SKY.zenith, ambient))
-        if ambient > 0.0:
-            self._haze_path.show()
-        else:
-            self._haze_path.hide()
+        set_visible(self._haze_path, ambient > 0.0)
 
 
 class _Plugin:

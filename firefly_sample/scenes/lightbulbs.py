@@ -27,7 +27,7 @@ from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
-from firefly_sample.scenes.parts import find_part
+from firefly_sample.scenes.parts import find_part, set_visible
 
 __all__ = ["LightbulbsScene", "scene"]
 
@@ -197,14 +197,14 @@ class LightbulbsScene(Scene):
         checked = live[name].check(value, "lightbulbs")
         if name == "bulbs":
             self._bulbs.on = checked
-            _show(self._lights, checked)
-            _show(self._halos, checked)
+            set_visible(self._lights, checked)
+            set_visible(self._halos, checked)
             for path, color in zip(self._spheres, self._bulbs.colors, strict=True):
                 material = path.node().material
                 assert material is not None
                 material.set_emission(BULB_EMISSION * color if checked else np.zeros(3))
         elif name == "sun":
-            _show(self._sun_path, checked)
+            set_visible(self._sun_path, checked)
             self._ambient.set_color(DAY if checked else NIGHT)
         elif name == "hover":
             self._bulbs.hovering = checked
@@ -235,13 +235,6 @@ class _Plugin:
 
 
 scene = _Plugin()
-
-
-def _show(path: NodePath, visible: bool) -> None:
-    if visible:
-        path.show()
-    else:
-        path.hide()
 
 
 def _grid(index: Any, count: int) -> Any:

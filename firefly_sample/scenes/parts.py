@@ -1,4 +1,4 @@
-"""Parts of model files, as scenes hang them up."""
+"""What scenes are put together with: parts of model files, and what is seen of them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from firefly_sample.errors import ModelError
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.nodepath import NodePath
 
-__all__ = ["find_part"]
+__all__ = ["find_part", "set_visible"]
 
 
 def find_part(file: NodePath, name: str) -> GeomNode:
@@ -29,3 +29,11 @@ def find_part(file: NodePath, name: str) -> GeomNode:
             for geom, material in node.geoms:
                 merged.add_geom(geom, material)
     return merged
+
+
+def set_visible(path: NodePath, visible: bool) -> None:
+    """Show what is at and below `path`, or hide it."""
+    if visible:
+        path.show()
+    else:
+        path.hide()

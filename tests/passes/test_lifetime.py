@@ -79,7 +79,9 @@ def test_a_scene_that_is_gone_is_kept_by_nobody():
         geom = weakref.ref(scene.root.find("**/box").node().geoms[0][0])
         renderer.render(scene)
         del scene
-        renderer.render(wall_scene())
+        other = wall_scene()
+        other.camera.node().camera_mask = 2  # it sees through another walk of the graph
+        renderer.render(other)
         gc.collect()
         assert geom() is None
 
