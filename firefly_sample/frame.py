@@ -99,6 +99,15 @@ OUTPUTS: dict[str, OutputInfo] = {
         True,
         "which geometry instance, counted over what is not hidden",
     ),
+    "visibility": OutputInfo(
+        "int32",
+        2,
+        "scene",
+        "instance drawn, triangle of its mesh",
+        "-1",
+        True,
+        "which triangle of which instance, counted in the frame's drawing order",
+    ),
     "specular": OutputInfo(
         "float32", 3, "surface", "linear reflectance 0..1", "0", True, "colour of highlights"
     ),

@@ -18,7 +18,7 @@ __all__ = ["Surface", "read_images"]
 Float64 = NDArray[np.float64]
 Read = Callable[[str], bytes]
 
-_INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1}
+_INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1, "visibility": -1}
 """Where nothing was drawn; 0 in the others."""
 
 
@@ -79,6 +79,9 @@ class Surface:
             return self._stored(name, name, np.float32)
         if name == "id":
             return self.raw("id", np.uint32, 1).astype(np.int64) - 1
+        if name == "visibility":
+            stored = self.raw("visibility", np.uint32, 2).astype(np.int64)
+            return np.where(stored[..., :1] == 0, -1, stored - (1, 0))
         if name == "depth":
             return self.distance()
         if name in ("normal", "normal_world"):

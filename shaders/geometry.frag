@@ -21,6 +21,9 @@ flat in vec3 v_emission;
 #if ID
 flat in uint v_id;
 #endif
+#if VISIBILITY
+flat in uint v_instance;
+#endif
 
 #if CUTOUT
 uniform float u_alpha_cutoff;
@@ -49,6 +52,9 @@ out vec4 o_emission;
 #endif
 #if ID
 out uint o_id;
+#endif
+#if VISIBILITY
+out uvec2 o_visibility;
 #endif
 
 void main()
@@ -93,5 +99,8 @@ void main()
 #endif
 #if ID
     o_id = v_id;
+#endif
+#if VISIBILITY
+    o_visibility = uvec2(v_instance, uint(gl_PrimitiveID));
 #endif
 }

@@ -27,6 +27,9 @@ in vec3 in_emission;
 #if ID
 in uint in_id;
 #endif
+#if VISIBILITY
+uniform int u_first_instance;  // of this draw, among all of the frame's
+#endif
 
 out vec3 v_view;
 out vec3 v_normal;
@@ -46,6 +49,9 @@ flat out vec3 v_emission;
 #endif
 #if ID
 flat out uint v_id;
+#endif
+#if VISIBILITY
+flat out uint v_instance;
 #endif
 
 void main()
@@ -69,6 +75,9 @@ void main()
 #endif
 #if ID
     v_id = in_id;
+#endif
+#if VISIBILITY
+    v_instance = uint(u_first_instance + gl_InstanceID + 1);
 #endif
     gl_Position = view_to_clip(v_view);
 }

@@ -15,6 +15,10 @@ search.register_profile("repeatable", deadline=None, derandomize=True)
 search.load_profile("repeatable")
 
 
+def pytest_addoption(parser):
+    parser.addoption("--all-variants", action="store_true", help="compile every variant of every shader")
+
+
 @pytest.fixture(scope="session")
 def device():
     """A real OpenGL context (Mesa's llvmpipe through EGL where there is no GPU)."""

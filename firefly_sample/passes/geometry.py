@@ -39,12 +39,19 @@ class GeometryPass(Pass):
         # less-equal: strict less would drop geometry whose depth rounds to the clear value
         gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
         ready, self._ready = self._ready, []
+        first = 0
         for batch, program, textures, array in ready:
             cull = moderngl.NOTHING if batch.variant.double_sided else moderngl.CULL_FACE
             gpu.ctx.enable_only(moderngl.DEPTH_TEST | cull)
             gpu.ctx.cull_face = "back"
             gpu.ctx.front_face = "cw" if batch.mirrored else "ccw"
-            program.use({"u_alpha_cutoff": batch.alpha_cutoff} if batch.variant.cutout else {}, textures)
+            uniforms: dict[str, object] = {}
+            if batch.variant.cutout:
+                uniforms["u_alpha_cutoff"] = batch.alpha_cutoff
+            if batch.variant.visibility:
+                uniforms["u_first_instance"] = first
+            program.use(uniforms, textures)
             array.render(moderngl.TRIANGLES)
+            first += len(batch.ids)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"

@@ -25,7 +25,10 @@ from firefly_sample.plan.variants import (
 
 __all__ = ["check_passes", "choose_passes", "choose_targets", "geometry_variant"]
 
-GBUFFER = ("depth", "albedo", "normal", "distance", "ambient_albedo", "specular", "emission", "id")
+GBUFFER = (
+    *("depth", "albedo", "normal", "distance", "ambient_albedo", "specular", "emission"),
+    *("id", "visibility"),
+)
 _METHODS: dict[str, DrawMethod] = {"volumes": "sphere", "fullscreen": "fullscreen", "loop": "loop"}
 
 
@@ -59,6 +62,7 @@ def choose_targets(needs: Needs) -> tuple[Target, ...]:
         emissive = [f"emission of {needs.emissive}"] if needs.emits else []
         add("emission", "rgba32f", emissive + asked(outputs, ("emission",)))
         add("id", "r32ui", asked(outputs, ("id",)))
+        add("visibility", "rg32ui", asked(outputs, ("visibility",)))
         if needs.placed and not needs.linear_distance:
             reason = (
                 f"position={needs.settings.position} samples the depth that the volumes are tested against"
@@ -101,6 +105,7 @@ def geometry_variant(needs: Needs, targets: Iterable[Target]) -> GeometryVariant
         specular="specular" in names,
         emission="emission" in names,
         id="id" in names,
+        visibility="visibility" in names,
         classic=needs.classic,
         snorm=needs.capabilities.snorm_targets or needs.classic or "normal" not in names,
         orthographic=needs.orthographic,

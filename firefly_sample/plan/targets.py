@@ -47,6 +47,7 @@ FORMATS: dict[str, TargetFormat] = {
         TargetFormat("rgba16", 8, 4, "nu2", 0x805B),
         TargetFormat("r32f", 4, 1, "f4"),
         TargetFormat("r32ui", 4, 1, "u4"),
+        TargetFormat("rg32ui", 8, 2, "u4"),
         TargetFormat("rgba32f", 16, 4, "f4"),
         TargetFormat("depth24", 4, 1, "f4", None, depth=True),
         TargetFormat("depth32f", 4, 1, "f4", 0x8CAC, depth=True),

@@ -40,7 +40,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class GeometryVariant(Variant):
-    """How the G-buffer is written; the first seven fields say which targets there are."""
+    """How the G-buffer is written; the first eight fields say which targets there are."""
 
     albedo: bool = True
     normal: bool = True
@@ -49,6 +49,7 @@ class GeometryVariant(Variant):
     specular: bool = False
     emission: bool = False
     id: bool = False
+    visibility: bool = False
     classic: bool = False
     snorm: bool = True
     orthographic: bool = False
@@ -161,9 +162,9 @@ def _geometry() -> Iterator[Variant]:
         for classic, extra in [(False, extra) for extra in extras] + [(True, (False, False, False))]:
             for snorm in _BOTH if normal and not classic else (True,):
                 for rest in product(_BOTH, repeat=5):
-                    yield GeometryVariant(
-                        albedo, normal, distance, *(*extra, id_target, classic, snorm, *rest)
-                    )
+                    for visibility in _BOTH:
+                        targets = albedo, normal, distance, *extra, id_target, visibility
+                        yield GeometryVariant(*targets, classic, snorm, *rest)  # type: ignore[call-arg]
 
 
 _TARGETS = ((True, False), (False, True), (True, True))

@@ -124,6 +124,33 @@ def test_ids_name_each_instance_also_under_instancing(render):
     assert set(np.unique(frame.id)) == {-1, *seen}
 
 
+def test_visibility_names_the_triangle_and_the_instance_that_a_ray_meets_first():
+    """Every pixel's own triangle holds its ray, and its distance is that of the depth buffer."""
+    with make_renderer((64, 48)) as renderer:
+        plan = renderer.plan(ball_scene(1), 0.0, ("visibility", "depth", "id"))
+        frame = renderer.draw(plan)
+    instances = [(batch, k) for batch in plan.batches for k in range(len(batch.ids))]
+    covered = frame.id >= 0
+    assert (frame.visibility[~covered] == -1).all()
+    instance, triangle = frame.visibility[covered].T
+    assert len(np.unique(instance)) == len(instances) == 4
+    assert all(
+        instances[i][0].ids[instances[i][1]] == k for i, k in zip(instance, frame.id[covered], strict=True)
+    )
+    row, column = np.nonzero(covered)
+    ndc = (column + 0.5) / 32 - 1, 1 - (row + 0.5) / 24
+    ray = plan.view.lens.view_from_distance(*ndc, 1.0)
+    for i in range(len(instances)):
+        batch, k = instances[i]
+        mine = instance == i
+        corners = batch.geom.vertices[batch.geom.triangles[triangle[mine]]]
+        a, b, c = (corners @ batch.model_to_view[k][:3, :3] + batch.model_to_view[k][3, :3]).swapaxes(0, 1)
+        to = ray[mine]
+        shares = np.linalg.solve(np.stack([a, b, c], axis=2), to[..., None])[..., 0]  # of each corner
+        assert (shares >= -1e-2 * shares.sum(axis=1, keepdims=True)).all()  # pixels are 1/256 off
+        np.testing.assert_allclose(1 / shares.sum(axis=1), frame.depth[covered][mine], rtol=2e-5)
+
+
 def test_single_sided_back_faces_are_culled_and_two_sided_ones_face_the_eye(render):
     for double_sided in (False, True):
         material = Material("card", (1, 1, 1, 1), double_sided=double_sided)
