@@ -12,6 +12,7 @@ from firefly_sample.frame import OUTPUTS, Image
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.reference.gbuffer import decode_albedo, decode_normal, decode_specular
 from firefly_sample.reference.shade import GBuffer
+from firefly_sample.srgb import srgb_to_linear
 
 __all__ = ["Surface", "read_images"]
 
@@ -20,6 +21,19 @@ Read = Callable[[str], bytes]
 
 _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1, "visibility": -1}
 """Where nothing was drawn; 0 in the others."""
+_NUMBERS: dict[str, tuple[Any, float]] = {
+    "rgba8": (np.uint8, 255.0),
+    "rg8": (np.uint8, 255.0),
+    "srgb8_alpha8": (np.uint8, 255.0),
+    "rgb10_a2": (np.uint16, 65535.0),
+    "rg16": (np.uint16, 65535.0),
+    "rg16_snorm": (np.int16, 32767.0),
+    "rgba16f": (np.float16, 1.0),
+    "rgba32f": (np.float32, 1.0),
+}
+"""How the numbers of a format are read, and which stands for 1."""
+_OCTAHEDRAL = {"snorm16": (1.0, 0.0), "unorm16": (2.0, 1.0), "unorm8": (255.0 / 127.0, 1.0)}
+"""From stored fractions to -1..1."""
 
 
 def read_images(plan: FramePlan, read: Read) -> dict[str, Image]:
@@ -107,16 +121,33 @@ class Surface:
         turned = values @ matrix[:3, :3]
         return turned + matrix[3, :3] if point else turned
 
+    def _floats(self, target: str, channels: int) -> Float64:
+        """What shaders read of a target, in float64: normalised codes as fractions, sRGB codes decoded."""
+        made = self._plan.target(target)
+        assert made is not None
+        dtype, largest = _NUMBERS[made.format]
+        values = self.raw(target, dtype, channels).astype(np.float64)
+        if made.format == "rgb10_a2":
+            return np.round(values / 65535.0 * 1023.0) / 1023.0  # read with more bits than it has
+        if made.format == "srgb8_alpha8":
+            return np.concatenate([srgb_to_linear(values[..., :3] / 255.0), values[..., 3:] / 255.0], axis=-1)
+        return np.asarray(np.maximum(values / largest, -1.0) if largest > 1.0 else values)
+
+    def _colors(self, target: str) -> Float64:
+        made = self._plan.target(target)
+        assert made is not None
+        stored = self._floats(target, 4)[..., :3]
+        return decode_albedo(stored) if made.packing == "root" else stored
+
     def albedo(self) -> Float64:
         """Linear reflectance; in the classic look, as stored."""
-        stored = self.raw("albedo", np.uint8, 4)[..., :3] / 255.0
-        return np.asarray(stored) if self._plan.settings.look == "classic" else decode_albedo(stored)
+        return self._colors("albedo")
 
     def ambient_albedo(self) -> Float64:
         """Linear reflectance of ambient light: the albedo, unless a material in view has its own."""
         if self._plan.target("ambient_albedo") is None:
             return self.albedo()
-        return decode_albedo(self.raw("ambient_albedo", np.uint8, 4)[..., :3] / 255.0)
+        return self._colors("ambient_albedo")
 
     def specular(self) -> Float64:
         """Linear reflectance of highlights, and shininess, shape (height, width, 4); 0 without any."""
@@ -128,24 +159,29 @@ class Surface:
         """Unit normals in view space, 0 where nothing was drawn; classic ones as stored, not decoded."""
         target = self._plan.target("normal")
         assert target is not None
-        if target.format == "rgba8":
-            return np.asarray(self.raw("normal", np.uint8, 4)[..., :3] / 255.0)
-        if target.format == "rg16_snorm":
-            encoded = np.maximum(self.raw("normal", np.int16, 2) / 32767.0, -1.0)
+        stored = self._floats("normal", 2 if target.packing in _OCTAHEDRAL else 3)
+        if target.packing == "undecoded":
+            return stored
+        if target.packing in _OCTAHEDRAL:
+            scale, offset = _OCTAHEDRAL[target.packing]
+            unit = decode_normal(stored * scale - offset)
         else:
-            encoded = self.raw("normal", np.uint16, 2) / 65535.0 * 2.0 - 1.0
-        return np.where(self.covered()[..., None], decode_normal(encoded), 0.0)
+            long = stored * 2.0 - 1.0 if target.packing == "shifted" else stored
+            unit = long / np.maximum(np.linalg.norm(long, axis=-1, keepdims=True), 1e-30)
+        return np.where(self.covered()[..., None], unit, 0.0)
 
     def covered(self) -> NDArray[np.bool_]:
         """Where something was drawn."""
         if self._plan.target("albedo") is not None:
-            return np.asarray(self.raw("albedo", np.uint8, 4)[..., 3] > 0)
+            return np.asarray(self._floats("albedo", 4)[..., 3] > 0)
         return np.asarray(self.raw("distance", np.float32, 1) != 0)
 
     def distance(self) -> Float64:
         """Distance along the view axis, infinity where nothing was drawn."""
         if self._plan.target("distance") is not None:
             y = self.raw("distance", np.float32, 1).astype(np.float64)
+        elif self._plan.target("position") is not None:
+            y = self._floats("position", 3)[..., 1]
         else:
             y = self._plan.view.lens.distance_from_depth(self.raw("depth", np.float32, 1))
         return np.where(self.covered(), y, np.inf)
@@ -154,6 +190,8 @@ class Surface:
         """View-space positions through the pixels' centres, NaN where nothing was drawn."""
         if not self._plan.batches:
             return self._nothing("position")
+        if self._plan.target("position") is not None:
+            return np.where(self.covered()[..., None], self._floats("position", 3), np.nan)
         width, height = self._plan.view.size
         ndc_x = (np.arange(width) + 0.5) / (width / 2) - 1.0
         ndc_y = 1.0 - (np.arange(height) + 0.5) / (height / 2)

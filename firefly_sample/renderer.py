@@ -17,13 +17,16 @@ from firefly_sample.passes.ambient import AmbientPass
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.depth_copy import DepthCopyPass
 from firefly_sample.passes.directional_lights import DirectionalLightsPass
+from firefly_sample.passes.forward import ForwardPass
 from firefly_sample.passes.geometry import GeometryPass
+from firefly_sample.passes.half_depth import HalfDepthPass
 from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
 from firefly_sample.passes.plain import PlainPass
 from firefly_sample.passes.point_lights import PointLightsPass
 from firefly_sample.passes.resolve import ResolvePass
 from firefly_sample.passes.shadow_maps import ShadowMapsPass
 from firefly_sample.passes.spotlights import SpotlightsPass
+from firefly_sample.passes.upsample import UpsamplePass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.light_set import PASS_OF_KIND
@@ -36,11 +39,14 @@ __all__ = ["PASSES", "Renderer", "SoftwareDriverWarning"]
 PASSES: tuple[type[Pass], ...] = (
     ShadowMapsPass,
     GeometryPass,
+    ForwardPass,
     DepthCopyPass,
+    HalfDepthPass,
     AmbientPass,
     DirectionalLightsPass,
     PointLightsPass,
     SpotlightsPass,
+    UpsamplePass,
     PlainPass,
     OverdrawPass,
     VolumesPass,
@@ -160,7 +166,7 @@ class Renderer:
 
     def _count_lights(self, plan: FramePlan) -> LightCounts:
         """The plan's counts, with what the passes of light really drew."""
-        if not any(step.name in LIGHT_PASSES for step in plan.passes):
+        if not any(step.name in LIGHT_PASSES | {"forward"} for step in plan.passes):
             return plan.counts
         return replace(plan.counts, dropped=plan.counts.in_view - self._gpu.lights_drawn)
 

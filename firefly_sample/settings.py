@@ -6,22 +6,36 @@ import math
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Literal, get_args
 
-from firefly_sample.errors import SettingsError
+from firefly_sample.errors import SettingsError, did_you_mean
 
 __all__ = [
     "LARGEST_ATLAS",
+    "PRESETS",
+    "SHADOW_RESOLUTIONS",
+    "Accumulation",
+    "AlbedoFormat",
     "LightMethod",
+    "LightResolution",
     "Look",
+    "NormalFormat",
     "PositionMethod",
     "Settings",
     "SpecularModel",
     "Tone",
+    "VolumeProxy",
     "Window",
 ]
 
 Look = Literal["correct", "classic"]
-PositionMethod = Literal["linear32f", "depth32f", "depth24"]
-LightMethod = Literal["volumes", "fullscreen", "loop"]
+PositionMethod = Literal[
+    "linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"
+]
+NormalFormat = Literal["oct16", "rgb10a2", "rgba8", "oct8", "rgba16f", "rgba32f"]
+AlbedoFormat = Literal["sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"]
+Accumulation = Literal["rgba32f", "rgba16f", "r11g11b10f", "rgba8"]
+LightMethod = Literal["volumes", "fullscreen", "loop", "forward"]
+VolumeProxy = Literal["cube", "icosphere0", "icosphere1", "icosphere2", "icosphere3"]
+LightResolution = Literal["full", "half"]
 Tone = Literal["exponential", "none"]
 SpecularModel = Literal["phong", "blinn_phong"]
 Window = Literal["karis", "gltf"]
@@ -32,7 +46,12 @@ HALF_CODE = 1.5e-4
 _CHOICES: dict[str, tuple[Any, ...]] = {
     "look": get_args(Look),
     "position": get_args(PositionMethod),
+    "normals": get_args(NormalFormat),
+    "albedo": get_args(AlbedoFormat),
+    "accumulation": get_args(Accumulation),
     "lights": get_args(LightMethod),
+    "volume_proxy": get_args(VolumeProxy),
+    "light_resolution": get_args(LightResolution),
     "tone": (None, *get_args(Tone)),
     "supersample": (1, 2),
     "volume_depth_test": (True, False),
@@ -44,7 +63,11 @@ _CHOICES: dict[str, tuple[Any, ...]] = {
 
 LARGEST_ATLAS = 16384
 """What drivers have of a texture's side."""
+SHADOW_RESOLUTIONS = 16, 16384
+"""Texels along a side: the smallest shadow map that holds its border, and the largest that drivers have."""
 
+_WHOLE = {"shadow_atlas": (256, LARGEST_ATLAS), "shadow_resolution": SHADOW_RESOLUTIONS}
+_NOT_CLASSIC = ("normals", "albedo", "accumulation", "light_resolution")
 _RANGES: dict[str, tuple[float, float]] = {"cutoff_budget": (0.0, 1e30), "cutoff_threshold": (0.0, 1e30)}
 
 
@@ -57,14 +80,39 @@ class Settings:
     look : {"correct", "classic"}
         "classic" draws what Panda3D's sample draws, faults of shading included: textures as stored,
         light added in display space into 8 bits, normals not decoded. It is there to compare with.
-    position : {"linear32f", "depth32f", "depth24"}
-        Where a pixel's position comes from: a linear distance in an R32F target of its own (4 bytes a
-        pixel, error 5e-7 at any near and far), a reversed 32-bit float depth buffer (2e-7, and a copy of
-        the buffer), or a 24-bit depth buffer through A, B, C, D as the original does (error grows with
-        far/near: 1e-6 at 10, 7e-5 at 1000, useless at 1e6).
-    lights : {"volumes", "fullscreen", "loop"}
-        One instanced draw of spheres; one full-screen pass a light; or one full-screen pass that loops
-        over all lights. The picture is the same; the last two are there to be measured.
+    position : {"linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"}
+        Where a pixel's position comes from. A linear distance in an R32F target of its own: 4 bytes a pixel,
+        relative error 5e-7 at any near and far. A reversed 32-bit float depth buffer: 2e-7, and a copy of the
+        buffer. A standard 24- or 16-bit depth buffer through A, B, C, D: the error grows with distance over
+        near, at far/near 1000 it is 7e-5 with 24 bits and 8e-3 with 16. "inverse_matrix" is 24-bit depth
+        through the inverse of the view-projection matrix, as many tutorials have it: no more accurate, and it
+        errs far from the world's origin. View-space positions in a target of their own: 16 bytes a pixel in
+        float32; 8 in half floats, which err by 5e-4 and end at 65504 units.
+    normals : {"oct16", "rgb10a2", "rgba8", "oct8", "rgba16f", "rgba32f"}
+        How normals are stored. "oct16" and "oct8" are octahedral, two times 16 or 8 bits: 4 or 2 bytes a
+        pixel, at most 0.004 or 0.95 degrees off. "rgba8" and "rgb10a2" are n/2 + 1/2: 4 bytes, 0.39 or 0.1
+        degrees. "rgba16f" and "rgba32f" store n: 8 or 16 bytes, 0.02 or 3e-6 degrees. Highlights magnify the
+        error by the root of the shininess.
+    albedo : {"sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"}
+        How base colours are stored. "sqrt8" keeps square roots in 4 bytes: half a display code, exact to
+        decode. "srgb8" is the driver's own encoding, as fine where the driver is exact. "rgba8" stores linear
+        values: what is dark loses most of its digits. "rgba16f" and "rgba32f" take 8 and 16 bytes and lose
+        5e-4 and nothing.
+    accumulation : {"rgba32f", "rgba16f", "r11g11b10f", "rgba8"}
+        The target that lights are added up in. 500 lights lose 1e-6 in "rgba32f" (16 bytes a pixel), up to 9%
+        in "rgba16f" (8) on a driver that truncates, 40% in "r11g11b10f" (4), and nearly everything that is
+        dim in "rgba8" (4), which also clips at 1.
+    lights : {"volumes", "fullscreen", "loop", "forward"}
+        One instanced draw of volumes; one full-screen pass a light; one full-screen pass that loops
+        over all lights; or no G-buffer at all: every fragment is shaded by every light as it is drawn, seen
+        or not. The picture is the same; the last three are there to be measured.
+    volume_proxy : {"cube", "icosphere0", "icosphere1", "icosphere2", "icosphere3"}
+        The mesh drawn for a light that reaches in all directions: 12, 20, 80, 320 or 1280 triangles, which
+        cover 91, 20, 6, 1.7 or 0.4 per cent more than the sphere. The picture is the same: few triangles
+        shade more fragments, many cost vertices.
+    light_resolution : {"full", "half"}
+        "half" lights one pixel in four and lets the others take it from neighbours on the same surface: about
+        a quarter of the light's cost, wrong where surfaces are thinner than two pixels or light is finer.
     volume_depth_test : bool
         Shade a volume's back faces only where they lie behind the surface. False is what the original
         does: the same picture for two to three times the work.
@@ -87,6 +135,9 @@ class Settings:
     shadow_taps : {1, 4, 16}
         Comparisons with the shadow map at each pixel: the nearest texel, two by two weighted, or four by
         four weighted, whose edges are as soft as three texels.
+    shadow_resolution : int, optional
+        Texels along a side of every shadow map, 16 to 16384; each light's own when absent. An edge is as far
+        off as a texel is wide; twice as many along a side cost four times the memory and the fill.
     shadow_atlas : int
         Texels along a side that the texture of all shadow maps may have, 256 to 16384. It is made only as
         large as the maps need.
@@ -107,7 +158,12 @@ class Settings:
 
     look: Look = "correct"
     position: PositionMethod = "linear32f"
+    normals: NormalFormat = "oct16"
+    albedo: AlbedoFormat = "sqrt8"
+    accumulation: Accumulation = "rgba32f"
     lights: LightMethod = "volumes"
+    volume_proxy: VolumeProxy = "icosphere1"
+    light_resolution: LightResolution = "full"
     volume_depth_test: bool = True
     cutoff_budget: float = HALF_CODE
     cutoff_threshold: float | None = None
@@ -115,6 +171,7 @@ class Settings:
     specular: SpecularModel = "phong"
     clamp_light: bool = False
     shadow_taps: int = 4
+    shadow_resolution: int | None = None
     shadow_atlas: int = 8192
     supersample: int = 1
     exposure: float = 1.0
@@ -130,31 +187,48 @@ class Settings:
             value = getattr(self, name)
             if value is None and name == "cutoff_threshold":
                 continue
-            try:
-                number = float(value)
-            except (TypeError, ValueError):
-                number = math.nan
+            number = _number(value)
             if not low <= number <= high:
                 raise SettingsError(
                     f"setting {name!r} must be a number of {low:g} to {high:g}; got {value!r}"
                 )
             object.__setattr__(self, name, number)
-        if type(self.shadow_atlas) is not int or not 256 <= self.shadow_atlas <= LARGEST_ATLAS:
-            raise SettingsError(
-                f"setting 'shadow_atlas' must be a whole number of 256 to {LARGEST_ATLAS}; "
-                f"got {self.shadow_atlas!r}"
-            )
-        try:
-            exposure = float(self.exposure)
-        except (TypeError, ValueError):
-            exposure = math.nan
+        for name, (first, last) in _WHOLE.items():
+            value = getattr(self, name)
+            if value is None and name == "shadow_resolution":
+                continue
+            if type(value) is not int or not first <= value <= last:
+                raise SettingsError(
+                    f"setting {name!r} must be a whole number of {first} to {last}; got {value!r}"
+                )
+        exposure = _number(self.exposure)
         if not 0.0 < exposure <= 1e30:
             raise SettingsError(f"setting 'exposure' must be above 0, at most 1e30; got {self.exposure!r}")
         object.__setattr__(self, "exposure", exposure)
-        if self.look == "classic" and (self.tone == "exponential" or self.exposure != 1.0):
+        self._check_together()
+
+    def _check_together(self) -> None:
+        if self.lights == "forward" and self.light_resolution == "half":
+            raise SettingsError(
+                "setting 'light_resolution' must be full with lights=forward, which shades fragments as they "
+                "are drawn: choose other lights"
+            )
+        if self.look != "classic":
+            return
+        if self.tone == "exponential" or self.exposure != 1.0:
             raise SettingsError(
                 "look 'classic' has neither a tone curve nor an exposure: leave 'tone' and 'exposure' "
                 "at their defaults, or choose look 'correct'"
+            )
+        for name in _NOT_CLASSIC:
+            if getattr(self, name) != getattr(type(self), name):
+                raise SettingsError(
+                    f"look 'classic' stores, adds up and blends as the original does: leave {name!r} at its "
+                    "default, or choose look 'correct'"
+                )
+        if self.lights == "forward":
+            raise SettingsError(
+                "look 'classic' is deferred, as the original is: 'lights' must not be forward"
             )
 
     @property
@@ -181,3 +255,45 @@ class Settings:
     def as_dict(self) -> dict[str, Any]:
         """The settings as plain JSON values, with the tone curve in force."""
         return asdict(self) | {"tone": self.tone_curve}
+
+    @classmethod
+    def preset(cls, name: str, **changes: Any) -> Settings:
+        """The settings of a preset of `PRESETS`, with some of them changed.
+
+        Raises
+        ------
+        SettingsError
+            If there is no such preset, or as `with_changes`.
+        """
+        if name not in PRESETS:
+            raise SettingsError(
+                f"there is no preset {name!r}{did_you_mean(name, PRESETS)}: there are {', '.join(PRESETS)}"
+            )
+        return cls().with_changes(**(PRESETS[name] | changes))
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "fast": {
+        "position": "depth24",
+        "normals": "oct8",
+        "cutoff_threshold": 1e-3,
+        "light_resolution": "half",
+        "shadow_taps": 1,
+    },
+    "balanced": {},
+    "accurate": {
+        "normals": "rgba32f",
+        "albedo": "rgba32f",
+        "cutoff_budget": 1e-6,
+        "shadow_taps": 16,
+    },
+}
+"""What differs from the defaults, which are "balanced": the fastest that looks right, the most accurate."""
+
+
+def _number(value: Any) -> float:
+    """As a float; NaN where it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan

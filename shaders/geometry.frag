@@ -1,35 +1,13 @@
 #version 330 core
 // Writes the G-buffer: each output exists only where the frame has its target.
 #include "include/gbuffer.glsl"
+#include "include/material.glsl"
 
-in vec3 v_view;
-in vec3 v_normal;
-in vec2 v_texcoord;
-#if VERTEX_COLOR
-in vec3 v_color;
-#endif
-flat in vec4 v_base_color;
-#if AMBIENT
-flat in vec3 v_ambient;
-#endif
-#if SPECULAR
-flat in vec4 v_specular;
-#endif
-#if EMISSION
-flat in vec3 v_emission;
-#endif
 #if ID
 flat in uint v_id;
 #endif
 #if VISIBILITY
 flat in uint v_instance;
-#endif
-
-#if CUTOUT
-uniform float u_alpha_cutoff;
-#endif
-#if TEXTURED
-uniform sampler2D u_texture;
 #endif
 
 #if ALBEDO
@@ -40,6 +18,9 @@ out vec4 o_normal;
 #endif
 #if DISTANCE
 out float o_distance;
+#endif
+#if STORED
+out vec4 o_position;
 #endif
 #if AMBIENT
 out vec4 o_ambient;
@@ -59,37 +40,23 @@ out uvec2 o_visibility;
 
 void main()
 {
-    vec4 tint = vec4(1.0);
-#if TEXTURED
-    tint = texture(u_texture, v_texcoord);
-#endif
-#if VERTEX_COLOR
-    tint.rgb *= v_color;
-#endif
-    vec4 base = v_base_color * tint;
-#if CUTOUT
-    if (base.a < u_alpha_cutoff)
-        discard;
-#endif
+    Sample made = sample_material();
 #if ALBEDO
-    o_albedo = vec4(encode_albedo(base.rgb), 1.0);  // alpha marks what was drawn
+    o_albedo = vec4(encode_albedo(made.albedo), 1.0);  // alpha marks what was drawn
 #endif
 #if NORMAL
-    vec3 n = normalize(v_normal);
-#if DOUBLE_SIDED
-#if ORTHOGRAPHIC
-    n = n.y > 0.0 ? -n : n;
-#else
-    n = dot(n, v_view) > 0.0 ? -n : n;  // turned towards the eye
-#endif
-#endif
-    o_normal = encode_normal(n);
+    o_normal = encode_normal(surface_normal());
 #endif
 #if DISTANCE
     o_distance = v_view.y;
 #endif
+#if STORED == 1
+    o_position = vec4(v_view, 1.0);
+#elif STORED == 2
+    o_position = vec4(clamp(v_view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
+#endif
 #if AMBIENT
-    o_ambient = vec4(encode_albedo(v_ambient * tint.rgb), 1.0);
+    o_ambient = vec4(encode_albedo(made.ambient), 1.0);
 #endif
 #if SPECULAR
     o_specular = encode_specular(v_specular.rgb, v_specular.a);

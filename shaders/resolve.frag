@@ -9,8 +9,12 @@
 #if RADIANCE
 uniform sampler2D u_radiance;
 #endif
-#if MASKED
+#if MARKED
+uniform sampler2D u_coverage;
+#define COVERED texelFetch(u_coverage, texel, 0).r
+#elif MASKED
 uniform sampler2D u_albedo;
+#define COVERED texelFetch(u_albedo, texel, 0).a
 #endif
 #if COLOR
 out vec4 o_color;
@@ -18,6 +22,8 @@ out vec4 o_color;
 #if FINAL_RADIANCE
 out vec4 o_final_radiance;
 #endif
+
+const float LARGEST = 3e38;
 
 vec3 background(vec2 pixel)
 {
@@ -38,10 +44,10 @@ vec3 sample_radiance(ivec2 texel)
 {
     vec3 value = vec3(0.0);
 #if RADIANCE
-    value = texelFetch(u_radiance, texel, 0).rgb;
+    value = min(texelFetch(u_radiance, texel, 0).rgb, LARGEST);  // a narrow float may be infinite
 #endif
 #if MASKED
-    if (texelFetch(u_albedo, texel, 0).a > 0.0)
+    if (COVERED > 0.0)
         return value;
 #endif
 #if CLASSIC

@@ -38,7 +38,12 @@ DEFAULT_SCENE = "forest"
 SETTINGS_HELP = {
     "look": "Correct shading, or classic: as Panda3D's sample draws it, faults included.",
     "position": "Where a pixel's position comes from: its own target, or a depth buffer.",
-    "lights": "Spheres, one full-screen pass a light, or one pass that loops over all lights.",
+    "normals": "How normals are stored.",
+    "albedo": "How base colours are stored.",
+    "accumulation": "What lights are added up in.",
+    "lights": "Volumes, a full-screen pass a light, one pass that loops over all, or forward shading.",
+    "volume_proxy": "The mesh drawn for a light's sphere: fewer triangles, or fewer fragments.",
+    "light_resolution": "Light every pixel, or every second one across and down and spread it.",
     "volume_depth_test": "Shade light volumes only where they end behind the surface.",
     "cutoff_budget": "Exposed radiance that all lights together may lose at a pixel by being cut off.",
     "cutoff_threshold": "Cut each light off at this radiance instead, for example 0.0195, which is 5/256.",
@@ -46,6 +51,7 @@ SETTINGS_HELP = {
     "specular": "How highlights are computed.",
     "clamp_light": "Limit each light to the surface's own colour, and its highlight to 1.",
     "shadow_taps": "Comparisons with the shadow map at each pixel: 1, 4 or 16.",
+    "shadow_resolution": "Texels along a side of every shadow map, in place of the lights' own.",
     "shadow_atlas": "Texels along a side that the texture of all shadow maps may have.",
     "supersample": "2 averages four samples a pixel.",
     "exposure": "Radiance is multiplied by it.",
@@ -53,6 +59,7 @@ SETTINGS_HELP = {
 }
 _SETTINGS_DEFAULT = {
     "cutoff_threshold": "none, the budget",
+    "shadow_resolution": "each light's own",
     "tone": "the look's own",
     "supersample": "1; 2 to capture color alone",
 }

@@ -16,6 +16,8 @@ from firefly_sample.plan.frame_plan import FramePlan, View
 
 __all__ = ["BLOCKS", "block_dtype", "block_glsl", "shading_values", "view_values"]
 
+Float64 = NDArray[np.float64]
+
 BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
     "View": (
         ("projection", "A, B, C, D of the lens, for this frame's clip range"),
@@ -29,6 +31,11 @@ BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
         ("east", "the world's X axis in view space"),
         ("north", "the world's Y axis in view space"),
         ("up", "the world's Z axis in view space"),
+        ("origin", "the world's origin in view space"),
+        ("inverse_x", "rows of clip space to world space, for row vectors"),
+        ("inverse_y", "of y"),
+        ("inverse_z", "of z"),
+        ("inverse_w", "of w"),
     ),
     "Shading": (
         ("ambient", "sum of the ambient lights"),
@@ -62,7 +69,8 @@ def _packed(block: str, values: dict[str, Any]) -> NDArray[Any]:
     packed = np.zeros((), dtype=block_dtype(block))
     for name, _ in BLOCKS[block]:
         value = np.asarray(values[name], dtype=np.float64)
-        packed[name][: len(value)] = value
+        with np.errstate(over="ignore"):  # what float32 cannot hold is infinite
+            packed[name][: len(value)] = value
     return packed
 
 
@@ -81,8 +89,15 @@ def view_values(view: View) -> NDArray[Any]:
             "east": view.world_to_view[0, :3],
             "north": view.world_to_view[1, :3],
             "up": view.world_to_view[2, :3],
+            "origin": view.world_to_view[3, :3],
+            **dict(zip(("inverse_x", "inverse_y", "inverse_z", "inverse_w"), _inverse(view), strict=True)),
         },
     )
+
+
+def _inverse(view: View) -> Float64:
+    """Clip space to world space."""
+    return np.asarray(view.lens.inverse_matrix() @ view.view_to_world)
 
 
 def shading_values(plan: FramePlan) -> NDArray[Any]:

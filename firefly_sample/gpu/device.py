@@ -9,7 +9,7 @@ from typing import Any
 import moderngl
 
 from firefly_sample.errors import GpuError, NoGpuError
-from firefly_sample.gpu.raw import DEPTH_CLAMP, RawGL
+from firefly_sample.gpu.raw import DEPTH_CLAMP, FRAMEBUFFER_SRGB, RawGL
 from firefly_sample.plan.frame_plan import Capabilities
 
 __all__ = ["Device"]
@@ -83,6 +83,10 @@ class Device:
     def set_depth_clamp(self, on: bool) -> None:
         """Clamp depth to the near and far planes instead of clipping there."""
         (self.ctx.enable_direct if on else self.ctx.disable_direct)(DEPTH_CLAMP)
+
+    def set_srgb_encoding(self, on: bool) -> None:
+        """Encode what is drawn into sRGB targets, or write it as it is."""
+        (self.ctx.enable_direct if on else self.ctx.disable_direct)(FRAMEBUFFER_SRGB)
 
     def check(self, where: str) -> None:
         """Raise `GpuError` if the driver noted an error since the last check.

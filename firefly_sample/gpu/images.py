@@ -148,12 +148,16 @@ class BoundImages:
         framebuffer = self._images.framebuffer(self._plan, self._step, names)
         framebuffer.use()
         framebuffer.viewport = (0, 0, *framebuffer.size)
-        writes_depth = "depth" in self._step.writes
-        framebuffer.depth_mask = writes_depth
-        if self._step.writes:
-            depth = self._plan.target("depth")
-            framebuffer.clear(0.0, 0.0, 0.0, 0.0, depth=depth.clear[0] if depth and writes_depth else 1.0)
+        written = [self._plan.target(name) for name in self._step.writes]
+        depth = next((made for made in written if made and FORMATS[made.format].depth), None)
+        framebuffer.depth_mask = depth is not None
+        if written:
+            framebuffer.clear(0.0, 0.0, 0.0, 0.0, depth=depth.clear[0] if depth else 1.0)
         return framebuffer
+
+    def encodes_srgb(self) -> bool:
+        """Whether the driver encodes something that the pass draws."""
+        return any(FORMATS[_format(self._plan, name)].srgb for name in self.color_names())
 
     def keep_into(self) -> tuple[moderngl.Texture, moderngl.Framebuffer]:
         """The texture and the framebuffer of a depth target that keeps what it has; bound, to be written."""

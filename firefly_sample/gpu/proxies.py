@@ -2,12 +2,39 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["circumscribed_cone", "circumscribed_icosphere"]
+__all__ = ["circumscribed_cone", "circumscribed_cube", "circumscribed_icosphere", "proxy_mesh"]
 
 Float64 = NDArray[np.float64]
+
+
+@cache
+def proxy_mesh(name: str) -> NDArray[np.float32]:
+    """The corners of a proxy's triangles, shape (n, 3): "cone", "cube" or "icosphere0" to "icosphere3"."""
+    if name == "cone":
+        mesh = circumscribed_cone(16)
+    elif name == "cube":
+        mesh = circumscribed_cube()
+    else:
+        mesh = circumscribed_icosphere(int(name.removeprefix("icosphere")))
+    return mesh.reshape(-1, 3).astype(np.float32)
+
+
+def circumscribed_cube() -> Float64:
+    """Triangles around the unit sphere, counter-clockwise from outside, shape (12, 3, 3)."""
+    faces = []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
+            middle = side * np.eye(3)[axis]
+            u = side * u  # so that u, v and the way out are right-handed
+            a, b, c, d = (middle + s * u + t * v for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+            faces += [(a, b, c), (a, c, d)]
+    return np.array(faces) * (1.0 + 1e-6)
 
 
 def circumscribed_icosphere(subdivisions: int = 1) -> Float64:

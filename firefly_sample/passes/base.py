@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import moderngl
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["Pass", "draw_fullscreen"]
+__all__ = ["Pass", "draw_fullscreen", "textures_of"]
 
 
 class Pass:
@@ -31,5 +33,10 @@ def draw_fullscreen(
     images.draw_into()
     gpu.ctx.enable_only(moderngl.NOTHING)
     program = gpu.programs.get(step.name, step.variant, images.color_names(), vertex="fullscreen")
-    program.use(uniforms, {f"u_{name}": images.read(name) for name in step.reads})
+    program.use(uniforms, textures_of(images, step.reads))
     gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+
+
+def textures_of(images: BoundImages, names: Iterable[str]) -> dict[str, moderngl.Texture]:
+    """The targets that a pass reads, as its shader calls them: ``u_<name>``; a copied depth is u_depth."""
+    return {f"u_{'depth' if name == 'depth_copy' else name}": images.read(name) for name in names}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import moderngl
 
 from firefly_sample.gpu.gpu import Gpu
@@ -10,7 +12,17 @@ from firefly_sample.gpu.programs import Program
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 
-__all__ = ["GeometryPass"]
+__all__ = ["Drawable", "GeometryPass", "draw_surface", "make_drawable"]
+
+
+@dataclass(frozen=True, eq=False)
+class Drawable:
+    """A batch that is on the GPU, and what draws it."""
+
+    batch: Batch
+    program: Program
+    textures: dict[str, moderngl.Texture]
+    array: moderngl.VertexArray
 
 
 class GeometryPass(Pass):
@@ -19,19 +31,15 @@ class GeometryPass(Pass):
     name = "geometry"
 
     def __init__(self) -> None:
-        self._ready: list[tuple[Batch, Program, dict[str, moderngl.Texture], moderngl.VertexArray]] = []
+        self._ready: list[Drawable] = []
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
         self._ready.clear()  # a frame before may have failed half-way
-        outputs, stored = images.color_names(), plan.settings.look == "classic"
+        outputs = images.color_names()
         for batch in plan.batches:
             program = gpu.programs.get(self.name, batch.variant, outputs)
-            textures = {}
-            if batch.texture is not None:
-                cutoff = batch.alpha_cutoff if batch.variant.cutout else None
-                textures["u_texture"] = gpu.uploads.texture(batch.texture, cutoff, stored)
-            self._ready.append((batch, program, textures, gpu.uploads.drawable(batch, program)))
+            self._ready.append(make_drawable(gpu, plan, batch, program))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -39,19 +47,44 @@ class GeometryPass(Pass):
         # less-equal: strict less would drop geometry whose depth rounds to the clear value
         gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
         ready, self._ready = self._ready, []
+        encoded = images.encodes_srgb()
+        if encoded:
+            gpu.device.set_srgb_encoding(True)
         first = 0
-        for batch, program, textures, array in ready:
-            cull = moderngl.NOTHING if batch.variant.double_sided else moderngl.CULL_FACE
-            gpu.ctx.enable_only(moderngl.DEPTH_TEST | cull)
-            gpu.ctx.cull_face = "back"
-            gpu.ctx.front_face = "cw" if batch.mirrored else "ccw"
-            uniforms: dict[str, object] = {}
-            if batch.variant.cutout:
-                uniforms["u_alpha_cutoff"] = batch.alpha_cutoff
-            if batch.variant.visibility:
-                uniforms["u_first_instance"] = first
-            program.use(uniforms, textures)
-            array.render(moderngl.TRIANGLES)
-            first += len(batch.ids)
+        for made in ready:
+            counted = {"u_first_instance": first} if made.batch.variant.visibility else {}
+            draw_surface(gpu, made, moderngl.DEPTH_TEST, dict(counted), {})
+            first += len(made.batch.ids)
+        if encoded:
+            gpu.device.set_srgb_encoding(False)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
+
+
+def make_drawable(gpu: Gpu, plan: FramePlan, batch: Batch, program: Program) -> Drawable:
+    """Bring a batch's mesh, instances and texture up to date."""
+    textures = {}
+    if batch.texture is not None:
+        cutoff = batch.alpha_cutoff if batch.variant.cutout else None
+        stored = plan.settings.look == "classic"
+        textures["u_texture"] = gpu.uploads.texture(batch.texture, cutoff, stored)
+    return Drawable(batch, program, textures, gpu.uploads.drawable(batch, program))
+
+
+def draw_surface(
+    gpu: Gpu,
+    made: Drawable,
+    flags: int,
+    uniforms: dict[str, object],
+    textures: dict[str, moderngl.Texture],
+) -> None:
+    """Draw a batch with what it has of its own, and these; `flags` are moderngl's, without culling."""
+    batch = made.batch
+    cull = moderngl.NOTHING if batch.variant.double_sided else moderngl.CULL_FACE
+    gpu.ctx.enable_only(flags | cull)
+    gpu.ctx.cull_face = "back"
+    gpu.ctx.front_face = "cw" if batch.mirrored else "ccw"
+    if batch.variant.cutout:
+        uniforms["u_alpha_cutoff"] = batch.alpha_cutoff
+    made.program.use(uniforms, made.textures | textures)
+    made.array.render(moderngl.TRIANGLES)

@@ -9,26 +9,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 import moderngl
-import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.light_rows import light_rows, light_texels
 from firefly_sample.gpu.programs import Program
-from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_icosphere
+from firefly_sample.gpu.proxies import proxy_mesh
 from firefly_sample.gpu.records import RECORD_OF_KIND, record_dtype
-from firefly_sample.passes.base import Pass
+from firefly_sample.passes.base import Pass, textures_of
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightKind, LightSet
-from firefly_sample.plan.variants import DrawMethod, LightVariant, Variant, defines
+from firefly_sample.plan.variants import DrawMethod, ForwardVariant, LightVariant, Variant, defines
 
-__all__ = ["LightPass", "draw_volumes", "method_for", "variant_for"]
+__all__ = ["LightPass", "draw_volumes", "light_table", "method_for", "variant_for"]
 
-_MESHES: dict[DrawMethod, NDArray[np.float32]] = {
-    "sphere": circumscribed_icosphere(1).reshape(-1, 3).astype(np.float32),
-    "cone": circumscribed_cone(16).reshape(-1, 3).astype(np.float32),
-}
+_OUTPUTS = {"half_light": "light", "half_shine": "radiance"}
+"""What a shader calls its targets at half resolution."""
 _TEXTURE_WIDTH = 2048
 
 
@@ -46,18 +42,19 @@ class LightPass(Pass):
             if lights.kind != self.kind:
                 continue
             variant = variant_for(step.variant, lights)
-            program = gpu.programs.get(self.name, variant, images.color_names())
+            outputs = tuple(_OUTPUTS.get(name, name) for name in images.color_names())
+            program = gpu.programs.get(self.name, variant, outputs)
             needless = set() if variant.taps else {"shadow_atlas"}
             if not (variant.taps or lights.kind != "directional"):
-                needless |= {"distance", "depth_copy"}
-            textures = {f"u_{name}": images.read(name) for name in step.reads if name not in needless}
+                needless |= {"distance", "position", "depth", "depth_copy"}
+            textures = textures_of(images, (name for name in step.reads if name not in needless))
             if variant.taps:
                 textures["u_shadow_maps"] = gpu.shadow_table(plan)
             if variant.method == "loop":
                 _draw_loop(gpu, plan, program, textures, lights, variant)
             else:
                 program.use(None, textures)
-                tested = "depth" in step.updates
+                tested = bool({"depth", "half_depth"} & set(step.updates))
                 draw_volumes(gpu, plan, program, lights, variant, f"{self.name} {index}", tested)
             gpu.lights_drawn += len(lights)
 
@@ -76,7 +73,7 @@ def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
         falloff=lights.falloff.value if fades else "ramp_squared",
         window=frame.window if fades and lights.falloff.value == "attenuation" else "karis",
         taps=frame.taps if lights.shadowed else 0,
-        from_depth=frame.from_depth and (fades or lights.shadowed),
+        position=frame.position if fades or lights.shadowed else "distance",
     )
 
 
@@ -114,8 +111,9 @@ def draw_volumes(
         gpu.ctx.enable_only(moderngl.BLEND)
         gpu.array(key, program, content).render(moderngl.TRIANGLES, vertices=3, instances=len(lights))
         return
-    mesh = _MESHES[method]
-    corners = gpu.fixed(f"unit {method}", mesh)
+    name = plan.settings.volume_proxy if method == "sphere" else "cone"
+    mesh = proxy_mesh(name)
+    corners = gpu.fixed(f"unit {name}", mesh)
     enabled = moderngl.BLEND | (moderngl.DEPTH_TEST if tested else moderngl.NOTHING)
     gpu.ctx.enable_only(enabled if lines else enabled | moderngl.CULL_FACE)
     gpu.ctx.cull_face = "front"
@@ -130,6 +128,18 @@ def draw_volumes(
     gpu.ctx.depth_func = "<"
 
 
+def light_table(
+    gpu: Gpu, plan: FramePlan, lights: LightSet, variant: LightVariant | ForwardVariant
+) -> moderngl.Texture:
+    """The records of lights as a texture for shaders that walk all of them; the caller's to release."""
+    rows = light_rows(RECORD_OF_KIND[lights.kind], defines(variant), lights, plan.view)
+    texels = light_texels(rows, _TEXTURE_WIDTH)
+    height, width = texels.shape[:2]
+    table = gpu.ctx.texture((width, height), 4, texels.tobytes(), dtype="f4")
+    table.filter = moderngl.NEAREST, moderngl.NEAREST
+    return table
+
+
 def _draw_loop(
     gpu: Gpu,
     plan: FramePlan,
@@ -139,11 +149,7 @@ def _draw_loop(
     variant: LightVariant,
 ) -> None:
     """One full-screen triangle whose shader walks all lights, read from a texture."""
-    rows = light_rows(RECORD_OF_KIND[lights.kind], defines(variant), lights, plan.view)
-    texels = light_texels(rows, _TEXTURE_WIDTH)
-    height, width = texels.shape[:2]
-    table = gpu.ctx.texture((width, height), 4, texels.tobytes(), dtype="f4")
-    table.filter = moderngl.NEAREST, moderngl.NEAREST
+    table = light_table(gpu, plan, lights, variant)
     program.use({"u_light_count": len(lights)}, textures | {"u_lights": table})
     gpu.ctx.enable_only(moderngl.BLEND)
     gpu.array("loop", program).render(moderngl.TRIANGLES, vertices=3)

@@ -13,7 +13,7 @@ from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.frame_plan import Background, Capabilities, FramePlan, SpriteSet, View
 from firefly_sample.plan.lighting import light_scene
-from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.shadows import ShadowPlanner
 from firefly_sample.plan.steps import check_passes, choose_passes, choose_targets, geometry_variant
 from firefly_sample.plan.warnings import plan_warnings
@@ -92,7 +92,7 @@ class Planner:
         planes = lens.frustum_planes()
         seen = visible_instances(snapshot.groups, camera.world_to_view, planes)
         exposure = _exposure(scene, settings)
-        reverse = capabilities.clip_control and settings.position != "depth24"
+        reverse = reverses_depth(settings, capabilities)
         lighting = light_scene(
             snapshot,
             lambda mask: self._snapshot(scene, mask),
@@ -127,6 +127,11 @@ class Planner:
         for name in outputs:
             if needs.classic and name in ("specular", "shininess", "emission"):
                 raise OutputError(f"look 'classic' has no output {name!r}: choose look 'correct'")
+            if needs.forward and name not in ("color", "radiance"):
+                raise OutputError(
+                    f"lights=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
+                    "or choose other lights"
+                )
         targets = choose_targets(needs)
         passes = choose_passes(needs, targets)
         check_passes(passes, targets)

@@ -5,6 +5,7 @@ All numbers are float64, all places are in view space (X right, Y forward, Z up)
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -202,4 +203,17 @@ class FramePlan:
         target = self.target(name)
         if target is None:
             raise PlanError(f"this frame has no target {name!r}")
-        return target.size or (self.view.size if target.per_sample else self.size)
+        if target.size is not None:
+            return target.size
+        width, height = self.view.size if target.per_sample else self.size
+        return ((width + 1) // 2, (height + 1) // 2) if target.half else (width, height)
+
+    @property
+    def bytes_per_pixel(self) -> float:
+        """Bytes of all targets a pixel of the picture; those with a size of their own, shadow maps, apart."""
+        total = sum(
+            target.bytes_per_pixel * math.prod(self.target_size(target.name))
+            for target in self.targets
+            if target.size is None
+        )
+        return total / math.prod(self.size)

@@ -104,7 +104,14 @@ def light_scene(
         )
         wanted = {int(index) for lights in visible for index in lights.casters if index >= 0}
         shadows, maps = planner.plan(
-            world, sources, wanted, sight, settings.shadow_atlas, reverse, snapshot_for
+            world,
+            sources,
+            wanted,
+            sight,
+            settings.shadow_atlas,
+            settings.shadow_resolution,
+            reverse,
+            snapshot_for,
         )
     corners = frustum_corners(lens.constants(), lens.get_near(), lens.get_far())
     sets: list[LightSet] = []

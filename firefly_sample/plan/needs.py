@@ -8,10 +8,18 @@ from functools import cached_property
 
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.light_set import LightKind
+from firefly_sample.plan.targets import (
+    ACCUMULATION_FORMATS,
+    ALBEDO_FORMATS,
+    COARSE_DEPTH,
+    NORMAL_FORMATS,
+    STORED_POSITIONS,
+    UNSIGNED,
+)
 from firefly_sample.scene.material import Material
 from firefly_sample.settings import Settings
 
-__all__ = ["NORMAL_OUTPUTS", "PLACE_OUTPUTS", "VOLUME_OUTPUTS", "Needs", "asked"]
+__all__ = ["NORMAL_OUTPUTS", "PLACE_OUTPUTS", "VOLUME_OUTPUTS", "Needs", "asked", "reverses_depth"]
 
 PLACE_OUTPUTS = ("depth", "position", "position_world")
 NORMAL_OUTPUTS = ("normal", "normal_world")
@@ -148,6 +156,42 @@ class Needs:
         return self.settings.position == "linear32f"
 
     @property
+    def place_target(self) -> str:
+        """The target that positions come from; "depth" is the depth buffer itself."""
+        if self.linear_distance:
+            return "distance"
+        return "position" if self.settings.position in STORED_POSITIONS else "depth"
+
+    @property
+    def forward(self) -> bool:
+        """Whether surfaces are shaded as they are drawn."""
+        return self.settings.lights == "forward"
+
+    @property
+    def half(self) -> bool:
+        """Whether light is computed for every second pixel across and down."""
+        return self.settings.light_resolution == "half" and self.lit
+
+    @property
+    def normal_format(self) -> tuple[str, str]:
+        """Format and packing of normals."""
+        if self.classic:
+            return "rgba8", "undecoded"
+        if self.settings.normals == "oct16" and not self.capabilities.snorm_targets:
+            return UNSIGNED
+        return NORMAL_FORMATS[self.settings.normals]
+
+    @property
+    def albedo_format(self) -> tuple[str, str]:
+        """Format and packing of colours."""
+        return ("rgba8", "linear") if self.classic else ALBEDO_FORMATS[self.settings.albedo]
+
+    @property
+    def accumulation_format(self) -> str:
+        """Format of what light is added up in."""
+        return "rgba8" if self.classic else ACCUMULATION_FORMATS[self.settings.accumulation]
+
+    @property
     def distance_marks(self) -> bool:
         """Whether a distance target by itself tells what was drawn: in perspective it is never 0 there.
 
@@ -158,7 +202,7 @@ class Needs:
     @property
     def reverse(self) -> bool:
         """Whether depth is reversed in the [0, 1] clip range."""
-        return self.capabilities.clip_control and self.settings.position != "depth24"
+        return reverses_depth(self.settings, self.capabilities)
 
     @property
     def volume_test(self) -> bool:
@@ -193,6 +237,11 @@ class Needs:
     def shadows(self) -> list[str]:
         """How many lights of each kind cast shadows, in words."""
         return [f"shadows of {_count(count, _NOUNS[kind])}" for kind, count in self.shadowed.items()]
+
+
+def reverses_depth(settings: Settings, capabilities: Capabilities) -> bool:
+    """Whether depth is reversed in the [0, 1] clip range."""
+    return capabilities.clip_control and settings.position not in COARSE_DEPTH
 
 
 def _names(materials: Iterable[Material]) -> str:

@@ -35,10 +35,9 @@ from firefly_sample.plan.light_views import (
 from firefly_sample.plan.lights import LightSource
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
-from firefly_sample.scene.light import SHADOW_RESOLUTIONS
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Texture
-from firefly_sample.settings import LARGEST_ATLAS
+from firefly_sample.settings import LARGEST_ATLAS, SHADOW_RESOLUTIONS
 
 __all__ = ["CasterBatch", "ShadowMap", "ShadowPlan", "ShadowPlanner", "no_maps"]
 
@@ -125,6 +124,7 @@ class _Caster:
     source: LightSource
     lights: LightSet
     row: int
+    resolution: int
 
     @property
     def name(self) -> str:
@@ -151,7 +151,7 @@ class _Caster:
 
     def views(self, sight: Sight, casters: Spheres, reverse: bool) -> list[LightView]:
         """How it looks at the scene."""
-        resolution = self.source.node.get_shadow_resolution()
+        resolution = self.resolution
         direction, place = self.lights.directions[self.row], self.lights.positions[self.row]
         node = self.source.node
         if isinstance(node, DirectionalLight):
@@ -175,6 +175,7 @@ class ShadowPlanner:
         seen: set[int],
         sight: Sight,
         largest: int,
+        resolution: int | None,
         reverse: bool,
         snapshot_for: Callable[[int], Snapshot],
     ) -> tuple[ShadowPlan, NDArray[np.int32]]:
@@ -193,6 +194,8 @@ class ShadowPlanner:
             What the camera sees.
         largest : int
             Texels along a side of the atlas, at most.
+        resolution : int, optional
+            Texels along a side of each map; the lights' own when absent.
         reverse : bool
             Whether depth is reversed in the [0, 1] clip range.
         snapshot_for : callable
@@ -216,7 +219,8 @@ class ShadowPlanner:
         for group in sets:
             for row in np.flatnonzero(group.casters >= 0):
                 index = int(group.casters[row])
-                lights[index] = _Caster(sources[index], group, int(row))
+                texels = resolution or sources[index].node.get_shadow_resolution()
+                lights[index] = _Caster(sources[index], group, int(row), texels)
         casters = [light for light in lights if light is not None]
         size, tiles = _layout(casters, largest)
         maps: list[ShadowMap] = []
@@ -278,7 +282,7 @@ def no_maps(lights: int) -> NDArray[np.int32]:
 
 
 def _layout(lights: list[_Caster], largest: int) -> tuple[tuple[int, int], tuple[Tile, ...]]:
-    sizes = tuple(light.source.node.get_shadow_resolution() for light in lights for _ in range(light.count))
+    sizes = tuple(light.resolution for light in lights for _ in range(light.count))
     packed = pack_atlas(sizes, largest)
     if packed is not None:
         return packed

@@ -9,78 +9,123 @@ from firefly_sample.errors import PlanError
 from firefly_sample.plan.frame_plan import PassPlan
 from firefly_sample.plan.light_set import PASS_OF_KIND, LightKind
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, VOLUME_OUTPUTS, Needs, asked
-from firefly_sample.plan.targets import Target
+from firefly_sample.plan.targets import COARSE_DEPTH, STORED_POSITIONS, Target
 from firefly_sample.plan.variants import (
     PASS_ORDER,
     AmbientVariant,
+    ColorPacking,
     DrawMethod,
+    ForwardVariant,
     GeometryVariant,
     LightVariant,
     LightViewVariant,
+    NormalPacking,
     PlainVariant,
+    Position,
     ResolveVariant,
     ShadowVariant,
+    Stored,
+    UpsampleVariant,
     Variant,
 )
 
 __all__ = ["check_passes", "choose_passes", "choose_targets", "geometry_variant"]
 
 GBUFFER = (
-    *("depth", "albedo", "normal", "distance", "ambient_albedo", "specular", "emission"),
+    *("depth", "albedo", "normal", "distance", "position", "ambient_albedo", "specular", "emission"),
     *("id", "visibility"),
 )
 _METHODS: dict[str, DrawMethod] = {"volumes": "sphere", "fullscreen": "fullscreen", "loop": "loop"}
+_STORED: dict[str, Stored] = {"rgba32f": "full", "rgba16f": "half"}
+
+
+class _Targets:
+    """The targets of a frame as they come."""
+
+    def __init__(self) -> None:
+        self.all: list[Target] = []
+
+    def add(self, name: str, form: str, reasons: list[str], clear: float = 0.0, **more: Any) -> None:
+        """Add one if there is a reason."""
+        if reasons:
+            self.all.append(Target(name, form, "; ".join(reasons), (clear, 0.0, 0.0, 0.0), **more))
 
 
 def choose_targets(needs: Needs) -> tuple[Target, ...]:
     """The targets of a frame, each with its reasons."""
-    outputs, targets = needs.outputs, []
-
-    def add(name: str, form: str, reasons: list[str], clear: float = 0.0, **more: object) -> None:
-        if reasons:
-            targets.append(
-                Target(name, form, "; ".join(reasons), (clear, 0.0, 0.0, 0.0), **more)  # type: ignore[arg-type]
-            )
-
-    depth, far = ("depth32f", 0.0) if needs.reverse else ("depth24", 1.0)
+    outputs, targets = needs.outputs, _Targets()
+    depth, far = _depth_format(needs)
     if needs.shadow_maps:
         lit = ">=" if needs.reverse else "<="
-        add("shadow_atlas", depth, needs.shadows(), far, per_sample=False, size=needs.atlas, compare=lit)
+        shape = {"per_sample": False, "size": needs.atlas, "compare": lit}
+        kind = "depth32f" if needs.reverse else "depth24"
+        targets.add("shadow_atlas", kind, needs.shadows(), far, **shape)
     if needs.drawn:
-        add("depth", depth, ["geometry hides what is behind it"], far)
-        add("albedo", "rgba8", _albedo_reasons(needs))
-        snorm = "rg16_snorm" if needs.capabilities.snorm_targets else "rg16"
-        reasons = (needs.all_lights() if needs.lit else []) + asked(outputs, NORMAL_OUTPUTS)
-        add("normal", "rgba8" if needs.classic else snorm, reasons)
-        if needs.linear_distance:
-            reasons = [f"{light} (position=linear32f)" for light in needs.placed_lights()]
-            add("distance", "r32f", (reasons if needs.placed else []) + asked(outputs, PLACE_OUTPUTS))
-        own = [f"ambient colours of {needs.own_ambient}"] if needs.own_ambient_lit else []
-        add("ambient_albedo", "rgba8", own)
-        shiny = [f"highlights of {needs.shiny}"] if needs.highlights else []
-        add("specular", "rgba16", shiny + asked(outputs, ("specular", "shininess")))
-        emissive = [f"emission of {needs.emissive}"] if needs.emits else []
-        add("emission", "rgba32f", emissive + asked(outputs, ("emission",)))
-        add("id", "r32ui", asked(outputs, ("id",)))
-        add("visibility", "rg32ui", asked(outputs, ("visibility",)))
-        if needs.placed and not needs.linear_distance:
-            reason = (
-                f"position={needs.settings.position} samples the depth that the volumes are tested against"
-            )
-            add("depth_copy", depth, [reason])
+        targets.add("depth", depth, ["geometry hides what is behind it"], far)
+        if needs.forward:
+            targets.add("coverage", "r8", ["the background shows where nothing was drawn"])
+        else:
+            _add_gbuffer(needs, targets)
     reasons = needs.all_lights() if needs.lit else []
+    if needs.half:
+        _add_half(needs, targets, reasons)
     reasons += ["ambient light"] if needs.ambient_lit else []
-    add("light", "rgba32f", asked(outputs, ("light",)) if reasons else [])
+    targets.add("light", "rgba32f", asked(outputs, ("light",)) if reasons else [])
     reasons += [f"emission of {needs.emissive}"] if needs.emits else []
     reasons += [f"{needs.sprites} sprites"] if needs.dotted else []
-    add("radiance", "rgba8" if needs.classic else "rgba32f", reasons if needs.picture else [])
+    targets.add("radiance", needs.accumulation_format, reasons if needs.picture else [])
     if needs.geometry and needs.lights:
-        add("overdraw", "r32f", asked(outputs, ("overdraw",)))
+        targets.add("overdraw", "r32f", asked(outputs, ("overdraw",)))
         for name in ("volumes", "wireframe"):
-            add(name, "rgba8", asked(outputs, (name,)))
-    add("color", "rgba8", asked(outputs, ("color",)), per_sample=False)
-    add("final_radiance", "rgba32f", asked(outputs, ("radiance",)), per_sample=False)
-    return tuple(targets)
+            targets.add(name, "rgba8", asked(outputs, (name,)))
+    targets.add("color", "rgba8", asked(outputs, ("color",)), per_sample=False)
+    targets.add("final_radiance", "rgba32f", asked(outputs, ("radiance",)), per_sample=False)
+    return tuple(targets.all)
+
+
+def _depth_format(needs: Needs) -> tuple[str, float]:
+    """The depth buffer's format, and its value where nothing is."""
+    if needs.reverse:
+        return "depth32f", 0.0
+    return COARSE_DEPTH.get(needs.settings.position, "depth24"), 1.0
+
+
+def _add_gbuffer(needs: Needs, targets: _Targets) -> None:
+    outputs, settings = needs.outputs, needs.settings
+    albedo, colors = needs.albedo_format
+    targets.add("albedo", albedo, _albedo_reasons(needs), packing=colors)
+    normal, normals = needs.normal_format
+    reasons = (needs.all_lights() if needs.lit else []) + asked(outputs, NORMAL_OUTPUTS)
+    targets.add("normal", normal, reasons, packing=normals)
+    if needs.place_target != "depth":
+        form = STORED_POSITIONS.get(settings.position, "r32f")
+        reasons = [f"{light} (position={settings.position})" for light in needs.placed_lights()]
+        reasons = (reasons if needs.placed else []) + asked(outputs, PLACE_OUTPUTS)
+        reasons += ["light_resolution=half finds neighbours on the same surface"] if needs.half else []
+        targets.add(needs.place_target, form, reasons)
+    own = [f"ambient colours of {needs.own_ambient}"] if needs.own_ambient_lit else []
+    targets.add("ambient_albedo", albedo, own, packing=colors)
+    shiny = [f"highlights of {needs.shiny}"] if needs.highlights else []
+    targets.add("specular", "rgba16", shiny + asked(outputs, ("specular", "shininess")))
+    emissive = [f"emission of {needs.emissive}"] if needs.emits else []
+    targets.add("emission", "rgba32f", emissive + asked(outputs, ("emission",)))
+    targets.add("id", "r32ui", asked(outputs, ("id",)))
+    targets.add("visibility", "rg32ui", asked(outputs, ("visibility",)))
+    if needs.placed and needs.place_target == "depth" and not needs.half:
+        reason = f"position={settings.position} samples the depth that the volumes are tested against"
+        depth, far = _depth_format(needs)
+        targets.add("depth_copy", depth, [reason], far)
+
+
+def _add_half(needs: Needs, targets: _Targets, lights: list[str]) -> None:
+    """What light of half the resolution is drawn with, and into."""
+    depth, far = _depth_format(needs)
+    if needs.volume_test and set(needs.lights) != {"directional"}:
+        targets.add("half_depth", depth, ["light_resolution=half tests volumes at its own"], far, half=True)
+    because = [f"{light} (light_resolution=half)" for light in lights]
+    targets.add("half_light", needs.accumulation_format, because, half=True)
+    shiny = [f"highlights of {needs.shiny} (light_resolution=half)"] if needs.highlights else []
+    targets.add("half_shine", needs.accumulation_format, shiny, half=True)
 
 
 def _albedo_reasons(needs: Needs) -> list[str]:
@@ -96,20 +141,37 @@ def _albedo_reasons(needs: Needs) -> list[str]:
 
 def geometry_variant(needs: Needs, targets: Iterable[Target]) -> GeometryVariant:
     """The geometry pass's variant as far as the frame decides it; batches fill in the rest."""
-    names = {target.name for target in targets}
+    made = {target.name: target for target in targets}
+    position = made.get("position")
     return GeometryVariant(
-        albedo="albedo" in names,
-        normal="normal" in names,
-        distance="distance" in names,
-        ambient="ambient_albedo" in names,
-        specular="specular" in names,
-        emission="emission" in names,
-        id="id" in names,
-        visibility="visibility" in names,
-        classic=needs.classic,
-        snorm=needs.capabilities.snorm_targets or needs.classic or "normal" not in names,
+        albedo="albedo" in made,
+        normal="normal" in made,
+        distance="distance" in made,
+        ambient="ambient_albedo" in made,
+        specular="specular" in made,
+        emission="emission" in made,
+        id="id" in made,
+        visibility="visibility" in made,
+        stored=_STORED[position.format] if position else "none",
+        normals=_normals(needs) if "normal" in made else "snorm16",
+        colors=_colors(needs) if "albedo" in made else "root",
         orthographic=needs.orthographic,
     )
+
+
+def _normals(needs: Needs) -> NormalPacking:
+    return needs.normal_format[1]  # type: ignore[return-value]
+
+
+def _colors(needs: Needs) -> ColorPacking:
+    return needs.albedo_format[1]  # type: ignore[return-value]
+
+
+def _position(needs: Needs) -> Position:
+    """How a pass of light gets positions."""
+    if needs.settings.position == "inverse_matrix":
+        return "matrix"
+    return {"distance": "distance", "position": "stored", "depth": "depth"}[needs.place_target]  # type: ignore[return-value]
 
 
 class _Passes:
@@ -150,16 +212,25 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
         frame.add("shadow_maps", "; ".join(needs.shadows()), ShadowVariant(), writes=("shadow_atlas",))
     if needs.drawn:
         because = f"{needs.geometry} geometry instances in view"
-        frame.add("geometry", because, geometry_variant(needs, targets), writes=frame.there(*GBUFFER))
+        if needs.forward:
+            _forward(needs, frame, because)
+        else:
+            frame.add("geometry", because, geometry_variant(needs, targets), writes=frame.there(*GBUFFER))
     if "depth_copy" in frame.names:
         because = f"position={needs.settings.position}: a depth buffer cannot be tested and sampled at once"
         frame.add("depth_copy", because, Variant(), reads=("depth",), writes=("depth_copy",))
-    if needs.ambient_lit or needs.emits:
+    if "half_depth" in frame.names:
+        because = "light_resolution=half: the depth of every second pixel, to test volumes against"
+        frame.add("half_depth", because, Variant(), reads=("depth",), writes=("half_depth",))
+    if (needs.ambient_lit or needs.emits) and not needs.forward:
         _ambient(needs, frame, lights)
-    if needs.lit:
+    if needs.lit and not needs.forward:
         for kind in PASS_OF_KIND:
             if kind in needs.lights:
-                _lights(needs, frame, kind, lights)
+                half = frame.there("half_light", "half_shine")
+                _lights(needs, frame, kind, half or lights)
+    if needs.half:
+        _upsample(needs, frame, lights)
     if needs.dotted:
         tests = frame.there("depth")
         because = f"{needs.sprites} sprites in view"
@@ -178,7 +249,7 @@ def _ambient(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
         lit=needs.ambient_lit,
         own=needs.own_ambient_lit,
         emission=needs.emits,
-        classic=needs.classic,
+        colors=_colors(needs),
         radiance="radiance" in lights,
         light="light" in lights and needs.ambient_lit,
     )
@@ -198,19 +269,64 @@ def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ..
         highlights=settings.specular if needs.highlights else "none",
         clamp_light=settings.clamp_light and not needs.classic,
         taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
-        from_depth=placed and not needs.linear_distance,
-        classic=needs.classic,
-        snorm=needs.capabilities.snorm_targets or needs.classic,
+        position=_position(needs) if placed else "distance",
+        normals=_normals(needs),
+        colors=_colors(needs),
+        orthographic=needs.orthographic,
+        radiance="radiance" in lights or "half_shine" in lights,
+        light="light" in lights or needs.half,
+        half=needs.half,
+    )
+    reads = ["albedo"] if variant.radiance and not needs.half else []
+    reads += ["normal", *(_place(needs, frame) if placed else ())]
+    reads += ["specular"] if variant.highlights != "none" else []
+    reads += ["shadow_atlas"] if kind in needs.shadowed else []
+    tests = frame.there("half_depth" if needs.half else "depth") if needs.volume_test else ()
+    if kind == "directional":
+        tests = ()
+    frame.add(PASS_OF_KIND[kind], needs.in_view(kind), variant, reads=tuple(reads), fills=lights, tests=tests)
+
+
+def _place(needs: Needs, frame: _Passes) -> tuple[str, ...]:
+    """The target that a pass takes positions from."""
+    if needs.place_target != "depth":
+        return (needs.place_target,)
+    return ("depth_copy",) if "depth_copy" in frame.names else ("depth",)
+
+
+def _upsample(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
+    variant = UpsampleVariant(
+        position=_position(needs),
+        normals=_normals(needs),
+        colors=_colors(needs),
         orthographic=needs.orthographic,
         radiance="radiance" in lights,
         light="light" in lights,
+        shine=needs.highlights and "radiance" in lights,
     )
-    reads = ["albedo"] if variant.radiance else []
-    reads += ["normal", *(frame.there("distance", "depth_copy")[:1] if placed else ())]
-    reads += ["specular"] if variant.highlights != "none" else []
-    reads += ["shadow_atlas"] if kind in needs.shadowed else []
-    tests = ("depth",) if needs.volume_test and kind != "directional" else ()
-    frame.add(PASS_OF_KIND[kind], needs.in_view(kind), variant, reads=tuple(reads), fills=lights, tests=tests)
+    because = "light_resolution=half: each pixel takes light from neighbours on its surface"
+    reads = (*frame.there("half_light", "half_shine"), "albedo", "normal", needs.place_target)
+    frame.add("upsample", because, variant, reads=reads, fills=lights)
+
+
+def _forward(needs: Needs, frame: _Passes, because: str) -> None:
+    settings = needs.settings
+    variant = ForwardVariant(
+        window=settings.window,
+        highlights=settings.specular if needs.highlights else "none",
+        clamp_light=settings.clamp_light,
+        taps=settings.shadow_taps if needs.shadowed else 0,  # type: ignore[arg-type]
+        ambient=needs.own_ambient_lit,
+        specular=needs.highlights,
+        emission=needs.emits,
+        orthographic=needs.orthographic,
+    )
+    lights = ", ".join(needs.all_lights()) or "no light"
+    reads = frame.there("shadow_atlas") if needs.lit else ()
+    writes = ("depth", "coverage")
+    frame.add(
+        "forward", f"{because}, {lights}", variant, reads=reads, writes=writes, fills=frame.there("radiance")
+    )
 
 
 def _light_view(needs: Needs, frame: _Passes, name: Any) -> None:
@@ -225,7 +341,8 @@ def _resolve(needs: Needs, frame: _Passes) -> None:
     settings = needs.settings
     variant = ResolveVariant(
         radiance="radiance" in frame.names,
-        masked="albedo" in frame.names,
+        masked="albedo" in frame.names or "coverage" in frame.names,
+        marked="coverage" in frame.names,
         color="color" in frame.names,
         final_radiance="final_radiance" in frame.names,
         gradient=needs.gradient,
@@ -235,7 +352,7 @@ def _resolve(needs: Needs, frame: _Passes) -> None:
         supersample=settings.supersample,  # type: ignore[arg-type]
     )
     because = "; ".join(asked(needs.outputs, ("color", "radiance")))
-    reads, writes = frame.there("radiance", "albedo"), frame.there("color", "final_radiance")
+    reads, writes = frame.there("radiance", "albedo", "coverage"), frame.there("color", "final_radiance")
     frame.add("resolve", because, variant, reads=reads, writes=writes)
 
 

@@ -8,7 +8,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["FORMATS", "Target", "TargetFormat"]
+__all__ = [
+    "ACCUMULATION_FORMATS",
+    "ALBEDO_FORMATS",
+    "COARSE_DEPTH",
+    "FORMATS",
+    "NORMAL_FORMATS",
+    "STORED_POSITIONS",
+    "UNSIGNED",
+    "Target",
+    "TargetFormat",
+]
 
 
 @dataclass(frozen=True)
@@ -28,6 +38,8 @@ class TargetFormat:
         The OpenGL internal format where the dtype alone does not say it.
     depth : bool
         True for a depth buffer.
+    srgb : bool
+        True if the driver encodes what is written and decodes what is read.
     """
 
     name: str
@@ -36,12 +48,19 @@ class TargetFormat:
     dtype: str
     gl_format: int | None = None
     depth: bool = False
+    srgb: bool = False
 
 
 FORMATS: dict[str, TargetFormat] = {
     entry.name: entry
     for entry in (
         TargetFormat("rgba8", 4, 4, "f1"),
+        TargetFormat("r8", 1, 1, "f1"),
+        TargetFormat("rg8", 2, 2, "f1"),
+        TargetFormat("srgb8_alpha8", 4, 4, "f1", 0x8C43, srgb=True),
+        TargetFormat("rgb10_a2", 4, 4, "nu2", 0x8059),
+        TargetFormat("r11f_g11f_b10f", 4, 3, "f4", 0x8C3A),
+        TargetFormat("rgba16f", 8, 4, "f2"),
         TargetFormat("rg16_snorm", 4, 2, "ni2", 0x8F99),
         TargetFormat("rg16", 4, 2, "nu2", 0x822C),
         TargetFormat("rgba16", 8, 4, "nu2", 0x805B),
@@ -49,11 +68,42 @@ FORMATS: dict[str, TargetFormat] = {
         TargetFormat("r32ui", 4, 1, "u4"),
         TargetFormat("rg32ui", 8, 2, "u4"),
         TargetFormat("rgba32f", 16, 4, "f4"),
+        TargetFormat("depth16", 2, 1, "f4", 0x81A5, depth=True),
         TargetFormat("depth24", 4, 1, "f4", None, depth=True),
         TargetFormat("depth32f", 4, 1, "f4", 0x8CAC, depth=True),
     )
 }
 """Formats by name. Depth counts four bytes also at 24 bits: drivers pad it."""
+
+NORMAL_FORMATS: dict[str, tuple[str, str]] = {
+    "oct16": ("rg16_snorm", "snorm16"),
+    "rgb10a2": ("rgb10_a2", "shifted"),
+    "rgba8": ("rgba8", "shifted"),
+    "oct8": ("rg8", "unorm8"),
+    "rgba16f": ("rgba16f", "plain"),
+    "rgba32f": ("rgba32f", "plain"),
+}
+"""Format and packing of each setting `normals`; `UNSIGNED` where a driver cannot draw into signed targets."""
+UNSIGNED = ("rg16", "unorm16")
+ALBEDO_FORMATS: dict[str, tuple[str, str]] = {
+    "sqrt8": ("rgba8", "root"),
+    "srgb8": ("srgb8_alpha8", "linear"),
+    "rgba8": ("rgba8", "linear"),
+    "rgba16f": ("rgba16f", "linear"),
+    "rgba32f": ("rgba32f", "linear"),
+}
+"""Format and packing of each setting `albedo`."""
+ACCUMULATION_FORMATS = {
+    "rgba32f": "rgba32f",
+    "rgba16f": "rgba16f",
+    "r11g11b10f": "r11f_g11f_b10f",
+    "rgba8": "rgba8",
+}
+"""Format of each setting `accumulation`."""
+STORED_POSITIONS = {"stored16f": "rgba16f", "stored32f": "rgba32f"}
+"""Format of the settings `position` that keep whole positions."""
+COARSE_DEPTH = {"depth24": "depth24", "depth16": "depth16", "inverse_matrix": "depth24"}
+"""Format of the settings `position` that need a standard depth buffer; others take the best that there is."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +125,10 @@ class Target:
         Texels across and down of an image that has a size of its own.
     compare : {"", "<=", ">="}
         How a depth buffer's texels are compared where shaders look them up instead of reading them.
+    packing : str
+        How normals or colours are packed into it: see `firefly_sample.plan.variants`.
+    half : bool
+        True for an image of half the samples across and half down, rounded up.
     """
 
     name: str
@@ -84,8 +138,10 @@ class Target:
     per_sample: bool = True
     size: tuple[int, int] | None = None
     compare: str = ""
+    packing: str = ""
+    half: bool = False
 
     @property
     def bytes_per_pixel(self) -> int:
-        """Bytes of one pixel (of one sample when supersampling)."""
+        """Bytes of one pixel of its own (of one sample when supersampling)."""
         return FORMATS[self.format].bytes_per_pixel

@@ -14,13 +14,19 @@ from typing import Any, Literal, get_args
 __all__ = [
     "PASS_ORDER",
     "AmbientVariant",
+    "ColorPacking",
     "DrawMethod",
+    "ForwardVariant",
     "GeometryVariant",
     "LightVariant",
     "LightViewVariant",
+    "NormalPacking",
     "PlainVariant",
+    "Position",
     "ResolveVariant",
     "ShadowVariant",
+    "Stored",
+    "UpsampleVariant",
     "Variant",
     "defines",
     "legal_variants",
@@ -30,6 +36,11 @@ DrawMethod = Literal["sphere", "cone", "fullscreen", "loop"]
 Highlights = Literal["none", "phong", "blinn_phong"]
 Fading = Literal["ramp_squared", "attenuation"]
 Ending = Literal["karis", "gltf"]
+Position = Literal["distance", "depth", "matrix", "stored"]
+NormalPacking = Literal["snorm16", "unorm16", "unorm8", "shifted", "plain", "undecoded"]
+ColorPacking = Literal["linear", "root"]
+Stored = Literal["none", "full", "half"]
+Kind = Literal["none", "directional", "point", "spot"]
 View = Literal["overdraw", "volumes", "wireframe"]
 
 
@@ -40,7 +51,11 @@ class Variant:
 
 @dataclass(frozen=True)
 class GeometryVariant(Variant):
-    """How the G-buffer is written; the first eight fields say which targets there are."""
+    """How the G-buffer is written; the first eight fields say which targets there are, with `stored`.
+
+    `stored` is the target of whole positions: none, float32, or half floats. `normals` and `colors` are how
+    these are packed.
+    """
 
     albedo: bool = True
     normal: bool = True
@@ -50,8 +65,9 @@ class GeometryVariant(Variant):
     emission: bool = False
     id: bool = False
     visibility: bool = False
-    classic: bool = False
-    snorm: bool = True
+    stored: Stored = "none"
+    normals: NormalPacking = "snorm16"
+    colors: ColorPacking = "root"
     orthographic: bool = False
     textured: bool = False
     vertex_color: bool = False
@@ -70,13 +86,13 @@ class ShadowVariant(Variant):
 class AmbientVariant(Variant):
     """What there is from the first: ambient light, with colours of its own, and emission.
 
-    Classic adds stored (display) values. `radiance` and `light` are the targets.
+    `colors` is how surfaces' colours are packed. `radiance` and `light` are the targets.
     """
 
     lit: bool = True
     own: bool = False
     emission: bool = False
-    classic: bool = False
+    colors: ColorPacking = "root"
     radiance: bool = True
     light: bool = False
 
@@ -85,7 +101,8 @@ class AmbientVariant(Variant):
 class LightVariant(Variant):
     """How lights find their pixels, where a pixel's position comes from, and what light does there.
 
-    `taps` is 0 for lights without shadow maps. `radiance` and `light` are the targets.
+    `taps` is 0 for lights without shadow maps. `radiance` and `light` are the targets; with `half`, light of
+    every second pixel, the first is of highlights alone.
     """
 
     method: DrawMethod = "sphere"
@@ -94,12 +111,58 @@ class LightVariant(Variant):
     highlights: Highlights = "none"
     clamp_light: bool = False
     taps: Literal[0, 1, 4, 16] = 0
-    from_depth: bool = False
-    classic: bool = False
-    snorm: bool = True
+    position: Position = "distance"
+    normals: NormalPacking = "snorm16"
+    colors: ColorPacking = "root"
     orthographic: bool = False
     radiance: bool = True
     light: bool = False
+    half: bool = False
+
+
+@dataclass(frozen=True)
+class UpsampleVariant(Variant):
+    """What light of half the resolution is spread to: `radiance` and `light` are the targets.
+
+    `shine` says whether there are highlights; `highlights`, of surfaces, is never needed.
+    """
+
+    position: Position = "distance"
+    normals: NormalPacking = "snorm16"
+    colors: ColorPacking = "root"
+    orthographic: bool = False
+    radiance: bool = True
+    light: bool = False
+    shine: bool = False
+    highlights: Literal["none"] = "none"
+    half: Literal[False] = False
+
+
+@dataclass(frozen=True)
+class ForwardVariant(Variant):
+    """Surfaces as the geometry pass has them, shaded at once by all lights of one kind.
+
+    `first` is the draw that also brings ambient light, emission and the mark of what is covered.
+    """
+
+    kind: Kind = "point"
+    falloff: Fading = "ramp_squared"
+    window: Ending = "karis"
+    highlights: Highlights = "none"
+    clamp_light: bool = False
+    taps: Literal[0, 1, 4, 16] = 0
+    first: bool = True
+    ambient: bool = False
+    specular: bool = False
+    emission: bool = False
+    orthographic: bool = False
+    textured: bool = False
+    vertex_color: bool = False
+    cutout: bool = False
+    double_sided: bool = False
+    method: Literal["loop"] = "loop"
+    id: Literal[False] = False
+    visibility: Literal[False] = False
 
 
 @dataclass(frozen=True)
@@ -120,7 +183,7 @@ class LightViewVariant(Variant):
 
 @dataclass(frozen=True)
 class ResolveVariant(Variant):
-    """What the last pass reads and writes."""
+    """What the last pass reads and writes; `marked` says that a target of its own tells what is covered."""
 
     radiance: bool = True
     masked: bool = True
@@ -131,16 +194,17 @@ class ResolveVariant(Variant):
     classic: bool = False
     tone: Literal["exponential", "none"] = "exponential"
     supersample: Literal[1, 2] = 1
+    marked: bool = False
 
 
 _NUMBERS = {
-    **{name: number for number, name in enumerate(get_args(DrawMethod))},
-    **{name: number for number, name in enumerate(get_args(Highlights))},
-    **{name: number for number, name in enumerate(get_args(Fading))},
-    **{name: number for number, name in enumerate(get_args(Ending))},
-    **{name: number for number, name in enumerate(get_args(View))},
-    "exponential": 1,
-}
+    name: number
+    for choices in (
+        *(DrawMethod, Highlights, Fading, Ending, View),
+        *(Position, NormalPacking, ColorPacking, Stored, Kind),
+    )
+    for number, name in enumerate(get_args(choices))
+} | {"exponential": 1}
 
 
 def defines(variant: Variant) -> dict[str, int]:
@@ -155,16 +219,25 @@ def defines(variant: Variant) -> dict[str, int]:
 _BOTH = (False, True)
 
 
+_PACKINGS = tuple(product(get_args(NormalPacking)[:5], get_args(ColorPacking)))
+_ORIGINAL = ("undecoded", "linear")
+"""What the classic look has."""
+
+
 def _geometry() -> Iterator[Variant]:
-    for albedo, normal, distance, id_target in product(_BOTH, repeat=4):
+    for albedo, normal, distance in product(_BOTH, repeat=3):
         # what a frame has beside the albedo for light, no frame has without it
         extras = product(_BOTH, repeat=3) if albedo else [(False, False, False)]
-        for classic, extra in [(False, extra) for extra in extras] + [(True, (False, False, False))]:
-            for snorm in _BOTH if normal and not classic else (True,):
-                for rest in product(_BOTH, repeat=5):
-                    for visibility in _BOTH:
-                        targets = albedo, normal, distance, *extra, id_target, visibility
-                        yield GeometryVariant(*targets, classic, snorm, *rest)  # type: ignore[call-arg]
+        places: tuple[Stored, ...] = ("none",) if distance else get_args(Stored)
+        for extra, stored in product(extras, places):
+            for normals, colors in product(get_args(NormalPacking), get_args(ColorPacking)):
+                if (not normal and normals != "snorm16") or (not albedo and colors != "root"):
+                    continue  # nothing is packed
+                if normals == "undecoded" and (any(extra) or (albedo and colors != "linear")):
+                    continue
+                for ids, rest in product(product(_BOTH, repeat=2), product(_BOTH, repeat=5)):
+                    targets = albedo, normal, distance, *extra, *ids, stored
+                    yield GeometryVariant(*targets, normals, colors, *rest)  # type: ignore
 
 
 _TARGETS = ((True, False), (False, True), (True, True))
@@ -172,44 +245,88 @@ _TARGETS = ((True, False), (False, True), (True, True))
 
 
 def _ambient() -> Iterator[Variant]:
-    for radiance, light in _TARGETS:
-        yield AmbientVariant(classic=True, radiance=radiance, light=light)
+    for colors, (radiance, light) in product(get_args(ColorPacking), _TARGETS):
         for lit, own, emission in product(_BOTH, repeat=3):
             # emission is no light that falls on something, and an ambient colour is for ambient light
             if (lit or (emission and radiance)) and (lit or not own):
-                yield AmbientVariant(lit, own, emission, False, radiance, light)
+                yield AmbientVariant(lit, own, emission, colors, radiance, light)
 
 
 def _lights(methods: tuple[DrawMethod, ...], fades: bool) -> Iterator[Variant]:
     fading: list[tuple[Any, Any]] = [("ramp_squared", "karis")]
     if fades:
         fading += [("attenuation", window) for window in get_args(Ending)]
-    correct = list(product(get_args(Highlights), _BOTH, (0, 1, 4, 16), (True, False)))
-    for method, (falloff, window), (radiance, light), orthographic, from_depth in product(
-        methods, fading, _TARGETS, _BOTH, _BOTH
+    for method, (falloff, window), orthographic, position in product(
+        methods, fading, _BOTH, get_args(Position)
     ):
-        for classic, (highlights, clamp, taps, snorm) in [
-            *((False, chosen) for chosen in correct),
-            (True, ("none", False, 0, True)),
-        ]:
-            if not fades and from_depth and not taps:
+        for taps, highlights, clamp, half in product((0, 1, 4, 16), get_args(Highlights), _BOTH, _BOTH):
+            if not fades and position != "distance" and not taps:
                 continue  # without shadows, nobody asks where the surface is
-            if highlights != "none" and not radiance:
-                continue
-            yield LightVariant(
-                method,
-                falloff,
-                window,
-                highlights,
-                clamp,
-                taps,  # type: ignore[arg-type]
-                from_depth,
-                classic,
-                snorm,
-                orthographic,
-                radiance,
-                light,
-            )
+            for radiance, light in [(highlights != "none", True)] if half else _TARGETS:
+                if highlights != "none" and not radiance:
+                    continue
+                for normals, colors in _PACKINGS:
+                    yield LightVariant(
+                        method,
+                        falloff,
+                        window,
+                        highlights,
+                        clamp,
+                        taps,  # type: ignore[arg-type]
+                        position,
+                        normals,
+                        colors,
+                        orthographic,
+                        radiance,
+                        light,
+                        half,
+                    )
+        for radiance, light in _TARGETS:
+            if fades or position == "distance":
+                shared = {"falloff": falloff, "window": window, "orthographic": orthographic}
+                normals, colors = _ORIGINAL
+                yield LightVariant(
+                    method,
+                    position=position,
+                    normals=normals,  # type: ignore[arg-type]
+                    colors=colors,  # type: ignore[arg-type]
+                    radiance=radiance,
+                    light=light,
+                    **shared,
+                )
+
+
+def _upsample() -> Iterator[Variant]:
+    for position, (normals, colors), flat, (radiance, light), shine in product(
+        get_args(Position), _PACKINGS, _BOTH, _TARGETS, _BOTH
+    ):
+        if radiance or not shine:
+            yield UpsampleVariant(position, normals, colors, flat, radiance, light, shine)
+
+
+def _forward() -> Iterator[Variant]:
+    ways: list[tuple[Any, Any, Any]] = [
+        ("directional", "ramp_squared", "karis"),
+        *((kind, "ramp_squared", "karis") for kind in ("point", "spot")),
+        *((kind, "attenuation", window) for kind in ("point", "spot") for window in get_args(Ending)),
+    ]
+    for surface in product(_BOTH, repeat=5):
+        for own, emission in product(_BOTH, repeat=2):
+            # without a light there is nothing but these
+            yield ForwardVariant("none", ambient=own, emission=emission, **_surface(surface))
+        for (kind, falloff, window), highlights, clamp, taps in product(
+            ways, get_args(Highlights), _BOTH, (0, 1, 4, 16)
+        ):
+            lit = (kind, falloff, window, highlights, clamp, taps)
+            shiny = highlights != "none"
+            yield ForwardVariant(*lit, False, specular=shiny, **_surface(surface))
+            for own, emission in product(_BOTH, repeat=2):
+                yield ForwardVariant(*lit, True, own, shiny, emission, **_surface(surface))
+
+
+def _surface(flags: tuple[bool, ...]) -> dict[str, Any]:
+    names = ("orthographic", "textured", "vertex_color", "cutout", "double_sided")
+    return dict(zip(names, flags, strict=True))
 
 
 def _resolve() -> Iterator[Variant]:
@@ -219,10 +336,10 @@ def _resolve() -> Iterator[Variant]:
         if not (color or final):
             continue
         for classic, tone in ((False, "exponential"), (False, "none"), (True, "none")):
-            flags = (radiance, masked, color, final, gradient)
-            yield ResolveVariant(*flags, False, classic, tone, supersample)  # type: ignore[arg-type]
-            if gradient:
-                yield ResolveVariant(*flags, True, classic, tone, supersample)  # type: ignore[arg-type]
+            for marked in _BOTH if masked and not classic else (False,):
+                for flat in _BOTH if gradient else (False,):
+                    flags = (radiance, masked, color, final, gradient, flat, classic)
+                    yield ResolveVariant(*flags, tone, supersample, marked)  # type: ignore[arg-type]
 
 
 def _light_views(view: View) -> list[Variant]:
@@ -232,11 +349,14 @@ def _light_views(view: View) -> list[Variant]:
 _LEGAL: dict[str, Callable[[], Iterable[Variant]]] = {
     "shadow_maps": lambda: (ShadowVariant(cutout) for cutout in _BOTH),
     "geometry": _geometry,
+    "forward": _forward,
     "depth_copy": lambda: [Variant()],
+    "half_depth": lambda: [Variant()],
     "ambient": _ambient,
     "directional_lights": lambda: _lights(("fullscreen", "loop"), fades=False),
     "point_lights": lambda: _lights(("sphere", "fullscreen", "loop"), fades=True),
     "spotlights": lambda: _lights(("sphere", "cone", "fullscreen", "loop"), fades=True),
+    "upsample": _upsample,
     "plain": lambda: (PlainVariant(orthographic) for orthographic in _BOTH),
     "overdraw": lambda: _light_views("overdraw"),
     "volumes": lambda: _light_views("volumes"),

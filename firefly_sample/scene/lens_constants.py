@@ -158,6 +158,17 @@ class LensConstants:
         m[w_row, 0], m[w_row, 1], m[w_row, 3] = self.x_offset, self.z_offset, 1.0
         return m
 
+    def inverse_matrix(self) -> Float64:
+        """The inverse of `matrix`, in closed form: no digits are lost to elimination."""
+        m = np.zeros((4, 4))
+        m[0, 0], m[1, 2] = 1.0 / self.a, 1.0 / self.c
+        m[3, 0], m[3, 2] = -self.x_offset / self.a, -self.z_offset / self.c
+        if self.perspective:
+            m[2, 3], m[3, 1], m[3, 3] = 1.0 / self.d, 1.0, -self.b / self.d
+        else:
+            m[2, 1], m[3, 1], m[3, 3] = 1.0 / self.b, -self.d / self.b, 1.0
+        return m
+
     def unprojection(self) -> Unprojection:
         """The constants of the short form, folded in float64.
 

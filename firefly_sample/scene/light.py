@@ -11,16 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import LightError
 from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
+from firefly_sample.settings import SHADOW_RESOLUTIONS
 
-__all__ = ["LARGEST_COLOR", "SHADOW_RESOLUTIONS", "FadingLight", "Light", "ShadowCaster", "light_color"]
+__all__ = ["LARGEST_COLOR", "FadingLight", "Light", "ShadowCaster", "light_color"]
 
 Float64 = NDArray[np.float64]
 
 LARGEST_COLOR = 1e30
 """Of a colour's channel: what goes to the GPU as float32 keeps room for a product."""
 SHADOW_RESOLUTION = 1024
-SHADOW_RESOLUTIONS = (16, 16384)
-"""The smallest shadow map that holds its border, and the largest that drivers have."""
 
 
 class ShadowCaster(PandaNode):

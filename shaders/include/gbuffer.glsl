@@ -1,23 +1,24 @@
 // Provides encode_ and decode_ of albedo, normal and specular: the packing beside its unpacking.
-// CLASSIC keeps what Panda3D's sample keeps: colours as stored, n * 0.5 + 0.5, and no decoding of it.
-// Octahedral normals: Cigolle et al., JCGT 3(2), 2014. SNORM 0 means a 0..1 target: shift and scale.
+// COLORS 0: linear, as it is. COLORS 1: square roots.
+// NORMALS 0, 1, 2: octahedral, in signed 16, unsigned 16 and unsigned 8 bits (Cigolle et al., JCGT 3(2), 2014).
+// NORMALS 3: n/2 + 1/2. NORMALS 4: n. NORMALS 5: n/2 + 1/2, never decoded, as in Panda3D's sample.
 // Float64 twin: firefly_sample/reference/gbuffer.py
 
 vec3 encode_albedo(vec3 albedo)
 {
-#if CLASSIC
-    return albedo;
-#else
+#if COLORS == 1
     return sqrt(clamp(albedo, 0.0, 1.0));
+#else
+    return albedo;
 #endif
 }
 
 vec3 decode_albedo(vec3 stored)
 {
-#if CLASSIC
-    return stored;
-#else
+#if COLORS == 1
     return stored * stored;
+#else
+    return stored;
 #endif
 }
 
@@ -32,19 +33,7 @@ vec4 decode_specular(vec4 stored)
     return vec4(stored.rgb * stored.rgb, exp2(20.0 * stored.a) - 1.0);
 }
 
-#if CLASSIC
-
-vec4 encode_normal(vec3 n)
-{
-    return vec4(n * 0.5 + 0.5, 0.0);
-}
-
-vec3 decode_normal(vec4 stored)
-{
-    return stored.xyz;  // the original never decodes it
-}
-
-#else
+#if NORMALS < 3
 
 vec2 sign_not_zero(vec2 v)
 {
@@ -55,26 +44,56 @@ vec4 encode_normal(vec3 n)
 {
     vec3 a = n / (abs(n.x) + abs(n.y) + abs(n.z));
     vec2 e = a.z >= 0.0 ? a.xy : (1.0 - abs(a.yx)) * sign_not_zero(a.xy);
-#if !SNORM
+#if NORMALS == 1
     e = e * 0.5 + 0.5;
+#elif NORMALS == 2
+    e = (floor(e * 127.0 + 0.5) + 127.0) / 255.0;  // 254 steps, so that 0 is one of them
 #endif
     return vec4(e, 0.0, 0.0);
 }
 
-// The stored numbers are whole numbers over 32767 or 65535. In these units all up to normalize is exact.
+// The stored numbers are whole numbers over 32767, 65535 or 255. In these units all up to normalize is exact.
 vec3 decode_normal(vec4 stored)
 {
-#if SNORM
+#if NORMALS == 0
     const float ONE = 32767.0;
     vec2 e = floor(stored.xy * ONE + 0.5);
-#else
+#elif NORMALS == 1
     const float ONE = 65535.0;
     vec2 e = 2.0 * floor(stored.xy * ONE + 0.5) - ONE;
+#else
+    const float ONE = 127.0;
+    vec2 e = floor(stored.xy * 255.0 + 0.5) - ONE;
 #endif
     vec3 n = vec3(e, ONE - abs(e.x) - abs(e.y));
     if (n.z < 0.0)
         n.xy = (ONE - abs(n.yx)) * sign_not_zero(n.xy);
     return normalize(n);
+}
+
+#else
+
+vec4 encode_normal(vec3 n)
+{
+#if NORMALS == 4
+    return vec4(n, 0.0);
+#else
+    return vec4(n * 0.5 + 0.5, 0.0);
+#endif
+}
+
+vec3 decode_normal(vec4 stored)
+{
+#if NORMALS == 5
+    return stored.xyz;
+#else
+#if NORMALS == 4
+    vec3 n = stored.xyz;
+#else
+    vec3 n = stored.xyz * 2.0 - 1.0;
+#endif
+    return n * inversesqrt(max(dot(n, n), 1e-30));  // 0 where nothing was drawn
+#endif
 }
 
 #endif

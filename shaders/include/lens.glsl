@@ -1,4 +1,4 @@
-// Provides view_to_clip, ndc_from_pixel, view_from_distance, distance_from_depth.
+// Provides view_to_clip, ndc_from_pixel, view_from_distance, distance_from_depth, view_from_inverse.
 // View space: X right, Y forward, Z up. The lens is its constants A, B, C, D (docs/unprojection.md).
 // Float64 twin: firefly_sample/scene/lens_constants.py
 #block View
@@ -40,4 +40,13 @@ float distance_from_depth(float depth)
 #else
     return u_unprojection.x / (depth + u_unprojection.y);
 #endif
+}
+
+// By the inverse of the view-projection matrix to the world, and from there to the view, all in float32: the way of
+// many tutorials, kept to be measured. The clip range is OpenGL's own.
+vec3 view_from_inverse(vec2 ndc, float depth)
+{
+    vec4 world = ndc.x * u_inverse_x + ndc.y * u_inverse_y + (2.0 * depth - 1.0) * u_inverse_z + u_inverse_w;
+    world.xyz /= world.w;
+    return world.x * u_east.xyz + world.y * u_north.xyz + world.z * u_up.xyz + u_origin.xyz;
 }

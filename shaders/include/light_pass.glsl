@@ -1,10 +1,6 @@
-// Provides main of a light's pass, for after the record and after arrives, which says whether a light comes to a
-// surface, from where, and how much of it. One light a fragment; METHOD 3: all.
+// Provides main of a light's pass, for after arrives. One light a fragment; METHOD 3: all.
 // A pixel out of reach adds 0: discard would cost more.
-#include "include/shine.glsl"
-#if TAPS
-#include "include/shadow.glsl"
-#endif
+#include "include/light_surface.glsl"
 
 #if RADIANCE
 out vec4 o_radiance;
@@ -13,28 +9,13 @@ out vec4 o_radiance;
 out vec4 o_light;
 #endif
 
-void light_surface(Surface s, Light light)
-{
-    vec3 to_light;
-    float strength;
-    if (!arrives(s, light, to_light, strength))
-        return;
-    float n_dot_l = dot(s.normal, to_light);
-    if (n_dot_l <= 0.0)
-        return;
-#if TAPS
-    strength *= shadow(s, to_light, n_dot_l, light.shadow);
-#endif
-#if HIGHLIGHTS
-    add_light(s, to_light, n_dot_l, strength, light.color.rgb, light.specular.rgb);
-#else
-    add_light(s, to_light, n_dot_l, strength, light.color.rgb, vec3(0.0));
-#endif
-}
-
 void main()
 {
-    Surface s = read_surface();
+#if HALF
+    Surface s = read_surface(2 * ivec2(gl_FragCoord.xy));
+#else
+    Surface s = read_surface(ivec2(gl_FragCoord.xy));
+#endif
 #if METHOD == 3
     for (int i = 0; i < u_light_count; ++i)
         light_surface(s, fetch_light(i));

@@ -1,7 +1,11 @@
 // Provides fullscreen_corner, on_sphere, on_cone: where a vertex of a light's proxy goes.
 // METHOD 0: a sphere, circumscribed so that its flat faces miss nothing. METHOD 1: a cone, its tip at the origin and
 // its base at y = 1, circumscribed likewise. METHOD 2: one full-screen triangle a light. METHOD 3: one for all.
+// HALF: onto a target of every second pixel, so that a fragment's centre lies where its pixel's does.
 #include "include/lens.glsl"
+#ifndef HALF
+#define HALF 0  // looks at the proxies themselves
+#endif
 
 vec4 fullscreen_corner()
 {
@@ -9,9 +13,19 @@ vec4 fullscreen_corner()
     return vec4(corner * 2.0 - 1.0, 0.0, 1.0);
 }
 
+vec4 onto_target(vec4 clip)
+{
+#if HALF
+    // pixel x becomes x/2 + 1/4, on a target of half the pixels rounded up
+    vec2 half_size = floor(0.5 * u_size.xy + 0.5);
+    clip.xy = clip.xy * (0.5 * u_size.xy / half_size) + clip.w * ((0.5 * u_size.xy + 0.5) / half_size - 1.0);
+#endif
+    return clip;
+}
+
 vec4 on_sphere(vec4 place, vec3 vertex)
 {
-    return view_to_clip(place.xyz + place.w * vertex);
+    return onto_target(view_to_clip(place.xyz + place.w * vertex));
 }
 
 const float MARGIN = 1e-4;  // of its height, by which the tip is drawn back: what rounding may move it
@@ -25,5 +39,5 @@ vec4 on_cone(vec3 tip, vec3 axis, float height, float tangent, vec3 vertex)
     vec3 u = vec3(1.0 + s * axis.x * axis.x * a, s * b, -s * axis.x);
     vec3 v = vec3(b, s + axis.y * axis.y * a, -axis.y);
     vec3 along = axis * (vertex.y * (1.0 + 2.0 * MARGIN) - MARGIN);
-    return view_to_clip(tip + height * (along + tangent * (v * vertex.x + u * vertex.z)));
+    return onto_target(view_to_clip(tip + height * (along + tangent * (v * vertex.x + u * vertex.z))));
 }

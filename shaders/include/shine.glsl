@@ -1,5 +1,5 @@
 // Provides add_light, which adds what one light does to a surface to radiance_sum and light_sum.
-// light_sum is what a white surface without highlights would show.
+// light_sum is what a white surface without highlights would show. HALF keeps highlights apart: radiance is theirs.
 #include "include/phong.glsl"
 
 vec3 radiance_sum = vec3(0.0);
@@ -14,7 +14,9 @@ void add_light(Surface s, vec3 to_light, float n_dot_l, float strength, vec3 col
     diffuse *= strength;
     light_sum += diffuse;
 #if RADIANCE
+#if !HALF
     radiance_sum += s.albedo * diffuse;
+#endif
 #if HIGHLIGHTS
     vec3 shine = s.specular.rgb * specular_color
         * highlight(s.normal, to_light, way_to_eye(s), n_dot_l, s.specular.a);

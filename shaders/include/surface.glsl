@@ -1,49 +1,71 @@
 // Provides Surface and read_surface: what a light needs to know of the surface behind a pixel; and way_to_light.
-// PLACED 0 means that nobody asks where it is.
+// PLACED 0 means that nobody asks where it is. POSITION 0: from its distance. POSITION 1: from the depth buffer.
+// POSITION 2: from the depth buffer through the inverse of the view-projection matrix. POSITION 3: as stored.
+// HALF: a fragment stands for every second pixel across and down.
 #include "include/lens.glsl"
 #include "include/gbuffer.glsl"
 
 uniform sampler2D u_normal;
-#if RADIANCE
+#if RADIANCE && !HALF
 uniform sampler2D u_albedo;
 #endif
 #if HIGHLIGHTS
 uniform sampler2D u_specular;
 #endif
 #if PLACED
-#if FROM_DEPTH
-uniform sampler2D u_depth_copy;
-#else
+#if POSITION == 0
 uniform sampler2D u_distance;
+#elif POSITION == 3
+uniform sampler2D u_position;
+#else
+uniform sampler2D u_depth;
 #endif
 #endif
 
+#define HAS_PLACE (PLACED && POSITION >= 2)
+
 struct Surface {
+    vec2 pixel;
     vec2 ray;       // (x, z) of the way through the pixel at y = 1; orthographic: (x, z) of the place
     float y;
+#if HAS_PLACE
+    vec3 place;     // which need not lie on that way exactly
+#endif
     vec3 normal;    // unit
     vec3 albedo;
     vec4 specular;  // colour, shininess
 };
 
-Surface read_surface()
+// An infinite far plane, where nothing is, or a position beyond all numbers: what follows stays a number.
+float finite(float value)
 {
-    ivec2 texel = ivec2(gl_FragCoord.xy);
+    return abs(value) < 1e37 ? value : 1e37;
+}
+
+Surface read_surface(ivec2 texel)
+{
     Surface s;
-    s.ray = (ndc_from_pixel(gl_FragCoord.xy) - u_film.xy) * u_film.zw;
-#if PLACED
-#if FROM_DEPTH
-    s.y = distance_from_depth(texelFetch(u_depth_copy, texel, 0).r);
-#else
-    s.y = texelFetch(u_distance, texel, 0).r;
-#endif
-    if (!(abs(s.y) < 1e37))
-        s.y = 1e37;  // an infinite far plane, where nothing is: what follows stays a number
-#else
+    s.pixel = vec2(texel) + 0.5;
+    vec2 ndc = ndc_from_pixel(s.pixel);
+    s.ray = (ndc - u_film.xy) * u_film.zw;
     s.y = 1.0;
+#if PLACED
+#if POSITION == 0
+    s.y = finite(texelFetch(u_distance, texel, 0).r);
+#elif POSITION == 1
+    s.y = finite(distance_from_depth(texelFetch(u_depth, texel, 0).r));
+#else
+#if POSITION == 2
+    vec3 place = view_from_inverse(ndc, texelFetch(u_depth, texel, 0).r);
+#else
+    vec3 place = texelFetch(u_position, texel, 0).xyz;
+#endif
+    s.place = vec3(finite(place.x), finite(place.y), finite(place.z));
+    s.y = s.place.y;
+#endif
 #endif
     s.normal = decode_normal(texelFetch(u_normal, texel, 0));
-#if RADIANCE
+#if RADIANCE && !HALF
     s.albedo = decode_albedo(texelFetch(u_albedo, texel, 0).rgb);
 #else
     s.albedo = vec3(0.0);
@@ -58,7 +80,9 @@ Surface read_surface()
 
 vec3 place_of(Surface s)
 {
-#if ORTHOGRAPHIC
+#if HAS_PLACE
+    return s.place;
+#elif ORTHOGRAPHIC
     return vec3(s.ray.x, s.y, s.ray.y);
 #else
     return vec3(s.ray.x * s.y, s.y, s.ray.y * s.y);
@@ -80,7 +104,10 @@ vec3 way_to_eye(Surface s)
 // difference of two places would lose what float32 cannot hold of them, all of it where they are near.
 vec3 way_to_light(Surface s, vec4 place, vec4 pixel, float rest_of_y)
 {
-    vec2 apart = (pixel.xy - gl_FragCoord.xy) + pixel.zw;
+#if HAS_PLACE
+    return place.xyz - s.place;
+#else
+    vec2 apart = (pixel.xy - s.pixel) + pixel.zw;
     float y = (place.y - s.y) + rest_of_y;
 #if ORTHOGRAPHIC
     vec2 across = apart * u_pixel.xy;
@@ -89,4 +116,5 @@ vec3 way_to_light(Surface s, vec4 place, vec4 pixel, float rest_of_y)
     vec2 across = apart * (distance * u_pixel.xy) + s.ray * (distance - s.y);
 #endif
     return vec3(across.x, y, across.y);
+#endif
 }

@@ -12,6 +12,7 @@ from firefly_sample.assets import asset_dir
 from firefly_sample.gpu.blocks import binding
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.shader_source import load_source
+from firefly_sample.plan.targets import FORMATS
 
 _VERTEX = """#version 330 core
 void main()
@@ -21,6 +22,14 @@ void main()
 }
 """
 WIDTH = 1024
+DTYPES = {
+    "f4": (np.float32, 1),
+    "f2": (np.float16, 1),
+    "f1": (np.uint8, 255),
+    "nu2": (np.uint16, 65535),
+    "ni2": (np.int16, 32767),
+}
+"""How the numbers of a target are read, and which stands for 1."""
 
 
 def _padded(inputs):
@@ -30,10 +39,12 @@ def _padded(inputs):
     return rows
 
 
-def evaluate(device: Device, includes, body: str, inputs, defines=None, blocks=None, more=None):
+def evaluate(
+    device: Device, includes, body: str, inputs, defines=None, blocks=None, more=None, target="rgba32f"
+):
     """`body` sets ``vec4 result`` from ``vec4 a`` (and ``vec4 b``, if there is more).
 
-    `inputs` and `more` (n, 4) give float32 results (n, 4).
+    `inputs` and `more` (n, 4) give float32 results (n, 4), as the format `target` keeps them.
     """
     rows = _padded(inputs)
     size = (WIDTH, len(rows) // WIDTH)
@@ -59,7 +70,8 @@ def evaluate(device: Device, includes, body: str, inputs, defines=None, blocks=N
             held[0].use(1)
             if "u_more" in program:  # what nothing depends on is left out
                 program["u_more"] = 1
-        target = ctx.texture(size, 4, dtype="f4")
+        form = FORMATS[target]
+        target = ctx.texture(size, form.components, dtype=form.dtype, internal_format=form.gl_format)
         framebuffer = ctx.framebuffer([target])
         for name, values in (blocks or {}).items():
             buffer = ctx.buffer(values.tobytes())
@@ -71,7 +83,13 @@ def evaluate(device: Device, includes, body: str, inputs, defines=None, blocks=N
         ctx.enable_only(moderngl.NOTHING)
         texture.use(0)
         array.render(moderngl.TRIANGLES, vertices=3)
-        result = np.frombuffer(target.read(), dtype=np.float32).reshape(-1, 4)[: len(inputs)].copy()
+        result = np.zeros((len(inputs), 4), dtype=np.float32)
+        numbers = np.frombuffer(target.read(), dtype=DTYPES[form.dtype][0]).reshape(
+            len(rows), form.components
+        )
+        result[:, : form.components] = numbers[: len(inputs)] / np.float64(DTYPES[form.dtype][1])
+        if form.name == "rgb10_a2":
+            result = (np.round(result.astype(np.float64) * 1023) / 1023).astype(np.float32)
         device.unbind()
         for thing in (array, framebuffer, texture, target, program, *held):
             thing.release()

@@ -21,11 +21,11 @@ CLIPS = [("gl", False), ("zero_to_one", False), ("zero_to_one", True)]
 
 def block_of(lens, clip, reverse, size=(800, 600)):
     """The View block of a lens."""
-    return view_values(
-        SimpleNamespace(
-            lens=lens.constants(clip, reverse), size=size, near=lens.get_near(), world_to_view=np.eye(4)
-        )
+    constants, turned = (
+        lens.constants(clip, reverse),
+        {"world_to_view": np.eye(4), "view_to_world": np.eye(4)},
     )
+    return view_values(SimpleNamespace(lens=constants, size=size, near=lens.get_near(), **turned))
 
 
 def defines_of(lens):

@@ -13,7 +13,7 @@ from firefly_sample.settings import Settings
     "wrong",
     [
         {"look": "modern"},
-        {"position": "depth16"},
+        {"position": "depth8"},
         {"lights": "tiles"},
         {"supersample": 3},
         {"supersample": 2.0},

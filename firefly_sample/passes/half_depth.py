@@ -1,0 +1,28 @@
+"""Half-depth pass: what volumes are tested against where light is computed for every second pixel."""
+
+from __future__ import annotations
+
+import moderngl
+
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.passes.base import Pass, textures_of
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+
+__all__ = ["HalfDepthPass"]
+
+
+class HalfDepthPass(Pass):
+    """Takes the depth of every second pixel, not a mean: that of no surface would be of no use."""
+
+    name = "half_depth"
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        images.draw_into()
+        gpu.ctx.enable_only(moderngl.DEPTH_TEST)  # without the test, nothing is written either
+        gpu.ctx.depth_func = "1"
+        program = gpu.programs.get(self.name, step.variant, (), vertex="fullscreen")
+        program.use(None, textures_of(images, step.reads))
+        gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+        gpu.ctx.depth_func = "<"

@@ -1,0 +1,24 @@
+// Provides light_surface, which adds one light to radiance_sum and light_sum. For after arrives.
+#include "include/shine.glsl"
+#if TAPS
+#include "include/shadow.glsl"
+#endif
+
+void light_surface(Surface s, Light light)
+{
+    vec3 to_light;
+    float strength;
+    if (!arrives(s, light, to_light, strength))
+        return;
+    float n_dot_l = dot(s.normal, to_light);
+    if (n_dot_l <= 0.0)
+        return;
+#if TAPS
+    strength *= shadow(s, to_light, n_dot_l, light.shadow);
+#endif
+#if HIGHLIGHTS
+    add_light(s, to_light, n_dot_l, strength, light.color.rgb, light.specular.rgb);
+#else
+    add_light(s, to_light, n_dot_l, strength, light.color.rgb, vec3(0.0));
+#endif
+}
