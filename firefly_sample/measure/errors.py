@@ -1,0 +1,156 @@
+"""How far a picture is from its reference, by measures that say different things.
+
+Largest error and bias tell whether a method is right; PSNR and FLIP tell what people would notice.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import MissingPackageError
+
+__all__ = ["Errors", "mean_flip", "picture_errors", "scale_of"]
+
+Float64 = NDArray[np.float64]
+
+RELATIVE_FLOOR = 1e-3
+"""Of the scale: darker than that, a relative error says nothing."""
+RELMSE_FLOOR = 1e-2
+
+
+@dataclass(frozen=True)
+class Errors:
+    """What was measured over the pixels that were compared.
+
+    Attributes
+    ----------
+    largest : float
+        Largest absolute difference of linear radiance in any channel, over the scale, which is the 99.9th
+        percentile of the reference.
+    percentile_99 : float
+        99 per cent of the values differ by less, over the scale.
+    largest_relative : float
+        Largest difference over the reference, or over a thousandth of the scale where that is more.
+    relmse : float
+        Mean of (x - r)^2 / (r^2 + 0.01), both exposed, so that a scene in other units has the same.
+    bias : float
+        Sum of the picture over sum of the reference, less 1: light that is lost or made.
+    not_finite : int
+        Values that are no finite number.
+    uncovered : int
+        Pixels that show the background and must not, or the other way.
+    codes : int
+        Largest difference of sRGB codes.
+    psnr : float
+        Peak signal to noise of sRGB codes, decibels; infinite where they are all the same.
+    flip : float or None
+        Mean FLIP error of the sRGB pictures, 0 to 1; None where it was not asked for.
+    """
+
+    largest: float
+    percentile_99: float
+    largest_relative: float
+    relmse: float
+    bias: float
+    not_finite: int
+    uncovered: int
+    codes: int
+    psnr: float
+    flip: float | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON values: an infinite PSNR is null."""
+        return {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in asdict(self).items()
+        }
+
+
+def scale_of(reference: Float64) -> float:
+    """What errors are told in: the 99.9th percentile of a reference's values, 1 if that is 0."""
+    return float(np.percentile(reference, 99.9)) or 1.0 if reference.size else 1.0
+
+
+def picture_errors(
+    radiance: NDArray[Any],
+    color: NDArray[np.uint8],
+    covered: NDArray[np.bool_],
+    reference: Float64,
+    reference_color: NDArray[np.uint8],
+    reference_covered: NDArray[np.bool_],
+    chosen: NDArray[np.bool_],
+    exposure: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    flip: bool = False,
+) -> Errors:
+    """Hold a picture against a reference.
+
+    Parameters
+    ----------
+    radiance, reference : ndarray, shape (height, width, 3)
+        Linear.
+    color, reference_color : ndarray of uint8, shape (height, width, 3)
+        sRGB codes.
+    covered, reference_covered, chosen : ndarray of bool, shape (height, width)
+        Where something was drawn, and which pixels are compared. FLIP looks at whole pictures: where pixels
+        are not compared, it is shown the reference.
+    exposure : tuple of 3 floats
+        Of relMSE.
+    flip : bool
+        Measure FLIP as well.
+
+    Raises
+    ------
+    MissingPackageError
+        If FLIP is asked for and flip-evaluator is not installed.
+    """
+    given = np.asarray(radiance, dtype=np.float64)[chosen]
+    truth = np.asarray(reference, dtype=np.float64)[chosen]
+    if not given.size:
+        return Errors(0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, math.inf, 0.0 if flip else None)
+    wrong = ~np.isfinite(given)
+    given = np.where(wrong, 0.0, given)
+    scale = scale_of(truth)
+    off = np.abs(given - truth)
+    x, r = given * exposure, truth * exposure
+    total = float(truth.sum())
+    codes = np.abs(color.astype(np.int16) - reference_color.astype(np.int16))[chosen]
+    noise = float(np.mean(codes.astype(np.float64) ** 2))
+    shown = np.where(chosen[..., None], color, reference_color)
+    return Errors(
+        largest=float(off.max()) / scale,
+        percentile_99=float(np.percentile(off, 99)) / scale,
+        largest_relative=float((off / np.maximum(truth, RELATIVE_FLOOR * scale)).max()),
+        relmse=float(np.mean((x - r) ** 2 / (r**2 + RELMSE_FLOOR))),
+        bias=float(given.sum()) / total - 1.0 if total else 0.0,
+        not_finite=int(np.count_nonzero(wrong)),
+        uncovered=int(np.count_nonzero((covered != reference_covered)[chosen])),
+        codes=int(codes.max()),
+        psnr=10.0 * math.log10(255.0**2 / noise) if noise else math.inf,
+        flip=mean_flip(shown, reference_color) if flip else None,
+    )
+
+
+def mean_flip(color: NDArray[np.uint8], reference: NDArray[np.uint8]) -> float:
+    """Mean FLIP error of two sRGB pictures (Andersson et al., HPG 2020), at its usual 67 pixels a degree.
+
+    Raises
+    ------
+    MissingPackageError
+        If flip-evaluator is not installed.
+    """
+    try:
+        import flip_evaluator
+    except ImportError:
+        raise MissingPackageError(
+            'FLIP needs flip-evaluator: pip install "firefly_sample[measure]"'
+        ) from None
+    pictures = (
+        np.ascontiguousarray(image, dtype=np.float32) / np.float32(255.0) for image in (reference, color)
+    )
+    _, mean, _ = flip_evaluator.evaluate(*pictures, "LDR")
+    return float(mean)
