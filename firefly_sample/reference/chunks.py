@@ -1,7 +1,7 @@
 """Work on many pixels, in chunks that fit a processor's cache, on all of its cores.
 
-NumPy lets go of Python's lock while it works on arrays, so threads are enough. Chunks do not depend on how many
-threads there are: nor does a single bit of what comes out.
+NumPy lets go of Python's lock while it works on arrays, so threads are enough. Chunks do not depend on how
+many threads there are: nor does a single bit of what comes out.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Any, TypeVar
 
+import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Progress", "chunks_of", "run_all"]
+__all__ = ["Progress", "chunks_of", "run_all", "tiles_of"]
 
 Progress = Callable[[int, int], object]
 """``progress(done, total)`` is called as work goes on, from the thread that waits for it."""
@@ -24,6 +25,15 @@ _Part = TypeVar("_Part")
 def chunks_of(items: NDArray[Any], size: int) -> list[NDArray[Any]]:
     """Slices of at most `size` items."""
     return [items[first : first + size] for first in range(0, len(items), size)]
+
+
+def tiles_of(shape: tuple[int, ...], tile: tuple[int, int]) -> list[NDArray[np.intp]]:
+    """The flat indices of an image's pixels, by tiles; by slices as large where it has not two dimensions."""
+    pixels = np.arange(int(np.prod(shape)))
+    if len(shape) != 2:
+        return chunks_of(pixels, tile[0] * tile[1])
+    rows = chunks_of(pixels.reshape(shape), tile[0])
+    return [part[:, x : x + tile[1]].reshape(-1) for part in rows for x in range(0, shape[1], tile[1])]
 
 
 def run_all(

@@ -70,8 +70,8 @@ def see_surfaces(
         The output "visibility": instance, counted over the plan's batches in order, and triangle of its Geom;
         -1 where there is nothing.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
-        Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled here
-        when absent.
+        Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled
+        here when absent. Without the second, ambient light sees the first, unless a material has its own.
     threads, progress : optional
         As `firefly_sample.reference.chunks.run_all` takes them.
 
@@ -127,12 +127,12 @@ class _Columns:
         self.emission[pixels] = factors.emissions
         self.specular[pixels] = factors.speculars
         like_base = np.array_equal(factors.ambients, base)
-        tint = found.tint() if albedo is None or (ambient is None and not like_base) else None
-        own = albedo[pixels] if albedo is not None else base * tint
+        sampled = albedo is None or (ambient is None and not like_base)
+        tint = found.tint() if sampled else np.ones(3)
+        own = base * tint if albedo is None else albedo[pixels]
+        other = own if like_base else factors.ambients * tint
         if ambient is not None:
             other = ambient[pixels]
-        else:
-            other = own if like_base else factors.ambients * tint
         # a surface reflects no more than all light, whatever colours are multiplied
         self.albedo[pixels] = np.clip(own, 0.0, 1.0)
         self.ambient[pixels] = np.clip(other, 0.0, 1.0)

@@ -1,9 +1,9 @@
 """A texture sampler in float64, as OpenGL 3.3 describes one: trilinear, repeating, magnified linearly.
 
-Its texels are the GPU's own, 16 bits a channel, from `firefly_sample.mipmaps`. What differs is the filtering. A
-driver takes the level of detail from differences between neighbours in a block of 2x2 pixels, and may weigh
+Its texels are the GPU's own, 16 bits a channel, from `firefly_sample.mipmaps`. What differs is the filtering.
+A driver takes the level of detail from differences between neighbours in a block of 2x2 pixels, and may weigh
 texels with 8 bits: llvmpipe's error reaches 0.006 with 8-bit textures. Here the level follows from the exact
-derivatives at the pixel and the weights have all their digits. How far the two are apart is the driver's
+derivatives at the pixel, and the weights have all their digits. How far the two are apart is the driver's
 filtering error: whoever reports errors keeps it apart from what packing and shading do.
 """
 

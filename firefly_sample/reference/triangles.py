@@ -1,7 +1,7 @@
 """Rays and triangles in float64: where a ray meets a triangle's plane, and how much each corner counts there.
 
-Everything is seen along the ray: space is sheared until the ray is an axis, so that what is left of a corner is
-how far it lies beside the ray. The share of a corner is the area between the ray and the opposite edge, a
+Everything is seen along the ray: space is sheared until the ray is an axis, so that what is left of a corner
+is how far it lies beside the ray. The share of a corner is the area between the ray and the opposite edge, a
 determinant of two such small numbers. No plane equation is formed, whose constant would lose what is small
 beside the distance from the origin; and of two triangles that share an edge, both compute the same number for
 it, so that no ray slips through between them (Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection",
@@ -20,9 +20,9 @@ __all__ = ["FARTHEST_OUT", "Beside", "Meeting", "meet"]
 Float64 = NDArray[np.float64]
 
 FARTHEST_OUT = 1.0 / 16.0
-"""How far below 0 a share may be for the plane to be followed beyond the triangle. A rasteriser moves corners to
-a grid of 1/256 pixel, so that it may draw a pixel whose centre is that far outside. Followed so far, a plane stays
-by its triangle unless that is less than 1/16 pixel wide: edge-on, and then its plane leads anywhere."""
+"""How far below 0 a share may be for the plane to be followed beyond the triangle. A rasteriser moves corners
+to a grid of 1/256 pixel, so that it may draw a pixel whose centre is that far outside. Followed so far, a
+plane stays by its triangle unless that is less than 1/16 pixel wide: edge-on, and it leads anywhere."""
 
 
 @dataclass(frozen=True, eq=False)
