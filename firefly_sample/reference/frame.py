@@ -22,9 +22,12 @@ from firefly_sample.reference.sprites import add_sprites
 from firefly_sample.reference.surfaces import Surfaces, see_surfaces
 from firefly_sample.settings import Settings
 
-__all__ = ["ReferenceFrame", "background", "reference_settings", "render_reference"]
+__all__ = ["VERSION", "ReferenceFrame", "background", "finished", "reference_settings", "render_reference"]
 
 Float64 = NDArray[np.float64]
+
+VERSION = 1
+"""Raised with every change of what this package computes: what was kept of an older one is then not used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +44,15 @@ class ReferenceFrame:
         0 to 1: after exposure and tone curve, still linear, not rounded to codes.
     color : ndarray of uint8, shape (..., 3)
         sRGB codes.
-    surfaces : Surfaces
+    position : ndarray of float64, shape (..., 3)
+        Of the surfaces, view space; NaN where there is none.
     """
 
     radiance: Float64
     light: Float64
     display: Float64
     color: NDArray[np.uint8]
-    surfaces: Surfaces
+    position: Float64
 
 
 def reference_settings(settings: Settings) -> Settings:
@@ -113,9 +117,14 @@ def render_reference(
     radiance = np.where(covered, radiance, background(plan.background, plan.view))
     distance = np.where(surfaces.covered, surfaces.gbuffer.position[..., 1], np.inf)
     add_sprites(radiance, plan.sprites, plan.view, distance)
+    return finished(plan, radiance, light, surfaces.gbuffer.position)
+
+
+def finished(plan: FramePlan, radiance: Float64, light: Float64, position: Float64) -> ReferenceFrame:
+    """A frame from its radiance: the plan's exposure and tone curve, and sRGB rounded to the nearest code."""
     display = tone_curve(radiance * plan.exposure, plan.settings.tone_curve)
     color = np.rint(linear_to_srgb(display) * 255.0).astype(np.uint8)
-    return ReferenceFrame(radiance, light, display, color, surfaces)
+    return ReferenceFrame(radiance, light, display, color, position)
 
 
 def background(colors: Background, view: View) -> Float64:

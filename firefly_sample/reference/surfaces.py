@@ -71,7 +71,7 @@ def see_surfaces(
         -1 where there is nothing.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled
-        here when absent. Without the second, ambient light sees the first, unless a material has its own.
+        here when absent. Without the second, what was sampled is found from the first.
     threads, progress : optional
         As `firefly_sample.reference.chunks.run_all` takes them.
 
@@ -126,13 +126,11 @@ class _Columns:
         self.normal[pixels] = found.normal()
         self.emission[pixels] = factors.emissions
         self.specular[pixels] = factors.speculars
-        like_base = np.array_equal(factors.ambients, base)
-        sampled = albedo is None or (ambient is None and not like_base)
-        tint = found.tint() if sampled else np.ones(3)
+        tint = found.tint() if albedo is None or (ambient is None and not base.all()) else np.ones(3)
+        if albedo is not None:
+            tint = np.where(base > 0.0, albedo[pixels] / np.where(base > 0.0, base, 1.0), tint)
         own = base * tint if albedo is None else albedo[pixels]
-        other = own if like_base else factors.ambients * tint
-        if ambient is not None:
-            other = ambient[pixels]
+        other = factors.ambients * tint if ambient is None else ambient[pixels]
         # a surface reflects no more than all light, whatever colours are multiplied
         self.albedo[pixels] = np.clip(own, 0.0, 1.0)
         self.ambient[pixels] = np.clip(other, 0.0, 1.0)
