@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import GpuError
 from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
-from firefly_sample.gpu.mipmaps import mip_chain
 from firefly_sample.gpu.programs import Program
+from firefly_sample.mipmaps import texture_levels
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows import CasterBatch
-from firefly_sample.srgb import srgb_to_linear
 
 __all__ = ["MeshSource", "TextureSource", "Uploads"]
 
@@ -241,21 +240,18 @@ class Uploads:
             return kept.texture
         if kept is not None:
             kept.release()
-        pixels = image.pixels[::-1].astype(np.float32) / np.float32(255.0)
-        if not stored:
-            decoded = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
-            pixels[..., :3] = decoded[image.pixels[::-1, :, :3]]
+        height, width = image.pixels.shape[:2]
         limit = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
-        if max(pixels.shape[:2]) > limit:
+        if max(width, height) > limit:
             raise GpuError(
-                f"texture {image.name!r} is {pixels.shape[1]}x{pixels.shape[0]}, above the driver's limit of "
+                f"texture {image.name!r} is {width}x{height}, above the driver's limit of "
                 f"{limit} a side: scale it down"
             )
-        levels = mip_chain(pixels, cutoff)
-        texture = self._ctx.texture(levels[0].shape[1::-1], 4, dtype="nu2")
+        levels = texture_levels(image.pixels, cutoff, stored)
+        texture = self._ctx.texture((width, height), 4, dtype="nu2")
         texture.build_mipmaps(0, len(levels) - 1)
         for level, values in enumerate(levels):
-            texture.write(np.round(values * np.float32(65535.0)).astype(np.uint16), level=level)
+            texture.write(values, level=level)
         texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         self._images[key] = _Image(image.revision, texture, self._frame)
         return texture

@@ -60,14 +60,15 @@ class CasterBatch:
         The alpha below which nothing is drawn.
     alphas : ndarray of float64, shape (n,)
         Factors of the texture's alpha.
-    model_to_clip : ndarray of float64, shape (n, 4, 4)
-        For row vectors.
+    model_to_world, model_to_clip : ndarray of float64, shape (n, 4, 4)
+        For row vectors; the first is for who follows rays instead.
     """
 
     geom: Geom
     texture: Texture | None
     cutoff: float
     alphas: Float64
+    model_to_world: Float64
     model_to_clip: Float64
 
 
@@ -328,8 +329,9 @@ def _casters(
             chosen &= alphas >= cutoff
             if not chosen.any():
                 continue
-        matrices = group.model_to_world[chosen] @ view.world_to_light @ project
-        batches.append(CasterBatch(group.geom, texture, cutoff, alphas[chosen], matrices))
+        to_world = group.model_to_world[chosen]
+        matrices = to_world @ view.world_to_light @ project
+        batches.append(CasterBatch(group.geom, texture, cutoff, alphas[chosen], to_world, matrices))
     return tuple(batches)
 
 

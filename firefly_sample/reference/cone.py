@@ -32,4 +32,6 @@ def cone_strength(opened: Float64, inner: float, outer: float, exponent: float) 
         edge = t * t * (3.0 - 2.0 * t)
     else:
         edge = np.where((opened <= outer) | (outer >= 2.0 - 1e-9), 1.0, 0.0)
+    if exponent == 0.0:
+        return np.asarray(edge)
     return np.asarray(edge * power_of_cosine(1.0 - opened, exponent))

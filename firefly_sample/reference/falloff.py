@@ -21,7 +21,8 @@ def ramp_squared(distance: ArrayLike, radius: ArrayLike) -> Float64:
 def window(distance: ArrayLike, end: ArrayLike, kind: str) -> Float64:
     """How a light ends at its max distance R: "karis" is (1 - (d/R)^4)^2, "gltf" 1 - (d/R)^4."""
     s = np.asarray(distance, dtype=np.float64) / np.asarray(end, dtype=np.float64)
-    inside = np.maximum(1.0 - s**4, 0.0)
+    square = s * s  # a power of 4 takes NumPy twenty times as long
+    inside = np.maximum(1.0 - square * square, 0.0)
     return np.asarray(inside**2 if kind == "karis" else inside)
 
 
@@ -46,4 +47,5 @@ def falloff(kind: Falloff, distance: ArrayLike, end: float, coefficients: ArrayL
     """
     if kind is Falloff.RAMP_SQUARED:
         return ramp_squared(distance, end)
-    return np.asarray(attenuation(distance, coefficients) * window(distance, end, ending))
+    fading = attenuation(distance, coefficients)
+    return fading if np.isinf(end) else np.asarray(fading * window(distance, end, ending))

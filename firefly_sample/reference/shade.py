@@ -7,84 +7,25 @@ What the passes of light must agree with. A surface shows, of each light that it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.plan.light_set import LightSet
-from firefly_sample.reference.cone import cone_strength, opening
-from firefly_sample.reference.falloff import falloff
-from firefly_sample.reference.phong import highlight
+from firefly_sample.reference.chunks import Progress, run_all, tiles_of
+from firefly_sample.reference.cone import opening
+from firefly_sample.reference.one_light import GBuffer, LitChunk, OneLight, Shadows, lengths
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
 
-__all__ = ["GBuffer", "OneLight", "count_pairs", "each_light", "nearest_light", "shade_lights"]
+__all__ = ["GBuffer", "OneLight", "Shadows", "count_pairs", "each_light", "nearest_light", "shade_lights"]
 
 Float64 = NDArray[np.float64]
 
-
-@dataclass(frozen=True, eq=False)
-class GBuffer:
-    """What is known of each pixel, view space, float64; shapes (..., 3) but for `shininess`, (...).
-
-    Attributes
-    ----------
-    position : ndarray
-        NaN where nothing was drawn.
-    normal, to_eye : ndarray
-        Unit vectors.
-    albedo, specular : ndarray
-        Linear.
-    shininess : ndarray
-    """
-
-    position: Float64
-    normal: Float64
-    to_eye: Float64
-    albedo: Float64
-    specular: Float64
-    shininess: Float64
-
-
-@dataclass(frozen=True, eq=False)
-class OneLight:
-    """One light of a set: `row` of its columns."""
-
-    lights: LightSet
-    row: int
-
-    def in_reach(self, position: Float64) -> NDArray[np.bool_]:
-        """Which positions (n, 3) are nearer than the light's reach."""
-        if self.lights.kind == "directional":
-            return np.asarray(np.isfinite(position).all(axis=1))
-        offset = position - self.lights.positions[self.row]
-        return np.asarray(_lengths(offset) < self.lights.reaches[self.row])
-
-    def ways(self, position: Float64) -> tuple[Float64, Float64]:
-        """Unit vectors to the light, and distances, from positions (n, 3)."""
-        if self.lights.kind == "directional":
-            to_light = np.broadcast_to(-self.lights.directions[self.row], position.shape)
-            return to_light, np.full(len(position), np.inf)
-        offset = self.lights.positions[self.row] - position
-        distance = np.maximum(_lengths(offset), 1e-15)
-        return offset / distance[:, None], distance
-
-    def strength(self, to_light: Float64, distance: Float64, settings: Settings) -> Float64:
-        """How much of the light's colour arrives there, shadows apart."""
-        lights, row = self.lights, self.row
-        if lights.kind == "directional":
-            return np.ones(len(distance))
-        end, coefficients = float(lights.ends[row]), lights.attenuations[row]
-        strength = falloff(lights.falloff, distance, end, coefficients, settings.window)
-        if lights.kind == "spot":
-            strength = strength * cone_strength(opening(to_light, lights.directions[row]), *lights.cones[row])
-        return strength
-
-
-Shadows = Callable[[OneLight, NDArray[np.intp], Float64], Float64]
-"""``shadows(light, pixels, n_dot_l)``: the lit share of the pixels of these (flat) indices."""
+TILE = (64, 128)
+"""Pixels down and across that are shaded together: they lie near each other, so that few lights reach them,
+and what is known of them stays in a processor's cache."""
 
 
 def each_light(sets: Iterable[LightSet]) -> Iterator[OneLight]:
@@ -95,7 +36,13 @@ def each_light(sets: Iterable[LightSet]) -> Iterator[OneLight]:
 
 
 def shade_lights(
-    gbuffer: GBuffer, sets: Iterable[LightSet], settings: Settings, shadows: Shadows | None = None
+    gbuffer: GBuffer,
+    sets: Iterable[LightSet],
+    settings: Settings,
+    shadows: Shadows | None = None,
+    *,
+    threads: int | None = 1,
+    progress: Progress | None = None,
 ) -> tuple[Float64, Float64]:
     """What all lights do to a G-buffer.
 
@@ -109,33 +56,37 @@ def shade_lights(
         Of them, the specular model, the window and the clamps.
     shadows : callable, optional
         See `Shadows`; nothing is in shadow when absent.
+    threads, progress : optional
+        As `firefly_sample.reference.chunks.run_all` takes them; `shadows` is called from these threads.
 
     Returns
     -------
     radiance, light : ndarray of float64, shape (..., 3)
         Linear; the second is what a white surface without highlights would show.
     """
-    place, unit = gbuffer.position.reshape(-1, 3), gbuffer.normal.reshape(-1, 3)
-    eye, albedo = gbuffer.to_eye.reshape(-1, 3), gbuffer.albedo.reshape(-1, 3)
-    specular, shininess = gbuffer.specular.reshape(-1, 3), gbuffer.shininess.reshape(-1)
-    radiance, light = np.zeros_like(place), np.zeros_like(place)
-    for one in each_light(sets):
-        near = np.flatnonzero(one.in_reach(place))
-        to_light, distance = one.ways(place[near])
-        n_dot_l = np.einsum("ij,ij->i", unit[near], to_light)
-        facing = np.flatnonzero(n_dot_l > 0.0)
-        near, to_light, n_dot_l = near[facing], to_light[facing], n_dot_l[facing]
-        strength = one.strength(to_light, distance[facing], settings)
-        if shadows is not None and one.lights.shadowed:
-            strength = strength * shadows(one, near, n_dot_l)
-        diffuse = one.lights.colors[one.row] * n_dot_l[:, None]
-        shine = highlight(unit[near], to_light, eye[near], shininess[near], settings.specular)
-        glint = specular[near] * one.lights.specular_colors[one.row] * shine[:, None]
-        if settings.clamp_light:
-            diffuse, glint = np.minimum(diffuse, 1.0), np.minimum(glint, 1.0)
-        light[near] += diffuse * strength[:, None]
-        radiance[near] += (albedo[near] * diffuse + glint) * strength[:, None]
-    return radiance.reshape(gbuffer.position.shape), light.reshape(gbuffer.position.shape)
+    sets = tuple(sets)
+    shape = gbuffer.position.shape
+    flat = GBuffer(
+        position=gbuffer.position.reshape(-1, 3),
+        normal=gbuffer.normal.reshape(-1, 3),
+        to_eye=gbuffer.to_eye.reshape(-1, 3),
+        albedo=gbuffer.albedo.reshape(-1, 3),
+        specular=gbuffer.specular.reshape(-1, 3),
+        shininess=gbuffer.shininess.reshape(-1),
+    )
+    radiance, light = np.zeros_like(flat.position), np.zeros_like(flat.position)
+    known = np.asarray(np.isfinite(flat.position).all(axis=1))
+
+    def work(pixels: NDArray[np.intp]) -> None:
+        chunk = LitChunk(flat, pixels, settings, shadows)
+        for lights in sets:
+            for row in chunk.rows_in_reach(lights):
+                chunk.add(OneLight(lights, row))
+        radiance[pixels], light[pixels] = chunk.sums()
+
+    parts = (tile[known[tile]] for tile in tiles_of(shape[:-1], TILE))
+    run_all(work, [pixels for pixels in parts if len(pixels)], threads, progress)
+    return radiance.reshape(shape), light.reshape(shape)
 
 
 def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
@@ -167,14 +118,9 @@ def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = 
     for one in each_light(sets):
         if one.lights.kind == "directional":
             continue
-        distance = _lengths(place - one.lights.positions[one.row])
+        distance = lengths(place - one.lights.positions[one.row])
         reach = float(one.lights.reaches[one.row])
         if one.lights.falloff is Falloff.ATTENUATION:
             reach = min(reach, longest)
         smallest = np.where(distance < reach, np.minimum(smallest, distance / reach), smallest)
     return smallest.reshape(position.shape[:-1])
-
-
-def _lengths(vectors: Float64) -> Float64:
-    """Lengths of vectors (n, 3), several times as fast as ``numpy.linalg.norm`` finds them."""
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

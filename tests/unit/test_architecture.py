@@ -18,7 +18,7 @@ import firefly_sample
 PACKAGE = Path(firefly_sample.__file__).parent
 
 LAYERS = (
-    ({"errors", "settings", "assets", "frame", "columns", "srgb"},),
+    ({"errors", "settings", "assets", "frame", "columns", "srgb", "mipmaps"},),
     ({"scene"},),
     ({"scenes"}, {"plan"}),
     ({"gpu"}, {"reference"}),
@@ -43,6 +43,7 @@ HOMES = {
     "pyrender": {"interop"},
     "cyclopts": {"cli", "commands"},
     "rich": {"commands"},
+    "embreex": {"reference"},
 }
 """Who may import a library at all."""
 

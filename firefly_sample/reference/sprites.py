@@ -1,0 +1,61 @@
+"""float64 twin of ``shaders/plain.vert`` and ``plain.frag``: soft round dots, added to the radiance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.plan.frame_plan import SpriteSet, View
+
+__all__ = ["SMALLEST", "add_sprites"]
+
+Float64 = NDArray[np.float64]
+
+SMALLEST = 1.0
+"""Radius in pixels: a dot that would be smaller is drawn as large and as much fainter."""
+
+
+def add_sprites(radiance: Float64, dots: SpriteSet, view: View, distance: Float64) -> None:
+    """Add all dots, one after the other, each to the pixels of its square.
+
+    Parameters
+    ----------
+    radiance : ndarray of float64, shape (height, width, 3)
+        Changed in place; the first row on top.
+    dots : SpriteSet
+        View space.
+    view : View
+    distance : ndarray of float64, shape (height, width)
+        Of the surfaces along the view axis, infinite where there is none: a dot is hidden by what is nearer
+        than its centre.
+    """
+    lens, (width, height) = view.lens, view.size
+    for place, color, radius in zip(dots.positions, dots.colors, dots.radii.tolist(), strict=True):
+        x, y, z = place.tolist()
+        if not view.near <= y <= view.far:
+            continue  # its square stands upright: the planes cut all of it away, or nothing
+        w = y if lens.perspective else 1.0
+        pixels = radius * lens.c * (height / 2) / max(w, 1e-30)
+        grow = max(SMALLEST / max(pixels, 1e-30), 1.0)
+        size = radius * grow
+        columns = _span(lens.a * x / w + lens.x_offset, lens.a * size / w, width)
+        rows = _span(-(lens.c * z / w + lens.z_offset), lens.c * size / w, height)
+        if not (columns and rows):
+            continue
+        ndc_x = (np.arange(columns.start, columns.stop) + 0.5) / (width / 2) - 1.0
+        ndc_y = 1.0 - (np.arange(rows.start, rows.stop) + 0.5) / (height / 2)
+        across = ((ndc_x - lens.x_offset) / lens.a * w - x) / size
+        up = ((ndc_y - lens.z_offset) / lens.c * w - z) / size
+        s = np.maximum(1.0 - (across**2 + up[:, None] ** 2), 0.0)
+        box = np.s_[rows.start : rows.stop, columns.start : columns.stop]
+        strength = np.where(distance[box] >= y, s * s, 0.0)
+        radiance[box] += strength[..., None] * (color / (grow * grow))
+
+
+def _span(middle: float, half: float, count: int) -> range:
+    """Which of `count` pixels have their centres within an interval of NDC, and perhaps one more a side."""
+    low = max(math.floor((max(middle - half, -2.0) + 1.0) * (count / 2) - 0.5), 0)
+    high = min(math.ceil((min(middle + half, 2.0) + 1.0) * (count / 2) - 0.5), count - 1)
+    return range(low, high + 1)
