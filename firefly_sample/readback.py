@@ -137,7 +137,7 @@ class Surface:
         made = self._plan.target(target)
         assert made is not None
         stored = self._floats(target, 4)[..., :3]
-        return decode_albedo(stored) if made.packing == "root" else stored
+        return stored if made.packing == "linear" else decode_albedo(stored)
 
     def albedo(self) -> Float64:
         """Linear reflectance; in the classic look, as stored."""

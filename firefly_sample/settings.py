@@ -31,7 +31,7 @@ PositionMethod = Literal[
     "linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"
 ]
 NormalFormat = Literal["oct16", "rgb10a2", "rgba8", "oct8", "rgba16f", "rgba32f"]
-AlbedoFormat = Literal["sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"]
+AlbedoFormat = Literal["sqrt10", "sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"]
 Accumulation = Literal["rgba32f", "rgba16f", "r11g11b10f", "rgba8"]
 LightMethod = Literal["volumes", "fullscreen", "loop", "forward"]
 VolumeProxy = Literal["cube", "icosphere0", "icosphere1", "icosphere2", "icosphere3"]
@@ -93,11 +93,12 @@ class Settings:
         pixel, at most 0.004 or 0.95 degrees off. "rgba8" and "rgb10a2" are n/2 + 1/2: 4 bytes, 0.39 or 0.1
         degrees. "rgba16f" and "rgba32f" store n: 8 or 16 bytes, 0.02 or 3e-6 degrees. Highlights magnify the
         error by the root of the shininess.
-    albedo : {"sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"}
-        How base colours are stored. "sqrt8" keeps square roots in 4 bytes: half a display code, exact to
-        decode. "srgb8" is the driver's own encoding, as fine where the driver is exact. "rgba8" stores linear
-        values: what is dark loses most of its digits. "rgba16f" and "rgba32f" take 8 and 16 bytes and lose
-        5e-4 and nothing.
+    albedo : {"sqrt10", "sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"}
+        How base colours are stored. "sqrt10" keeps square roots in ten bits each, 4 bytes a pixel, exact to
+        decode; "sqrt8" is four times as coarse for the same bytes: two display codes where a dark surface is
+        brightly lit. "srgb8" is the driver's own encoding, as fine where the driver is exact. "rgba8" stores
+        linear values: what is dark loses most of its digits. "rgba16f" and "rgba32f" take 8 and 16 bytes and
+        lose 5e-4 and nothing.
     accumulation : {"rgba32f", "rgba16f", "r11g11b10f", "rgba8"}
         The target that lights are added up in. 500 lights lose 1e-6 in "rgba32f" (16 bytes a pixel), up to 9%
         in "rgba16f" (8) on a driver that truncates, 40% in "r11g11b10f" (4), and nearly everything that is
@@ -159,7 +160,7 @@ class Settings:
     look: Look = "correct"
     position: PositionMethod = "linear32f"
     normals: NormalFormat = "oct16"
-    albedo: AlbedoFormat = "sqrt8"
+    albedo: AlbedoFormat = "sqrt10"
     accumulation: Accumulation = "rgba32f"
     lights: LightMethod = "volumes"
     volume_proxy: VolumeProxy = "icosphere1"

@@ -154,7 +154,7 @@ def geometry_variant(needs: Needs, targets: Iterable[Target]) -> GeometryVariant
         visibility="visibility" in made,
         stored=_STORED[position.format] if position else "none",
         normals=_normals(needs) if "normal" in made else "snorm16",
-        colors=_colors(needs) if "albedo" in made else "root",
+        colors=_colors(needs) if "albedo" in made else "root10",
         orthographic=needs.orthographic,
     )
 

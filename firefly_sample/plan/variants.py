@@ -38,7 +38,7 @@ Fading = Literal["ramp_squared", "attenuation"]
 Ending = Literal["karis", "gltf"]
 Position = Literal["distance", "depth", "matrix", "stored"]
 NormalPacking = Literal["snorm16", "unorm16", "unorm8", "shifted", "plain", "undecoded"]
-ColorPacking = Literal["linear", "root"]
+ColorPacking = Literal["linear", "root", "root10"]
 Stored = Literal["none", "full", "half"]
 Kind = Literal["none", "directional", "point", "spot"]
 View = Literal["overdraw", "volumes", "wireframe"]
@@ -67,7 +67,7 @@ class GeometryVariant(Variant):
     visibility: bool = False
     stored: Stored = "none"
     normals: NormalPacking = "snorm16"
-    colors: ColorPacking = "root"
+    colors: ColorPacking = "root10"
     orthographic: bool = False
     textured: bool = False
     vertex_color: bool = False
@@ -92,7 +92,7 @@ class AmbientVariant(Variant):
     lit: bool = True
     own: bool = False
     emission: bool = False
-    colors: ColorPacking = "root"
+    colors: ColorPacking = "root10"
     radiance: bool = True
     light: bool = False
 
@@ -113,7 +113,7 @@ class LightVariant(Variant):
     taps: Literal[0, 1, 4, 16] = 0
     position: Position = "distance"
     normals: NormalPacking = "snorm16"
-    colors: ColorPacking = "root"
+    colors: ColorPacking = "root10"
     orthographic: bool = False
     radiance: bool = True
     light: bool = False
@@ -129,7 +129,7 @@ class UpsampleVariant(Variant):
 
     position: Position = "distance"
     normals: NormalPacking = "snorm16"
-    colors: ColorPacking = "root"
+    colors: ColorPacking = "root10"
     orthographic: bool = False
     radiance: bool = True
     light: bool = False
@@ -231,7 +231,7 @@ def _geometry() -> Iterator[Variant]:
         places: tuple[Stored, ...] = ("none",) if distance else get_args(Stored)
         for extra, stored in product(extras, places):
             for normals, colors in product(get_args(NormalPacking), get_args(ColorPacking)):
-                if (not normal and normals != "snorm16") or (not albedo and colors != "root"):
+                if (not normal and normals != "snorm16") or (not albedo and colors != "root10"):
                     continue  # nothing is packed
                 if normals == "undecoded" and (any(extra) or (albedo and colors != "linear")):
                     continue

@@ -78,15 +78,18 @@ class Fragments:
         return np.asarray(np.einsum("ni,nik->nk", self.meeting.shares, values[self._corners]))
 
     def normal(self) -> Float64:
-        """Unit normals in view space, turned to the eye on two-sided materials, shape (n, 3)."""
+        """Unit normals in view space, turned to the eye on two-sided materials, shape (n, 3).
+
+        One without a length faces the eye.
+        """
         own = self.interpolated(self.batch.geom.normals)
         turned = np.einsum("ni,nij->nj", own, normal_matrices(self.batch.model_to_view)[self.instance])
         largest = np.abs(turned).max(axis=1, keepdims=True)
         turned = turned / np.where(largest > 0.0, largest, 1.0)
         length = np.linalg.norm(turned, axis=1, keepdims=True)
-        unit = turned / np.where(length > 0.0, length, 1.0)
+        away = self.position if self.rays.perspective else self.rays.direction
+        unit = np.where(length > 0.0, turned / np.where(length > 0.0, length, 1.0), self.rays.to_eye())
         if self.batch.variant.double_sided:
-            away = self.position if self.rays.perspective else self.rays.direction
             unit = np.where((np.einsum("ni,ni->n", unit, away) > 0.0)[:, None], -unit, unit)
         return np.asarray(unit)
 

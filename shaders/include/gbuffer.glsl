@@ -1,5 +1,5 @@
 // Provides encode_ and decode_ of albedo, normal and specular: the packing beside its unpacking.
-// COLORS 0: linear, as it is. COLORS 1: square roots.
+// COLORS 0: linear, as it is. COLORS 1: square roots. COLORS 2: square roots in ten bits.
 // NORMALS 0, 1, 2: octahedral, in signed 16, unsigned 16 and unsigned 8 bits (Cigolle et al., JCGT 3(2), 2014).
 // NORMALS 3: n/2 + 1/2. NORMALS 4: n. NORMALS 5: n/2 + 1/2, never decoded, as in Panda3D's sample.
 // Float64 twin: firefly_sample/reference/gbuffer.py
@@ -8,6 +8,11 @@ vec3 encode_albedo(vec3 albedo)
 {
 #if COLORS == 1
     return sqrt(clamp(albedo, 0.0, 1.0));
+#elif COLORS == 2
+    // Not all drivers take the nearest of 1023 steps: llvmpipe has 1024 and cuts off. This is in the middle of what
+    // both turn into the nearest.
+    vec3 nearest = floor(sqrt(clamp(albedo, 0.0, 1.0)) * 1023.0 + 0.5);
+    return (0.25 + nearest * (1022.5 / 1023.0)) / 1023.0;
 #else
     return albedo;
 #endif
@@ -15,7 +20,7 @@ vec3 encode_albedo(vec3 albedo)
 
 vec3 decode_albedo(vec3 stored)
 {
-#if COLORS == 1
+#if COLORS
     return stored * stored;
 #else
     return stored;

@@ -43,10 +43,12 @@ Sample sample_material()
     if (base.a < u_alpha_cutoff)
         discard;
 #endif
+    // a surface reflects no more than all light, whatever colours are multiplied
+    vec3 albedo = clamp(base.rgb, 0.0, 1.0);
 #if AMBIENT
-    return Sample(base.rgb, v_ambient * tint.rgb);
+    return Sample(albedo, clamp(v_ambient * tint.rgb, 0.0, 1.0));
 #else
-    return Sample(base.rgb, base.rgb);
+    return Sample(albedo, albedo);
 #endif
 }
 
