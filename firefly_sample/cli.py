@@ -126,7 +126,9 @@ def _app(chosen: Words, plugin: ScenePlugin | None = None, allow_unknown: bool =
 
 def _load(words: Words, plugin: ScenePlugin | None) -> Callable[..., int]:
     """The function of a command, with the options of a scene if it takes one."""
-    command: Callable[..., int] = getattr(import_module(f"firefly_sample.commands.{words[0]}"), words[-1])
+    command: Callable[..., int] = getattr(
+        import_module(f"firefly_sample.commands.{'_'.join(words)}"), words[-1]
+    )
     if plugin is None:
         return command
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from firefly_sample.cli import main
-from firefly_sample.commands.measure import speed_as_text
+from firefly_sample.commands.measure_speed import speed_as_text
 from firefly_sample.settings import Settings
 from tests.cli.command import GLADE
 

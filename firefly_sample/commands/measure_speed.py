@@ -1,4 +1,4 @@
-"""``firefly measure``: what frames cost."""
+"""``firefly measure speed``: what frames cost."""
 
 from __future__ import annotations
 
