@@ -158,7 +158,8 @@ def _texture_parts(texture: Texture | None) -> Iterator[object]:
 def _load(path: Path, shape: tuple[int, ...]) -> dict[str, Float64] | None:
     """What was kept; None if there is nothing, or it is damaged."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        # np.load would leave a damaged file open
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             kept = {name: stored[name] for name in _KEPT}
     except (OSError, EOFError, KeyError, ValueError, BadZipFile):
         return None
