@@ -31,6 +31,7 @@ _COMMANDS: dict[Words, str] = {
     ("run",): "Open a window on a scene.",
     ("plan",): "Show the passes and targets of a frame, and what asked for each.",
     ("measure", "speed"): "Time each pass, and light volumes against other methods.",
+    ("measure", "trade"): "What each setting costs in time and in error.",
     ("doctor",): "Show driver, devices and versions, and how to install what is missing.",
     ("scenes",): "List the installed scenes and their parameters.",
 }
@@ -113,7 +114,10 @@ def _app(chosen: Words, plugin: ScenePlugin | None = None, allow_unknown: bool =
         ],
         suppress_keyboard_interrupt=False,
     )
-    groups = {(): app, ("measure",): App(name="measure", help="Measure what frames cost.")}
+    groups = {
+        (): app,
+        ("measure",): App(name="measure", help="Measure what frames cost, and how far they are off."),
+    }
     app.command(groups["measure",])
     for words, summary in _COMMANDS.items():
         if words == chosen:

@@ -172,6 +172,8 @@ class Surface:
 
     def covered(self) -> NDArray[np.bool_]:
         """Where something was drawn."""
+        if self._plan.target("coverage") is not None:
+            return np.asarray(self.raw("coverage", np.uint8, 1) > 0)
         if self._plan.target("albedo") is not None:
             return np.asarray(self._floats("albedo", 4)[..., 3] > 0)
         return np.asarray(self.raw("distance", np.float32, 1) != 0)

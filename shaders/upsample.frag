@@ -50,9 +50,10 @@ void main()
                 continue;
             Surface other = read_surface(2 * at);
             float off = dot(place_of(other) - place, s.normal) * width;
+            float off2 = min(off * off, 1e6);  // the weights' sum must not vanish
             float facing = max(dot(other.normal, s.normal), 0.0);
             facing *= facing;
-            float weight = LEAST / (1.0 + off * off) + exp(-min(off * off, 80.0)) * facing * facing;
+            float weight = LEAST / (1.0 + off2) + exp(-min(off2, 80.0)) * facing * facing;
             light += weight * texelFetch(u_half_light, at, 0).rgb;
 #if SHINE
             shine += weight * texelFetch(u_half_shine, at, 0).rgb;

@@ -1,0 +1,88 @@
+"""``firefly measure trade``: what each setting costs in time and in error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from firefly_sample.capture.sequence import DEFAULT_TIME
+from firefly_sample.commands.options import (
+    DEFAULT_SCENE,
+    Flag,
+    SceneName,
+    Size,
+    Time,
+    Whole,
+    without_settings,
+)
+from firefly_sample.commands.terminal import print_json, progress_bar
+from firefly_sample.settings import Settings
+
+__all__ = ["trade"]
+
+
+@without_settings("supersample", "look")
+def trade(
+    scene: SceneName = DEFAULT_SCENE,
+    *,
+    output: Annotated[
+        Path | None,
+        Parameter(name=["--output", "-o"], metavar="DIR", show_default=lambda _: "measured/SCENE"),
+    ] = None,
+    time: Time = DEFAULT_TIME,
+    size: Size = (800, 600),
+    seconds: float = 4.0,
+    fresh: Flag = False,
+    device: Whole | None = None,
+    require_gpu: Flag = False,
+    json: Flag = False,
+    settings: dict[str, Any],
+    parameters: dict[str, Any],
+) -> int:
+    """Measure each setting's time and error against a float64 reference, and forward shading beside them.
+
+    Writes trade.json, a table (trade.md), a plot (pareto.png) and pictures of the largest differences. When
+    it is interrupted, the same command goes on. Settings that are given change the default that all is
+    compared with.
+
+    Parameters
+    ----------
+    output
+        Folder for the files; made if need be.
+    time
+        Seconds of the frame.
+    seconds
+        About how long to time each row.
+    fresh
+        Begin anew, also where an interrupted measurement could be gone on with.
+    device
+        Which EGL device to draw with (see firefly doctor).
+    require_gpu
+        Fail rather than draw with a software driver.
+    json
+        Print what trade.json holds, not the table.
+    """
+    from firefly_sample.measure.trade import measure_trade
+    from firefly_sample.measure.trade_report import trade_as_markdown
+
+    with progress_bar("measuring") as progress:
+        result = measure_trade(
+            scene,
+            output,
+            parameters=parameters,
+            size=size,
+            settings=Settings().with_changes(**settings),
+            time=time,
+            seconds=seconds,
+            fresh=fresh,
+            device=device,
+            require_gpu=require_gpu,
+            progress=progress,
+        )
+    if json:
+        print_json(result)
+    else:
+        print(trade_as_markdown(result), end="")
+    return 0

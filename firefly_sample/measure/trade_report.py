@@ -1,0 +1,171 @@
+"""A measured trade for people: a table, a plot of what is worth its time, and pictures of differences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import MissingPackageError
+
+__all__ = ["AMPLIFY", "difference_picture", "front_of", "pareto_figure", "trade_as_markdown"]
+
+AMPLIFY = 8
+"""Codes of a difference picture for each code of difference."""
+
+Row = dict[str, Any]
+HEAD = (
+    *("settings", "time", "spread", "bytes/px", "largest", "99 %", "relMSE", "bias"),
+    *("codes", "PSNR", "FLIP", "uncovered", "no number"),
+)
+
+
+def trade_as_markdown(result: dict[str, Any]) -> str:
+    """The rows as a Markdown table, with a line on what was measured."""
+    width, height = result["size"]
+    lines = [
+        f"{result['scene']}, {width}x{height}, t = {result['time']:g} s, {result['driver']}. "
+        "Errors of linear radiance are over its 99.9th percentile. "
+        f"{result['reference']['left_out']:.2%} of the pixels, in which a rasteriser and rays see different "
+        "triangles, are not compared.",
+        "",
+        f"| {' | '.join(HEAD)} |",
+        f"|---|{'--:|' * (len(HEAD) - 1)}",
+    ]
+    lines += [_line(row) for row in result["rows"] if "errors" in row]
+    skipped = [f"- {row['name']}: {row['skipped']}" for row in result["rows"] if "skipped" in row]
+    if skipped:
+        lines += ["", "Not drawn:", "", *skipped]
+    return "\n".join(lines) + "\n"
+
+
+def _line(row: Row) -> str:
+    errors = row["errors"]
+    cost = ["", "", ""]
+    if "time_ratio" in row:
+        cost = [f"{row['time_ratio']:.2f}", f"{row['spread']:.2f}", f"{row['bytes_per_pixel']:g}"]
+    psnr, flip = errors["psnr"], errors["flip"]
+    cells = [
+        row["name"],
+        *cost,
+        *(f"{errors[name]:.1e}" for name in ("largest", "percentile_99", "relmse", "bias")),
+        str(errors["codes"]),
+        "inf" if psnr is None else f"{psnr:.1f}",
+        "" if flip is None else f"{flip:.4f}",
+        str(errors["uncovered"]),
+        str(errors["not_finite"]),
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def front_of(rows: Sequence[Row]) -> list[Row]:
+    """The rows that no other beats in both time and largest error, fastest first."""
+    front: list[Row] = []
+    least = np.inf
+    for row in sorted(rows, key=lambda row: (row["time_ratio"], row["errors"]["largest"])):
+        if row["errors"]["largest"] < least:
+            front.append(row)
+            least = row["errors"]["largest"]
+    return front
+
+
+_COLORS = {
+    "default": "#d1495b",
+    "preset": "#d1495b",
+    "alone": "#2e6f95",
+    "combination": "#66a182",
+    "baseline": "#8d6a9f",
+}
+
+
+def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
+    """Write a PNG: largest error over time, and the line of those that nothing beats.
+
+    Raises
+    ------
+    MissingPackageError
+        If matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingPackageError(
+            'the plot needs matplotlib: pip install "firefly_sample[measure]"'
+        ) from None
+    rows = [row for row in result["rows"] if row["group"] in _COLORS and "time_ratio" in row]
+    figure = Figure(figsize=(10.5, 7.0), dpi=110, layout="constrained")
+    axes = figure.add_subplot()
+    for group, color in _COLORS.items():
+        mine = [row for row in rows if row["group"] == group]
+        if mine:
+            times, errors = [row["time_ratio"] for row in mine], [row["errors"]["largest"] for row in mine]
+            shape = "D" if group in ("default", "preset") else "o"
+            axes.scatter(times, errors, s=34, color=color, marker=shape, label=group, zorder=3, alpha=0.9)
+    front = front_of(rows)
+    axes.step(
+        [row["time_ratio"] for row in front],
+        [row["errors"]["largest"] for row in front],
+        where="post",
+        color="#444444",
+        linewidth=1.2,
+        zorder=2,
+        label="nothing is faster and nearer",
+    )
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("time, over the default's")
+    axes.set_ylabel("largest error of radiance, over its 99.9th percentile")
+    width, height = result["size"]
+    axes.set_title(f"{result['scene']}, {width}x{height}: what settings cost and lose", loc="left")
+    axes.grid(True, which="major", color="#dddddd", linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("")
+    _label(axes, rows, front)
+    axes.legend(frameon=False, fontsize=9, loc="lower left")
+    figure.savefig(file, format="png")
+
+
+def _label(axes: Any, rows: Sequence[Row], front: Sequence[Row]) -> None:
+    """Names beside points, the front's first, where there is room."""
+    axes.figure.canvas.draw()
+    taken: list[Any] = []
+    points = axes.transData.transform([(row["time_ratio"], row["errors"]["largest"]) for row in rows])
+    important = [*front, *(row for row in rows if row["group"] in ("default", "preset", "baseline"))]
+    names = {row["name"] for row in important}
+    for row in [*important, *(row for row in rows if row["name"] not in names)]:
+        if row["name"] in (text.get_text() for text in axes.texts):
+            continue
+        place = (row["time_ratio"], row["errors"]["largest"])
+        for offset, side in (((7, 3), "left"), ((-7, 3), "right"), ((7, -10), "left"), ((-7, -10), "right")):
+            text = axes.annotate(
+                row["name"],
+                place,
+                xytext=offset,
+                textcoords="offset points",
+                ha=side,
+                fontsize=8,
+                color="#222222",
+            )
+            box = text.get_window_extent()
+            inside = axes.bbox.x0 <= box.x0 and box.x1 <= axes.figure.bbox.x1
+            covers = sum(box.contains(*point) for point in points) > 0
+            if inside and not covers and not any(box.overlaps(other) for other in taken):
+                taken.append(box)
+                break
+            text.remove()
+
+
+def difference_picture(
+    color: NDArray[np.uint8], reference: NDArray[np.uint8], compared: NDArray[np.bool_]
+) -> NDArray[np.uint8]:
+    """`AMPLIFY` times the difference of sRGB codes, beside the picture: shape (height, 2 * width, 3).
+
+    Pixels that are not compared are black.
+    """
+    off = np.abs(color.astype(np.int32) - reference.astype(np.int32)) * AMPLIFY
+    shown = np.where(compared[..., None], np.minimum(off, 255), 0).astype(np.uint8)
+    return np.concatenate([color, shown], axis=1)

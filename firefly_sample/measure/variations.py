@@ -1,0 +1,185 @@
+"""The settings that a trade compares: each choice alone, some together, and only what a frame can show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.scene.falloff import Falloff
+from firefly_sample.settings import PRESETS, Settings
+
+__all__ = ["COMBINATIONS", "Group", "Variation", "signature", "single_choices", "variations"]
+
+Group = Literal["default", "alone", "baseline", "preset", "combination", "look"]
+
+FORMATS: dict[str, tuple[str, ...]] = {
+    "position": ("depth32f", "depth24", "depth16", "inverse_matrix", "stored32f", "stored16f"),
+    "normals": ("rgba32f", "rgba16f", "rgb10a2", "rgba8", "oct8"),
+    "albedo": ("rgba32f", "rgba16f", "sqrt8", "srgb8", "rgba8"),
+    "accumulation": ("rgba16f", "r11g11b10f", "rgba8"),
+}
+PROXIES = ("cube", "icosphere0", "icosphere2", "icosphere3")
+BUDGETS = (1e-6, 1.5e-3)
+THRESHOLDS = (1e-3, 1e-2, 5.0 / 256.0)
+RESOLUTIONS = (256, 512, 2048, 4096)
+
+COMBINATIONS: dict[str, dict[str, Any]] = {
+    "thin buffer": {
+        "position": "depth24",
+        "normals": "oct8",
+        "albedo": "sqrt8",
+        "accumulation": "r11g11b10f",
+    },
+    "half floats": {
+        "position": "stored16f",
+        "normals": "rgba16f",
+        "albedo": "rgba16f",
+        "accumulation": "rgba16f",
+    },
+    "as the slides": {
+        "position": "stored32f",
+        "normals": "rgba32f",
+        "albedo": "rgba8",
+        "cutoff_threshold": 5.0 / 256.0,
+        "volume_depth_test": False,
+    },
+    "as the assignment": {
+        "position": "inverse_matrix",
+        "normals": "rgba16f",
+        "albedo": "rgba8",
+        "lights": "loop",
+    },
+    "as the original": {
+        "position": "depth24",
+        "normals": "rgba8",
+        "albedo": "rgba8",
+        "accumulation": "rgba8",
+        "volume_depth_test": False,
+    },
+    "half, else accurate": {"light_resolution": "half", "normals": "rgba32f", "albedo": "rgba32f"},
+    "half, thin buffer": {
+        "light_resolution": "half",
+        "position": "depth24",
+        "normals": "oct8",
+        "albedo": "sqrt8",
+        "accumulation": "r11g11b10f",
+    },
+    "cube, depth24": {"volume_proxy": "cube", "position": "depth24"},
+    "icosphere0, depth32f": {"volume_proxy": "icosphere0", "position": "depth32f"},
+    "rgba32f normals, rgba16f albedo": {"normals": "rgba32f", "albedo": "rgba16f"},
+}
+"""Choices that meet in practice: those of the documents that the sample follows, thin ones, and fine ones."""
+
+
+@dataclass(frozen=True)
+class Variation:
+    """Settings that differ from the base.
+
+    Attributes
+    ----------
+    name : str
+    group : {"default", "alone", "baseline", "preset", "combination", "look"}
+        "look" is of what changes the picture and not its accuracy: another model of highlights.
+    changes : dict
+        Setting to value.
+    """
+
+    name: str
+    group: Group
+    changes: dict[str, Any]
+
+
+def single_choices(plan: FramePlan) -> list[Variation]:
+    """Each choice of accuracy alone, as far as it can change this frame or what it costs."""
+    return [Variation(f"{name}={_shown(value)}", "alone", {name: value}) for name, value in _choices(plan)]
+
+
+def variations(plan: FramePlan, base: Settings) -> list[Variation]:
+    """All that a trade compares, the default first; each combination of settings once.
+
+    Parameters
+    ----------
+    plan : FramePlan
+        Of the base, for the output "color".
+    base : Settings
+    """
+    found = [Variation("default", "default", {}), *single_choices(plan)]
+    if any(step.name == "geometry" for step in plan.passes) and plan.lights:
+        found += [Variation("forward shading", "baseline", {"lights": "forward"})]
+        found += [
+            Variation(f"lights={name}", "baseline", {"lights": name}) for name in ("loop", "fullscreen")
+        ]
+        if _proxied(plan):
+            found.append(Variation("volume_depth_test=false", "baseline", {"volume_depth_test": False}))
+    # what a preset does not name it leaves at the default
+    found += [
+        Variation(f"preset {name}", "preset", dict(changes)) for name, changes in PRESETS.items() if changes
+    ]
+    found += [Variation(name, "combination", changes) for name, changes in COMBINATIONS.items()]
+    if plan.target("specular") is not None:
+        other = "phong" if base.specular == "blinn_phong" else "blinn_phong"
+        found.append(Variation(f"specular={other}", "look", {"specular": other}))
+    if _attenuated(plan, ending=True):
+        other = "karis" if base.window == "gltf" else "gltf"
+        found.append(Variation(f"window={other}", "look", {"window": other}))
+    unique: dict[Settings, Variation] = {}
+    for variation in found:
+        unique.setdefault(base.with_changes(**variation.changes), variation)
+    return list(unique.values())
+
+
+def signature(plan: FramePlan) -> tuple[Any, ...]:
+    """What tells frames of one scene apart: those that have the same are drawn in the same way."""
+    return (
+        tuple((target.name, target.format, plan.target_size(target.name)) for target in plan.targets),
+        tuple((step.name, step.variant, step.updates) for step in plan.passes),
+        tuple((lights.kind, lights.proxy, lights.reaches.tobytes()) for lights in plan.lights),
+        plan.shadows.layout,
+        plan.settings.volume_proxy if _proxied(plan) else None,
+    )
+
+
+def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
+    lit = bool(plan.lights)
+    placed = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
+    there = {
+        "position": placed,
+        "normals": lit,
+        "albedo": plan.target("albedo") is not None,
+        "accumulation": plan.target("radiance") is not None,
+    }
+    for name, values in FORMATS.items():
+        if there[name]:
+            yield from ((name, value) for value in values)
+    if _attenuated(plan):
+        yield from (("cutoff_budget", value) for value in BUDGETS)
+        yield from (("cutoff_threshold", value) for value in THRESHOLDS)
+    if _proxied(plan):
+        yield from (("volume_proxy", value) for value in PROXIES)
+    if lit:
+        yield "light_resolution", "half"
+    if plan.shadows.maps:
+        yield from (("shadow_taps", value) for value in (1, 16))
+        yield from (("shadow_resolution", value) for value in RESOLUTIONS)
+
+
+def _attenuated(plan: FramePlan, ending: bool = False) -> bool:
+    """Whether a light fades by distance without an end, or, with `ending`, with one."""
+    return any(
+        lights.kind != "directional"
+        and lights.falloff is Falloff.ATTENUATION
+        and (not ending or (lights.ends < 1e30).any())
+        for lights in plan.lights
+    )
+
+
+def _proxied(plan: FramePlan) -> bool:
+    return any(lights.proxy == "sphere" for lights in plan.lights)
+
+
+def _shown(value: Any) -> str:
+    if value == 5.0 / 256.0:
+        return "5/256"
+    return f"{value:g}" if isinstance(value, float) else str(value)
