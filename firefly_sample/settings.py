@@ -275,9 +275,10 @@ class Settings:
 
 PRESETS: dict[str, dict[str, Any]] = {
     "fast": {
-        "position": "depth24",
         "normals": "oct8",
+        "albedo": "sqrt8",
         "cutoff_threshold": 1e-3,
+        "volume_proxy": "icosphere0",
         "light_resolution": "half",
         "shadow_taps": 1,
     },

@@ -24,7 +24,14 @@ from firefly_sample.settings import Settings
 if TYPE_CHECKING:
     from firefly_sample.frame import Frame
 
-__all__ = ["DEFAULT_TIME", "capture_frames", "capture_settings", "default_folder", "parse_frames"]
+__all__ = [
+    "DEFAULT_TIME",
+    "capture_frames",
+    "capture_settings",
+    "default_folder",
+    "frame_times",
+    "parse_frames",
+]
 
 DEFAULT_TIME = 5.0
 """Seconds at frame 0."""
@@ -98,10 +105,7 @@ def capture_frames(
     from firefly_sample.scenes import build_scene, find_scene
 
     numbers = parse_frames(frames)
-    if not (math.isfinite(fps) and fps > 0):
-        raise OutputError(f"fps must be a finite number above 0, got {fps!r}")
-    if not math.isfinite(time):
-        raise OutputError(f"time must be a finite number of seconds, got {time!r}")
+    _check_clock(fps, time)
     names = check_outputs(outputs)
     settings = settings if settings is not None else capture_settings(names)
     check_outputs(names, settings.supersample)
@@ -143,6 +147,21 @@ def capture_settings(outputs: Iterable[str], **changes: Any) -> Settings:
     """
     supersample = 2 if tuple(outputs) == ("color",) else 1
     return Settings().with_changes(**({"supersample": supersample} | changes))
+
+
+def frame_times(frames: str | int | range, fps: float, time: float) -> tuple[float, ...]:
+    """Seconds of the first, the middle and the last of some frames, each once: a sample of them."""
+    numbers = parse_frames(frames)
+    _check_clock(fps, time)
+    sample = dict.fromkeys((numbers[0], numbers[len(numbers) // 2], numbers[-1]))
+    return tuple(time + index / fps for index in sample)
+
+
+def _check_clock(fps: float, time: float) -> None:
+    if not (math.isfinite(fps) and fps > 0):
+        raise OutputError(f"fps must be a finite number above 0, got {fps!r}")
+    if not math.isfinite(time):
+        raise OutputError(f"time must be a finite number of seconds, got {time!r}")
 
 
 def default_folder(scene: str) -> Path:

@@ -8,7 +8,14 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from firefly_sample.capture.manifest import manifest_as_json
-from firefly_sample.capture.sequence import DEFAULT_TIME, capture_frames, capture_settings, default_folder
+from firefly_sample.capture.sequence import (
+    DEFAULT_TIME,
+    capture_frames,
+    capture_settings,
+    default_folder,
+    frame_times,
+)
+from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time, Whole
 from firefly_sample.commands.terminal import progress_bar
 
@@ -31,6 +38,9 @@ def capture(
     require_gpu: Flag = False,
     json: Flag = False,
     quiet: Annotated[Flag, Parameter(name=["--quiet", "-q"])] = False,
+    max_error: MaxError = None,
+    max_codes: MaxCodes = None,
+    budget_ms: BudgetMs = None,
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
@@ -60,6 +70,19 @@ def capture(
         No progress bar and no summary.
     """
     folder = output if output is not None else default_folder(scene)
+    settings = settings_within(
+        scene,
+        settings,
+        max_error=max_error,
+        max_codes=max_codes,
+        budget_ms=budget_ms,
+        parameters=parameters,
+        size=size,
+        times=frame_times(frames, fps, time),
+        device=device,
+        require_gpu=require_gpu,
+        quiet=quiet,
+    )
     with progress_bar("frames", show=not quiet) as progress:
         manifest = capture_frames(
             scene,

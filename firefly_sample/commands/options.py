@@ -7,13 +7,13 @@ import inspect
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 from cyclopts import Group, Parameter, Token
 
 from firefly_sample.errors import SceneError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.settings import Settings
+from firefly_sample.settings import PRESETS, Settings
 
 if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
@@ -162,22 +162,26 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     """
     signature = inspect.signature(command, eval_str=True)
     own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
-    taken = {p.name for p in own} | {field.name for field in fields(Settings)} | {"help", "version"}
+    taken = {p.name for p in own} | {field.name for field in fields(Settings)} | {"help", "version", "preset"}
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
     added = _settings_options(left_out) + _scene_options(plugin, taken)
 
     @functools.wraps(command)
     def run(*arguments: Any, **options: Any) -> int:
         settings, parameters, rest = {}, {}, {}
+        preset: dict[str, Any] = {}
         for name, value in options.items():
             kind, _, bare = name.partition("__")
-            if kind == "settings":
+            if name == "settings__preset":
+                preset = PRESETS[value]
+            elif kind == "settings":
                 settings[bare] = value
             elif kind == "parameters":
                 parameters[bare] = value
             else:
                 rest[name] = value
-        return command(*arguments, settings=settings, parameters=parameters, **rest)
+        preset = {name: value for name, value in preset.items() if name not in left_out}
+        return command(*arguments, settings=preset | settings, parameters=parameters, **rest)
 
     run.__signature__ = signature.replace(parameters=own + added)  # type: ignore[attr-defined]
     run.__annotations__ = {p.name: p.annotation for p in own + added}
@@ -203,7 +207,9 @@ def _option(key: str, name: str, hint: Any, about: str, default: str, group: Gro
 
 def _settings_options(left_out: frozenset[str]) -> list[inspect.Parameter]:
     group = Group("Settings", sort_key=1)
-    hints, options = get_type_hints(Settings), []
+    hints = get_type_hints(Settings)
+    about = "Settings that go together, of which others that are given change some."
+    options = [_option("settings__preset", "preset", Literal[tuple(PRESETS)], about, "balanced", group)]
     for field in fields(Settings):
         if field.name in left_out:
             continue

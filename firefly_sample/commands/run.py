@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time
 from firefly_sample.commands.terminal import print_json, progress_bar
 from firefly_sample.errors import SettingsError
@@ -27,6 +28,9 @@ def run(
     headless: Flag = False,
     json: Flag = False,
     require_gpu: Flag = False,
+    max_error: MaxError = None,
+    max_codes: MaxCodes = None,
+    budget_ms: BudgetMs = None,
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
@@ -60,6 +64,17 @@ def run(
             "--headless is for performance tests: add --performance-test SECONDS, leave --headless out for "
             "a window, or use 'firefly capture' for pictures without one"
         )
+    settings = settings_within(
+        scene,
+        settings,
+        max_error=max_error,
+        max_codes=max_codes,
+        budget_ms=budget_ms,
+        parameters=parameters,
+        size=size,
+        times=(time,),
+        require_gpu=require_gpu,
+    )
     chosen = Settings().with_changes(**settings)
     if headless:
         from firefly_sample.viewer.headless import run_headless

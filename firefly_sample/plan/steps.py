@@ -305,7 +305,8 @@ def _upsample(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
         shine=needs.highlights and "radiance" in lights,
     )
     because = "light_resolution=half: each pixel takes light from neighbours on its surface"
-    reads = (*frame.there("half_light", "half_shine"), "albedo", "normal", needs.place_target)
+    albedo = ("albedo",) if variant.radiance else ()
+    reads = (*frame.there("half_light", "half_shine"), *albedo, "normal", needs.place_target)
     frame.add("upsample", because, variant, reads=reads, fills=lights)
 
 

@@ -1,0 +1,340 @@
+"""Settings by what a user will accept: the fastest within an error, or the most accurate within a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from firefly_sample.columns import align
+from firefly_sample.errors import FireflyError, SettingsError
+from firefly_sample.measure.bench import FINEST, Bench
+from firefly_sample.measure.errors import Errors
+from firefly_sample.measure.search import Prediction, options_of, predictions
+from firefly_sample.measure.variations import signature, single_choices
+from firefly_sample.renderer import Renderer
+from firefly_sample.scene.scene import Scene
+from firefly_sample.settings import Settings
+
+__all__ = ["MARGIN", "Candidate", "Choice", "choose"]
+
+MARGIN = 0.7
+"""Of a bound, that an error may have on the frames that are measured: the largest of a million values is
+another one on every frame."""
+MOST_VERIFIED = 8
+MOST_TRIED = 20
+SECONDS_ALONE, SECONDS_TOGETHER = 1.5, 4.0
+"""About how long choices are timed."""
+STEPS_OF_REFERENCE = 5
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Settings that were measured.
+
+    Attributes
+    ----------
+    changes : dict
+        What differs from the base.
+    error : float
+        Largest error of radiance on any of the frames, over the 99.9th percentile.
+    codes : int
+        Largest difference of sRGB codes on any of them.
+    milliseconds, ratio, spread : float
+        Time on the first frame, over the base's, and how far the ratios' quartiles are apart.
+    """
+
+    changes: dict[str, Any]
+    error: float
+    codes: int
+    milliseconds: float
+    ratio: float
+    spread: float
+
+    @property
+    def name(self) -> str:
+        """The changes in words."""
+        return ", ".join(f"{name}={value}" for name, value in self.changes.items()) or "default"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen, and on what evidence.
+
+    Attributes
+    ----------
+    settings : Settings
+    chosen : Candidate
+    candidates : tuple of Candidate
+        All that were measured as wholes, fastest first.
+    asked : str
+        The bound in words.
+    times : tuple of float
+        Seconds of the frames that were measured.
+    """
+
+    settings: Settings
+    chosen: Candidate
+    candidates: tuple[Candidate, ...]
+    asked: str
+    times: tuple[float, ...]
+
+    def evidence(self) -> str:
+        """A table of what was measured, the chosen one marked."""
+        rows = [("", "TIME", "SPREAD", "MS", "ERROR", "CODES", "SETTINGS")]
+        for candidate in self.candidates:
+            rows.append(
+                (
+                    "*" if candidate is self.chosen else "",
+                    f"{candidate.ratio:.2f}",
+                    f"{candidate.spread:.2f}",
+                    f"{candidate.milliseconds:.0f}",
+                    f"{candidate.error:.1e}",
+                    str(candidate.codes),
+                    candidate.name,
+                )
+            )
+        frames = ", ".join(f"{time:g}" for time in self.times)
+        return f"{self.asked}: {self.chosen.name}; largest errors at {frames} s\n{align(rows)}"
+
+
+def choose(
+    scene: str | Scene,
+    *,
+    max_error: float | None = None,
+    max_codes: int | None = None,
+    budget_ms: float | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    given: Mapping[str, Any] | None = None,
+    size: tuple[int, int] = (800, 600),
+    times: Sequence[float] = (5.0,),
+    device: int | None = None,
+    require_gpu: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Choice:
+    """The fastest settings within an error, or the most accurate within a time, measured on this scene.
+
+    Every choice is measured alone on the first frame; the combinations that should do best are then drawn on
+    all frames and timed. An error may be up to `MARGIN` of its bound there.
+
+    Parameters
+    ----------
+    scene : str or Scene
+        Name of a scene plugin, "package.module:object", or a scene.
+    max_error : float, optional
+        Largest error of linear radiance over its 99.9th percentile.
+    max_codes : int, optional
+        Largest difference of sRGB codes. With `max_error`, both are met.
+    budget_ms : float, optional
+        Milliseconds of a frame on this machine: the smallest error within it. Not together with a bound.
+    parameters : mapping, optional
+        Of a scene that is given by name.
+    given : mapping, optional
+        Settings that stay as they are here; "supersample" is put back afterwards.
+    size : (int, int)
+        Pixels.
+    times : sequence of float
+        Seconds of the frames to measure.
+    device, require_gpu : see `firefly_sample.Renderer`
+    progress : callable, optional
+        Called with (steps done, steps in all).
+
+    Raises
+    ------
+    SettingsError
+        If nothing is asked for, or nothing meets it: it says the best that can be had.
+    FireflyError
+        If the scene, a setting, the size or the driver is not as it must be.
+    """
+    asked = _asked(max_error, max_codes, budget_ms)
+    fixed = dict(given or {})
+    wanted = Settings().with_changes(**fixed)
+    base = wanted.with_changes(supersample=1)
+    if not times:
+        raise SettingsError("there is no frame to measure on: give at least one time")
+    with Renderer(size, base, device=device, require_gpu=require_gpu) as renderer:
+        built, by_codes = _scene_of(scene, parameters), max_error is None and max_codes is not None
+        search = _Search(renderer, built, tuple(times), base, fixed, by_codes, progress)
+        if budget_ms is not None:
+            chosen = search.most_accurate(budget_ms)
+        else:
+            chosen = search.fastest(max_error, max_codes)
+    return Choice(
+        wanted.with_changes(**chosen.changes),
+        chosen,
+        tuple(sorted(search.measured, key=lambda candidate: candidate.ratio)),
+        asked,
+        tuple(times),
+    )
+
+
+def _asked(max_error: float | None, max_codes: int | None, budget_ms: float | None) -> str:
+    """The bound in words, checked."""
+    bounds = {"max_error": max_error, "max_codes": max_codes, "budget_ms": budget_ms}
+    wanted = {name: value for name, value in bounds.items() if value is not None}
+    if not wanted or (budget_ms is not None and len(wanted) > 1):
+        raise SettingsError("give max_error, max_codes or both, or else budget_ms")
+    for name, value in wanted.items():
+        if not 0 <= value < 1e30 or (name != "max_codes" and value == 0):
+            raise SettingsError(f"{name} must be a number above 0, got {value!r}")
+    return " and ".join(f"{name} {value:g}" for name, value in wanted.items())
+
+
+def _scene_of(scene: str | Scene, parameters: Mapping[str, Any] | None) -> Scene:
+    if isinstance(scene, Scene):
+        return scene
+    from firefly_sample.scenes import build_scene, find_scene
+
+    return build_scene(find_scene(scene), **dict(parameters or {}))
+
+
+class _Search:
+    """Measures choices alone, then the combinations that should do best."""
+
+    def __init__(
+        self,
+        renderer: Renderer,
+        scene: Scene,
+        times: tuple[float, ...],
+        base: Settings,
+        fixed: dict[str, Any],
+        by_codes: bool,
+        progress: Callable[[int, int], None] | None,
+    ) -> None:
+        self._base, self._fixed, self._by_codes, self._progress = base, fixed, by_codes, progress
+        self._done = 0
+        singles = [
+            single
+            for single in single_choices(renderer.plan(scene, times[0], ("color",)))
+            if not set(single.changes) & fixed.keys()
+        ]
+        self._total = STEPS_OF_REFERENCE * len(times) + len(singles) + MOST_TRIED
+        self._benches = []
+        for time in times:
+            self._benches.append(Bench(renderer, scene, time, base))
+            self._step(STEPS_OF_REFERENCE)
+        self.measured: list[Candidate] = []
+        self._options = self._alone(singles)
+
+    def _step(self, steps: int = 1) -> None:
+        self._done += steps
+        if self._progress is not None:
+            self._progress(min(self._done, self._total), self._total)
+
+    def _alone(self, singles: list[Any]) -> list[Any]:
+        """The options of each dimension, and the error where each is at its finest."""
+        bench = self._benches[0]
+        finest = {name: value for name, value in FINEST.items() if name not in self._fixed}
+        self._finest = self.measure(finest | self._uncut())
+        base_error = self._size(bench.draw(self._base).errors)
+        seen = {signature(bench.plan(self._base))}
+        found = []
+        for single in singles:
+            self._step()
+            settings = self._base.with_changes(**single.changes)
+            try:
+                own = signature(bench.plan(settings))
+                if own in seen:
+                    continue
+                seen.add(own)
+                error = self._size(bench.draw(settings).errors)
+            except FireflyError:
+                continue  # say, shadow maps too large for their atlas: it is no candidate
+            timing = bench.time_of(settings, SECONDS_ALONE, most=5)
+            found.append((single, error, timing.ratio, timing.spread))
+        return options_of(found, base_error, self._fixed)
+
+    def _size(self, errors: Errors) -> float:
+        """How large an error is, in what it is asked for."""
+        return float(errors.codes) if self._by_codes else errors.largest
+
+    def _predictions(self) -> list[Prediction]:
+        finest = self._finest.codes if self._by_codes else self._finest.error
+        return list(predictions(self._options, float(finest)))
+
+    def _uncut(self) -> dict[str, Any]:
+        return {} if {"cutoff_budget", "cutoff_threshold"} & self._fixed.keys() else {"cutoff_budget": 1e-6}
+
+    def measure(self, changes: dict[str, Any]) -> Candidate:
+        """Draw on all frames, and time on the first."""
+        for known in self.measured:
+            if known.changes == changes:
+                return known
+        settings = self._base.with_changes(**changes)
+        errors: list[Errors] = [bench.draw(settings).errors for bench in self._benches]
+        timing = self._benches[0].time_of(settings, SECONDS_TOGETHER)
+        candidate = Candidate(
+            changes,
+            max(e.largest for e in errors),
+            max(e.codes for e in errors),
+            timing.milliseconds,
+            timing.ratio,
+            timing.spread,
+        )
+        self.measured.append(candidate)
+        return candidate
+
+    def _verified(self, ranked: list[Prediction], good: Callable[[Candidate], bool]) -> list[Candidate]:
+        """The first of the ranked that are as they should be."""
+        kept: list[Candidate] = []
+        for prediction in ranked[:MOST_TRIED]:
+            candidate = self.measure(prediction.changes)
+            self._step()
+            if good(candidate):
+                kept.append(candidate)
+            if len(kept) == MOST_VERIFIED:
+                break
+        return kept
+
+    def fastest(self, max_error: float | None, max_codes: int | None) -> Candidate:
+        """The fastest within the bounds; of those that time cannot tell apart, the most accurate."""
+
+        def good(candidate: Candidate) -> bool:
+            return _within(candidate, max_error, max_codes, MARGIN)
+
+        # a prediction may well be too high: errors seldom fall on the same pixel
+        most = 1.5 * MARGIN * max_error if max_error is not None else (max_codes or 0) + 1.0
+        promising = (p for p in self._predictions() if p.error <= most)
+        ranked = sorted(promising, key=lambda p: (round(p.ratio, 3), p.error))
+        kept = self._verified(ranked, good)
+        if good(self._finest):
+            kept.append(self._finest)
+        if not kept and _within(self._finest, max_error, max_codes, 1.0):
+            kept.append(self._finest)  # with little to spare, but nothing has more
+        if not kept:
+            best = min(self.measured, key=lambda candidate: candidate.error)
+            raise SettingsError(
+                f"no settings come within {_asked(max_error, max_codes, None)} on this scene: the best is an "
+                f"error of {best.error:.1e} and {best.codes} codes, with {best.name}"
+            )
+        quickest = min(kept, key=lambda candidate: candidate.ratio)
+        as_fast = [c for c in kept if c.ratio <= quickest.ratio * (1.0 + max(quickest.spread, 0.02))]
+        return min(as_fast, key=lambda candidate: candidate.error)
+
+    def most_accurate(self, budget_ms: float) -> Candidate:
+        """The smallest error within a time."""
+
+        def good(candidate: Candidate) -> bool:
+            return candidate.milliseconds <= budget_ms
+
+        default = self.measure({})
+        everything = self._predictions()
+        within = [p for p in everything if p.ratio * default.milliseconds <= 1.1 * budget_ms]
+        kept = self._verified(sorted(within, key=lambda p: (p.error, p.ratio)), good)
+        kept += [candidate for candidate in (self._finest, default) if good(candidate)]
+        if not kept:
+            fast = sorted(everything, key=lambda p: p.ratio)[:MOST_VERIFIED]
+            best = min((self.measure(p.changes) for p in fast), key=lambda candidate: candidate.milliseconds)
+            if not good(best):
+                raise SettingsError(
+                    f"no settings draw this scene in {budget_ms:g} ms: the fastest takes "
+                    f"{best.milliseconds:.0f} ms, with {best.name}"
+                )
+            return best
+        return min(kept, key=lambda candidate: candidate.error)
+
+
+def _within(candidate: Candidate, max_error: float | None, max_codes: int | None, margin: float) -> bool:
+    return (max_error is None or candidate.error <= margin * max_error) and (
+        max_codes is None or candidate.codes <= max_codes
+    )
