@@ -15,6 +15,9 @@ __all__ = ["AMPLIFY", "difference_picture", "front_of", "pareto_figure", "trade_
 AMPLIFY = 8
 """Codes of a difference picture for each code of difference."""
 
+LEAST = 1e-9
+"""Of errors in the plot, which has no 0."""
+
 Row = dict[str, Any]
 HEAD = (
     *("settings", "time", "spread", "bytes/px", "largest", "99 %", "relMSE", "bias"),
@@ -95,51 +98,68 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
             'the plot needs matplotlib: pip install "firefly_sample[measure]"'
         ) from None
     rows = [row for row in result["rows"] if row["group"] in _COLORS and "time_ratio" in row]
-    figure = Figure(figsize=(10.5, 7.0), dpi=110, layout="constrained")
+    figure = Figure(figsize=(11.0, 7.0), dpi=110, layout="constrained")
     axes = figure.add_subplot()
+    axes.set_xscale("log")
+    axes.set_yscale("log")
     for group, color in _COLORS.items():
         mine = [row for row in rows if row["group"] == group]
         if mine:
-            times, errors = [row["time_ratio"] for row in mine], [row["errors"]["largest"] for row in mine]
-            shape = "D" if group in ("default", "preset") else "o"
-            axes.scatter(times, errors, s=34, color=color, marker=shape, label=group, zorder=3, alpha=0.9)
+            points = [_point(row) for row in mine]
+            axes.errorbar(
+                [x for x, _ in points],
+                [y for _, y in points],
+                xerr=[0.5 * row["spread"] * row["time_ratio"] for row in mine],
+                fmt="D" if group in ("default", "preset") else "o",
+                color=color,
+                markersize=6,
+                elinewidth=0.8,
+                label=group,
+                zorder=3,
+            )
     front = front_of(rows)
+    steps = [_point(row) for row in front]
     axes.step(
-        [row["time_ratio"] for row in front],
-        [row["errors"]["largest"] for row in front],
+        [x for x, _ in steps],
+        [y for _, y in steps],
         where="post",
         color="#444444",
         linewidth=1.2,
         zorder=2,
         label="nothing is faster and nearer",
     )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("time, over the default's")
+    axes.set_xlabel("time, over the default's (bars: from quartile to quartile)")
     axes.set_ylabel("largest error of radiance, over its 99.9th percentile")
     width, height = result["size"]
-    axes.set_title(f"{result['scene']}, {width}x{height}: what settings cost and lose", loc="left")
+    axes.set_title(f"{result['scene']}, {width}x{height}: what settings cost and lose", loc="left", pad=26)
     axes.grid(True, which="major", color="#dddddd", linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter("")
+    axes.xaxis.set_minor_formatter("{x:g}")
+    axes.tick_params(axis="x", which="minor", labelsize=8, labelcolor="#777777")
+    axes.margins(x=0.12, y=0.08)
+    axes.legend(frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, borderpad=0)
     _label(axes, rows, front)
-    axes.legend(frameon=False, fontsize=9, loc="lower left")
     figure.savefig(file, format="png")
+
+
+def _point(row: Row) -> tuple[float, float]:
+    """Where a row is drawn; a picture without any error at the least that is told apart."""
+    return row["time_ratio"], max(row["errors"]["largest"], LEAST)
 
 
 def _label(axes: Any, rows: Sequence[Row], front: Sequence[Row]) -> None:
     """Names beside points, the front's first, where there is room."""
-    axes.figure.canvas.draw()
+    axes.figure.draw_without_rendering()  # so that places are known
     taken: list[Any] = []
-    points = axes.transData.transform([(row["time_ratio"], row["errors"]["largest"]) for row in rows])
+    points = axes.transData.transform([_point(row) for row in rows])
     important = [*front, *(row for row in rows if row["group"] in ("default", "preset", "baseline"))]
     names = {row["name"] for row in important}
     for row in [*important, *(row for row in rows if row["name"] not in names)]:
         if row["name"] in (text.get_text() for text in axes.texts):
             continue
-        place = (row["time_ratio"], row["errors"]["largest"])
+        place = _point(row)
         for offset, side in (((7, 3), "left"), ((-7, 3), "right"), ((7, -10), "left"), ((-7, -10), "right")):
             text = axes.annotate(
                 row["name"],

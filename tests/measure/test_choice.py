@@ -1,0 +1,202 @@
+"""Settings chosen by error, by codes and by time, held against what they then do."""
+
+import json
+import math
+
+import pytest
+
+from firefly_sample.cli import main
+from firefly_sample.errors import SettingsError
+from firefly_sample.measure import choose
+from firefly_sample.measure.bench import Bench
+from firefly_sample.measure.choice import MARGIN
+from firefly_sample.measure.search import Option, options_of, predictions
+from firefly_sample.measure.variations import Variation
+from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.settings import Settings
+from tests.cli.command import GLADE
+from tests.conftest import make_renderer
+
+SMALL = {"size": (64, 48), "times": (1.0,)}
+
+
+def single(error, ratio, spread=0.01, **changes):
+    return Variation(str(changes), "alone", changes), error, ratio, spread
+
+
+# --- The search ---
+
+
+def test_options_are_what_nothing_of_their_dimension_beats():
+    singles = [
+        single(1e-3, 0.9, normals="oct8"),
+        single(1e-4, 1.2, normals="rgba32f"),
+        single(1e-2, 1.1, normals="rgba8"),  # slower and worse than the base
+        single(5e-3, 0.99, 0.05, albedo="sqrt8"),  # its time is not told apart: it only errs
+    ]
+    dimensions = options_of(singles, 5e-4, fixed=())
+    normals = next(d for d in dimensions if any("normals" in option.changes for option in d))
+    assert normals == [
+        Option({"normals": "oct8"}, pytest.approx(9e-4), 0.9),
+        Option({}, pytest.approx(4e-4), 1.0),
+        Option({"normals": "rgba32f"}, 0.0, 1.2),
+    ]
+    assert not any("albedo" in option.changes for d in dimensions for option in d)
+
+
+def test_what_is_fixed_is_no_dimension():
+    singles = [single(1e-3, 0.5, position="depth16")]
+    for fixed, count in (((), 2), (("position",), 1)):
+        found = options_of(singles, 1e-4, fixed)
+        assert max(map(len, found)) == count
+
+
+def test_predictions_add_errors_and_multiply_times():
+    dimensions = [
+        [Option({"normals": "oct8"}, 3e-3, 0.9), Option({}, 0.0, 1.0)],
+        [Option({"albedo": "sqrt8"}, 1e-3, 0.8), Option({}, 2e-4, 1.0)],
+    ]
+    found = list(predictions(dimensions, 1e-4))
+    assert len(found) == 4
+    both = next(p for p in found if len(p.changes) == 2)
+    assert math.isclose(both.error, 4.1e-3)
+    assert math.isclose(both.ratio, 0.72)
+    neither = next(p for p in found if not p.changes)
+    assert math.isclose(neither.error, 3e-4)
+
+
+# --- Choosing ---
+
+
+@pytest.mark.parametrize("bound", [1e-3, 1e-1])
+def test_what_is_chosen_holds_its_bound_on_frames_it_was_not_chosen_on(bound):
+    steps = []
+    choice = choose(GLADE, max_error=bound, **SMALL, progress=lambda *step: steps.append(step))
+    assert choice.chosen.error <= MARGIN * bound
+    assert choice.chosen in choice.candidates
+    assert steps == sorted(steps)
+    assert all(done <= total for done, total in steps)
+    scene = build_scene(find_scene(GLADE))
+    with make_renderer((64, 48)) as renderer:
+        for time in (2.0, 5.0, 11.0):
+            assert Bench(renderer, scene, time, Settings()).draw(choice.settings).errors.largest <= bound
+
+
+def test_an_impossible_bound_says_the_best_that_can_be_had():
+    with pytest.raises(
+        SettingsError,
+        match=r"^no settings come within max_error 1e-12 on this scene: the best is an error of \d",
+    ):
+        choose(GLADE, max_error=1e-12, **SMALL)
+
+
+def test_codes_are_a_bound_too():
+    choice = choose(GLADE, max_codes=1, **SMALL)
+    assert choice.chosen.codes <= 1
+    assert choice.asked == "max_codes 1"
+    both = choose(GLADE, max_codes=2, max_error=1e-2, **SMALL)
+    assert both.chosen.codes <= 2
+    assert both.chosen.error <= MARGIN * 1e-2
+
+
+def test_a_budget_gives_the_most_accurate_within_it_and_says_where_there_is_none():
+    choice = choose(GLADE, budget_ms=1e6, **SMALL)
+    assert choice.chosen.error == min(candidate.error for candidate in choice.candidates)
+    assert choice.chosen.error <= 2e-4
+    with pytest.raises(SettingsError, match=r"^no settings draw this scene in 1e-06 ms: the fastest takes"):
+        choose(GLADE, budget_ms=1e-6, **SMALL)
+
+
+def test_settings_that_are_given_stay_and_samples_come_back():
+    given = {"position": "depth24", "supersample": 2, "albedo": "sqrt8"}
+    choice = choose(GLADE, max_error=1e-1, given=given, **SMALL)
+    assert (choice.settings.position, choice.settings.supersample, choice.settings.albedo) == (
+        "depth24",
+        2,
+        "sqrt8",
+    )
+    assert not choice.chosen.changes.keys() & given.keys()
+
+
+def test_the_evidence_marks_what_was_chosen():
+    choice = choose(GLADE, max_error=1e-2, **SMALL)
+    head, titles, *rows = choice.evidence().splitlines()
+    assert head.startswith("max_error 0.01: ")
+    assert titles.split() == ["TIME", "SPREAD", "MS", "ERROR", "CODES", "SETTINGS"]
+    assert len(rows) == len(choice.candidates)
+    (marked,) = [line for line in rows if line.startswith("*")]
+    assert marked.endswith(choice.chosen.name)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {},
+        {"max_error": 1e-2, "budget_ms": 10.0},
+        {"max_error": 0.0},
+        {"max_error": float("nan")},
+        {"budget_ms": -1.0},
+        {"max_codes": -1},
+        {"max_error": 0.1, "times": ()},
+    ],
+    ids=str,
+)
+def test_a_bound_that_makes_no_sense_is_refused(asked):
+    with pytest.raises(SettingsError):
+        choose(GLADE, **asked)
+
+
+# --- On the command line ---
+
+
+def test_capture_chooses_and_the_manifest_has_what_was_chosen(tmp_path, capsys):
+    words = [
+        "capture",
+        GLADE,
+        "--size",
+        "48x36",
+        "--frames",
+        "0:9:4",
+        "--max-error",
+        "0.1",
+        "-o",
+        str(tmp_path),
+    ]
+    assert main([*words, "--position", "depth24", "--json"]) == 0
+    out, err = capsys.readouterr()
+    manifest = json.loads(out)
+    assert manifest["settings"]["position"] == "depth24"
+    assert manifest["settings"]["supersample"] == 2
+    assert "max_error 0.1: " in err
+    assert "largest errors at 5, 5.16667, 5.33333 s" in err
+    (marked,) = [line for line in err.splitlines() if line.startswith("*")]
+    for change in marked.split("  ")[-1].strip().split(", "):
+        if change != "default":
+            name, value = change.split("=")
+            assert str(manifest["settings"][name]) == value
+
+
+def test_a_bound_that_cannot_be_met_is_one_line(tmp_path, capsys):
+    words = [
+        "capture",
+        GLADE,
+        "--size",
+        "32x24",
+        "--max-error",
+        "1e-12",
+        "-o",
+        str(tmp_path / "new"),
+        "--quiet",
+    ]
+    assert main(words) == 1
+    err = capsys.readouterr().err.splitlines()
+    assert next(line for line in err if "CPU" not in line).startswith("firefly: no settings come within")
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_preset_is_an_option_and_what_is_given_besides_wins(tmp_path, capsys):
+    words = ["capture", GLADE, "--size", "16x12", "-o", str(tmp_path), "--json"]
+    assert main([*words, "--preset", "accurate", "--albedo", "sqrt8"]) == 0
+    settings = json.loads(capsys.readouterr().out)["settings"]
+    assert (settings["normals"], settings["albedo"]) == ("rgba32f", "sqrt8")
+    assert main([*words, "--preset", "fats"]) == 2
