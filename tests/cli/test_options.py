@@ -71,7 +71,7 @@ def test_every_setting_is_an_option_with_its_choices(capsys):
     text = help_of(capsys, "capture", GLADE)
     for field in fields(Settings):
         assert f"--{field.name.replace('_', '-')}" in text
-    assert "[choices: linear32f, depth32f, depth24] [default: linear32f]" in text
+    assert "[choices: rgba32f, rgba16f, r11g11b10f, rgba8] [default: rgba32f]" in text
     assert SETTINGS_HELP.keys() == {field.name for field in fields(Settings)}
 
 

@@ -115,7 +115,7 @@ def test_a_surface_is_the_sum_of_four_parts(render):
     sun.set_specular_color((0.9, 0.8, 0.7))
     scene.root.attach_new_node(sun)  # along the view: straight onto the wall, and straight back
     frame = render(scene, None, (9, 9), ("radiance", "albedo", "specular", "emission", "light"))
-    ambient = np.round(np.sqrt([1.0, 0.25, 0.25]) * 255) / 255  # as its 8 bits hold it
+    ambient = np.round(np.sqrt([1.0, 0.25, 0.25]) * 1023) / 1023  # as its ten bits hold it
     expected = (
         ambient**2 * (0.1, 0.2, 0.3)
         + centre_of(frame, "albedo") * (0.5, 0.6, 0.7)
