@@ -4,7 +4,7 @@
 #
 # The locks are made with uv; hatchling and editables are what an editable install is built with:
 #   lock="uv pip compile --universal --generate-hashes --no-header --no-annotate --python-version 3.11"
-#   printf 'hatchling>=1.27\neditables\n' | $lock --extra window pyproject.toml - -o requirements.lock
+#   printf 'hatchling>=1.27\neditables\n' | $lock --extra window --extra measure pyproject.toml - -o requirements.lock
 #   $lock --extra window --extra measure --group test pyproject.toml requirements.lock -o requirements-test.lock
 set -eu
 

@@ -15,6 +15,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 RUN = [
     *PROJECT["project"]["dependencies"],
     *PROJECT["project"]["optional-dependencies"]["window"],
+    *PROJECT["project"]["optional-dependencies"]["measure"],
     *PROJECT["build-system"]["requires"],
 ]
 
