@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from firefly_sample.errors import SceneError, SettingsError
+from firefly_sample.measure.bench import quartile_spread
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.reference.shade import count_pairs
 from firefly_sample.renderer import Renderer
@@ -170,18 +171,10 @@ def _row(name: str, draws: Mapping[str, _Draws], lights: int, pairs: int) -> dic
         "method": name,
         "lights": lights,
         "ms": statistics.median(own.totals),
-        "spread": statistics.median(map(_spread, own.by_variation.values())),
+        "spread": statistics.median(map(quartile_spread, own.by_variation.values())),
         "ratio": statistics.median(ratios) if ratios else None,
         "passes": {step: statistics.median(values) for step, values in own.passes.items()},
         "shaded": own.shaded,
         "pairs": pairs,
         "shaded_per_pair": own.shaded / pairs if pairs else None,
     }
-
-
-def _spread(values: list[float]) -> float:
-    """Interquartile range over median."""
-    if len(values) < 2:
-        return 0.0
-    first, median, third = statistics.quantiles(values, n=4, method="inclusive")
-    return (third - first) / median if median else 0.0

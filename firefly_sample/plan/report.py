@@ -42,7 +42,11 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
                 "bytes_per_pixel": target.bytes_per_pixel,
                 "because": target.because,
             }
-            | ({} if target.size is None else {"size": list(target.size)})
+            | (
+                {}
+                if target.size is None and not target.half
+                else {"size": list(plan.target_size(target.name))}
+            )
             for target in plan.targets
         ],
         "lights": {"drawn": plan.counts.in_view, "culled": plan.counts.in_scene - plan.counts.in_view},
@@ -75,14 +79,16 @@ def plan_as_text(plan: FramePlan) -> str:
         for step in plan.passes
     ]
     targets = [
-        (target.name, target.format, str(target.bytes_per_pixel), target.because) for target in plan.targets
+        (
+            target.name,
+            target.format + (", half" if target.half else ""),
+            str(target.bytes_per_pixel),
+            target.because,
+        )
+        for target in plan.targets
     ]
     width, height = plan.size
-    sizes = [
-        target.bytes_per_pixel * (plan.settings.supersample**2 if target.per_sample else 1)
-        for target in plan.targets
-        if target.size is None
-    ]
+    total = plan.bytes_per_pixel
     own = [
         f", {target.name} {target.bytes_per_pixel * math.prod(target.size) / 2**20:.1f} MiB "
         f"at {target.size[0]}x{target.size[1]}"
@@ -94,7 +100,7 @@ def plan_as_text(plan: FramePlan) -> str:
     parts = [
         align([("PASS", "READS", "WRITES", "UPDATES", "BECAUSE"), *passes]),
         align([("TARGET", "FORMAT", f"BYTES A {unit.upper()}", "BECAUSE"), *targets]),
-        f"{sum(sizes)} bytes a pixel, {sum(sizes) * width * height / 2**20:.1f} MiB at {width}x{height}"
+        f"{total:g} bytes a pixel, {total * width * height / 2**20:.1f} MiB at {width}x{height}"
         f"{'' if unit == 'pixel' else f', supersample {plan.settings.supersample}'}{''.join(own)}; "
         f"lights: {counts.in_view} drawn, {counts.in_scene - counts.in_view} culled",
         *(f"warning: {warning}" for warning in plan.warnings),

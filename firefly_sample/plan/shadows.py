@@ -223,7 +223,7 @@ class ShadowPlanner:
                 texels = resolution or sources[index].node.get_shadow_resolution()
                 lights[index] = _Caster(sources[index], group, int(row), texels)
         casters = [light for light in lights if light is not None]
-        size, tiles = _layout(casters, largest)
+        size, tiles = _layout(casters, largest, resolution is not None)
         maps: list[ShadowMap] = []
         position, kept = 0, self._kept
         self._kept = {}
@@ -282,7 +282,7 @@ def no_maps(lights: int) -> NDArray[np.int32]:
     return np.tile(np.array([-1, 0], dtype=np.int32), (lights, 1))
 
 
-def _layout(lights: list[_Caster], largest: int) -> tuple[tuple[int, int], tuple[Tile, ...]]:
+def _layout(lights: list[_Caster], largest: int, forced: bool) -> tuple[tuple[int, int], tuple[Tile, ...]]:
     sizes = tuple(light.resolution for light in lights for _ in range(light.count))
     packed = pack_atlas(sizes, largest)
     if packed is not None:
@@ -291,7 +291,7 @@ def _layout(lights: list[_Caster], largest: int) -> tuple[tuple[int, int], tuple
     shown = ", ".join(map(repr, names[:MOST_NAMES])) + (" and others" if len(names) > MOST_NAMES else "")
     side = largest // math.ceil(math.sqrt(len(sizes)))
     ways = [
-        f"give each {2 ** math.floor(math.log2(side))} texels (set_shadow_caster(True, resolution))"
+        _smaller(2 ** math.floor(math.log2(side)), forced)
         if side >= SHADOW_RESOLUTIONS[0]
         else "let fewer lights cast shadows"
     ]
@@ -301,6 +301,12 @@ def _layout(lights: list[_Caster], largest: int) -> tuple[tuple[int, int], tuple
         f"lights {shown}: their {len(sizes)} shadow maps of up to {max(sizes)} texels a side do not fit an "
         f"atlas of {largest}x{largest}: {', or '.join(ways)}"
     )
+
+
+def _smaller(texels: int, forced: bool) -> str:
+    if forced:
+        return f"lower the setting shadow_resolution to {texels}"
+    return f"give each {texels} texels (set_shadow_caster(True, resolution))"
 
 
 def _may_meet(view: LightView, sight: Sight) -> bool:

@@ -97,9 +97,13 @@ def _strip(renderer: Renderer, scene: Scene, time: float, scale: float) -> tuple
 def _draw_buffers(
     renderer: Renderer, scene: Scene, time: float, outputs: tuple[str, ...], size: tuple[int, int]
 ) -> tuple[FramePlan, Frame]:
-    """Draw and read back buffers, with one sample a pixel, which is all that they can have."""
+    """Draw and read back buffers, with one sample a pixel, which is all that they can have.
+
+    Forward shading has none: those that deferred shading would have are drawn.
+    """
     settings, window = renderer.settings, renderer.size
-    renderer.settings = settings.with_changes(supersample=1)
+    lights = "volumes" if settings.lights == "forward" else settings.lights
+    renderer.settings = settings.with_changes(supersample=1, lights=lights)
     renderer.resize(size)
     try:
         plan = renderer.plan(scene, time, outputs)

@@ -5,9 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from firefly_sample.errors import OutputError, SettingsError
+from firefly_sample.errors import LightError, OutputError, SettingsError
 from firefly_sample.plan.build import build_plan
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
+from firefly_sample.plan.report import plan_as_dict, plan_as_text
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import PRESETS, Settings
@@ -295,3 +296,24 @@ def test_the_classic_look_keeps_its_own_formats(changes):
 def test_forward_shading_has_no_half_resolution():
     with pytest.raises(SettingsError, match="'light_resolution' must be full with lights=forward"):
         Settings(lights="forward", light_resolution="half")
+
+
+def test_a_plan_tells_of_half_targets_and_of_forced_shadow_maps():
+    half = build_plan(small_scene(), Settings(light_resolution="half"), (101, 51))
+    told = {target["name"]: target for target in plan_as_dict(half)["targets"]}
+    assert told["half_light"]["size"] == [51, 26]
+    assert "size" not in told["radiance"]
+    assert "half_light  rgba32f, half" in plan_as_text(half)
+    whole = sum(t.bytes_per_pixel for t in half.targets if not t.half)
+    share = 51 * 26 / (101 * 51)
+    quarter = sum(t.bytes_per_pixel for t in half.targets if t.half)
+    assert half.bytes_per_pixel == pytest.approx(whole + quarter * share)
+
+    scene = wall_scene()
+    lamp = PointLight("lamp")
+    lamp.set_shadow_caster(True, 64)
+    scene.root.attach_new_node(lamp).set_pos(0, 5, 0)
+    sizes = {tile.size for tile in build_plan(scene, Settings(shadow_resolution=256)).shadows.layout}
+    assert sizes == {256}
+    with pytest.raises(LightError, match=r"lower the setting shadow_resolution to 512, or raise the setting"):
+        build_plan(scene, Settings(shadow_resolution=4096, shadow_atlas=2048))

@@ -147,3 +147,10 @@ def test_without_shadows_the_atlas_is_black(renderer):
     drawn = draw_view(renderer, workshop.build(shadows=False, lamps=3), 0.0, "shadow_atlas")
     assert not drawn.picture().any()
     assert drawn.note == "no light casts shadows"
+
+
+def test_forward_shading_shows_the_buffers_that_deferred_shading_would_have():
+    with make_renderer((64, 48), Settings(lights="forward")) as renderer:
+        for view in ("picture", "depth", "overdraw"):
+            assert draw_view(renderer, ball_scene(5), 0.0, view, read=True).picture().any()
+        assert renderer.settings.lights == "forward"
