@@ -12,6 +12,7 @@ from firefly_sample.measure.bench import FINEST, Bench
 from firefly_sample.measure.errors import Errors
 from firefly_sample.measure.search import Prediction, options_of, predictions
 from firefly_sample.measure.variations import signature, single_choices
+from firefly_sample.reference.frame import reference_settings
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
@@ -150,6 +151,7 @@ def choose(
     fixed = dict(given or {})
     wanted = Settings().with_changes(**fixed)
     base = wanted.with_changes(supersample=1)
+    reference_settings(base)  # says so where there is none
     if not times:
         raise SettingsError("there is no frame to measure on: give at least one time")
     with Renderer(size, base, device=device, require_gpu=require_gpu) as renderer:

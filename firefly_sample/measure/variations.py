@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from firefly_sample.errors import SettingsError
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import PRESETS, Settings
@@ -126,7 +128,8 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
         found.append(Variation(f"window={other}", "look", {"window": other}))
     unique: dict[Settings, Variation] = {}
     for variation in found:
-        unique.setdefault(base.with_changes(**variation.changes), variation)
+        with suppress(SettingsError):  # a combination may contradict the base
+            unique.setdefault(base.with_changes(**variation.changes), variation)
     return list(unique.values())
 
 
@@ -142,11 +145,11 @@ def signature(plan: FramePlan) -> tuple[Any, ...]:
 
 
 def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
-    lit = bool(plan.lights)
+    deferred = bool(plan.lights) and plan.settings.lights != "forward"
     placed = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
     there = {
-        "position": placed,
-        "normals": lit,
+        "position": placed and deferred,
+        "normals": deferred,
         "albedo": plan.target("albedo") is not None,
         "accumulation": plan.target("radiance") is not None,
     }
@@ -158,7 +161,7 @@ def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
         yield from (("cutoff_threshold", value) for value in THRESHOLDS)
     if _proxied(plan):
         yield from (("volume_proxy", value) for value in PROXIES)
-    if lit:
+    if deferred:
         yield "light_resolution", "half"
     if plan.shadows.maps:
         yield from (("shadow_taps", value) for value in (1, 16))
@@ -176,7 +179,8 @@ def _attenuated(plan: FramePlan, ending: bool = False) -> bool:
 
 
 def _proxied(plan: FramePlan) -> bool:
-    return any(lights.proxy == "sphere" for lights in plan.lights)
+    volumes = plan.settings.lights == "volumes"
+    return volumes and any(lights.proxy == "sphere" for lights in plan.lights)
 
 
 def _shown(value: Any) -> str:

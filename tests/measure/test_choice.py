@@ -118,6 +118,20 @@ def test_settings_that_are_given_stay_and_samples_come_back():
     assert not choice.chosen.changes.keys() & given.keys()
 
 
+@pytest.mark.parametrize(
+    "given", [{"lights": "forward"}, {"lights": "loop", "light_resolution": "half"}], ids=str
+)
+def test_what_other_settings_rule_out_is_not_tried(given):
+    choice = choose(GLADE, max_error=0.9, given=given, **SMALL)
+    assert choice.settings.lights == given["lights"]
+    assert not {"volume_proxy", "light_resolution"} & choice.chosen.changes.keys()
+
+
+def test_the_classic_look_cannot_be_chosen_for():
+    with pytest.raises(SettingsError, match=r"^there is no reference for look 'classic'"):
+        choose(GLADE, max_error=0.1, given={"look": "classic"}, **SMALL)
+
+
 def test_the_evidence_marks_what_was_chosen():
     choice = choose(GLADE, max_error=1e-2, **SMALL)
     head, titles, *rows = choice.evidence().splitlines()

@@ -178,6 +178,12 @@ def test_only_what_a_frame_can_show_is_compared():
     assert "window=gltf" in names_of(fading)
 
 
+def test_a_base_without_volumes_has_none_to_compare():
+    names = names_of(ball_scene(5), Settings(lights="forward"))
+    assert not any(name.startswith(("volume", "position", "normals", "light_resolution")) for name in names)
+    assert "half, thin buffer" not in names
+
+
 def test_no_combination_comes_twice_and_the_base_is_not_its_own_variation():
     base = Settings(position="depth24", normals="oct8")
     found = variations(build_plan(ball_scene(5), base), base)
