@@ -106,7 +106,10 @@ class _Drawing(ExitStack):
         form = FORMATS[format_name]
         return self.keep(
             self._device.ctx.texture(
-                size, form.components, dtype=form.dtype, internal_format=form.gl_format  # type: ignore[arg-type]
+                size,
+                form.components,
+                dtype=form.dtype,
+                internal_format=form.gl_format,
             )
         )
 

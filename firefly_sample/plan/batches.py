@@ -47,7 +47,10 @@ class VisiblePart:
     def box(self) -> tuple[Float64, Float64]:
         """Least and largest coordinates of all instances' bounding boxes in view space, shape (3,) each."""
         low, high = self.group.geom.bounds
-        one, other = low[:, None] * self.model_to_view[:, :3, :3], high[:, None] * self.model_to_view[:, :3, :3]
+        one, other = (
+            low[:, None] * self.model_to_view[:, :3, :3],
+            high[:, None] * self.model_to_view[:, :3, :3],
+        )
         place = self.model_to_view[:, 3, :3]
         least = np.minimum(one, other).sum(axis=1) + place
         largest = np.maximum(one, other).sum(axis=1) + place

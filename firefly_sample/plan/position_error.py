@@ -4,28 +4,27 @@ Depth in perspective is scale/y + offset, so an error d of the depth becomes an 
 
     dy / y = d * y * (far - near) / (far * near),
 
-about d * y / near: what is far away has few codes, or none. d is half a code of the buffer and, in 24 bits, twice
-to three times as much again: what float32 rounds of the depth that is interpolated and of the shader's constants.
-Through the inverse of the view-projection matrix, homogeneous coordinates of the world are small differences of
-large numbers, so the camera's distance from the world's origin is rounded, and that is magnified by y / near, too.
-(The law is derived in docs/unprojection.md; the factors are the largest errors measured on llvmpipe, by the cases
-"distance ..." of `firefly_sample.measure.stability`.)
+about d * y / near: what is far away has few codes, or none. d is half a code of the buffer and, in 24 bits,
+twice to three times as much again: what float32 rounds of the depth that is interpolated and of the
+shader's constants. Through the inverse of the view-projection matrix, homogeneous coordinates of the world
+are small differences of large numbers, so the camera's distance from the world's origin is rounded, and
+that is magnified by y / near, too. (The law is derived in docs/unprojection.md; the factors are the largest
+errors measured on llvmpipe, by the cases "distance ..." of `firefly_sample.measure.stability`.)
 
-Whether an error e shows is judged beside a light. Light that fades as 1/d^2 changes by 2*e/d where a surface at
-distance d from the light is moved by e. A display code is worth the least relative change at white: sRGB is
-1.055*L^(1/2.4) - 0.055 there, which rises by 1.055/2.4 of dL/L, so that one code of 255 is dL/L = 0.0089.
+Whether an error e shows is judged beside a light. Light that fades as 1/d^2 changes by 2*e/d where a
+surface at distance d from the light is moved by e. A display code is worth the least relative change at
+white: sRGB is 1.055*L^(1/2.4) - 0.055 there, which rises by 1.055/2.4 of dL/L, so that one code of 255 is
+dL/L = 0.0089.
 """
 
 from __future__ import annotations
 
 import math
 
-from firefly_sample.settings import PositionMethod
-
 __all__ = ["CODE", "HALF_FLOAT_END", "codes_shown", "depth_error", "position_error"]
 
 CODE = 2.4 / 1.055 / 255.0
-"""Relative change of radiance that is worth one display code at white, and less than one where it is darker."""
+"""Relative change of radiance that is worth a display code at white, and less where it is darker."""
 HALF_FLOAT_END = 65504.0
 """The largest half float."""
 
@@ -34,7 +33,8 @@ _DEPTH_STEP: dict[str, float] = {"depth24": 1.5e-7, "inverse_matrix": 1.8e-7, "d
 _RELATIVE: dict[str, float] = {"linear32f": 4.5e-7, "stored32f": 4.5e-7, "depth32f": 1.8e-7}
 """Largest relative error of the methods that do not depend on near and far."""
 _HALF_STEP, _SMALLEST_HALF = 2.0**-10, 2.0**-24
-"""What a half float may lose where a driver cuts digits off, relative, and what the smallest ones lose at least."""
+"""What a half float may lose where a driver cuts digits off, relative, and what the smallest ones lose at
+least."""
 _FLOAT = 2.0**-24
 
 
@@ -53,7 +53,7 @@ def depth_error(step: float, near: float, far: float, perspective: bool, distanc
 
 
 def position_error(
-    method: PositionMethod,
+    method: str,
     near: float,
     far: float,
     perspective: bool,

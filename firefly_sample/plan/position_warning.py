@@ -61,16 +61,17 @@ def position_warning(
     across = _across(lens, seen, distance)
     if method == "stored16f" and max(distance, across) > HALF_FLOAT_END:
         return (
-            f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and {max(distance, across):.2g} "
-            "are seen: what is farther is lit as if it were there; position=stored32f does not end"
+            f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and "
+            f"{max(distance, across):.2g} are seen: what is farther is lit as if it were there; "
+            "position=stored32f does not end"
         )
     codes = codes_shown(error(method), beside)
     if not codes > 1.0:
         return None
     finer = next((name for name in _FINEST if codes_shown(error(name), beside) <= 1.0), None)
     return (
-        f"position={method}: at {distance:.2g} units{_why(method, needs, lens, from_origin)}, a position errs by "
-        f"about {error(method):.2g} units, which shows (about {min(codes, 255.0):.2g} display codes "
+        f"position={method}: at {distance:.2g} units{_why(method, needs, lens, from_origin)}, a position "
+        f"errs by about {error(method):.2g} units, which shows (about {min(codes, 255.0):.2g} display codes "
         f"{beside:.2g} from a light); {_way_out(finer, method, needs)}"
     )
 
@@ -118,7 +119,9 @@ def _across(lens: Lens, seen: Sequence[VisiblePart], distance: float) -> float:
 
 def _nearness(sets: Iterable[LightSet], distance: float) -> float:
     """How near a surface is taken to be to a light: the median of what the lights say, else `distance`."""
-    sizes = np.concatenate([np.zeros(0), *(_sizes(lights) for lights in sets if lights.kind != "directional")])
+    sizes = np.concatenate(
+        [np.zeros(0), *(_sizes(lights) for lights in sets if lights.kind != "directional")]
+    )
     sizes = sizes[np.isfinite(sizes)]
     return float(np.median(sizes)) if len(sizes) else distance
 

@@ -11,7 +11,7 @@ from firefly_sample.plan.needs import Needs
 __all__ = ["plan_warnings"]
 
 LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
-"""The largest number of each setting `accumulation`, float32 apart; the second is its blue's, the smallest."""
+"""The largest number of each setting `accumulation`, float32 apart; of the second, that of blue."""
 
 
 def plan_warnings(
@@ -71,6 +71,6 @@ def _accumulation_warning(needs: Needs, sets: Sequence[LightSet]) -> str | None:
     if largest is None or brightest <= largest:
         return None
     return (
-        f"accumulation={name}: it holds radiance up to {largest:g} and the brightest light has {brightest:g}: "
-        "brighter surfaces are cut off there; accumulation=rgba32f does not"
+        f"accumulation={name}: it holds radiance up to {largest:g} and a light has {brightest:g}, "
+        "so that surfaces are cut off there; accumulation=rgba32f does not"
     )

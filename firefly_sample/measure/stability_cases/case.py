@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import get_args
+from typing import Any, get_args
 
 from firefly_sample.measure.stability_cases.bench import Bench
 from firefly_sample.plan.position_error import codes_shown
-from firefly_sample.settings import PositionMethod
+from firefly_sample.settings import PositionMethod, Settings
 
-__all__ = ["ACCURATE", "DOUBLES", "POSITIONS", "Case", "within_law"]
+__all__ = ["ACCURATE", "DOUBLES", "POSITIONS", "Case", "positioned", "within_law"]
 
 POSITIONS: tuple[PositionMethod, ...] = get_args(PositionMethod)
 ACCURATE = ("linear32f", "depth32f", "stored32f")
@@ -53,3 +53,8 @@ def within_law(bound: float, error: float, from_light: float) -> float:
     if codes_shown(error, from_light) > 1.0:
         return bound
     return bound + 4.0 * error / from_light
+
+
+def positioned(method: str, **changes: Any) -> Settings:
+    """Settings with a position method, and others changed."""
+    return Settings().with_changes(position=method, **changes)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from firefly_sample.measure.stability_cases.bench import Bench
-from firefly_sample.measure.stability_cases.case import Case
+from firefly_sample.measure.stability_cases.case import Case, positioned
 from firefly_sample.measure.stability_cases.scenes import wall_scene
 from firefly_sample.scene.lights import PointLight, PointLights
-from firefly_sample.settings import Settings
 
 __all__ = ["CASES"]
 
@@ -24,7 +23,7 @@ def _pile(count: int, size: tuple[int, int]) -> Case:
     """Lights of strength 1/N in one place, against one light; 1 if any is dropped."""
 
     def run(bench: Bench, method: str) -> float:
-        settings = Settings(position=method)  # type: ignore[arg-type]
+        settings = positioned(method)
 
         def picture(many: int) -> np.ndarray:
             scene = wall_scene()
@@ -55,7 +54,7 @@ def _order(count: int) -> Case:
         def picture(order: np.ndarray) -> np.ndarray:
             scene = wall_scene(cells=4)
             scene.root.attach_new_node(PointLights("lights", places[order], colors[order], 6.0))
-            return bench.draw(scene, Settings(position=method), (48, 36))["radiance"]  # type: ignore[arg-type]
+            return bench.draw(scene, positioned(method), (48, 36))["radiance"]
 
         one, other = picture(np.arange(count)), picture(rng.permutation(count))
         return float(np.abs(one - other).max() / one.max())
@@ -71,7 +70,7 @@ def _twice(bench: Bench, method: str) -> float:
         for index in range(copies):
             light = PointLight(f"light {index}", (strength,) * 3, radius=12.0)
             scene.root.attach_new_node(light).set_pos(*PLACE)
-        settings = Settings(position=method)  # type: ignore[arg-type]
+        settings = positioned(method)
         pictures.append(bench.draw(scene, settings)["radiance"])
     return float(np.abs(pictures[0] - pictures[1]).max() / pictures[1].max())
 

@@ -2,7 +2,8 @@
 
 What is measured is what the shaders of lights make of it. A light at the eye that fades as 1/d says in a
 picture how far away each pixel's surface is; on a plane that is known in float64 as well. Distances that are
-read back and decoded on the CPU would leave out the arithmetic of the shader, in which the methods differ most.
+read back and decoded on the CPU would leave out the arithmetic of the shader, in which the methods differ
+most.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import FireflyError
 from firefly_sample.measure.stability_cases.bench import SIZE, Bench, Drawn
-from firefly_sample.measure.stability_cases.case import ACCURATE, DOUBLES, Case
+from firefly_sample.measure.stability_cases.case import ACCURATE, DOUBLES, Case, positioned
 from firefly_sample.measure.stability_cases.scenes import geom_node, wall, wall_scene
 from firefly_sample.plan.position_error import codes_shown
 from firefly_sample.reference.rays import pixel_rays
@@ -22,7 +23,6 @@ from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
-from firefly_sample.settings import Settings
 
 __all__ = ["CASES"]
 
@@ -48,7 +48,7 @@ def lit_from_the_eye(
     light = PointLight("eye")
     light.set_attenuation((0.0, 1.0 / distance, 0.0))
     scene.root.attach_new_node(light)
-    scene.camera.node().lens = PerspectiveLens(fov=fov, aspect_ratio=4 / 3, near=near, far=far)
+    scene.camera_node.lens = PerspectiveLens(fov=fov, aspect_ratio=4 / 3, near=near, far=far)
     return scene
 
 
@@ -94,7 +94,7 @@ def _plane(ratio: float, far: float | None = None) -> Case:
 
     def run(bench: Bench, method: str) -> float:
         scene = lit_from_the_eye(distance, *planes, 40.0, TILT)
-        settings = Settings(position=method, normals="rgba32f", cutoff_budget=0.0)  # type: ignore[arg-type]
+        settings = positioned(method, normals="rgba32f", cutoff_budget=0.0)
         return error_of_distance(bench.draw(scene, settings, outputs=("light",)), distance, TILT)
 
     return Case(name, run, lambda method: bound_of_distance(method, 1.0, NEAR, FARTHEST * distance))
@@ -106,7 +106,7 @@ def _lens(fov: float) -> Case:
     def run(bench: Bench, method: str) -> float:
         # a pixel is a square: in the middle of the widest view, places are small beside those of larger ones
         scene = lit_from_the_eye(10.0, 1.0, 100.0, fov, 0.0, 2 * SIZE[0])
-        settings = Settings(position=method, normals="rgba32f", cutoff_budget=0.0)  # type: ignore[arg-type]
+        settings = positioned(method, normals="rgba32f", cutoff_budget=0.0)
         return error_of_distance(bench.draw(scene, settings, outputs=("light",)), 10.0, 0.0)
 
     def bound(method: str) -> float:
@@ -124,7 +124,7 @@ def _coverage(ratio: float) -> Case:
     def run(bench: Bench, method: str) -> float:
         scene = wall_scene(1000.0, 4000.0, near=1000.0 / ratio, far=2000.0)
         scene.root.attach_new_node(AmbientLight("sky"))
-        drawn = bench.draw(scene, Settings(position=method), outputs=("light", "id"))  # type: ignore[arg-type]
+        drawn = bench.draw(scene, positioned(method), outputs=("light", "id"))
         missing = (drawn.frame["id"] < 0) | (drawn["light"].min(axis=2) < 1.0)
         return float(missing.mean())
 

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.measure.stability_cases.bench import Bench
-from firefly_sample.measure.stability_cases.case import DOUBLES, Case
+from firefly_sample.measure.stability_cases.case import DOUBLES, Case, positioned
 from firefly_sample.measure.stability_cases.scenes import wall_scene
 from firefly_sample.plan.reach import light_reach
 from firefly_sample.scene.lights import PointLight, PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.settings import HALF_CODE, Settings
+from firefly_sample.settings import HALF_CODE
 
 __all__ = ["CASES"]
 
@@ -84,10 +84,13 @@ def _budget(count: int, budget: float) -> Case:
     def run(bench: Bench, method: str) -> float:
         rng = np.random.default_rng(count)
         places, colors = rng.uniform((-6, 2, -5), (6, 9, 5), (count, 3)), rng.uniform(0, 1, (count, 3))
-        scene = wall_scene(material=Material("white", (1.0, 1.0, 1.0, 1.0)))
-        lights = PointLights("lights", places, colors / count, np.inf, attenuation=(1.0, 0.7, 1.8))
+        # as wide as each light reaches, so that there is something to lose everywhere
+        wide = 0.1 * np.sqrt(count / budget / 1.8)
+        white = Material("white", (1.0, 1.0, 1.0, 1.0))
+        scene = wall_scene(10.0 * wide, 20.0 * wide, material=white, near=wide, far=100.0 * wide)
+        lights = PointLights("lights", wide * places, colors, np.inf, attenuation=(1.0, 0.7, 1.8))
         scene.root.attach_new_node(lights)
-        settings = Settings(position=method, cutoff_budget=budget)  # type: ignore[arg-type]
+        settings = positioned(method, cutoff_budget=budget)
         cut = bench.draw(scene, settings)["radiance"]
         whole = bench.draw(scene, settings.with_changes(cutoff_budget=0.0))["radiance"]
         return max(0.0, float(np.abs(cut - whole).max() - 1e-6 * whole.max()))
@@ -109,7 +112,7 @@ def _on_the_surface(gap: float) -> Case:
                     light.set_attenuation(attenuation)
                 scene.root.attach_new_node(light).set_pos(0.0, 10.0 - gap, 0.0)
                 for changes in ({}, {"specular": "blinn_phong"}, {"lights": "loop"}):
-                    settings = Settings(position=method).with_changes(**changes)  # type: ignore[arg-type]
+                    settings = positioned(method, **changes)
                     drawn = bench.draw(scene, settings, (33, 25), ("radiance", "light"))
                     wrong += int(np.count_nonzero(~np.isfinite(drawn["radiance"])))
         return float(wrong)
@@ -125,7 +128,7 @@ def _of_strength(strength: float) -> Case:
         light = PointLight("light", (strength,) * 3)
         light.set_attenuation((1.0, 0.0, 1.0))
         scene.root.attach_new_node(light).set_pos(0.0, 5.0, 0.0)
-        settings = Settings(position=method, cutoff_budget=0.0)  # type: ignore[arg-type]
+        settings = positioned(method, cutoff_budget=0.0)
         drawn = bench.draw(scene, settings, (33, 25), ("radiance", "color"))
         middle, expected = drawn["radiance"][12, 16], strength / 26.0
         return float(np.abs(middle - expected).max() / (expected or 1.0))
@@ -134,12 +137,13 @@ def _of_strength(strength: float) -> Case:
     return Case(f"strength {strength:g}", run, lambda method: 5e-3 if method == "stored16f" else 1e-3)
 
 
+def _reach(name: str) -> Case:
+    return Case(f"reach in float64, {name}", lambda bench, method: _worst(_REACHES[name]), 1e-14, DOUBLES)
+
+
 CASES = (
-    *(
-        Case(f"reach in float64, {name}", lambda bench, method, rows=rows: _worst(rows), 1e-14, DOUBLES)
-        for name, rows in _REACHES.items()
-    ),
-    *(_on_the_surface(gap) for gap in (0.0, 1e-25, 1e-6)),
+    *(_reach(name) for name in _REACHES),
+    *(_on_the_surface(gap) for gap in (0.0, 1e-25, 1e-12, 1e-6)),
     *(_budget(count, budget) for count in (1, 100, 2000) for budget in (HALF_CODE, 1e-2)),
     *(_of_strength(strength) for strength in (0.0, 1e-30, 1e30)),
 )

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from firefly_sample.measure.stability_cases.bench import Bench
-from firefly_sample.measure.stability_cases.case import ACCURATE, Case, within_law
+from firefly_sample.measure.stability_cases.case import ACCURATE, Case, positioned, within_law
 from firefly_sample.measure.stability_cases.scenes import GARDEN_FAR, GARDEN_LIGHTS, GARDEN_NEAR, garden
 from firefly_sample.plan.position_error import position_error
-from firefly_sample.settings import Settings
 
 __all__ = ["CASES"]
 
@@ -19,7 +18,7 @@ FARTHEST = 16.0
 
 def _difference(bench: Bench, method: str, scale: float, offset: float) -> float:
     """Largest difference to the garden as it is, over its largest value."""
-    settings = Settings(position=method)  # type: ignore[arg-type]
+    settings = positioned(method)
     shift = offset * np.array([1.0, 1.0, -1.0])
     here = bench.draw(garden(), settings)["radiance"]
     bench.begin_warnings()
@@ -31,7 +30,7 @@ def _bound(method: str, scale: float, offset: float) -> float:
     if method in ACCURATE:
         return BOUND
     near, far, farthest = scale * GARDEN_NEAR, scale * GARDEN_FAR, scale * FARTHEST
-    error = position_error(method, near, far, True, farthest, 3.0**0.5 * offset)  # type: ignore[arg-type]
+    error = position_error(method, near, far, True, farthest, 3.0**0.5 * offset)
     return within_law(BOUND, error, scale * GARDEN_LIGHTS)
 
 

@@ -74,7 +74,7 @@ def wall_scene(
     scene = Scene()
     grey = material or Material("grey", (0.5, 0.5, 0.5, 1.0))
     scene.root.attach_new_node(geom_node("wall", wall(size, cells), grey)).set_pos(0, distance, 0)
-    scene.camera.node().lens = PerspectiveLens(fov=60.0, near=near, far=far)
+    scene.camera_node.lens = PerspectiveLens(fov=60.0, near=near, far=far)
     return scene
 
 
@@ -95,7 +95,7 @@ GARDEN_NEAR, GARDEN_FAR, GARDEN_LIGHTS = 1.0, 30.0, 0.75
 
 
 def garden(scale: float = 1.0, offset: ArrayLike = (0.0, 0.0, 0.0)) -> Scene:
-    """Two balls on a floor under lights of every kind, all of it `scale` times as large and moved by `offset`.
+    """Two balls on a floor under lights of every kind: `scale` times as large, and moved by `offset`.
 
     Reaches and attenuations are scaled with it, so that the picture is the same.
     """
@@ -135,5 +135,5 @@ def garden(scale: float = 1.0, offset: ArrayLike = (0.0, 0.0, 0.0)) -> Scene:
     scene.root.attach_new_node(sun)
     scene.camera.set_pos(*(s * np.array([0.0, -2.0, 3.0]) + shift))
     scene.camera.set_hpr(3.0, -14.0, 2.0)
-    scene.camera.node().lens = PerspectiveLens(fov=50.0, near=GARDEN_NEAR * s, far=GARDEN_FAR * s)
+    scene.camera_node.lens = PerspectiveLens(fov=50.0, near=GARDEN_NEAR * s, far=GARDEN_FAR * s)
     return scene

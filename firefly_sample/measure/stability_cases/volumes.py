@@ -1,6 +1,7 @@
 """Light volumes, wherever they lie and whatever their size: no lit pixel is missed.
 
-Volumes are held against one full-screen pass a light, which cannot miss any: the pictures are equal, to the bit.
+Volumes are held against one full-screen pass a light, which cannot miss any: the pictures are equal, to the
+bit.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.measure.stability_cases.bench import SIZE, Bench
-from firefly_sample.measure.stability_cases.case import ACCURATE, Case
+from firefly_sample.measure.stability_cases.case import ACCURATE, Case, positioned
 from firefly_sample.measure.stability_cases.scenes import facing_wall, geom_node, wall, wall_scene
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import PointLight
@@ -56,7 +57,7 @@ def _placed(name: str, place: tuple[float, float, float], reach: float) -> Case:
             scene = wall_scene(cells=8)
             scene.root.find("wall").set_p(-80)  # faces the eye and the sky
             facing_wall(scene, _light(kind, reach), place)
-            worst = max(worst, missed(bench, scene, Settings(position=method)))  # type: ignore[arg-type]
+            worst = max(worst, missed(bench, scene, positioned(method)))
         return worst
 
     return Case(f"volume {name}", run, 0.0)
@@ -69,11 +70,11 @@ def _far(ratio: float) -> Case:
         y, worst = 1000.0, 0.0
         for kind in ("point", "spot"):
             scene = Scene()
-            scene.camera.node().lens = PerspectiveLens(fov=0.15, near=y / ratio, far=3.0 * y)
+            scene.camera_node.lens = PerspectiveLens(fov=0.15, near=y / ratio, far=3.0 * y)
             scene.root.attach_new_node(geom_node("wall", wall(60.0, 8))).set_pos_hpr(0, y, 0, 0, -20, 0)
             light = scene.root.attach_new_node(_light(kind, 1.0))
             light.set_pos(0, y - (0.3 if kind == "spot" else 0.0), 0.1)
-            worst = max(worst, missed(bench, scene, Settings(position=method)))  # type: ignore[arg-type]
+            worst = max(worst, missed(bench, scene, positioned(method)))
         return worst
 
     return Case(f"small far light at y/n {ratio:g}", run, 0.0)
@@ -88,7 +89,7 @@ def _endless(reach: float) -> Case:
             light = _light(kind, None)
             light.set_max_distance(reach)
             scene.root.attach_new_node(light).set_pos(1, 3, 1)
-            worst = max(worst, missed(bench, scene, Settings(position=method)))  # type: ignore[arg-type]
+            worst = max(worst, missed(bench, scene, positioned(method)))
         return worst
 
     return Case(f"reach {reach:g}", run, 0.0)
@@ -97,7 +98,7 @@ def _endless(reach: float) -> Case:
 def _below_a_pixel(bench: Bench, method: str) -> float:
     """Share of pixels that are lit and must not be, or the other way, by float64 on what is stored."""
     worst = 0.0
-    settings = Settings(position=method)  # type: ignore[arg-type]
+    settings = positioned(method)
     for kind in ("point", "spot"):
         for size in ((65, 49), (64, 48)):
             for reach in (0.02, 0.1, 0.3):
@@ -120,6 +121,8 @@ CASES = (
     _placed("across the far plane", (0.0, 99.0, 40.0), 120.0),
     _placed("that holds the view", (0.0, 9.0, 2.0), 1e3),
     _placed("from beside", (30.0, 9.0, 5.0), 60.0),
+    _placed("of radius 1e20", (0.0, 9.0, 2.0), 1e20),
+    _placed("of radius 1e300", (0.0, 9.0, 2.0), 1e300),
     *(_endless(reach) for reach in (1e20, 1e36, 1e38, math.inf)),
     Case("light below a pixel", _below_a_pixel, 0.0),
 )
