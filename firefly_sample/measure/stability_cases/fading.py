@@ -91,8 +91,8 @@ def _budget(count: int, budget: float) -> Case:
         lights = PointLights("lights", wide * places, colors, np.inf, attenuation=(1.0, 0.7, 1.8))
         scene.root.attach_new_node(lights)
         settings = positioned(method, cutoff_budget=budget)
-        cut = bench.draw(scene, settings)["radiance"]
-        whole = bench.draw(scene, settings.with_changes(cutoff_budget=0.0))["radiance"]
+        cut = bench.draw(scene, settings, (48, 36))["radiance"]
+        whole = bench.draw(scene, settings.with_changes(cutoff_budget=0.0), (48, 36))["radiance"]
         return max(0.0, float(np.abs(cut - whole).max() - 1e-6 * whole.max()))
 
     return Case(f"cut-off, {count} lights, budget {budget:g}", run, budget)
