@@ -69,28 +69,49 @@ def position_warning(
     if not codes > 1.0:
         return None
     finer = next((name for name in _FINEST if codes_shown(error(name), beside) <= 1.0), None)
+    why = _why(method, needs, lens, distance, from_origin)
     return (
-        f"position={method}: at {distance:.2g} units{_why(method, needs, lens, from_origin)}, a position "
-        f"errs by about {error(method):.2g} units, which shows (about {min(codes, 255.0):.2g} display codes "
-        f"{beside:.2g} from a light); {_way_out(finer, method, needs)}"
+        f"position={method}: at {distance:.2g} units{why}, a position errs by about "
+        f"{error(method):.2g} units, which shows (about {_codes(codes)} display codes "
+        f"{beside:.2g} from a light); {_way_out(finer, method, needs, distance, from_origin)}"
     )
 
 
-def _why(method: PositionMethod, needs: Needs, lens: Lens, from_origin: float) -> str:
+def _codes(codes: float) -> str:
+    return f"{min(codes, 255.0):.0f}" if codes >= 10.0 else f"{codes:.2g}"
+
+
+def _minds_origin(method: PositionMethod, distance: float, from_origin: float) -> bool:
+    """Whether most of the error comes from the world's origin being far away."""
+    return method == "inverse_matrix" and from_origin > 3.0 * distance
+
+
+def _why(method: PositionMethod, needs: Needs, lens: Lens, distance: float, from_origin: float) -> str:
     """What of the scene makes the error."""
     if method in ("linear32f", "stored16f", "stored32f"):
         return ""
     planes = f", near plane {lens.get_near():.2g}"
     if needs.orthographic:
         planes = f", planes {lens.get_far() - lens.get_near():.2g} apart"
-    return planes + (f", {from_origin:.2g} from the world's origin" if method == "inverse_matrix" else "")
+    if _minds_origin(method, distance, from_origin):
+        return f"{planes}, {from_origin:.2g} from the world's origin"
+    return planes
 
 
-def _way_out(finer: PositionMethod | None, method: PositionMethod, needs: Needs) -> str:
+def _way_out(
+    finer: PositionMethod | None,
+    method: PositionMethod,
+    needs: Needs,
+    distance: float,
+    from_origin: float,
+) -> str:
     if finer is None:
         return "no method is finer: lights are small for how far away they are seen"
-    perspective_depth = method not in ("linear32f", "stored16f", "stored32f") and not needs.orthographic
-    return f"position={finer} does not" + (", or move the near plane out" if perspective_depth else "")
+    if _minds_origin(method, distance, from_origin):
+        return f"position={finer} does not, or bring the camera near the world's origin"
+    if method in ("linear32f", "stored16f", "stored32f") or needs.orthographic:
+        return f"position={finer} does not"
+    return f"position={finer} does not, or move the near plane out"
 
 
 def _farthest(lens: Lens, seen: Sequence[VisiblePart], sets: Sequence[LightSet]) -> float:

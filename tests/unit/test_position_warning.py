@@ -108,6 +108,7 @@ def test_the_inverse_matrix_minds_the_worlds_origin():
         child.set_x(1e6)
     (line,) = warnings_of(scene, position="inverse_matrix")
     assert "1e+06 from the world's origin" in line
+    assert line.endswith("position=linear32f does not, or bring the camera near the world's origin")
     assert warnings_of(scene, position="depth24") == ()
 
 

@@ -17,7 +17,7 @@ from firefly_sample.errors import FireflyError
 from firefly_sample.measure.stability_cases.bench import SIZE, Bench, Drawn
 from firefly_sample.measure.stability_cases.case import ACCURATE, DOUBLES, Case, positioned
 from firefly_sample.measure.stability_cases.scenes import geom_node, wall, wall_scene
-from firefly_sample.plan.position_error import codes_shown
+from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown
 from firefly_sample.reference.rays import pixel_rays
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLight
@@ -73,7 +73,7 @@ def law_of_distance(method: str, share: float, near: float, distance: float) -> 
         "depth24": 4 * 6e-8 * magnified,
         "inverse_matrix": 4 * 6e-8 * magnified,
         "depth16": (2.0**-17 + 4 * 6e-8) * magnified,
-        "stored16f": 2.0**-10 if distance < 65504.0 else 1.0,
+        "stored16f": 2.0**-10 if distance < HALF_FLOAT_END else 1.0,
     }
     return BOUND + laws[method]
 
@@ -113,6 +113,8 @@ def _lens(fov: float) -> Case:
         if method == "stored32f":
             # a driver interpolates places over the whole picture: its middle has what its edge rounds
             return BOUND + 2.0**-24 * SIZE[0]
+        if method == "stored16f" and 10.0 * math.tan(math.radians(fov / 2.0)) > HALF_FLOAT_END:
+            return BOUND
         return bound_of_distance(method, 0.99, 1.0, 10.0)
 
     return Case(f"distance, fov {fov:g}", run, bound)
