@@ -32,10 +32,12 @@ _COMMANDS: dict[Words, str] = {
     ("plan",): "Show the passes and targets of a frame, and what asked for each.",
     ("measure", "speed"): "Time each pass, and light volumes against other methods.",
     ("measure", "trade"): "What each setting costs in time and in error.",
+    ("measure", "stability"): "Draw numerical extremes, and hold each to its bound.",
     ("doctor",): "Show driver, devices and versions, and how to install what is missing.",
     ("scenes",): "List the installed scenes and their parameters.",
 }
-_WITH_SCENE = [words for words in _COMMANDS if words not in (("doctor",), ("scenes",))]
+_WITHOUT_SCENE = ("measure", "stability"), ("doctor",), ("scenes",)
+_WITH_SCENE = [words for words in _COMMANDS if words not in _WITHOUT_SCENE]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -116,7 +118,7 @@ def _app(chosen: Words, plugin: ScenePlugin | None = None, allow_unknown: bool =
     )
     groups = {
         (): app,
-        ("measure",): App(name="measure", help="Measure what frames cost, and how far they are off."),
+        ("measure",): App(name="measure", help="Measure what frames cost, how far they are off, and what holds."),
     }
     app.command(groups["measure",])
     for words, summary in _COMMANDS.items():

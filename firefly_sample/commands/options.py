@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 __all__ = [
     "DEFAULT_SCENE",
     "Flag",
+    "Names",
     "Outputs",
+    "Patterns",
     "SceneName",
     "Size",
     "Time",
@@ -67,6 +69,10 @@ _SETTINGS_DEFAULT = {
 
 def _outputs(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
     return tuple(name.strip() for token in tokens for name in token.value.split(",") if name.strip())
+
+
+def _patterns(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
+    return tuple(token.value for token in tokens)
 
 
 def _size(_: Any, tokens: Sequence[Token]) -> tuple[int, int]:
@@ -129,6 +135,10 @@ Size = Annotated[
 ]
 Whole = Annotated[int, Parameter(converter=_whole, metavar="INT")]
 Wholes = Annotated[tuple[int, ...], Parameter(converter=_wholes, n_tokens=1, metavar="INTS", negative=())]
+Names = Annotated[tuple[str, ...], Parameter(converter=_outputs, n_tokens=1, metavar="NAMES", negative=())]
+Patterns = Annotated[
+    tuple[str, ...], Parameter(converter=_patterns, n_tokens=1, metavar="PATTERN", negative=())
+]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
 Flag = Annotated[bool, Parameter(show_default=False)]
 

@@ -44,6 +44,18 @@ class VisiblePart:
     ids: NDArray[np.int32]
     factors: Factors
 
+    def box(self) -> tuple[Float64, Float64]:
+        """Least and largest coordinates of all instances' bounding boxes in view space, shape (3,) each."""
+        low, high = self.group.geom.bounds
+        one, other = (
+            low[:, None] * self.model_to_view[:, :3, :3],
+            high[:, None] * self.model_to_view[:, :3, :3],
+        )
+        place = self.model_to_view[:, 3, :3]
+        least = np.minimum(one, other).sum(axis=1) + place
+        largest = np.maximum(one, other).sum(axis=1) + place
+        return least.min(axis=0), largest.max(axis=0)
+
 
 def visible_instances(groups: Iterable[Group], world_to_view: Float64, planes: Float64) -> list[VisiblePart]:
     """A part for each group of which something is in view."""

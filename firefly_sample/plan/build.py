@@ -14,6 +14,7 @@ from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.frame_plan import Background, Capabilities, FramePlan, SpriteSet, View
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
+from firefly_sample.plan.position_warning import position_warning
 from firefly_sample.plan.shadows import ShadowPlanner
 from firefly_sample.plan.steps import check_passes, choose_passes, choose_targets, geometry_variant
 from firefly_sample.plan.warnings import plan_warnings
@@ -161,7 +162,9 @@ class Planner:
             passes=passes,
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
-            warnings=plan_warnings(needs, snapshot),
+            warnings=plan_warnings(
+                needs, snapshot, lighting.sets, position_warning(needs, lens, camera, seen, lighting.sets)
+            ),
         )
 
     def _snapshot(self, scene: Scene, mask: int) -> Snapshot:

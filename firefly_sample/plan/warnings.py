@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import Needs
 
 __all__ = ["plan_warnings"]
 
+LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
+"""The largest number of each setting `accumulation`, float32 apart; of the second, that of blue."""
 
-def plan_warnings(needs: Needs, snapshot: Snapshot) -> tuple[str, ...]:
-    """One line each for what is drawn otherwise than the scene or the settings ask."""
+
+def plan_warnings(
+    needs: Needs, snapshot: Snapshot, sets: Sequence[LightSet] = (), positions: str | None = None
+) -> tuple[str, ...]:
+    """One line each for what is drawn otherwise than the scene or the settings ask.
+
+    Parameters
+    ----------
+    sets : sequence of LightSet
+        The lights in view.
+    positions : str, optional
+        What `firefly_sample.plan.position_warning` says.
+    """
     warnings = []
     blended = dict.fromkeys(
         material.name
@@ -27,6 +43,10 @@ def plan_warnings(needs: Needs, snapshot: Snapshot) -> tuple[str, ...]:
             "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer, "
             "as accurate as depth24; position=linear32f is accurate here"
         )
+    if positions is not None:
+        warnings.append(positions)
+    if needs.lit and not needs.classic and (clipped := _accumulation_warning(needs, sets)):
+        warnings.append(clipped)
     if needs.classic and needs.picture:
         left_out = [
             what
@@ -41,3 +61,16 @@ def plan_warnings(needs: Needs, snapshot: Snapshot) -> tuple[str, ...]:
         if left_out:
             warnings.append(f"look 'classic' leaves out, as the original does: {', '.join(left_out)}")
     return tuple(warnings)
+
+
+def _accumulation_warning(needs: Needs, sets: Sequence[LightSet]) -> str | None:
+    """A line if the brightest light alone is more than what light is added up in can hold."""
+    name = needs.settings.accumulation
+    largest = LARGEST_RADIANCE.get(name)
+    brightest = max((float(lights.colors.max()) for lights in sets if len(lights)), default=0.0)
+    if largest is None or brightest <= largest:
+        return None
+    return (
+        f"accumulation={name}: it holds radiance up to {largest:g} and a light has {brightest:g}, "
+        "so that surfaces are cut off there; accumulation=rgba32f does not"
+    )

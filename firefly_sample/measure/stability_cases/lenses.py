@@ -1,0 +1,48 @@
+"""The narrowest and the widest lens: what shaders make of a pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firefly_sample.gpu.probe import probe_rays
+from firefly_sample.measure.stability_cases.bench import Bench
+from firefly_sample.measure.stability_cases.case import Case
+from firefly_sample.measure.stability_cases.scenes import wall_scene
+from firefly_sample.reference.rays import pixel_rays
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.settings import Settings
+
+__all__ = ["CASES"]
+
+SHADER = ("shader",)
+SIZE = (1001, 701)
+
+
+def _case(fov: float, of_rays: bool) -> Case:
+    """NDC, or the way through a pixel over the longest way aside, which is stricter than over its length."""
+
+    def run(bench: Bench, method: str) -> float:
+        scene = wall_scene()
+        lens = PerspectiveLens(fov=fov, near=1.0, far=100.0) if fov else OrthographicLens(film_size=16.0)
+        scene.camera_node.lens = lens
+        view = bench.plan(scene, Settings(), SIZE).view
+        given = probe_rays(bench.device, view).astype(np.float64)
+        width, height = SIZE
+        if of_rays:
+            rays = pixel_rays(view)
+            way = rays.direction if view.lens.perspective else rays.origin
+            exact = way[:, [0, 2]].reshape(height, width, 2)
+            return float(np.abs(given[..., 2:] - exact).max() / np.abs(exact).max())
+        ndc = np.stack(
+            np.meshgrid(
+                (np.arange(width) + 0.5) / (width / 2) - 1.0, 1.0 - (np.arange(height) + 0.5) / (height / 2)
+            ),
+            axis=-1,
+        )
+        return float(np.abs(given[..., :2] - ndc).max())
+
+    name = f"fov {fov:g}" if fov else "orthographic"
+    return Case(f"{'view ray' if of_rays else 'NDC'}, {name}", run, 1e-6 if of_rays else 1e-7, SHADER)
+
+
+CASES = tuple(_case(fov, of_rays) for of_rays in (False, True) for fov in (1e-3, 90.0, 179.999, 0.0))

@@ -1,0 +1,215 @@
+"""When a plan says that positions will be off, and what it says."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from firefly_sample.plan.build import build_plan
+from firefly_sample.plan.frame_plan import Capabilities
+from firefly_sample.plan.position_error import CODE, codes_shown, depth_error, position_error
+from firefly_sample.scene.lens import OrthographicLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.settings import Settings
+from firefly_sample.srgb import linear_to_srgb
+from tests.scenes import wall_scene
+
+SIZE = (64, 48)
+
+
+def lit_wall(distance=10.0, reach=2.0, **lens):
+    """A wall that fills the view, and a light just before it."""
+    scene = wall_scene(distance, size=4 * distance, **lens)
+    scene.root.attach_new_node(PointLight("light", radius=reach)).set_pos(0, distance - 0.25 * reach, 0)
+    return scene
+
+
+def warnings_of(scene, outputs=("color",), capabilities=None, **settings):
+    return build_plan(scene, Settings(**settings), SIZE, outputs, capabilities=capabilities).warnings
+
+
+# --- The law ---
+
+
+@pytest.mark.parametrize("far", [100.0, 1e6, math.inf])
+def test_an_error_of_depth_grows_as_the_square_of_the_distance(far):
+    lens = wall_scene(far=far).camera_node.lens.constants()
+    for y in (2.0, 10.0, 90.0):
+        step = 1e-9
+        moved = lens.distance_from_depth(lens.depth_from_distance(y) + step) - y
+        assert depth_error(step, 1.0, far, True, y) == pytest.approx(float(moved), rel=1e-4)
+
+
+def test_an_error_of_orthographic_depth_is_the_same_everywhere():
+    assert depth_error(1e-3, 2.0, 12.0, False, 3.0) == depth_error(1e-3, 2.0, 12.0, False, 11.0)
+    assert depth_error(1e-3, 2.0, 12.0, False, 3.0) == pytest.approx(1e-2)
+
+
+def test_methods_differ_as_they_were_measured():
+    def relative(method, **more):
+        return position_error(method, 1.0, math.inf, True, 1000.0, **more) / 1000.0
+
+    assert relative("linear32f") == relative("stored32f") == pytest.approx(4.5e-7)
+    assert relative("depth32f") < relative("linear32f")
+    assert relative("depth32f", clip_control=False) == relative("depth24")
+    assert 6e-5 <= relative("depth24") <= 4 * 6e-5
+    assert relative("depth16") == pytest.approx(7.6e-3, rel=0.05)
+    assert relative("stored16f") == pytest.approx(2.0**-10)
+    assert relative("inverse_matrix", from_origin=1e6) > 100 * relative("inverse_matrix")
+
+
+def test_half_floats_end_on_both_sides():
+    assert position_error("stored16f", 1.0, 1e6, True, 1e5) == pytest.approx(1e5 - 65504)
+    assert position_error("stored16f", 1e-9, 1.0, True, 1e-6) == 2.0**-24
+
+
+def test_a_code_is_the_step_of_srgb_at_white():
+    slope = (linear_to_srgb(1.0) - linear_to_srgb(1.0 - 1e-6)) / 1e-6
+    assert float(slope) * CODE * 255.0 == pytest.approx(1.0, rel=1e-5)
+    assert codes_shown(0.5 * CODE, 1.0) == pytest.approx(1.0)
+    assert codes_shown(1.0, 0.0) == math.inf
+
+
+# --- The line ---
+
+
+def test_the_line_names_method_place_error_and_way_out():
+    (line,) = warnings_of(lit_wall(near=1e-3), position="depth24")
+    assert line == (
+        "position=depth24: at 10 units, near plane 0.001, a position errs by about 0.015 units, which shows "
+        "(about 6.7 display codes 0.5 from a light); position=linear32f does not, or move the near plane out"
+    )
+
+
+@pytest.mark.parametrize("position", ["linear32f", "depth32f", "stored32f"])
+@pytest.mark.parametrize("near", [1.0, 1e-6])
+def test_accurate_methods_have_nothing_to_say(position, near):
+    assert warnings_of(lit_wall(near=near), position=position) == ()
+
+
+def test_a_near_plane_that_is_far_enough_needs_no_warning():
+    assert warnings_of(lit_wall(near=1.0), position="depth24") == ()
+
+
+def test_depth32f_without_clip_control_is_as_depth24():
+    found = warnings_of(
+        lit_wall(near=1e-3), position="depth32f", capabilities=Capabilities(clip_control=False)
+    )
+    assert [line.split(":")[0] for line in found] == ["position=depth32f"] * 2
+    assert "ARB_clip_control" in found[0]
+    assert "position=linear32f does not" in found[1]
+
+
+def test_the_inverse_matrix_minds_the_worlds_origin():
+    scene = lit_wall(near=1.0)
+    assert warnings_of(scene, position="inverse_matrix") == ()
+    for child in scene.root.get_children():
+        child.set_x(1e6)
+    (line,) = warnings_of(scene, position="inverse_matrix")
+    assert "1e+06 from the world's origin" in line
+    assert line.endswith("position=linear32f does not, or bring the camera near the world's origin")
+    assert warnings_of(scene, position="depth24") == ()
+
+
+@pytest.mark.parametrize("aside", [False, True])
+def test_half_floats_say_where_they_end(aside):
+    scene = lit_wall(1e5, 1e4, near=10.0, far=1e6)
+    if aside:  # near, but wide
+        scene = lit_wall(2e4, 1e4, near=10.0, far=1e6)
+        scene.camera_node.lens.set_fov(150.0)
+        scene.root.find("wall").set_scale(10)
+    (line,) = warnings_of(scene, position="stored16f")
+    assert line.startswith("position=stored16f: half floats end at 65504 units and ")
+    assert line.endswith("position=stored32f does not end")
+
+
+def test_parallel_rays_err_by_what_lies_between_the_planes():
+    scene = lit_wall(reach=0.1)
+    scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1, far=1e6)
+    (line,) = warnings_of(scene, position="depth24")
+    assert "planes 1e+06 apart" in line
+    assert "move the near plane" not in line
+    scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1, far=100)
+    assert warnings_of(scene, position="depth24") == ()
+
+
+def test_lights_too_small_for_any_method_say_so():
+    (line,) = warnings_of(lit_wall(1e6, 240.0, near=1.0, far=1e7))
+    assert line.startswith("position=linear32f: at 1e+06 units, a position errs by about 0.45 units")
+    assert line.endswith("position=depth32f does not")  # a reversed depth buffer has a digit more
+    (line,) = warnings_of(lit_wall(1e6, 0.5, near=1.0, far=1e7))
+    assert line.endswith("no method is finer: lights are small for how far away they are seen")
+
+
+# --- What it depends on ---
+
+
+def test_no_light_with_a_place_no_warning():
+    scene = wall_scene(near=1e-5)
+    assert warnings_of(scene, position="depth24") == ()
+    scene.root.attach_new_node(AmbientLight("sky"))
+    sun = DirectionalLight("sun")
+    scene.root.attach_new_node(sun)
+    assert warnings_of(scene, position="depth24") == ()
+    sun.set_shadow_caster(True, 64)
+    assert warnings_of(scene, position="depth24")
+
+
+def test_no_picture_and_no_gbuffer_no_warning():
+    assert warnings_of(lit_wall(near=1e-5), ("depth", "normal"), position="depth24") == ()
+    assert warnings_of(lit_wall(near=1e-5), lights="forward", position="depth24") == ()
+
+
+def test_what_no_light_reaches_does_not_count():
+    """A wall far behind the one that is lit."""
+    scene = lit_wall(near=0.05, far=1e5)
+    assert warnings_of(scene, position="depth24") == ()
+    far = scene.root.find("wall").copy_to(scene.root)
+    far.set_pos(0, 9e4, 0)
+    assert warnings_of(scene, position="depth24") == ()
+
+
+def test_an_attenuated_light_counts_where_it_has_halved():
+    """Its reach is a hundred times as far: there it hardly changes."""
+    scene = wall_scene(near=2e-3)
+    light = PointLight("light")
+    light.set_attenuation((1.0, 0.0, 4.0))
+    scene.root.attach_new_node(light).set_pos(0, 9, 0)
+    (line,) = warnings_of(scene, position="depth24")
+    assert "0.5 from a light" in line
+
+
+def test_an_endless_light_counts_as_far_away_as_what_it_lights():
+    scene = wall_scene(near=1e-3)
+    scene.root.attach_new_node(PointLight("endless"))
+    assert warnings_of(scene, position="depth24") == ()
+    scene.camera_node.lens.set_near(1e-5)
+    (line,) = warnings_of(scene, position="depth24")
+    assert "10 from a light" in line
+
+
+# --- What light is added up in ---
+
+
+@pytest.mark.parametrize(
+    ("accumulation", "largest"), [("rgba16f", 65504.0), ("r11g11b10f", 64512.0), ("rgba8", 1.0)]
+)
+def test_light_that_is_more_than_its_target_holds(accumulation, largest):
+    def found(strength):
+        scene = wall_scene()
+        scene.root.attach_new_node(PointLights("lights", [(0, 9, 0)], [(0.1, strength, 0.1)], 5.0))
+        return warnings_of(scene, accumulation=accumulation)
+
+    assert found(largest) == ()
+    (line,) = found(2 * largest)
+    assert line == (
+        f"accumulation={accumulation}: it holds radiance up to {largest:g} and a light has {2 * largest:g}, "
+        "so that surfaces are cut off there; accumulation=rgba32f does not"
+    )
+
+
+def test_float32_holds_any_light():
+    scene = wall_scene()
+    scene.root.attach_new_node(PointLights("lights", [(0, 9, 0)], [(1e30, 1, 1)], 5.0))
+    assert warnings_of(scene) == ()
