@@ -118,7 +118,7 @@ def _app(chosen: Words, plugin: ScenePlugin | None = None, allow_unknown: bool =
     )
     groups = {
         (): app,
-        ("measure",): App(name="measure", help="Measure what frames cost, how far they are off, and what holds."),
+        ("measure",): App(name="measure", help="What frames cost, how far they are off, and what holds."),
     }
     app.command(groups["measure",])
     for words, summary in _COMMANDS.items():

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 from firefly_sample.errors import SettingsError, did_you_mean
 
 __all__ = [
+    "CHOICES",
     "LARGEST_ATLAS",
     "PRESETS",
     "SHADOW_RESOLUTIONS",
@@ -24,6 +26,7 @@ __all__ = [
     "Tone",
     "VolumeProxy",
     "Window",
+    "preset_with",
 ]
 
 Look = Literal["correct", "classic"]
@@ -43,7 +46,7 @@ Window = Literal["karis", "gltf"]
 HALF_CODE = 1.5e-4
 """Half a code of 255 in the dark, where sRGB is linear: 0.5 / 255 / 12.92."""
 
-_CHOICES: dict[str, tuple[Any, ...]] = {
+CHOICES: dict[str, tuple[Any, ...]] = {
     "look": get_args(Look),
     "position": get_args(PositionMethod),
     "normals": get_args(NormalFormat),
@@ -180,7 +183,7 @@ class Settings:
     tone: Tone | None = None
 
     def __post_init__(self) -> None:
-        for name, choices in _CHOICES.items():
+        for name, choices in CHOICES.items():
             value = getattr(self, name)
             if value not in choices or (value is not None and type(value) is not type(choices[-1])):
                 shown = ", ".join(str(choice) for choice in choices if choice is not None)
@@ -271,7 +274,7 @@ class Settings:
             raise SettingsError(
                 f"there is no preset {name!r}{did_you_mean(name, PRESETS)}: there are {', '.join(PRESETS)}"
             )
-        return cls().with_changes(**(PRESETS[name] | changes))
+        return cls().with_changes(**preset_with(name, changes))
 
 
 PRESETS: dict[str, dict[str, Any]] = {
@@ -299,3 +302,11 @@ def _number(value: Any) -> float:
         return float(value)
     except (TypeError, ValueError):
         return math.nan
+
+
+def preset_with(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """What a preset of `PRESETS` changes, with other changes on top; a budget takes its threshold's place."""
+    preset = dict(PRESETS[name])
+    if changes.get("cutoff_budget") is not None and "cutoff_threshold" not in changes:
+        preset.pop("cutoff_threshold", None)
+    return preset | dict(changes)

@@ -31,6 +31,8 @@ in uint in_id;
 uniform int u_first_instance;  // of this draw, among all of the frame's
 #endif
 
+invariant gl_Position;  // passes that draw the same again must find the same depth
+
 out vec3 v_view;
 out vec3 v_normal;
 out vec2 v_texcoord;

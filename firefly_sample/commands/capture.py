@@ -18,6 +18,7 @@ from firefly_sample.capture.sequence import (
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time, Whole
 from firefly_sample.commands.terminal import progress_bar
+from firefly_sample.frame import check_outputs
 
 __all__ = ["capture"]
 
@@ -70,9 +71,11 @@ def capture(
         No progress bar and no summary.
     """
     folder = output if output is not None else default_folder(scene)
+    asked = capture_settings(outputs, **settings)
+    check_outputs(outputs, asked.supersample)  # before the settings are chosen, which takes long
     settings = settings_within(
         scene,
-        settings,
+        settings | {"supersample": asked.supersample},
         max_error=max_error,
         max_codes=max_codes,
         budget_ms=budget_ms,

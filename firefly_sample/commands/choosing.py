@@ -33,7 +33,8 @@ BudgetMs = Annotated[
     Parameter(
         group=_GROUP,
         metavar="MS",
-        help="Choose the most accurate settings that draw a frame in so many milliseconds on this machine.",
+        help="Choose the most accurate settings whose passes draw a frame in so many milliseconds on this "
+        "machine.",
     ),
 ]
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hi
 
 from cyclopts import Group, Parameter, Token
 
-from firefly_sample.errors import SceneError
+from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.settings import PRESETS, Settings
+from firefly_sample.settings import PRESETS, Settings, preset_with
 
 if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
@@ -179,19 +179,25 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     @functools.wraps(command)
     def run(*arguments: Any, **options: Any) -> int:
         settings, parameters, rest = {}, {}, {}
-        preset: dict[str, Any] = {}
+        preset: str | None = None
         for name, value in options.items():
             kind, _, bare = name.partition("__")
             if name == "settings__preset":
-                preset = PRESETS[value]
+                preset = value
             elif kind == "settings":
                 settings[bare] = value
             elif kind == "parameters":
                 parameters[bare] = value
             else:
                 rest[name] = value
-        preset = {name: value for name, value in preset.items() if name not in left_out}
-        return command(*arguments, settings=preset | settings, parameters=parameters, **rest)
+        if preset is not None:
+            bounds = [name for name in ("max_error", "max_codes", "budget_ms") if rest.get(name) is not None]
+            if bounds:
+                option = bounds[0].replace("_", "-")
+                raise SettingsError(f"--preset and --{option} both choose settings: leave one of them out")
+            chosen = preset_with(preset, settings)
+            settings = {name: value for name, value in chosen.items() if name not in left_out}
+        return command(*arguments, settings=settings, parameters=parameters, **rest)
 
     run.__signature__ = signature.replace(parameters=own + added)  # type: ignore[attr-defined]
     run.__annotations__ = {p.name: p.annotation for p in own + added}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.errors import OutputError
 from firefly_sample.frame import Frame
 from firefly_sample.measure.errors import Errors, picture_errors
 from firefly_sample.measure.reference_cache import reference_frame
@@ -70,6 +71,8 @@ class Bench:
         What the others are compared with. Their look, exposure and so on are those of the reference.
     progress : callable, optional
         Tells of the reference: (done, in all).
+    samples : {1, 2}
+        The setting "supersample" of what is timed; errors are of single samples.
 
     Attributes
     ----------
@@ -91,14 +94,21 @@ class Bench:
         time: float,
         base: Settings,
         progress: Progress | None = None,
+        samples: int = 1,
     ) -> None:
         self.renderer, self.scene, self.time, self.base = renderer, scene, time, base
+        self._samples = samples
         finest = base.with_changes(**FINEST, lights="volumes", light_resolution="full", supersample=1)
         self.reference: ReferenceFrame = reference_frame(renderer, scene, finest, time, progress)
         renderer.settings = reference_settings(finest)
         plan = renderer.plan(scene, time, ("visibility",))
         seen = renderer.draw(plan)["visibility"]
         self.agreed: NDArray[np.bool_] = (cast_visibility(plan) == seen).all(axis=-1)
+        if not self.agreed.any():
+            raise OutputError(
+                "no pixel can be compared, for a rasteriser and rays see other triangles in all: "
+                "choose a larger size"
+            )
         self.covered: NDArray[np.bool_] = np.isfinite(self.reference.position[..., 0])
 
     @property
@@ -142,7 +152,7 @@ class Bench:
 
     def plan(self, settings: Settings) -> FramePlan:
         """What is timed."""
-        self.renderer.settings = settings.with_changes(supersample=1)
+        self.renderer.settings = settings.with_changes(supersample=self._samples)
         return self.renderer.plan(self.scene, self.time, ("color",))
 
     def time_of(self, settings: Settings, seconds: float = 3.0, most: int = 9, least: int = 3) -> Timing:

@@ -7,11 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from firefly_sample.columns import align
-from firefly_sample.errors import FireflyError, SettingsError
+from firefly_sample.errors import LightError, SettingsError
 from firefly_sample.measure.bench import FINEST, Bench
-from firefly_sample.measure.errors import Errors
-from firefly_sample.measure.search import Prediction, options_of, predictions
-from firefly_sample.measure.variations import signature, single_choices
+from firefly_sample.measure.errors import Errors, require
+from firefly_sample.measure.search import (
+    DIMENSIONS,
+    Measured,
+    Option,
+    Prediction,
+    options_of,
+    predictions,
+)
+from firefly_sample.measure.variations import Variation, signature, single_choices
 from firefly_sample.reference.frame import reference_settings
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
@@ -22,6 +29,9 @@ __all__ = ["MARGIN", "Candidate", "Choice", "choose"]
 MARGIN = 0.7
 """Of a bound, that an error may have on the frames that are measured: the largest of a million values is
 another one on every frame."""
+MOST_NOISE = 0.1
+"""Of a time, by which another may be longer and still counts as the same."""
+UNCUT = 1e-6
 MOST_VERIFIED = 8
 MOST_TRIED = 20
 SECONDS_ALONE, SECONDS_TOGETHER = 1.5, 4.0
@@ -127,11 +137,12 @@ def choose(
     max_codes : int, optional
         Largest difference of sRGB codes. With `max_error`, both are met.
     budget_ms : float, optional
-        Milliseconds of a frame on this machine: the smallest error within it. Not together with a bound.
+        Milliseconds of a frame's passes on this machine: the smallest error within it. Not together with a
+        bound.
     parameters : mapping, optional
         Of a scene that is given by name.
     given : mapping, optional
-        Settings that stay as they are here; "supersample" is put back afterwards.
+        Settings that stay as they are here. Times are of its "supersample", errors of single samples.
     size : (int, int)
         Pixels.
     times : sequence of float
@@ -152,11 +163,13 @@ def choose(
     wanted = Settings().with_changes(**fixed)
     base = wanted.with_changes(supersample=1)
     reference_settings(base)  # says so where there is none
+    require("embreex")
     if not times:
         raise SettingsError("there is no frame to measure on: give at least one time")
     with Renderer(size, base, device=device, require_gpu=require_gpu) as renderer:
         built, by_codes = _scene_of(scene, parameters), max_error is None and max_codes is not None
-        search = _Search(renderer, built, tuple(times), base, fixed, by_codes, progress)
+        samples = wanted.supersample
+        search = _Search(renderer, built, tuple(times), base, fixed, by_codes, samples, progress)
         if budget_ms is not None:
             chosen = search.most_accurate(budget_ms)
         else:
@@ -177,8 +190,9 @@ def _asked(max_error: float | None, max_codes: int | None, budget_ms: float | No
     if not wanted or (budget_ms is not None and len(wanted) > 1):
         raise SettingsError("give max_error, max_codes or both, or else budget_ms")
     for name, value in wanted.items():
+        least = "0 or more" if name == "max_codes" else "above 0"
         if not 0 <= value < 1e30 or (name != "max_codes" and value == 0):
-            raise SettingsError(f"{name} must be a number above 0, got {value!r}")
+            raise SettingsError(f"{name} must be a number {least}, got {value!r}")
     return " and ".join(f"{name} {value:g}" for name, value in wanted.items())
 
 
@@ -201,6 +215,7 @@ class _Search:
         base: Settings,
         fixed: dict[str, Any],
         by_codes: bool,
+        samples: int,
         progress: Callable[[int, int], None] | None,
     ) -> None:
         self._base, self._fixed, self._by_codes, self._progress = base, fixed, by_codes, progress
@@ -213,49 +228,73 @@ class _Search:
         self._total = STEPS_OF_REFERENCE * len(times) + len(singles) + MOST_TRIED
         self._benches = []
         for time in times:
-            self._benches.append(Bench(renderer, scene, time, base))
+            self._benches.append(Bench(renderer, scene, time, base, samples=samples))
             self._step(STEPS_OF_REFERENCE)
         self.measured: list[Candidate] = []
+        self._finest: dict[str, Any] = {}
         self._options = self._alone(singles)
+        self._best = self.measure(self._different(self._finest))
 
     def _step(self, steps: int = 1) -> None:
         self._done += steps
         if self._progress is not None:
             self._progress(min(self._done, self._total), self._total)
 
-    def _alone(self, singles: list[Any]) -> list[Any]:
-        """The options of each dimension, and the error where each is at its finest."""
+    def _alone(self, singles: list[Variation]) -> list[list[Option]]:
+        """The options of each dimension, and the finest of each."""
         bench = self._benches[0]
-        finest = {name: value for name, value in FINEST.items() if name not in self._fixed}
-        self._finest = self.measure(finest | self._uncut())
-        base_error = self._size(bench.draw(self._base).errors)
-        seen = {signature(bench.plan(self._base))}
-        found = []
-        for single in singles:
-            self._step()
-            settings = self._base.with_changes(**single.changes)
-            try:
-                own = signature(bench.plan(settings))
-                if own in seen:
-                    continue
+        for names in DIMENSIONS:
+            if set(names) & self._fixed.keys():
+                continue
+            for name in names:
+                if name in FINEST:
+                    self._finest[name] = FINEST[name]
+        self._finest |= self._uncut()
+        dimensions = []
+        for names in DIMENSIONS:
+            mine = [single for single in singles if next(iter(single.changes)) in names]
+            if not mine or set(names) & self._fixed.keys():
+                continue
+            measured = [Measured({}, self._error_of(names, {}), 1.0, 0.0)]
+            seen = {signature(bench.plan(self._base))}
+            for single in mine:
+                self._step()
+                try:
+                    own = signature(bench.plan(self._base.with_changes(**single.changes)))
+                    if own in seen:
+                        continue
+                    error = self._error_of(names, single.changes)
+                except LightError:
+                    continue  # shadow maps too large for their atlas: it is no candidate
                 seen.add(own)
-                error = self._size(bench.draw(settings).errors)
-            except FireflyError:
-                continue  # say, shadow maps too large for their atlas: it is no candidate
-            timing = bench.time_of(settings, SECONDS_ALONE, most=5)
-            found.append((single, error, timing.ratio, timing.spread))
-        return options_of(found, base_error, self._fixed)
+                timing = bench.time_of(self._base.with_changes(**single.changes), SECONDS_ALONE, most=5)
+                measured.append(Measured(single.changes, error, timing.ratio, timing.spread))
+            best = min(measured, key=lambda entry: entry.error)
+            for name in names:
+                self._finest.pop(name, None)
+            self._finest |= best.changes
+            dimensions.append(options_of(measured))
+        return dimensions
 
-    def _size(self, errors: Errors) -> float:
-        """How large an error is, in what it is asked for."""
-        return float(errors.codes) if self._by_codes else errors.largest
+    def _different(self, changes: dict[str, Any]) -> dict[str, Any]:
+        """Those that change the base."""
+        return {name: value for name, value in changes.items() if getattr(self._base, name) != value}
+
+    def _error_of(self, names: tuple[str, ...], changes: dict[str, Any]) -> float:
+        """Of one choice, where all others are at their finest: nothing larger hides it."""
+        rest = {name: value for name, value in self._finest.items() if name not in names}
+        errors = self._benches[0].draw(self._base.with_changes(**(rest | changes))).errors
+        # codes are whole numbers: of equal ones, radiance tells
+        return errors.codes + min(errors.largest, 0.99) if self._by_codes else errors.largest
 
     def _predictions(self) -> list[Prediction]:
-        finest = self._finest.codes if self._by_codes else self._finest.error
+        finest = self._best.codes if self._by_codes else self._best.error
         return list(predictions(self._options, float(finest)))
 
     def _uncut(self) -> dict[str, Any]:
-        return {} if {"cutoff_budget", "cutoff_threshold"} & self._fixed.keys() else {"cutoff_budget": 1e-6}
+        if {"cutoff_budget", "cutoff_threshold"} & self._fixed.keys():
+            return {}
+        return {"cutoff_budget": UNCUT, "cutoff_threshold": None}
 
     def measure(self, changes: dict[str, Any]) -> Candidate:
         """Draw on all frames, and time on the first."""
@@ -296,21 +335,28 @@ class _Search:
 
         # a prediction may well be too high: errors seldom fall on the same pixel
         most = 1.5 * MARGIN * max_error if max_error is not None else (max_codes or 0) + 1.0
-        promising = (p for p in self._predictions() if p.error <= most)
+        everything = self._predictions()
+        promising = [p for p in everything if p.error <= most]
         ranked = sorted(promising, key=lambda p: (round(p.ratio, 3), p.error))
         kept = self._verified(ranked, good)
-        if good(self._finest):
-            kept.append(self._finest)
-        if not kept and _within(self._finest, max_error, max_codes, 1.0):
-            kept.append(self._finest)  # with little to spare, but nothing has more
+        if len(kept) < MOST_VERIFIED:
+            nearest = sorted(everything, key=lambda p: (p.error, p.ratio))[: MOST_VERIFIED - len(kept)]
+            kept += [candidate for candidate in self._verified(nearest, good) if candidate not in kept]
+        if good(self._best) and self._best not in kept:
+            kept.append(self._best)
+        if not kept:  # with little to spare, where nothing has more
+            kept = [c for c in self.measured if _within(c, max_error, max_codes, 1.0)]
         if not kept:
-            best = min(self.measured, key=lambda candidate: candidate.error)
+            by_codes = self._by_codes
+            best = min(self.measured, key=lambda c: (c.codes if by_codes else c.error, c.error))
+            stay = f", where {', '.join(self._fixed)} stay" if self._fixed else ""
             raise SettingsError(
-                f"no settings come within {_asked(max_error, max_codes, None)} on this scene: the best is an "
-                f"error of {best.error:.1e} and {best.codes} codes, with {best.name}"
+                f"no settings come within {_asked(max_error, max_codes, None)} on this scene{stay}: the best "
+                f"is an error of {best.error:.1e} and {best.codes} codes, with {best.name}"
             )
         quickest = min(kept, key=lambda candidate: candidate.ratio)
-        as_fast = [c for c in kept if c.ratio <= quickest.ratio * (1.0 + max(quickest.spread, 0.02))]
+        near = min(max(quickest.spread, 0.02), MOST_NOISE)
+        as_fast = [c for c in kept if c.ratio <= quickest.ratio * (1.0 + near)]
         return min(as_fast, key=lambda candidate: candidate.error)
 
     def most_accurate(self, budget_ms: float) -> Candidate:
@@ -323,7 +369,7 @@ class _Search:
         everything = self._predictions()
         within = [p for p in everything if p.ratio * default.milliseconds <= 1.1 * budget_ms]
         kept = self._verified(sorted(within, key=lambda p: (p.error, p.ratio)), good)
-        kept += [candidate for candidate in (self._finest, default) if good(candidate)]
+        kept += [candidate for candidate in (self._best, default) if good(candidate)]
         if not kept:
             fast = sorted(everything, key=lambda p: p.ratio)[:MOST_VERIFIED]
             best = min((self.measure(p.changes) for p in fast), key=lambda candidate: candidate.milliseconds)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import MissingPackageError
 
-__all__ = ["Errors", "mean_flip", "picture_errors", "scale_of"]
+__all__ = ["Errors", "mean_flip", "picture_errors", "require", "scale_of"]
 
 Float64 = NDArray[np.float64]
 
@@ -69,6 +70,24 @@ class Errors:
             name: None if isinstance(value, float) and not math.isfinite(value) else value
             for name, value in asdict(self).items()
         }
+
+
+_PACKAGES = {"embreex": "embreex", "flip_evaluator": "flip-evaluator", "matplotlib": "matplotlib"}
+
+
+def require(*modules: str) -> None:
+    """Check for packages that measuring needs, before it begins.
+
+    Raises
+    ------
+    MissingPackageError
+        If one is not installed; it says how to install it.
+    """
+    for module in modules:
+        if find_spec(module) is None:
+            raise MissingPackageError(
+                f'measuring needs {_PACKAGES[module]}: pip install "firefly_sample[measure]"'
+            )
 
 
 def scale_of(reference: Float64) -> float:

@@ -7,32 +7,40 @@ prediction: what is chosen in the end was drawn and timed as a whole.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from firefly_sample.measure.variations import Variation
-
-__all__ = ["Option", "Prediction", "options_of", "predictions"]
+__all__ = ["DIMENSIONS", "Measured", "Option", "Prediction", "options_of", "predictions"]
 
 DIMENSIONS: tuple[tuple[str, ...], ...] = (
-    ("position",),
-    ("normals",),
-    ("albedo",),
-    ("accumulation",),
-    ("cutoff_budget", "cutoff_threshold"),
-    ("volume_proxy",),
-    ("light_resolution",),
-    ("shadow_taps",),
     ("shadow_resolution",),
+    ("shadow_taps",),
+    ("cutoff_budget", "cutoff_threshold"),
+    ("light_resolution",),
+    ("accumulation",),
+    ("albedo",),
+    ("normals",),
+    ("position",),
+    ("volume_proxy",),
 )
-"""Settings that are one decision together."""
+"""Settings that are one decision together, those first that may err most."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One choice of a dimension: its error where all others are at their finest, its time over the base's."""
+
+    changes: dict[str, Any]
+    error: float
+    ratio: float
+    spread: float
 
 
 @dataclass(frozen=True)
 class Option:
-    """One choice of a dimension, measured alone.
+    """One choice of a dimension.
 
     Attributes
     ----------
@@ -58,35 +66,13 @@ class Prediction:
     ratio: float
 
 
-def options_of(
-    singles: list[tuple[Variation, float, float, float]], base_error: float, fixed: Collection[str]
-) -> list[list[Option]]:
-    """The choices of each dimension that no other choice of it beats in both error and time.
-
-    Parameters
-    ----------
-    singles : list of (Variation, error, ratio, spread)
-        Each choice alone; errors are of whole frames.
-    base_error : float
-        The error of the base.
-    fixed : collection of str
-        Settings that stay.
-    """
-    dimensions = []
-    for names in DIMENSIONS:
-        if set(names) & set(fixed):
-            continue
-        mine = [entry for entry in singles if next(iter(entry[0].changes)) in names]
-        finest = min([base_error, *(error for _, error, _, _ in mine)])
-        options = [Option({}, base_error - finest, 1.0)]
-        for variation, error, ratio, spread in mine:
-            told_apart = abs(ratio - 1.0) > max(spread, 0.02)
-            options.append(Option(variation.changes, error - finest, ratio if told_apart else 1.0))
-        dimensions.append(_unbeaten(options))
-    return dimensions
-
-
-def _unbeaten(options: list[Option]) -> list[Option]:
+def options_of(measured: list[Measured]) -> list[Option]:
+    """The choices of a dimension that no other choice of it beats in both error and time, fastest first."""
+    finest = min(entry.error for entry in measured)
+    options = []
+    for entry in measured:
+        told_apart = abs(entry.ratio - 1.0) > max(entry.spread, 0.02)
+        options.append(Option(entry.changes, entry.error - finest, entry.ratio if told_apart else 1.0))
     kept: list[Option] = []
     least = math.inf
     for option in sorted(options, key=lambda option: (option.ratio, option.error)):

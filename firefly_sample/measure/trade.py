@@ -16,13 +16,15 @@ from typing import Any
 import numpy as np
 
 from firefly_sample.capture.writers import open_whole, output_folder, write_image
-from firefly_sample.errors import FireflyError, SettingsError
+from firefly_sample.errors import LightError, SettingsError
 from firefly_sample.frame import Frame
 from firefly_sample.measure.bench import Bench
+from firefly_sample.measure.errors import require, scale_of
 from firefly_sample.measure.trade_report import difference_picture, pareto_figure, trade_as_markdown
 from firefly_sample.measure.variations import Variation, signature, variations
 from firefly_sample.reference.frame import reference_settings, render_reference
 from firefly_sample.renderer import Renderer
+from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 
@@ -94,7 +96,11 @@ def measure_trade(
     given, base = dict(parameters or {}), settings or Settings()
     if base.supersample != 1:
         raise SettingsError(f"setting 'supersample' must be 1 to measure errors; got {base.supersample}")
+    if not 0.0 <= seconds < 1e9:
+        raise SettingsError(f"seconds must be a number of 0 or more, got {seconds!r}")
     reference_settings(base)
+    require("embreex", "flip_evaluator", "matplotlib")
+    given = resolve_parameters(plugin.name, plugin.parameters, given)
     folder = Path(folder) if folder is not None else Path("measured") / plugin.name
     built = build_scene(plugin, **given)
     with (
@@ -103,13 +109,13 @@ def measure_trade(
     ):
         chosen = variations(renderer.plan(built, time, ("color",)), base)
         head = _head(plugin.name, given, size, time, base, renderer.driver)
-        key = _key(head, chosen)
+        key = _key([scene, seconds, head], chosen)
         rows = [] if fresh else _measured(folder / NAME, key)
         steps = _Steps(len(chosen) + 1, progress)
         bench = Bench(renderer, built, time, base, steps.reference)
         head["reference"] = {
             "left_out": bench.disagreed,
-            "scale": float(np.percentile(bench.reference.radiance[bench.agreed], 99.9)),
+            "scale": scale_of(bench.reference.radiance[bench.agreed]),
         }
         done = {row["name"] for row in rows}
         seen: set[tuple[Any, ...]] = set()
@@ -123,8 +129,9 @@ def measure_trade(
         if "texture filtering" not in done:
             rows.append(_filtering(bench))
         result = {**head, "rows": rows}
-        _write(folder, result)
+        _write(folder, {**result, "unfinished": key})
         _write_report(folder, result, bench)
+        _write(folder, result)  # last: what is interrupted before is gone on with
         steps.row(len(chosen))
     return result
 
@@ -145,7 +152,7 @@ def _head(
     }
 
 
-def _key(head: dict[str, Any], chosen: list[Variation]) -> str:
+def _key(head: list[Any], chosen: list[Variation]) -> str:
     """Of what is measured: rows of another measurement are not mixed in."""
     text = json.dumps([head, [(variation.name, variation.changes) for variation in chosen]], sort_keys=True)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
@@ -183,7 +190,7 @@ def _signature(bench: Bench, variation: Variation) -> tuple[Any, ...]:
     """Of the frame, so that none is measured twice; of the variation where it cannot be drawn."""
     try:
         return signature(bench.plan(bench.base.with_changes(**variation.changes)))
-    except FireflyError:
+    except LightError:
         return (variation.name,)
 
 
@@ -192,9 +199,9 @@ def _row(bench: Bench, variation: Variation, seconds: float) -> dict[str, Any]:
     settings = bench.base.with_changes(**variation.changes)
     try:
         drawn = bench.draw(settings, flip=True)
-    except FireflyError as error:
+    except LightError as error:  # shadow maps that do not fit
         return row | {"skipped": str(error)}
-    timing = bench.time_of(settings, seconds)
+    timing = bench.time_of(settings, seconds, most=99)
     return row | {
         "time_ratio": timing.ratio,
         "spread": timing.spread,
@@ -235,6 +242,8 @@ def _write_report(folder: Path, result: dict[str, Any], bench: Bench) -> None:
     with open_whole(folder / "pareto.png") as file:
         pareto_figure(result, file)
     drawn = [row for row in result["rows"] if "milliseconds" in row and row["group"] != "look"]
+    for old in folder.glob("difference-*.png"):
+        old.unlink()
     worst = sorted(drawn, key=lambda row: -row["errors"]["flip"])[:DIFFERENCES]
     for row in worst:
         frame = bench.draw(bench.base.with_changes(**row["settings"])).frame

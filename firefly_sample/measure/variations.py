@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.settings import PRESETS, Settings
+from firefly_sample.settings import CHOICES, PRESETS, Settings
 
 __all__ = ["COMBINATIONS", "Group", "Variation", "signature", "single_choices", "variations"]
 
 Group = Literal["default", "alone", "baseline", "preset", "combination", "look"]
 
-FORMATS: dict[str, tuple[str, ...]] = {
-    "position": ("depth32f", "depth24", "depth16", "inverse_matrix", "stored32f", "stored16f"),
-    "normals": ("rgba32f", "rgba16f", "rgb10a2", "rgba8", "oct8"),
-    "albedo": ("rgba32f", "rgba16f", "sqrt8", "srgb8", "rgba8"),
-    "accumulation": ("rgba16f", "r11g11b10f", "rgba8"),
-}
-PROXIES = ("cube", "icosphere0", "icosphere2", "icosphere3")
-BUDGETS = (1e-6, 1.5e-3)
+FORMATS = ("position", "normals", "albedo", "accumulation")
+BUDGETS = (1e-6, 1.5e-4, 1.5e-3)
 THRESHOLDS = (1e-3, 1e-2, 5.0 / 256.0)
-RESOLUTIONS = (256, 512, 2048, 4096)
+RESOLUTIONS = (256, 512, 1024, 2048, 4096)
+LOOKS = ("look", "window", "specular", "clamp_light", "exposure", "tone", "supersample", "shadow_atlas")
+"""Settings that a preset or a combination leaves as the base has them."""
 
 COMBINATIONS: dict[str, dict[str, Any]] = {
     "thin buffer": {
@@ -95,7 +91,24 @@ class Variation:
 
 def single_choices(plan: FramePlan) -> list[Variation]:
     """Each choice of accuracy alone, as far as it can change this frame or what it costs."""
-    return [Variation(f"{name}={_shown(value)}", "alone", {name: value}) for name, value in _choices(plan)]
+    base, found = plan.settings, []
+    for name, value in _choices(plan):
+        changes = {name: value}
+        if name == "cutoff_budget" and base.cutoff_threshold is not None:
+            changes["cutoff_threshold"] = None  # which would win
+        if base.with_changes(**changes) != base:
+            found.append(Variation(f"{name}={_shown(value)}", "alone", changes))
+    return found
+
+
+def _from_default(changes: Mapping[str, Any], base: Settings) -> dict[str, Any]:
+    """What makes the base the default with some changes, but for how the picture looks."""
+    target = Settings().with_changes(**changes)
+    return {
+        field.name: getattr(target, field.name)
+        for field in fields(Settings)
+        if field.name not in LOOKS and getattr(target, field.name) != getattr(base, field.name)
+    }
 
 
 def variations(plan: FramePlan, base: Settings) -> list[Variation]:
@@ -109,17 +122,17 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
     """
     found = [Variation("default", "default", {}), *single_choices(plan)]
     if any(step.name == "geometry" for step in plan.passes) and plan.lights:
-        found += [Variation("forward shading", "baseline", {"lights": "forward"})]
+        full = {"light_resolution": "full"} if base.light_resolution != "full" else {}
+        found += [Variation("forward shading", "baseline", {"lights": "forward", **full})]
         found += [
             Variation(f"lights={name}", "baseline", {"lights": name}) for name in ("loop", "fullscreen")
         ]
         if _proxied(plan):
             found.append(Variation("volume_depth_test=false", "baseline", {"volume_depth_test": False}))
-    # what a preset does not name it leaves at the default
-    found += [
-        Variation(f"preset {name}", "preset", dict(changes)) for name, changes in PRESETS.items() if changes
-    ]
-    found += [Variation(name, "combination", changes) for name, changes in COMBINATIONS.items()]
+    for name, changes in PRESETS.items():
+        found.append(Variation(f"preset {name}", "preset", _from_default(changes, base)))
+    for name, changes in COMBINATIONS.items():
+        found.append(Variation(name, "combination", _from_default(changes, base)))
     if plan.target("specular") is not None:
         other = "phong" if base.specular == "blinn_phong" else "blinn_phong"
         found.append(Variation(f"specular={other}", "look", {"specular": other}))
@@ -153,18 +166,18 @@ def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
         "albedo": plan.target("albedo") is not None,
         "accumulation": plan.target("radiance") is not None,
     }
-    for name, values in FORMATS.items():
+    for name in FORMATS:
         if there[name]:
-            yield from ((name, value) for value in values)
+            yield from ((name, value) for value in CHOICES[name])
     if _attenuated(plan):
         yield from (("cutoff_budget", value) for value in BUDGETS)
         yield from (("cutoff_threshold", value) for value in THRESHOLDS)
     if _proxied(plan):
-        yield from (("volume_proxy", value) for value in PROXIES)
+        yield from (("volume_proxy", value) for value in CHOICES["volume_proxy"])
     if deferred:
-        yield "light_resolution", "half"
+        yield from (("light_resolution", value) for value in CHOICES["light_resolution"])
     if plan.shadows.maps:
-        yield from (("shadow_taps", value) for value in (1, 16))
+        yield from (("shadow_taps", value) for value in CHOICES["shadow_taps"])
         yield from (("shadow_resolution", value) for value in RESOLUTIONS)
 
 

@@ -21,8 +21,8 @@ __all__ = ["ForwardPass"]
 class ForwardPass(Pass):
     """Draws the batches once for all lights that shine and fade alike; one draw where all do.
 
-    A second kind of light is added by a second draw that the first one's depth hides nothing of: where two
-    surfaces have the same depth, both get it.
+    A second kind of light is added by a second draw, which the first one's depth spares what is hidden. Where
+    two surfaces have the same depth, both get it.
     """
 
     name = "forward"
@@ -61,10 +61,12 @@ class ForwardPass(Pass):
                 textures["u_shadow_maps"] = gpu.shadow_table(plan)
             flags = moderngl.DEPTH_TEST | (moderngl.NOTHING if variant.first else moderngl.BLEND)
             framebuffer.depth_mask = variant.first
-            for made in surfaces:
-                draw_surface(gpu, made, flags, dict(uniforms), textures)
-            if lights is not None:
-                textures["u_lights"].release()
+            try:
+                for made in surfaces:
+                    draw_surface(gpu, made, flags, dict(uniforms), textures)
+            finally:
+                if lights is not None:
+                    textures["u_lights"].release()
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
 

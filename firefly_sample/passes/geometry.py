@@ -51,12 +51,14 @@ class GeometryPass(Pass):
         if encoded:
             gpu.device.set_srgb_encoding(True)
         first = 0
-        for made in ready:
-            counted = {"u_first_instance": first} if made.batch.variant.visibility else {}
-            draw_surface(gpu, made, moderngl.DEPTH_TEST, dict(counted), {})
-            first += len(made.batch.ids)
-        if encoded:
-            gpu.device.set_srgb_encoding(False)
+        try:
+            for made in ready:
+                counted = {"u_first_instance": first} if made.batch.variant.visibility else {}
+                draw_surface(gpu, made, moderngl.DEPTH_TEST, dict(counted), {})
+                first += len(made.batch.ids)
+        finally:
+            if encoded:
+                gpu.device.set_srgb_encoding(False)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
 

@@ -150,7 +150,9 @@ def _draw_loop(
 ) -> None:
     """One full-screen triangle whose shader walks all lights, read from a texture."""
     table = light_table(gpu, plan, lights, variant)
-    program.use({"u_light_count": len(lights)}, textures | {"u_lights": table})
-    gpu.ctx.enable_only(moderngl.BLEND)
-    gpu.array("loop", program).render(moderngl.TRIANGLES, vertices=3)
-    table.release()
+    try:
+        program.use({"u_light_count": len(lights)}, textures | {"u_lights": table})
+        gpu.ctx.enable_only(moderngl.BLEND)
+        gpu.array("loop", program).render(moderngl.TRIANGLES, vertices=3)
+    finally:
+        table.release()

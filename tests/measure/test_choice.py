@@ -10,45 +10,34 @@ from firefly_sample.errors import SettingsError
 from firefly_sample.measure import choose
 from firefly_sample.measure.bench import Bench
 from firefly_sample.measure.choice import MARGIN
-from firefly_sample.measure.search import Option, options_of, predictions
-from firefly_sample.measure.variations import Variation
+from firefly_sample.measure.search import Measured, Option, options_of, predictions
+from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.material import Material
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.cli.command import GLADE
 from tests.conftest import make_renderer
+from tests.scenes import geom_node, wall, wall_scene
 
 SMALL = {"size": (64, 48), "times": (1.0,)}
-
-
-def single(error, ratio, spread=0.01, **changes):
-    return Variation(str(changes), "alone", changes), error, ratio, spread
 
 
 # --- The search ---
 
 
 def test_options_are_what_nothing_of_their_dimension_beats():
-    singles = [
-        single(1e-3, 0.9, normals="oct8"),
-        single(1e-4, 1.2, normals="rgba32f"),
-        single(1e-2, 1.1, normals="rgba8"),  # slower and worse than the base
-        single(5e-3, 0.99, 0.05, albedo="sqrt8"),  # its time is not told apart: it only errs
+    measured = [
+        Measured({}, 5e-4, 1.0, 0.0),
+        Measured({"normals": "oct8"}, 1e-3, 0.9, 0.01),
+        Measured({"normals": "rgba32f"}, 1e-4, 1.2, 0.01),
+        Measured({"normals": "rgba8"}, 1e-2, 1.1, 0.01),  # slower and worse than the base
+        Measured({"normals": "rgb10a2"}, 6e-4, 0.99, 0.05),  # its time is not told apart: it only errs
     ]
-    dimensions = options_of(singles, 5e-4, fixed=())
-    normals = next(d for d in dimensions if any("normals" in option.changes for option in d))
-    assert normals == [
+    assert options_of(measured) == [
         Option({"normals": "oct8"}, pytest.approx(9e-4), 0.9),
         Option({}, pytest.approx(4e-4), 1.0),
         Option({"normals": "rgba32f"}, 0.0, 1.2),
     ]
-    assert not any("albedo" in option.changes for d in dimensions for option in d)
-
-
-def test_what_is_fixed_is_no_dimension():
-    singles = [single(1e-3, 0.5, position="depth16")]
-    for fixed, count in (((), 2), (("position",), 1)):
-        found = options_of(singles, 1e-4, fixed)
-        assert max(map(len, found)) == count
 
 
 def test_predictions_add_errors_and_multiply_times():
@@ -125,6 +114,37 @@ def test_what_other_settings_rule_out_is_not_tried(given):
     choice = choose(GLADE, max_error=0.9, given=given, **SMALL)
     assert choice.settings.lights == given["lights"]
     assert not {"volume_proxy", "light_resolution"} & choice.chosen.changes.keys()
+
+
+def shadowed():
+    """A card before a wall under a sun whose shadow map is far too coarse."""
+    scene = wall_scene(cells=4, color=(0.5, 0.5, 0.5, 1))
+    scene.root.attach_new_node(
+        geom_node("card", wall(3.0), Material("card", (0.5, 0.5, 0.5, 1)))
+    ).set_pos_hpr(0.3, 7, 0, 10, 20, 30)
+    sun = DirectionalLight("sun", (1, 1, 1))
+    sun.set_direction((0.5, 1, -0.6))
+    sun.set_shadow_caster(True, 64)
+    scene.root.attach_new_node(sun)
+    return scene
+
+
+def test_where_shadow_maps_err_most_the_best_that_can_be_had_has_finer_ones():
+    with pytest.raises(SettingsError, match=r"the best is an error of .*, with .*shadow_resolution=4096"):
+        choose(shadowed(), max_error=0.05, size=(96, 72), times=(0.0,))  # a hard edge between two pixels
+
+
+def test_a_bound_tighter_than_the_default_finds_the_cheapest_of_what_meets_it():
+    choice = choose(GLADE, max_error=3e-4, **SMALL)
+    assert choice.chosen.error <= 3e-4
+    tried = [candidate for candidate in choice.candidates if candidate.error <= 3e-4]
+    assert len(tried) >= 2
+
+
+def test_no_code_at_all_is_a_bound_as_well():
+    """The picture rounds as float64 does but for values that lie on the edge of a code."""
+    with pytest.raises(SettingsError, match=r"max_codes 0 .* and 1 codes, with .*albedo=rgba32f"):
+        choose(GLADE, max_codes=0, **SMALL)
 
 
 def test_the_classic_look_cannot_be_chosen_for():
@@ -214,3 +234,17 @@ def test_a_preset_is_an_option_and_what_is_given_besides_wins(tmp_path, capsys):
     settings = json.loads(capsys.readouterr().out)["settings"]
     assert (settings["normals"], settings["albedo"]) == ("rgba32f", "sqrt8")
     assert main([*words, "--preset", "fats"]) == 2
+    capsys.readouterr()
+    assert main([*words, "--preset", "fast", "--cutoff-budget", "1e-6"]) == 0
+    settings = json.loads(capsys.readouterr().out)["settings"]
+    assert (settings["cutoff_budget"], settings["cutoff_threshold"]) == (1e-6, None)  # what is given wins
+    assert main([*words, "--preset", "fast", "--max-error", "0.1"]) == 1
+    assert "--preset and --max-error both choose settings" in capsys.readouterr().err
+
+
+def test_other_mistakes_are_told_before_the_search(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("firefly_sample.measure.choice.choose", lambda *_, **__: pytest.fail("it searched"))
+    words = ["capture", GLADE, "--max-error", "0.1", "-o", str(tmp_path / "new")]
+    for wrong in (["--outputs", "bogus"], ["--outputs", "color,depth", "--supersample", "2"]):
+        assert main([*words, *wrong]) == 1
+        assert "output" in capsys.readouterr().err

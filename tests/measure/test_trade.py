@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from firefly_sample.cli import main
-from firefly_sample.errors import SettingsError
+from firefly_sample.errors import MissingPackageError, SettingsError
 from firefly_sample.measure.bench import Bench
 from firefly_sample.measure.trade import measure_trade
 from firefly_sample.measure.trade_report import (
@@ -131,6 +131,37 @@ def test_an_interrupted_measurement_goes_on_and_another_one_begins_anew(tmp_path
     assert json.loads((tmp_path / "trade.json").read_text())["rows"][0] != other["rows"][0]
 
 
+def test_what_is_missing_is_told_before_anything_is_measured(tmp_path, monkeypatch):
+    for module in ("embreex", "flip_evaluator", "matplotlib"):
+        monkeypatch.setattr(
+            "firefly_sample.measure.errors.find_spec",
+            lambda name, gone=module: None if name == gone else name,
+        )
+        with pytest.raises(MissingPackageError, match=r'pip install "firefly_sample\[measure\]"'):
+            measure_trade(GLADE, tmp_path / "new", **SMALL)
+    assert not (tmp_path / "new").exists()
+
+
+def test_an_interruption_of_the_report_loses_no_row(tmp_path, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    asked = {**SMALL, "size": (32, 24)}
+    with monkeypatch.context() as patch:
+        patch.setattr("firefly_sample.measure.trade.pareto_figure", stop)
+        with pytest.raises(KeyboardInterrupt):
+            measure_trade(GLADE, tmp_path, **asked)
+    before = json.loads((tmp_path / "trade.json").read_text())
+    assert "unfinished" in before
+    assert measure_trade(GLADE, tmp_path, **asked)["rows"] == before["rows"]
+
+
+def test_times_and_sizes_that_make_no_sense_are_refused(tmp_path):
+    for seconds in (float("nan"), -1.0):
+        with pytest.raises(SettingsError, match="seconds must be a number of 0 or more"):
+            measure_trade(GLADE, tmp_path, **{**SMALL, "seconds": seconds})
+
+
 def test_a_damaged_file_is_no_reason_to_stop(tmp_path):
     (tmp_path / "trade.json").write_text("{")
     assert measure_trade("tests.cli.glade:empty", tmp_path, **SMALL)["rows"][0]["name"] == "default"
@@ -181,7 +212,16 @@ def test_only_what_a_frame_can_show_is_compared():
 def test_a_base_without_volumes_has_none_to_compare():
     names = names_of(ball_scene(5), Settings(lights="forward"))
     assert not any(name.startswith(("volume", "position", "normals", "light_resolution")) for name in names)
-    assert "half, thin buffer" not in names
+
+
+def test_on_another_base_presets_are_still_themselves_and_every_other_choice_is_there():
+    base = Settings.preset("fast", exposure=2.0)
+    found = {v.name: v for v in variations(build_plan(ball_scene(5), base), base)}
+    accurate = base.with_changes(**found["preset accurate"].changes)
+    assert accurate == Settings.preset("accurate", exposure=2.0)
+    assert {"normals=oct16", "albedo=sqrt10", "light_resolution=full", "forward shading"} <= found.keys()
+    assert "normals=oct8" not in found
+    assert found["forward shading"].changes == {"lights": "forward", "light_resolution": "full"}
 
 
 def test_no_combination_comes_twice_and_the_base_is_not_its_own_variation():
