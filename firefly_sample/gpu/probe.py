@@ -67,8 +67,8 @@ def evaluate(
     target : str
         The format of `firefly_sample.plan.targets.FORMATS` that keeps the result.
     then : str, optional
-        GLSL that sets ``vec4 result`` from what a shader reads back from the target, ``vec4 a``. Without it the
-        target's own numbers are given.
+        GLSL that sets ``vec4 result`` from what a shader reads back from the target, ``vec4 a``. Without it
+        the target's own numbers are given.
     encode : bool
         Let the driver encode what it writes into an sRGB target.
     levels : sequence of ndarray of uint8 or uint16, shape (height, width, 4)
@@ -145,7 +145,8 @@ def accumulate(device: Device, passes: ArrayLike, target: str, repeat: int = 1) 
         "    gl_Position = vec4(corner * 2.0 - 1.0, 0.0, 1.0);\n}\n"
     )
     fragment = (
-        "#version 330 core\nuniform sampler2D u_inputs;\nflat in int v_pass;\nout vec4 o_result;\nvoid main() {\n"
+        "#version 330 core\nuniform sampler2D u_inputs;\nflat in int v_pass;\nout vec4 o_result;\n"
+        "void main() {\n"
         f"    ivec2 texel = ivec2(gl_FragCoord.xy) + ivec2(0, {high} * (v_pass % {count}));\n"
         "    o_result = vec4(texelFetch(u_inputs, texel, 0).rgb, 0.0);\n}\n"
     )
@@ -217,7 +218,7 @@ def bind_blocks(device: Device, blocks: Mapping[str, NDArray[Any]] | None, held:
 
 
 def row_texture(device: Device, rows: NDArray[Any], held: ExitStack) -> moderngl.Texture:
-    """Rows (n, 4) as float32 texels; the first row fills up the last line, so that nothing odd is computed."""
+    """Rows (n, 4) as float32 texels; the first one fills the last line up: nothing odd is computed."""
     high = -(-len(rows) // WIDTH)
     texels = np.empty((high * WIDTH, 4), dtype=np.float32)
     texels[: len(rows)] = rows
@@ -240,9 +241,7 @@ def stored_numbers(texture: moderngl.Texture, format_name: str) -> Float32:
     return result
 
 
-def _target(
-    device: Device, format_name: str, size: tuple[int, int], held: ExitStack
-) -> moderngl.Texture:
+def _target(device: Device, format_name: str, size: tuple[int, int], held: ExitStack) -> moderngl.Texture:
     texture = make_texture(device, format_name, size)
     held.callback(texture.release)
     return texture

@@ -1,4 +1,4 @@
-"""Draws triangles given in view space and tells what of them comes back, from targets or from a depth buffer."""
+"""Draws triangles of view space, and tells what comes back of them from a target or a depth buffer."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ def rasterise(
     size : (int, int)
         Pixels.
     body : str
-        GLSL that sets ``vec4 result``, with ``include/lens.glsl``. Without `depth` it runs where a triangle is
-        drawn, and has its interpolated ``v_view`` and ``v_clip``. With `depth` it runs for all pixels
+        GLSL that sets ``vec4 result``, with ``include/lens.glsl``. Without `depth` it runs where a triangle
+        is drawn, and has its interpolated ``v_view`` and ``v_clip``. With `depth` it runs for all pixels
         afterwards, and has ``depth``, as a shader reads it from the buffer.
     target : str
         Format that the result is kept in.
@@ -108,7 +108,10 @@ def rasterise(
         buffer = make_texture(device, depth, size) if depth else None
         if buffer is not None:
             held.callback(buffer.release)
-        sources = resolve_source("probe.vert", _VERTEX, defines), resolve_source("probe.frag", fragment, defines)
+        sources = (
+            resolve_source("probe.vert", _VERTEX, defines),
+            resolve_source("probe.frag", fragment, defines),
+        )
         program = Program(ctx, *sources, ("result",))
         held.callback(program.release)
         points = ctx.buffer(vertices.tobytes())
@@ -131,7 +134,15 @@ def rasterise(
         if zero_to_one:
             device.raw.set_clip_range(False)
         if buffer is not None:
-            run(device, held, _READ.replace("{BODY}", body), kept, {"u_depth": buffer}, defines, {"View": view})
+            run(
+                device,
+                held,
+                _READ.replace("{BODY}", body),
+                kept,
+                {"u_depth": buffer},
+                defines,
+                {"View": view},
+            )
         result = stored_numbers(kept, target)
         device.unbind()
     device.check("a probe")

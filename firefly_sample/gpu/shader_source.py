@@ -55,9 +55,7 @@ def load_source(name: str, defines: dict[str, int], folder: Path | None = None) 
     return resolve_source(name, _text_of(folder, name), defines, folder)
 
 
-def resolve_source(
-    name: str, text: str, defines: dict[str, int], folder: Path | None = None
-) -> ShaderSource:
+def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path | None = None) -> ShaderSource:
     """Resolve `text` as `load_source` does a file's; what comes after the last dot of `name` is the stage.
 
     Raises

@@ -81,7 +81,7 @@ WAYS: dict[str, Way] = {
     "depth32f, tilted": Way("depth32f", clip="zero_to_one", reverse=True, tilted=True),
     "linear32f, tilted": Way("r32f", Y, tilted=True),
 }
-"""Settings `position` by their names, and what was not chosen. Tilted: triangles turned by up to 45 degrees."""
+"""Settings `position` by their names, and others. Tilted: triangles turned by up to 45 degrees."""
 
 
 def depth(device: Device, samples: int = 400_000) -> Table:
@@ -104,8 +104,8 @@ def depth(device: Device, samples: int = 400_000) -> Table:
             row += measured_error(device, way, ratio, samples)
         rows.append(tuple(row))
     about = (
-        "Largest relative error of a pixel's distance, by what is stored for it and by far/near. The bound is "
-        "the law of depth; none for the matrix, whose error depends on where the camera is."
+        "Largest relative error of a pixel's distance, by what is stored for it and by far/near. The bound "
+        "is the law of depth; none for the matrix, whose error depends on where the camera is."
     )
     return Table("depth", about, tuple(columns), rows)
 
@@ -125,7 +125,9 @@ def measured_error(device: Device, way: Way, ratio: float, samples: int) -> tupl
     tilt = rng.uniform(-1.0, 1.0, len(y)) if way.tilted else np.zeros(len(y))
     corners, exact = _triangles(constants, y, tilt, size)
     camera = _CAMERA.get_mat()
-    view = View(size, constants, way.reverse, 1.0, ratio, np.linalg.inv(camera), camera)
+    view = View(
+        size, constants, way.reverse, 1.0, ratio, np.asarray(np.linalg.inv(camera), dtype=np.float64), camera
+    )
     image = rasterise(
         device,
         corners,
@@ -146,9 +148,10 @@ def measured_error(device: Device, way: Way, ratio: float, samples: int) -> tupl
 def law(constants: LensConstants, y: Float64, step: float) -> Float64:
     """What the law of docs/unprojection.md allows at distances y: (d_depth + d_w) * y / |E|.
 
-    d_depth is what float32 loses on the way into the buffer (the products and the sum of B*y + D, the division
-    by w, the scale and offset of the depth range) and the buffer's step; d_w is the rounding of the constant.
-    An error r of depth + w turns into r / (1 - r) of its inverse; the rest is the division's own rounding.
+    d_depth is what float32 loses on the way into the buffer (the products and the sum of B*y + D, the
+    division by w, the scale and offset of the depth range) and the buffer's step; d_w is the rounding of the
+    constant. An error r of depth + w turns into r / (1 - r) of its inverse; the rest is the division's own
+    rounding.
     """
     z = np.abs(constants.b + constants.d / y)
     into = constants.depth_scale * (2.0 * abs(constants.b) + abs(constants.d) / y + 3.0 * z)

@@ -32,14 +32,18 @@ def filtering(device: Device, lines: int = 128) -> Table:
     for bits, dtype in ((8, np.uint8), (16, np.uint16)):
         levels = [np.round(level * (2**bits - 1)).astype(dtype) for level in noise]
         # 255 is 65535/257: eight bits are sixteen without rounding
-        exact = Sampler.of_levels([level.astype(np.uint16) * np.uint16(257 if bits == 8 else 1) for level in levels])
+        exact = Sampler.of_levels(
+            [level.astype(np.uint16) * np.uint16(257 if bits == 8 else 1) for level in levels]
+        )
         at = rng.uniform(0.0, 1.0, (lines * WIDTH, 2)).astype(np.float32).astype(np.float64)
         detail = rng.uniform(0.0, 4.0, len(at)).astype(np.float32).astype(np.float64)
         for name, level in (("bilinear", np.zeros(len(at))), ("trilinear", detail)):
             inputs = np.concatenate([at, level[:, None], level[:, None]], axis=1)
             found = evaluate(device, [], "result = textureLod(u_texture, a.xy, a.z);", inputs, levels=levels)
             rows.append((f"{bits} bits, {name}", *_errors(found, exact.sample(at, level))))
-        rows.append((f"{bits} bits, trilinear, level by the driver", *_by_driver(device, levels, exact, lines)))
+        rows.append(
+            (f"{bits} bits, trilinear, level by the driver", *_by_driver(device, levels, exact, lines))
+        )
     about = (
         "Filtering of white noise of 0..1 by the driver, against float64 on the same texels: with a level of "
         "detail that is given, and with the driver's own from differences between neighbours."

@@ -70,16 +70,19 @@ def normals(device: Device, samples: int = 2_000_000) -> Table:
         bound = math.degrees(bounds[name])
         rows.append((name, size, float(degrees.mean()), float(degrees.max()), bound, off))
     about = f"Angle between a normal and what comes back of it, over {samples:,} random directions."
-    return Table("normals", about, ("normals", "bytes", "mean deg", "max deg", "max deg bound", "max N.L"), rows)
+    return Table(
+        "normals", about, ("normals", "bytes", "mean deg", "max deg", "max deg bound", "max N.L"), rows
+    )
 
 
 def normal_bounds() -> dict[str, float]:
     """The largest angle in radians that each setting `normals` may err by, to first order.
 
-    A coordinate is off by half a step at most. In a cube that is half its diagonal, all of which may lie across
-    the normal. On the octahedron, p = (u, v, 1 - |u| - |v|), half steps of u and v move p by sqrt(6) of them at
-    most, and where that lies across the normal, in the middle of a face, p has the length 1/sqrt(3): in all
-    sqrt(18) half steps. Half floats may be cut off, which is a whole step, 2^-11 for coordinates above 1/2.
+    A coordinate is off by half a step at most. In a cube that is half its diagonal, all of which may lie
+    across the normal. On the octahedron, p = (u, v, 1 - |u| - |v|), half steps of u and v move p by sqrt(6)
+    of them at most, and where that lies across the normal, in the middle of a face, p has the length
+    1/sqrt(3): in all sqrt(18) half steps. Half floats may be cut off, which is a whole step, 2^-11 for
+    coordinates above 1/2.
     """
     cube, octahedron = math.sqrt(3.0), math.sqrt(18.0)
     return {
@@ -118,16 +121,19 @@ def albedo(device: Device, samples: int = 1_000_000) -> Table:
         size = FORMATS[target].bytes_per_pixel
         bound = _dark_bound(name, float(dark.min()))
         rows.append((name, size, relative, bound, codes, float(back.mean() / even.mean()) - 1.0))
-    about = "What comes back of a colour: errors near 0.01, in display codes of 255 over 0..1, and of the sum."
+    about = (
+        "What comes back of a colour: errors near 0.01, in display codes of 255 over 0..1, and of the sum."
+    )
     return Table("albedo", about, ("albedo", "bytes", "at 0.01", "at 0.01 bound", "codes", "bias"), rows)
 
 
 def _dark_bound(name: str, value: float) -> float | None:
     """The largest relative error of a value: half a step of it, or of its square root."""
     if name.startswith("sqrt"):
-        half = 0.5 / (2 ** int(name.removeprefix("sqrt")) - 1)
+        half = 0.5 / (2.0 ** int(name.removeprefix("sqrt")) - 1.0)
         return 2.0 * half / math.sqrt(value) + half * half / value
-    return {"rgba8": 0.5 / 255 / value, "rgba16f": 2.0**-10, "rgba32f": EPS}.get(name)
+    others: dict[str, float] = {"rgba8": 0.5 / 255 / value, "rgba16f": 2.0**-10, "rgba32f": EPS}
+    return others.get(name)
 
 
 def _through_albedo(device: Device, values: Float64, target: str, packing: str) -> Float64:
@@ -168,7 +174,12 @@ def conversions(device: Device, samples: int = 1_000_000) -> Table:
     rows.append(("sRGB, encoding", *_steps(codes, linear_to_srgb(values) * 255.0), None))
     every = np.arange(256) / 255.0
     decoded = evaluate(
-        device, [], "result = a;", np.repeat(every[:, None], 4, axis=1), target="srgb8_alpha8", then="result = a;"
+        device,
+        [],
+        "result = a;",
+        np.repeat(every[:, None], 4, axis=1),
+        target="srgb8_alpha8",
+        then="result = a;",
     )[:, 0].astype(np.float64)
     rows.append(("sRGB, decoding", None, None, float(np.abs(decoded - srgb_to_linear(every)).max())))
     about = (
@@ -184,6 +195,6 @@ def _stored(device: Device, values: Float64, target: str, encode: bool = False) 
 
 
 def _steps(stored: Float64, exact: Float64) -> tuple[float, float]:
-    """Largest distance, and how many are farther off than half a step and a little for float32's own rounding."""
+    """Largest distance, and the share that is farther off than half a step and float32's own rounding."""
     off = np.abs(stored - exact)
     return float(off.max()), float((off > 0.5 + 4.0 * EPS * np.abs(exact) + 1e-4).mean())

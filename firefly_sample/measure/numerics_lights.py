@@ -1,7 +1,7 @@
 """What adding many lights up costs in accuracy, and what cutting them off does.
 
-Two of the tables are about 500 lights that fade by 1/(1 + 0.7 d + 1.8 d^2), strewn evenly over a box 100 units
-wide, 100 deep and 10 high, as random places in the box see them.
+Two of the tables are about 500 lights that fade by 1/(1 + 0.7 d + 1.8 d^2), strewn evenly over a box 100
+units wide, 100 deep and 10 high, as random places in the box see them.
 """
 
 from __future__ import annotations
@@ -74,7 +74,10 @@ def piles(device: Device, values: int = 256) -> Table:
     exact = strength.astype(np.float64)
     rows: list[tuple[Value, ...]] = []
     for count in (1_000, 10_000):
-        for name, total in (("blending", accumulate(device, one, "rgba32f", count)[:, 0]), ("batches of 64", None)):
+        for name, total in (
+            ("blending", accumulate(device, one, "rgba32f", count)[:, 0]),
+            ("batches of 64", None),
+        ):
             if total is None:
                 total = _in_batches(device, one, count)
             error = float(np.abs(total.astype(np.float64) / (count * exact) - 1.0).max())

@@ -20,7 +20,7 @@ SIDES = 16
 
 
 def proxies(device: Device | None = None, views: int = 20_000) -> Table:
-    """Triangles of each proxy, and its silhouette against that of the sphere or cone it stands for; in float64.
+    """Triangles of each proxy, and its silhouette against that of its sphere or cone; in float64.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ def proxies(device: Device | None = None, views: int = 20_000) -> Table:
         exact = 0.25 * math.pi * tangent * (tangent + math.hypot(1.0, tangent))
         rows.append(_row(f"cone, {degrees:g} degrees", outside, inside, scale, exact, seen_from))
     about = (
-        "Meshes for lights: triangles; how much an inscribed one must grow to hold its sphere or cone; the share "
-        "of the silhouette that it misses if it does not; what it covers in vain if it does; and all it covers, "
-        "over the silhouette of a sphere of the same reach."
+        "Meshes for lights: triangles; how much an inscribed one must grow to hold its sphere or cone; the "
+        "share of the silhouette that it misses if it does not; what it covers in vain if it does; and all "
+        "that it covers, over the silhouette of a sphere of the same reach."
     )
     columns = ("proxy", "triangles", "scale", "missed inscribed", "extra circumscribed", "of a sphere's")
     return Table("proxies", about, columns, rows)
@@ -63,7 +63,9 @@ def _row(
 def _silhouette(mesh: Float64, seen_from: Float64) -> float:
     """Mean projected area of a convex mesh: half of what its faces cover, since a line meets two of them."""
     faces = 0.5 * np.cross(mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0])
-    return float(np.mean([0.5 * np.abs(part @ faces.T).sum(axis=1).mean() for part in np.split(seen_from, 20)]))
+    return float(
+        np.mean([0.5 * np.abs(part @ faces.T).sum(axis=1).mean() for part in np.split(seen_from, 20)])
+    )
 
 
 def _inradius(mesh: Float64) -> float:

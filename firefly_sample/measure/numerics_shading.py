@@ -20,6 +20,7 @@ Float64 = NDArray[np.float64]
 
 EXPONENTS = {"32": 32.0, "128": 128.0, "1e3": 1e3, "1e6": 1e6}
 SIZES = ((800, 600), (1920, 1080), (1366, 768))
+FOVS = (60.0, 1e-3, 179.999)
 OFFSETS = {"0": 0.0, "1e6": 1e6, "1e7": 1e7, "1e9": 1e9}
 
 
@@ -37,11 +38,14 @@ def powers(device: Device, samples: int = 100_000) -> Table:
         exact = np.exp(0.5 * m * np.log1p(-(np.sin(angle) ** 2)))
         inputs = np.stack([np.cos(angle), np.sin(angle) ** 2, np.full_like(angle, m), angle], axis=1)
         errors = []
-        for includes, body in ((), "result.r = pow(a.x, a.z);"), (["phong"], "result.r = power_of_cosine(a.x, a.y, a.z);"):
-            found = evaluate(device, list(includes), body, inputs, {"HIGHLIGHTS": 0})[:, 0]
+        for includes, body in (
+            ([], "result.r = pow(a.x, a.z);"),
+            (["phong"], "result.r = power_of_cosine(a.x, a.y, a.z);"),
+        ):
+            found = evaluate(device, includes, body, inputs, {"HIGHLIGHTS": 0})[:, 0]
             errors.append(float(np.abs(found - exact).max()))
-        # x exp(-x) of an error of the logarithm, which is 1/e at most: a handful of roundings of the sine's square,
-        # its series and the product; and what exp, by 2^x of a rounded x, adds
+        # an error e of the logarithm x counts x exp(-x) e, which is e/3 at most: the roundings of the sine's
+        # square, of its series and of the product; and what exp adds
         rows.append((name, *errors, 8.0 * EPS))
     about = "Largest absolute error of a cosine's power: GLSL's pow, and our function of cosine and sine."
     return Table("powers", about, ("exponent", "pow", "power_of_cosine", "power_of_cosine bound"), rows)
@@ -49,27 +53,22 @@ def powers(device: Device, samples: int = 100_000) -> Table:
 
 def ndc(device: Device) -> Table:
     """Largest error of NDC at pixel centres, computed from the pixel or interpolated as a clip position."""
+    # In the first, the difference is exact, and the division of what is below 1 rounds once, or twice where a
+    # driver multiplies by a reciprocal. In the second, two numbers of up to 2 are rounded before they cancel.
+    bounds = {"(p - size/2)/(size/2)": 1.5 * EPS, "p*2/size - 1": 3.0 * EPS}
     rows: list[tuple[Value, ...]] = []
-    for formula in ("(p - size/2)/(size/2)", "p*2/size - 1"):
-        rows.append((formula, *(_by_formula(device, formula, size) for size in SIZES)))
-    for fov in (60.0, 1e-3, 179.999):
-        rows.append(
-            (f"interpolated, {fov:g} degrees", *(_interpolated(device, fov, size) for size in SIZES))
-        )
-    # the difference is exact, and only the division rounds, by half an ulp of what is below 1, or by one where a
-    # driver multiplies by a rounded reciprocal
-    rows[0] = (*rows[0], 2.0 * EPS)
-    # two roundings of up to 2 before the subtraction
-    rows[1] = (*rows[1], 4.0 * EPS)
-    rows[2:] = [(*row, None) for row in rows[2:]]
+    for formula, bound in bounds.items():
+        rows.append((formula, *(_by_formula(device, formula, size) for size in SIZES), bound))
+    for fov in FOVS:
+        errors = (_interpolated(device, fov, size) for size in SIZES)
+        rows.append((f"interpolated, {fov:g} degrees", *errors, None))
     about = "Largest error of NDC at the centres of all pixels, by the size of the picture."
     return Table("ndc", about, ("way", *(f"{w}x{h}" for w, h in SIZES), "bound"), rows)
 
 
 def _by_formula(device: Device, formula: str, size: tuple[int, int]) -> float:
-    pixel = np.arange(max(size)) + 0.5
-    inputs = np.stack([pixel, np.minimum(pixel, size[1]), pixel, pixel], axis=1)[: size[0]]
-    inputs[:, 1] = np.minimum(inputs[:, 0], size[1] - 0.5)
+    pixel = np.arange(size[0]) + 0.5
+    inputs = np.stack([pixel, np.minimum(pixel, size[1] - 0.5), pixel, pixel], axis=1)
     blocks = {"View": _view_of(60.0, size)}
     by_include = "result.xy = ndc_from_pixel(a.xy);"
     body = by_include if formula.startswith("(") else "result.xy = a.xy * 2.0 / u_size.xy - 1.0;"
@@ -78,7 +77,7 @@ def _by_formula(device: Device, formula: str, size: tuple[int, int]) -> float:
 
 
 def _interpolated(device: Device, fov: float, size: tuple[int, int]) -> float:
-    """Of two triangles that hold the picture, at least two units wide and high, 1 unit away below and 10 on top."""
+    """Of two triangles that hold the picture, two units wide or more, 1 unit away below and 10 on top."""
     lens = _lens(fov, size).constants()
     y = np.array([1.0, 1.0, 10.0, 10.0])
     quad = np.stack([np.array([-1.0, 1.0, 1.0, -1.0]), y, np.array([-1.0, -1.0, 1.0, 1.0])], axis=1)
@@ -101,29 +100,29 @@ def _view_of(fov: float, size: tuple[int, int]) -> NDArray[np.void]:
 
 
 def far_from_origin(device: Device, samples: int = 200_000) -> Table:
-    """Largest error of the distance between surfaces and lights one unit away, by how far off the world's origin.
+    """Largest error of the distance of a light from a surface, by how far off the world's origin.
 
     Parameters
     ----------
     samples : int
         Surfaces 5 to 100 units before the camera, each with a light.
     """
+
+    def bound(reach: float) -> float:
+        """Of the distance of two places whose coordinates are each off by half a unit in the last place."""
+        return float(np.sqrt(3.0) * np.spacing(np.float32(reach)))
+
     rows: list[tuple[Value, ...]] = []
     for name, offset in OFFSETS.items():
-        # a coordinate of each end is off by half a unit in the last place: of the offset, or of what is in view
-        bounds = (np.sqrt(3.0) * np.spacing(np.float32(reach + 100.0)) for reach in (offset, 0.0))
-        rows.append((name, *_woven(_distance_errors(device, offset, samples), [*map(float, bounds), None])))
+        by_world, by_view, by_pixel = _distance_errors(device, offset, samples)
+        rows.append((name, by_world, bound(offset + 100.0), by_view, bound(100.0), by_pixel))
     about = (
-        "Largest error of the distance of a light one unit from a surface, scene and camera being so far from "
-        "the world's origin: places in world space as float32; in view space, formed in float64; and the way "
-        "from pixels, as shaders find it."
+        "Largest error of the distance of a light one unit from a surface, scene and camera being so far "
+        "from the world's origin along each axis: places in world space as float32; in view space, formed in "
+        "float64; and the way from pixels, as shaders find it."
     )
     columns = ("offset", "world", "world bound", "view", "view bound", "from pixels")
-    return Table("far_from_origin", about, columns, [row[: len(columns)] for row in rows])
-
-
-def _woven(figures: tuple[float, ...], bounds: list[float | None]) -> list[Value]:
-    return [value for pair in zip(figures, bounds, strict=True) for value in pair]
+    return Table("far_from_origin", about, columns, rows)
 
 
 def _distance_errors(device: Device, offset: float, samples: int) -> tuple[float, float, float]:
@@ -154,7 +153,8 @@ def _distance_errors(device: Device, offset: float, samples: int) -> tuple[float
     by_view = evaluate(device, [], apart, four(seen[0]), more=four(seen[1]))[:, 0]
     at = (seen[1][:, [0, 2]] / seen[1][:, 1:2] * (lens.a, lens.c) + 1.0) * (0.5 * np.array(size))
     near = at.astype(np.float32).astype(np.float64)
-    defines = {name: 0 for name in ("ORTHOGRAPHIC", "RADIANCE", "HALF", "HIGHLIGHTS", "POSITION", "NORMALS", "COLORS")}
+    without = ("ORTHOGRAPHIC", "RADIANCE", "HALF", "HIGHLIGHTS", "POSITION", "NORMALS", "COLORS")
+    defines = dict.fromkeys(without, 0)
     by_pixel = evaluate(
         device,
         ["surface"],

@@ -24,8 +24,8 @@ class Table:
     about : str
         A sentence: what the numbers are.
     columns : tuple of str
-        A column called "bound", or ending in " bound", holds what the figure before it stays below on every
-        driver that keeps to OpenGL's rules.
+        A column called "bound", or ending in " bound", holds what theory allows the figure before it where
+        arithmetic rounds as IEEE 754 has it.
     rows : list of tuple
         A text, a number, or None where there is nothing to tell; the first value names the row.
     """
@@ -53,5 +53,5 @@ def _cell(value: Value) -> str:
     if value is None:
         return "-"
     if isinstance(value, float):
-        return f"{value:.2g}" if abs(value) < 1000 else f"{value:.2e}"
+        return f"{value:.4g}" if 0.1 <= abs(value) < 1e4 else f"{value:.2g}"
     return f"{value:,}" if isinstance(value, int) else value

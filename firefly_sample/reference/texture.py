@@ -64,7 +64,7 @@ class Sampler:
 
     @classmethod
     def of_levels(cls, levels: Sequence[NDArray[np.uint16]]) -> Sampler:
-        """A sampler of texels that are there already: all levels, shape (height, width, 4), lowest row first."""
+        """A sampler of texels that are there: all levels, shape (height, width, 4), the lowest row first."""
         sampler = cls.__new__(cls)
         sampler._keep(levels)
         return sampler
