@@ -25,8 +25,8 @@ def numerics(
     Parameters
     ----------
     tables
-        depth, normals, albedo, conversions, accumulation, piles, cutoff, proxies, powers, ndc,
-        far_from_origin, filtering, cost; all when absent.
+        Names: depth, normals, highlights, albedo, conversions, accumulation, piles, cutoff, reach, proxies,
+        cones, powers, ndc, far_from_origin, filtering, cost. All when absent.
     device
         Which EGL device to draw with (see firefly doctor).
     require_gpu

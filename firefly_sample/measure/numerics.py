@@ -6,12 +6,14 @@ from collections.abc import Callable, Sequence
 
 from firefly_sample.errors import NoGpuError, SettingsError, did_you_mean
 from firefly_sample.gpu.device import Device
+from firefly_sample.measure.numerics_angles import cones, highlights
 from firefly_sample.measure.numerics_cost import cost
 from firefly_sample.measure.numerics_depth import depth
 from firefly_sample.measure.numerics_filtering import filtering
 from firefly_sample.measure.numerics_gbuffer import albedo, conversions, normals
 from firefly_sample.measure.numerics_lights import accumulation, cutoff, piles
 from firefly_sample.measure.numerics_proxies import proxies
+from firefly_sample.measure.numerics_reach import reach
 from firefly_sample.measure.numerics_shading import far_from_origin, ndc, powers
 from firefly_sample.measure.numerics_table import Table
 
@@ -20,12 +22,15 @@ __all__ = ["TABLES", "measure_numerics"]
 TABLES: dict[str, Callable[[Device], Table]] = {
     "depth": depth,
     "normals": normals,
+    "highlights": highlights,
     "albedo": albedo,
     "conversions": conversions,
     "accumulation": accumulation,
     "piles": piles,
     "cutoff": cutoff,
+    "reach": reach,
     "proxies": proxies,
+    "cones": cones,
     "powers": powers,
     "ndc": ndc,
     "far_from_origin": far_from_origin,

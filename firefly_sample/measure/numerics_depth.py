@@ -78,6 +78,7 @@ WAYS: dict[str, Way] = {
     "linear in R16F": Way("rgba16f", Y),
     "stored32f": Way("rgba32f", Y),
     "stored16f": Way("rgba16f", Y),
+    "depth24, tilted": Way("depth24", step=1 / (2**24 - 1), tilted=True),
     "depth32f, tilted": Way("depth32f", clip="zero_to_one", reverse=True, tilted=True),
     "linear32f, tilted": Way("r32f", Y, tilted=True),
 }

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.probe import evaluate
 from firefly_sample.measure.numerics_table import EPS, Table, Value
-from firefly_sample.plan.targets import ALBEDO_FORMATS, FORMATS, NORMAL_FORMATS
+from firefly_sample.plan.targets import ALBEDO_FORMATS, FORMATS, NORMAL_FORMATS, UNSIGNED
 from firefly_sample.plan.variants import ColorPacking, NormalPacking
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 
@@ -47,6 +47,8 @@ def normals(device: Device, samples: int = 2_000_000) -> Table:
     bounds = normal_bounds()
     rows: list[tuple[Value, ...]] = []
     for name, (target, packing) in NORMAL_FORMATS.items():
+        if target == "rg16_snorm" and not device.capabilities.snorm_targets:
+            target, packing = UNSIGNED
         defines = {"NORMALS": get_args(NormalPacking).index(packing), "COLORS": 0}
         angles, off = [], 0.0
         for first in range(0, samples, CHUNK):
