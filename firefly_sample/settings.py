@@ -82,8 +82,8 @@ class Settings:
         light added in display space into 8 bits, normals not decoded. It is there to compare with.
     position : {"linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"}
         Where a pixel's position comes from. A linear distance in an R32F target of its own: 4 bytes a pixel,
-        relative error 4e-7 at any near and far. A reversed 32-bit float depth buffer: the same, and a copy of the
-        buffer. A standard 24- or 16-bit depth buffer through A, B, C, D: the error grows with distance over
+        relative error 4e-7 at any near and far. A reversed 32-bit float depth buffer: the same, and a copy of
+        it. A standard 24- or 16-bit depth buffer through A, B, C, D: the error grows with distance over
         near, at far/near 1000 it is 1.4e-4 with 24 bits and 8e-3 with 16. "inverse_matrix" is 24-bit depth
         through the inverse of the view-projection matrix, as many tutorials have it: no more accurate, and it
         errs far from the world's origin. View-space positions in a target of their own: 16 bytes a pixel in
@@ -101,9 +101,8 @@ class Settings:
         lose 5e-4, or 1e-3 where a driver cuts off, and nothing.
     accumulation : {"rgba32f", "rgba16f", "r11g11b10f", "rgba8"}
         The target that lights are added up in. 500 lights lose 1e-6 in "rgba32f" (16 bytes a pixel), up to
-        12% in "rgba16f" (8) on a driver that truncates, half in "r11g11b10f" (4), and nearly everything that is
-        dim in "rgba8" (4), which also clips at 1. How this and the other figures here were measured:
-        docs/numerics.md.
+        12% in "rgba16f" (8) on a driver that truncates, half in "r11g11b10f" (4), and nearly everything that
+        is dim in "rgba8" (4), which also clips at 1. docs/numerics.md tells how these figures come about.
     lights : {"volumes", "fullscreen", "loop", "forward"}
         One instanced draw of volumes; one full-screen pass a light; one full-screen pass that loops
         over all lights; or no G-buffer at all: every fragment is shaded by every light as it is drawn, seen

@@ -34,8 +34,6 @@ FOV = (60.0, 40.0)
 FROM_DEPTH = "result.r = distance_from_depth(depth);"
 FROM_INVERSE = "result.r = view_from_inverse(ndc_from_pixel(gl_FragCoord.xy), depth).y;"
 LARGEST_HALF = 65504.0
-_CAMERA = TransformState.make_pos_hpr_scale_shear((-0.18, -4.2, 0.94), (30.0, -7.5, 2.4))
-"""In the world, which only the inverse matrix cares for: about four near distances from its origin."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +46,8 @@ class Way:
         Format of a depth buffer, or of a target that keeps the distance.
     step : float
         What the format adds to a depth at most: a step of whole numbers, or 0 for float32.
+    away : float
+        How far the camera is from the world's origin along each axis, which only the matrix cares for.
     """
 
     target: str
@@ -57,6 +57,7 @@ class Way:
     infinite: bool = False
     step: float = 0.0
     tilted: bool = False
+    away: float = 1.0
 
     @property
     def in_depth(self) -> bool:
@@ -70,6 +71,7 @@ WAYS: dict[str, Way] = {
     "depth24": Way("depth24", step=1 / (2**24 - 1)),
     "standard, D32F": Way("depth32f"),
     "inverse_matrix": Way("depth24", FROM_INVERSE, step=1 / (2**24 - 1)),
+    "inverse_matrix, 1e4 off": Way("depth24", FROM_INVERSE, step=1 / (2**24 - 1), away=1e4),
     "reversed in -1..1, D32F": Way("depth32f", reverse=True),
     "reversed in 0..1, D24": Way("depth24", clip="zero_to_one", reverse=True, step=1 / (2**24 - 1)),
     "depth32f": Way("depth32f", clip="zero_to_one", reverse=True),
@@ -125,10 +127,10 @@ def measured_error(device: Device, way: Way, ratio: float, samples: int) -> tupl
     y = np.exp(rng.uniform(math.log(1.003), math.log(0.997 * ratio), WIDTH * high))
     tilt = rng.uniform(-1.0, 1.0, len(y)) if way.tilted else np.zeros(len(y))
     corners, exact = _triangles(constants, y, tilt, size)
-    camera = _CAMERA.get_mat()
-    view = View(
-        size, constants, way.reverse, 1.0, ratio, np.asarray(np.linalg.inv(camera), dtype=np.float64), camera
-    )
+    away = (way.away,) * 3
+    camera = TransformState.make_pos_hpr_scale_shear(away, (30.0, -7.5, 2.4)).get_mat()
+    world_to_view = np.asarray(np.linalg.inv(camera), dtype=np.float64)
+    view = View(size, constants, way.reverse, 1.0, ratio, world_to_view, camera)
     image = rasterise(
         device,
         corners,

@@ -83,7 +83,12 @@ def test_what_ends(depth):
     for name in ("stored16f", "linear in R16F"):
         assert depth.value(name, "1e6") == "overflow"
         assert 2.0**-12 <= depth.value(name, "1e3") <= 2.0**-10 + 4.0 * EPS
+
+
+def test_the_inverse_matrix_is_no_better_and_errs_far_from_the_origin(depth):
     assert depth.value("inverse_matrix", "1e3") >= 0.5 * depth.value("depth24", "1e3")
+    # a place 10,000 units off has steps of 2^-10, beside distances from 1 on
+    assert 2.0**-11 <= depth.value("inverse_matrix, 1e4 off", "10") <= 0.02
 
 
 def test_normals(device):
