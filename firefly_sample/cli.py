@@ -33,10 +33,12 @@ _COMMANDS: dict[Words, str] = {
     ("measure", "speed"): "Time each pass, and light volumes against other methods.",
     ("measure", "trade"): "What each setting costs in time and in error.",
     ("measure", "stability"): "Draw numerical extremes, and hold each to its bound.",
+    ("measure", "numerics"): "What numbers lose on this driver: the figures that the defaults rest on.",
     ("doctor",): "Show driver, devices and versions, and how to install what is missing.",
     ("scenes",): "List the installed scenes and their parameters.",
 }
-_WITHOUT_SCENE = ("measure", "stability"), ("doctor",), ("scenes",)
+_WITHOUT_SCENE = ("measure", "stability"), ("measure", "numerics"), ("doctor",), ("scenes",)
+_OPERANDS: dict[Words, str] = {("measure", "numerics"): "[TABLE...] "}
 _WITH_SCENE = [words for words in _COMMANDS if words not in _WITHOUT_SCENE]
 
 
@@ -123,7 +125,8 @@ def _app(chosen: Words, plugin: ScenePlugin | None = None, allow_unknown: bool =
     app.command(groups["measure",])
     for words, summary in _COMMANDS.items():
         if words == chosen:
-            usage = f"Usage: firefly {' '.join(words)} {'[SCENE] ' if plugin else ''}[OPTIONS]"
+            operands = "[SCENE] " if plugin else _OPERANDS.get(words, "")
+            usage = f"Usage: firefly {' '.join(words)} {operands}[OPTIONS]"
             groups[words[:-1]].command(_load(words, plugin), name=words[-1], usage=usage)
         else:
             groups[words[:-1]].command(App(name=words[-1], help=summary))

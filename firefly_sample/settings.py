@@ -85,34 +85,34 @@ class Settings:
         light added in display space into 8 bits, normals not decoded. It is there to compare with.
     position : {"linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"}
         Where a pixel's position comes from. A linear distance in an R32F target of its own: 4 bytes a pixel,
-        relative error 5e-7 at any near and far. A reversed 32-bit float depth buffer: 2e-7, and a copy of the
-        buffer. A standard 24- or 16-bit depth buffer through A, B, C, D: the error grows with distance over
-        near, at far/near 1000 it is 7e-5 with 24 bits and 8e-3 with 16. "inverse_matrix" is 24-bit depth
+        relative error 4e-7 at any near and far. A reversed 32-bit float depth buffer: the same, and a copy of
+        it. A standard 24- or 16-bit depth buffer through A, B, C, D: the error grows with distance over
+        near, at far/near 1000 it is 1.4e-4 with 24 bits and 8e-3 with 16. "inverse_matrix" is 24-bit depth
         through the inverse of the view-projection matrix, as many tutorials have it: no more accurate, and it
         errs far from the world's origin. View-space positions in a target of their own: 16 bytes a pixel in
-        float32; 8 in half floats, which err by 5e-4 and end at 65504 units.
+        float32; 8 in half floats, which err by 5e-4, or 1e-3 where a driver cuts them off, and end at 65504.
     normals : {"oct16", "rgb10a2", "rgba8", "oct8", "rgba16f", "rgba32f"}
         How normals are stored. "oct16" and "oct8" are octahedral, two times 16 or 8 bits: 4 or 2 bytes a
         pixel, at most 0.004 or 0.95 degrees off. "rgba8" and "rgb10a2" are n/2 + 1/2: 4 bytes, 0.39 or 0.1
-        degrees. "rgba16f" and "rgba32f" store n: 8 or 16 bytes, 0.02 or 3e-6 degrees. Highlights magnify the
+        degrees. "rgba16f" and "rgba32f" store n: 8 or 16 bytes, 0.03 or 3e-6 degrees. Highlights magnify the
         error by the root of the shininess.
     albedo : {"sqrt10", "sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"}
         How base colours are stored. "sqrt10" keeps square roots in ten bits each, 4 bytes a pixel, exact to
         decode; "sqrt8" is four times as coarse for the same bytes: two display codes where a dark surface is
         brightly lit. "srgb8" is the driver's own encoding, as fine where the driver is exact. "rgba8" stores
         linear values: what is dark loses most of its digits. "rgba16f" and "rgba32f" take 8 and 16 bytes and
-        lose 5e-4 and nothing.
+        lose 5e-4, or 1e-3 where a driver cuts off, and nothing.
     accumulation : {"rgba32f", "rgba16f", "r11g11b10f", "rgba8"}
-        The target that lights are added up in. 500 lights lose 1e-6 in "rgba32f" (16 bytes a pixel), up to 9%
-        in "rgba16f" (8) on a driver that truncates, 40% in "r11g11b10f" (4), and nearly everything that is
-        dim in "rgba8" (4), which also clips at 1.
+        The target that lights are added up in. 500 lights lose 1e-6 in "rgba32f" (16 bytes a pixel), up to
+        12% in "rgba16f" (8) on a driver that truncates, half in "r11g11b10f" (4), and nearly everything that
+        is dim in "rgba8" (4), which also clips at 1. docs/numerics.md tells how these figures come about.
     lights : {"volumes", "fullscreen", "loop", "forward"}
         One instanced draw of volumes; one full-screen pass a light; one full-screen pass that loops
         over all lights; or no G-buffer at all: every fragment is shaded by every light as it is drawn, seen
         or not. The picture is the same; the last three are there to be measured.
     volume_proxy : {"cube", "icosphere0", "icosphere1", "icosphere2", "icosphere3"}
         The mesh drawn for a light that reaches in all directions: 12, 20, 80, 320 or 1280 triangles, which
-        cover 91, 20, 6, 1.7 or 0.4 per cent more than the sphere. The picture is the same: few triangles
+        cover 91, 21, 6, 1.7 or 0.4 per cent more than the sphere. The picture is the same: few triangles
         shade more fragments, many cost vertices.
     light_resolution : {"full", "half"}
         "half" lights one pixel in four and lets the others take it from neighbours on the same surface: about

@@ -11,7 +11,25 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.targets import FORMATS, Target
 
-__all__ = ["BoundImages", "Images"]
+__all__ = ["BoundImages", "Images", "make_texture"]
+
+
+def make_texture(
+    device: Device, format_name: str, size: tuple[int, int], compare: str = ""
+) -> moderngl.Texture:
+    """An image to draw into, of a format of `FORMATS`; read texel by texel."""
+    form = FORMATS[format_name]
+    if form.depth:
+        texture = device.ctx.depth_texture(size)
+        texture.compare_func = compare
+        texture.use(0)
+        if form.gl_format is not None:
+            device.raw.allocate_depth(size, form.gl_format)
+    else:
+        texture = device.ctx.texture(size, form.components, dtype=form.dtype, internal_format=form.gl_format)
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    texture.repeat_x = texture.repeat_y = False
+    return texture
 
 
 class Images:
@@ -35,7 +53,7 @@ class Images:
             for target in plan.targets:
                 key = self._key(plan, target)
                 if key not in self._textures:
-                    self._textures[key] = self._make(target, key[2])
+                    self._textures[key] = make_texture(self._device, target.format, key[2], target.compare)
         except moderngl.Error as error:
             raise self._no_memory(plan) from error
         if self._device.ctx.error != "GL_NO_ERROR":
@@ -55,22 +73,6 @@ class Images:
 
     def _key(self, plan: FramePlan, target: Target) -> tuple[str, str, tuple[int, int]]:
         return target.name, target.format, plan.target_size(target.name)
-
-    def _make(self, target: Target, size: tuple[int, int]) -> moderngl.Texture:
-        form = FORMATS[target.format]
-        if form.depth:
-            texture = self._device.ctx.depth_texture(size)
-            texture.compare_func = target.compare
-            texture.use(0)
-            if form.gl_format is not None:
-                self._device.raw.allocate_depth(size, form.gl_format)
-        else:
-            texture = self._device.ctx.texture(
-                size, form.components, dtype=form.dtype, internal_format=form.gl_format
-            )
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        texture.repeat_x = texture.repeat_y = False
-        return texture
 
     def texture(self, plan: FramePlan, name: str) -> moderngl.Texture:
         """The texture of a target of this plan."""

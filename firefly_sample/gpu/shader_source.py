@@ -12,7 +12,7 @@ from firefly_sample.errors import ShaderError
 from firefly_sample.gpu.blocks import BLOCKS, block_glsl
 from firefly_sample.gpu.records import RECORDS, record_glsl
 
-__all__ = ["ShaderSource", "load_source"]
+__all__ = ["ShaderSource", "load_source", "resolve_source"]
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _BLOCK = re.compile(r"^\s*#block\s+(\w+)\s*$")
@@ -52,8 +52,21 @@ def load_source(name: str, defines: dict[str, int], folder: Path | None = None) 
         If a file, a block or a record does not exist.
     """
     folder = folder or asset_dir("shaders")
+    return resolve_source(name, _text_of(folder, name), defines, folder)
+
+
+def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path | None = None) -> ShaderSource:
+    """Resolve `text` as `load_source` does a file's; what comes after the last dot of `name` is the stage.
+
+    Raises
+    ------
+    ShaderError
+        If a file, a block or a record does not exist, or the text does not begin with #version.
+    """
+    folder = folder or asset_dir("shaders")
     lines: list[tuple[str, str, int]] = []
-    _read(folder, name, lines, set(), lambda record: record_glsl(record, defines, name.rsplit(".", 1)[-1]))
+    stage = name.rsplit(".", 1)[-1]
+    _read(folder, name, text, lines, {name}, lambda record: record_glsl(record, defines, stage))
     if not lines or not lines[0][0].startswith("#version"):
         raise ShaderError(f"{name}:1: a shader must begin with #version")
     head = [(f"#define {key} {value}", "<defines>", 1) for key, value in sorted(defines.items())]
@@ -65,25 +78,29 @@ def load_source(name: str, defines: dict[str, int], folder: Path | None = None) 
     )
 
 
-def _read(
-    folder: Path,
-    name: str,
-    lines: list[tuple[str, str, int]],
-    seen: set[str],
-    record_text: Callable[[str], str],
-) -> None:
-    if name in seen:
-        return
-    seen.add(name)
+def _text_of(folder: Path, name: str) -> str:
     try:
-        text = (folder / name).read_text(encoding="utf-8")
+        return (folder / name).read_text(encoding="utf-8")
     except OSError as error:
         raise ShaderError(
             f"shader {name!r} cannot be read ({error.strerror}): reinstall firefly_sample"
         ) from None
+
+
+def _read(
+    folder: Path,
+    name: str,
+    text: str,
+    lines: list[tuple[str, str, int]],
+    seen: set[str],
+    record_text: Callable[[str], str],
+) -> None:
     for number, line in enumerate(text.splitlines(), 1):
         if include := _INCLUDE.match(line):
-            _read(folder, include.group(1), lines, seen, record_text)
+            wanted = include.group(1)
+            if wanted not in seen:
+                seen.add(wanted)
+                _read(folder, wanted, _text_of(folder, wanted), lines, seen, record_text)
         elif block := _BLOCK.match(line):
             _expand(block.group(1), BLOCKS, "uniform block", block_glsl, (name, number), lines)
         elif record := _RECORD.match(line):

@@ -9,6 +9,7 @@ filtering error: whoever reports errors keeps it apart from what packing and sha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from threading import Lock
 
 import numpy as np
@@ -59,8 +60,17 @@ class Sampler:
     """
 
     def __init__(self, pixels: NDArray[np.uint8], cutoff: float | None) -> None:
-        levels = texture_levels(pixels, cutoff)
-        self.size = (pixels.shape[1], pixels.shape[0])
+        self._keep(texture_levels(pixels, cutoff))
+
+    @classmethod
+    def of_levels(cls, levels: Sequence[NDArray[np.uint16]]) -> Sampler:
+        """A sampler of texels that are there: all levels, shape (height, width, 4), the lowest row first."""
+        sampler = cls.__new__(cls)
+        sampler._keep(levels)
+        return sampler
+
+    def _keep(self, levels: Sequence[NDArray[np.uint16]]) -> None:
+        self.size = (levels[0].shape[1], levels[0].shape[0])
         self._heights, self._widths = np.array([level.shape[:2] for level in levels]).T
         self._starts = np.concatenate([[0], np.cumsum(self._heights * self._widths)[:-1]])
         self._texels = np.concatenate([level.reshape(-1, 4) for level in levels])

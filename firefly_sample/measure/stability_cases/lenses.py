@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from firefly_sample.gpu.probe import probe_rays
 from firefly_sample.measure.stability_cases.bench import Bench
 from firefly_sample.measure.stability_cases.case import Case
+from firefly_sample.measure.stability_cases.probes import probe_rays
 from firefly_sample.measure.stability_cases.scenes import wall_scene
 from firefly_sample.reference.rays import pixel_rays
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens

@@ -8,9 +8,9 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.gpu.probe import probe_normals
 from firefly_sample.measure.stability_cases.bench import Bench, Drawn
 from firefly_sample.measure.stability_cases.case import Case, positioned, within_law
+from firefly_sample.measure.stability_cases.probes import probe_normals
 from firefly_sample.measure.stability_cases.scenes import ball, geom_node, wall, wall_scene
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.plan.targets import NORMAL_FORMATS

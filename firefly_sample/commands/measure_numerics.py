@@ -1,0 +1,49 @@
+"""``firefly measure numerics``: the figures that the defaults rest on, measured again."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from firefly_sample.columns import align
+from firefly_sample.commands.options import Flag, Whole
+from firefly_sample.commands.terminal import print_json, progress_bar
+
+__all__ = ["numerics"]
+
+
+def numerics(
+    *tables: Annotated[str, Parameter(metavar="TABLE", negative=())],
+    device: Whole | None = None,
+    require_gpu: Flag = False,
+    json: Flag = False,
+) -> int:
+    """Measure what numbers lose on this driver: in depth buffers, targets, sums, powers and filters.
+
+    Parameters
+    ----------
+    tables
+        Names: depth, normals, highlights, albedo, conversions, accumulation, piles, cutoff, reach, proxies,
+        cones, powers, ndc, far_from_origin, filtering, cost. All when absent.
+    device
+        Which EGL device to draw with (see firefly doctor).
+    require_gpu
+        Fail rather than draw with a software driver.
+    json
+        Print JSON.
+    """
+    from firefly_sample.measure.numerics import measure_numerics
+
+    with progress_bar("tables") as progress:
+        driver, measured = measure_numerics(tables, device=device, require_gpu=require_gpu, progress=progress)
+    if json:
+        print_json({"driver": driver, "tables": [table.as_dict() for table in measured]})
+        return 0
+    print(driver)
+    for table in measured:
+        print()
+        print(textwrap.fill(f"{table.name}: {table.about}", 110))
+        print(align(table.as_text()))
+    return 0

@@ -1,0 +1,97 @@
+"""The tables of figures that the defaults rest on, each measured again by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from firefly_sample.errors import NoGpuError, SettingsError, did_you_mean
+from firefly_sample.gpu.device import Device
+from firefly_sample.measure.numerics_angles import cones, highlights
+from firefly_sample.measure.numerics_cost import cost
+from firefly_sample.measure.numerics_depth import depth
+from firefly_sample.measure.numerics_filtering import filtering
+from firefly_sample.measure.numerics_gbuffer import albedo, conversions, normals
+from firefly_sample.measure.numerics_lights import accumulation, cutoff, piles
+from firefly_sample.measure.numerics_proxies import proxies
+from firefly_sample.measure.numerics_reach import reach
+from firefly_sample.measure.numerics_shading import far_from_origin, ndc, powers
+from firefly_sample.measure.numerics_table import Table
+
+__all__ = ["TABLES", "measure_numerics"]
+
+TABLES: dict[str, Callable[[Device], Table]] = {
+    "depth": depth,
+    "normals": normals,
+    "highlights": highlights,
+    "albedo": albedo,
+    "conversions": conversions,
+    "accumulation": accumulation,
+    "piles": piles,
+    "cutoff": cutoff,
+    "reach": reach,
+    "proxies": proxies,
+    "cones": cones,
+    "powers": powers,
+    "ndc": ndc,
+    "far_from_origin": far_from_origin,
+    "filtering": filtering,
+    "cost": cost,
+}
+"""Tables by name, in the order of docs/numerics.md."""
+
+
+def measure_numerics(
+    names: Sequence[str] = (),
+    *,
+    device: int | None = None,
+    require_gpu: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[str, list[Table]]:
+    """Measure tables of `TABLES` on a driver; all but "cost" give the same figures again.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of tables; none for all.
+    device : int, optional
+        EGL device index.
+    require_gpu : bool
+        Refuse a software driver.
+    progress : callable, optional
+        Called with (tables done, tables in all).
+
+    Returns
+    -------
+    str, list of Table
+        The GL renderer string, and the tables in the order asked for.
+
+    Raises
+    ------
+    SettingsError
+        If there is no table of a name.
+    NoGpuError
+        If there is no OpenGL 3.3 or, with `require_gpu`, only a software driver.
+    """
+    for name in names:
+        if name not in TABLES:
+            raise SettingsError(
+                f"there is no table {name!r}{did_you_mean(name, TABLES)}: there are {', '.join(TABLES)}"
+            )
+    chosen = list(dict.fromkeys(names)) or list(TABLES)
+    made = Device(device)
+    try:
+        if require_gpu and made.software:
+            raise NoGpuError(
+                f"a GPU is required, but the driver is a software rasteriser ({made.renderer}): "
+                "install the GPU's driver, or leave require_gpu out"
+            )
+        tables = []
+        for done, name in enumerate(chosen):
+            if progress is not None:
+                progress(done, len(chosen))
+            tables.append(TABLES[name](made))
+        if progress is not None:
+            progress(len(chosen), len(chosen))
+        return made.renderer, tables
+    finally:
+        made.release()
