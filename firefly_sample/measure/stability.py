@@ -142,7 +142,8 @@ def measure_stability(
 def measure_case(bench: Bench, case: Case, method: str) -> dict[str, Any]:
     """One row of `measure_stability`'s "cases"."""
     bench.begin()
-    bound, error = case.bound_for(method), ""
+    law, error = bench.law_of(method), ""
+    bound = case.bound_for(law)
     try:
         measured = float(case.run(bench, method))
     except FireflyError as wrong:
@@ -155,7 +156,7 @@ def measure_case(bench: Bench, case: Case, method: str) -> dict[str, Any]:
         "method": method,
         "bound": bound,
         "measured": measured if math.isfinite(measured) else sys.float_info.max,
-        "verdict": "fail" if error else _verdict(case, method, measured <= bound, bool(warning)),
+        "verdict": "fail" if error else _verdict(case, law, measured <= bound, bool(warning)),
         "warning": error or warning,
     }
 

@@ -73,6 +73,13 @@ class Bench:
         self.not_finite = 0
         self.kept: dict[str, Any] = {}
 
+    def law_of(self, method: str) -> str:
+        """The method by whose law one errs on this driver: reversed depth needs clip control."""
+        if method != "depth32f":
+            return method
+        reverses = self.plan(Scene(), Settings(position="depth32f"), SIZE).view.reverse
+        return "depth32f" if reverses else "depth24"
+
     def begin(self) -> None:
         """Forget what was noted."""
         self.warnings, self.not_finite = [], 0

@@ -36,7 +36,7 @@ def missed(bench: Bench, scene: Scene, settings: Settings, size: tuple[int, int]
     """
     volumes = bench.draw(scene, settings, size)["radiance"]
     everywhere = bench.draw(scene, settings.with_changes(lights="fullscreen"), size)["radiance"]
-    if settings.position in ACCURATE and not everywhere.any():
+    if bench.law_of(settings.position) in ACCURATE and not everywhere.any():
         return 1.0
     return float((volumes != everywhere).any(axis=2).mean())
 
