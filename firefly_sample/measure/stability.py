@@ -80,6 +80,11 @@ EXPECTED: tuple[Expected, ...] = (
         "it goes through float32 coordinates of a world whose origin is far away",
     ),
     Expected(
+        "small far light at y/n *",
+        ("stored16f",),
+        "half floats put a surface a thousand units away up to a unit aside, out of a small light's volume",
+    ),
+    Expected(
         "scaled by *",
         ("stored16f",),
         "half floats keep three digits, other ones in other units, and neither 2e7 units nor 1e-5 of them",

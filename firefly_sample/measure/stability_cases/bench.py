@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.device import Device
-from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.plan.build import build_plan
+from firefly_sample.plan.frame_plan import Capabilities, FramePlan
 from firefly_sample.readback import Surface
 from firefly_sample.reference.shade import GBuffer, shade_lights
 from firefly_sample.renderer import Renderer
@@ -109,14 +110,21 @@ class Bench:
         outputs: Iterable[str] = ("radiance",),
         time: float = 0.0,
         gbuffer: bool = False,
+        capabilities: Capabilities | None = None,
     ) -> Drawn:
-        """Draw a frame; with `gbuffer`, read back what lights were computed from as well."""
+        """Draw a frame; with `gbuffer`, read back what lights were computed from as well.
+
+        With `capabilities`, it is drawn as on a driver that has these, which must be among the driver's own.
+        """
         self.renderer.settings = settings
         self.renderer.resize(size)
         names = tuple(outputs)
         if gbuffer:
             names = tuple(dict.fromkeys([*names, "position", "normal", "albedo", "specular"]))
-        plan = self.renderer.plan(scene, time, names)
+        if capabilities is None:
+            plan = self.renderer.plan(scene, time, names)
+        else:
+            plan = build_plan(scene, settings, size, names, time, capabilities)
         frame = self.renderer.draw(plan)
         for name in names:
             if name in _PICTURES:
