@@ -129,7 +129,8 @@ class Bench:
         for name in names:
             if name in _PICTURES:
                 self.not_finite += int(np.count_nonzero(~np.isfinite(frame[name])))
-        self.warnings.extend(line for line in plan.warnings if line not in self.warnings)
+        if capabilities is None:  # what another driver would say is not this one's row
+            self.warnings.extend(line for line in plan.warnings if line not in self.warnings)
         return Drawn(frame, plan, self.renderer.surface(plan) if gbuffer else None)
 
     def close(self) -> None:
