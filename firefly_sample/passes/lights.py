@@ -26,6 +26,9 @@ __all__ = ["LightPass", "draw_volumes", "light_table", "method_for", "variant_fo
 _OUTPUTS = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
 _TEXTURE_WIDTH = 2048
+BEHIND = 4.0
+"""Steps of depth by which a volume's back faces are moved away from the eye. Volume and surface are rounded
+each by itself: where few steps are left, a back face could come out before a surface that it lies behind."""
 
 
 class LightPass(Pass):
@@ -119,10 +122,13 @@ def draw_volumes(
     gpu.ctx.cull_face = "front"
     gpu.ctx.wireframe = lines
     gpu.ctx.depth_func = ">=" if plan.view.reverse is lines else "<="
+    if not lines:
+        gpu.ctx.polygon_offset = 0.0, -BEHIND if plan.view.reverse else BEHIND
     gpu.device.set_depth_clamp(True)
     array = gpu.array(key, program, (corners, "3f", "in_position"), content)
     array.render(moderngl.TRIANGLES, vertices=len(mesh), instances=len(lights))
     gpu.device.set_depth_clamp(False)
+    gpu.ctx.polygon_offset = 0.0, 0.0
     gpu.ctx.wireframe = False
     gpu.ctx.cull_face = "back"
     gpu.ctx.depth_func = "<"

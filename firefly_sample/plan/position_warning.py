@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,89 +41,99 @@ def position_warning(
     """
     if not needs.placed or needs.forward:
         return None
-    distance = _farthest(lens, seen, sets)
-    if not distance > 0.0:
-        return None
-    beside = _nearness(sets, distance)
+    method, farthest = needs.settings.position, min(lens.get_far(), _farthest_lit(sets))
     from_origin = float(np.linalg.norm(camera.view_to_world[3, :3]))
 
-    def error(method: PositionMethod) -> float:
+    def at(distance: float) -> _Place:
+        return _Place(needs, lens, from_origin, distance, _nearness(sets, distance))
+
+    # bounding spheres are known, and mostly enough; boxes are tighter, and take a while
+    around = max(float(part.farthest.max()) for part in seen)
+    if method != "stored16f" and at(min(farthest, around)).codes(method) <= 1.0:
+        return None
+    place = at(min(farthest, max(float(part.box()[1][1]) for part in seen)))
+    if not place.distance > 0.0:
+        return None
+    if method == "stored16f":
+        largest = max(place.distance, _across(lens, seen, place.distance))
+        if largest > HALF_FLOAT_END:
+            return (
+                f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and {largest:.2g} are "
+                "seen: what is farther is lit as if it were there; position=stored32f does not end"
+            )
+    return place.line() if place.codes(method) > 1.0 else None
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where an error is expected: how far along the view axis, and how near a light."""
+
+    needs: Needs
+    lens: Lens
+    from_origin: float
+    distance: float
+    beside: float
+
+    def error(self, method: PositionMethod) -> float:
         return position_error(
             method,
-            lens.get_near(),
-            lens.get_far(),
-            not needs.orthographic,
-            distance,
-            from_origin,
-            needs.capabilities.clip_control,
+            self.lens.get_near(),
+            self.lens.get_far(),
+            not self.needs.orthographic,
+            self.distance,
+            self.from_origin,
+            self.needs.capabilities.clip_control,
         )
 
-    method = needs.settings.position
-    across = _across(lens, seen, distance)
-    if method == "stored16f" and max(distance, across) > HALF_FLOAT_END:
+    def codes(self, method: PositionMethod) -> float:
+        return codes_shown(self.error(method), self.beside)
+
+    def line(self) -> str:
+        method = self.needs.settings.position
+        codes = self.codes(method)
+        shown = f"{min(codes, 255.0):.0f}" if codes >= 10.0 else f"{codes:.2g}"
         return (
-            f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and "
-            f"{max(distance, across):.2g} are seen: what is farther is lit as if it were there; "
-            "position=stored32f does not end"
+            f"position={method}: at {self.distance:.2g} units{self._why()}, a position errs by about "
+            f"{self.error(method):.2g} units, which shows (about {shown} display codes "
+            f"{self.beside:.2g} from a light); {self._way_out()}"
         )
-    codes = codes_shown(error(method), beside)
-    if not codes > 1.0:
-        return None
-    finer = next((name for name in _FINEST if codes_shown(error(name), beside) <= 1.0), None)
-    why = _why(method, needs, lens, distance, from_origin)
-    return (
-        f"position={method}: at {distance:.2g} units{why}, a position errs by about "
-        f"{error(method):.2g} units, which shows (about {_codes(codes)} display codes "
-        f"{beside:.2g} from a light); {_way_out(finer, method, needs, distance, from_origin)}"
-    )
 
+    @property
+    def _by_depth(self) -> bool:
+        return self.needs.settings.position not in ("linear32f", "stored16f", "stored32f")
 
-def _codes(codes: float) -> str:
-    return f"{min(codes, 255.0):.0f}" if codes >= 10.0 else f"{codes:.2g}"
+    @property
+    def _by_origin(self) -> bool:
+        """Whether most of the error comes from the world's origin being far away."""
+        return self.needs.settings.position == "inverse_matrix" and self.from_origin > 3.0 * self.distance
 
+    def _why(self) -> str:
+        """What of the scene makes the error."""
+        if not self._by_depth:
+            return ""
+        near, far = self.lens.get_near(), self.lens.get_far()
+        planes = f", planes {far - near:.2g} apart" if self.needs.orthographic else f", near plane {near:.2g}"
+        return planes + (f", {self.from_origin:.2g} from the world's origin" if self._by_origin else "")
 
-def _minds_origin(method: PositionMethod, distance: float, from_origin: float) -> bool:
-    """Whether most of the error comes from the world's origin being far away."""
-    return method == "inverse_matrix" and from_origin > 3.0 * distance
-
-
-def _why(method: PositionMethod, needs: Needs, lens: Lens, distance: float, from_origin: float) -> str:
-    """What of the scene makes the error."""
-    if method in ("linear32f", "stored16f", "stored32f"):
-        return ""
-    planes = f", near plane {lens.get_near():.2g}"
-    if needs.orthographic:
-        planes = f", planes {lens.get_far() - lens.get_near():.2g} apart"
-    if _minds_origin(method, distance, from_origin):
-        return f"{planes}, {from_origin:.2g} from the world's origin"
-    return planes
-
-
-def _way_out(
-    finer: PositionMethod | None,
-    method: PositionMethod,
-    needs: Needs,
-    distance: float,
-    from_origin: float,
-) -> str:
-    if finer is None:
-        return "no method is finer: lights are small for how far away they are seen"
-    if _minds_origin(method, distance, from_origin):
-        return f"position={finer} does not, or bring the camera near the world's origin"
-    if method in ("linear32f", "stored16f", "stored32f") or needs.orthographic:
+    def _way_out(self) -> str:
+        finer = next((name for name in _FINEST if self.codes(name) <= 1.0), None)
+        if finer is None:
+            return "no method is finer: lights are small for how far away they are seen"
+        if self._by_origin:
+            return f"position={finer} does not, or bring the camera near the world's origin"
+        if self._by_depth and not self.needs.orthographic:
+            return f"position={finer} does not, or move the near plane out"
         return f"position={finer} does not"
-    return f"position={finer} does not, or move the near plane out"
 
 
-def _farthest(lens: Lens, seen: Sequence[VisiblePart], sets: Sequence[LightSet]) -> float:
-    """The farthest place along the view axis that may be seen and lit by a light that has a place."""
-    ends = [float(part.box()[1][1]) for part in seen]
+def _farthest_lit(sets: Sequence[LightSet]) -> float:
+    """The farthest place along the view axis that a light that has a place, or shadows, may reach."""
     lit = [
         np.inf if lights.kind == "directional" else float((lights.positions[:, 1] + lights.reaches).max())
         for lights in sets
         if len(lights) and (lights.kind != "directional" or lights.shadowed)
     ]
-    return min(lens.get_far(), max(ends, default=0.0), max(lit, default=0.0))
+    return max(lit, default=0.0)
 
 
 def _across(lens: Lens, seen: Sequence[VisiblePart], distance: float) -> float:

@@ -16,6 +16,7 @@ from firefly_sample.measure.stability_cases import ALL_CASES
 from firefly_sample.measure.stability_cases.bench import Bench
 from firefly_sample.measure.stability_cases.case import POSITIONS, Case
 from firefly_sample.measure.stability_cases.scenes import wall_scene
+from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.renderer import SoftwareDriverWarning
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.settings import Settings
@@ -127,6 +128,16 @@ def test_an_error_is_a_failure_and_not_the_end(bench):
     row = measure_case(bench, replace(NOISE, run=refused), "depth24")
     assert (row["verdict"], row["warning"]) == ("fail", "no")
     json.dumps(row, allow_nan=False)
+
+
+def test_depth32f_without_clip_control_errs_by_the_law_of_depth24(bench, monkeypatch):
+    case = next(case for case in ALL_CASES if case.name == NOISE.name)
+    assert measure_case(bench, case, "depth32f")["verdict"] == "pass"
+    monkeypatch.setattr(bench.renderer._device, "capabilities", Capabilities(clip_control=False))
+    assert measure_case(bench, case, "depth32f")["verdict"] == "expected"
+    for name in ("distance, f/n 10", "coverage at y/n 1e+09", "small far light at y/n 1e+09"):
+        case = next(case for case in ALL_CASES if case.name == name)
+        assert measure_case(bench, case, "depth32f")["verdict"] == "pass"
 
 
 # --- What is chosen ---

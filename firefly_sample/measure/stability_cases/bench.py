@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.device import Device
-from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.plan.build import build_plan
+from firefly_sample.plan.frame_plan import Capabilities, FramePlan
 from firefly_sample.readback import Surface
 from firefly_sample.reference.shade import GBuffer, shade_lights
 from firefly_sample.renderer import Renderer
@@ -73,6 +74,13 @@ class Bench:
         self.not_finite = 0
         self.kept: dict[str, Any] = {}
 
+    def law_of(self, method: str) -> str:
+        """The method by whose law one errs on this driver: reversed depth needs clip control."""
+        if method != "depth32f":
+            return method
+        reverses = self.plan(Scene(), Settings(position="depth32f"), SIZE).view.reverse
+        return "depth32f" if reverses else "depth24"
+
     def begin(self) -> None:
         """Forget what was noted."""
         self.warnings, self.not_finite = [], 0
@@ -102,19 +110,27 @@ class Bench:
         outputs: Iterable[str] = ("radiance",),
         time: float = 0.0,
         gbuffer: bool = False,
+        capabilities: Capabilities | None = None,
     ) -> Drawn:
-        """Draw a frame; with `gbuffer`, read back what lights were computed from as well."""
+        """Draw a frame; with `gbuffer`, read back what lights were computed from as well.
+
+        With `capabilities`, it is drawn as on a driver that has these, which must be among the driver's own.
+        """
         self.renderer.settings = settings
         self.renderer.resize(size)
         names = tuple(outputs)
         if gbuffer:
             names = tuple(dict.fromkeys([*names, "position", "normal", "albedo", "specular"]))
-        plan = self.renderer.plan(scene, time, names)
+        if capabilities is None:
+            plan = self.renderer.plan(scene, time, names)
+        else:
+            plan = build_plan(scene, settings, size, names, time, capabilities)
         frame = self.renderer.draw(plan)
         for name in names:
             if name in _PICTURES:
                 self.not_finite += int(np.count_nonzero(~np.isfinite(frame[name])))
-        self.warnings.extend(line for line in plan.warnings if line not in self.warnings)
+        if capabilities is None:  # what another driver would say is not this one's row
+            self.warnings.extend(line for line in plan.warnings if line not in self.warnings)
         return Drawn(frame, plan, self.renderer.surface(plan) if gbuffer else None)
 
     def close(self) -> None:

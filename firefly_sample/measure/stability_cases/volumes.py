@@ -7,13 +7,16 @@ bit.
 from __future__ import annotations
 
 import math
+from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.measure.stability_cases.bench import SIZE, Bench
+from firefly_sample.measure.stability_cases.bench import Bench
 from firefly_sample.measure.stability_cases.case import ACCURATE, Case, positioned
 from firefly_sample.measure.stability_cases.scenes import facing_wall, geom_node, wall, wall_scene
+from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.scene.material import Material
@@ -29,14 +32,16 @@ CONES = {"narrow": (8.0, 12.0), "wide": (30.0, 50.0), "wider": (60.0, 85.0)}
 """Drawn as a cone, as a cone, and as a sphere."""
 
 
-def missed(bench: Bench, scene: Scene, settings: Settings, size: tuple[int, int] = SIZE) -> float:
+def missed(bench: Bench, scene: Scene, settings: Settings, capabilities: Capabilities | None = None) -> float:
     """Share of pixels where volumes and full-screen passes differ; 1 if none is lit, which proves nothing.
 
     A method whose positions are noise lights by chance: only accurate ones must light anything.
     """
-    volumes = bench.draw(scene, settings, size)["radiance"]
-    everywhere = bench.draw(scene, settings.with_changes(lights="fullscreen"), size)["radiance"]
-    if settings.position in ACCURATE and not everywhere.any():
+    given: dict[str, Any] = {"capabilities": capabilities}
+    volumes = bench.draw(scene, settings, **given)["radiance"]
+    everywhere = bench.draw(scene, settings.with_changes(lights="fullscreen"), **given)["radiance"]
+    accurate = settings.position != "depth32f" if capabilities else True
+    if accurate and bench.law_of(settings.position) in ACCURATE and not everywhere.any():
         return 1.0
     return float((volumes != everywhere).any(axis=2).mean())
 
@@ -64,17 +69,22 @@ def _placed(name: str, place: tuple[float, float, float], reach: float) -> Case:
 
 
 def _far(ratio: float) -> Case:
-    """A light of reach 1, a thousand units away, behind a near plane that is as near as `ratio` says."""
+    """A light of reach 1, a thousand units away, behind a near plane that is as near as `ratio` says.
+
+    Also through a standard depth buffer, which is what there is without clip control.
+    """
 
     def run(bench: Bench, method: str) -> float:
         y, worst = 1000.0, 0.0
-        for kind in ("point", "spot"):
+        for kind, tilt in product(("point", "spot"), (20.0, 60.0)):
             scene = Scene()
             scene.camera_node.lens = PerspectiveLens(fov=0.15, near=y / ratio, far=3.0 * y)
-            scene.root.attach_new_node(geom_node("wall", wall(60.0, 8))).set_pos_hpr(0, y, 0, 0, -20, 0)
+            plane = scene.root.attach_new_node(geom_node("wall", wall(60.0, 8)))
+            plane.set_pos_hpr(0, y, 0, 0, -tilt, 0)
             light = scene.root.attach_new_node(_light(kind, 1.0))
             light.set_pos(0, y - (0.3 if kind == "spot" else 0.0), 0.1)
-            worst = max(worst, missed(bench, scene, positioned(method)))
+            for capabilities in (None, Capabilities(clip_control=False, snorm_targets=False)):
+                worst = max(worst, missed(bench, scene, positioned(method), capabilities))
         return worst
 
     return Case(f"small far light at y/n {ratio:g}", run, 0.0)
@@ -114,7 +124,7 @@ def _below_a_pixel(bench: Bench, method: str) -> float:
 
 
 CASES = (
-    *(_far(ratio) for ratio in (1e3, 1e6, 1e9)),
+    *(_far(ratio) for ratio in (1e3, 1e4, 1e6, 1e9)),
     _placed("around the camera", (0.0, 0.5, 0.5), 30.0),
     _placed("from behind the camera", (0.0, -3.0, 2.0), 30.0),
     _placed("across the near plane", (0.0, 1.5, 0.0), 9.5),
