@@ -20,6 +20,14 @@ from tests.conftest import make_renderer
 from tests.scenes import geom_node, wall, wall_scene
 
 SMALL = {"size": (64, 48), "times": (1.0,)}
+FIXED = {
+    "position": "linear32f",
+    "accumulation": "rgba32f",
+    "light_resolution": "full",
+    "volume_proxy": "icosphere1",
+}
+"""Settings that stay where the search is not what is tested: it is shorter by as many dimensions."""
+FEW = {**SMALL, "given": FIXED}
 
 
 # --- The search ---
@@ -74,26 +82,26 @@ def test_what_is_chosen_holds_its_bound_on_frames_it_was_not_chosen_on(bound):
 def test_an_impossible_bound_says_the_best_that_can_be_had():
     with pytest.raises(
         SettingsError,
-        match=r"^no settings come within max_error 1e-12 on this scene: the best is an error of \d",
+        match=r"^no settings come within max_error 1e-12 on this scene, where position, .* stay: the best",
     ):
-        choose(GLADE, max_error=1e-12, **SMALL)
+        choose(GLADE, max_error=1e-12, **FEW)
 
 
 def test_codes_are_a_bound_too():
-    choice = choose(GLADE, max_codes=1, **SMALL)
+    choice = choose(GLADE, max_codes=1, **FEW)
     assert choice.chosen.codes <= 1
     assert choice.asked == "max_codes 1"
-    both = choose(GLADE, max_codes=2, max_error=1e-2, **SMALL)
+    both = choose(GLADE, max_codes=2, max_error=1e-2, **FEW)
     assert both.chosen.codes <= 2
     assert both.chosen.error <= MARGIN * 1e-2
 
 
 def test_a_budget_gives_the_most_accurate_within_it_and_says_where_there_is_none():
-    choice = choose(GLADE, budget_ms=1e6, **SMALL)
+    choice = choose(GLADE, budget_ms=1e6, **FEW)
     assert choice.chosen.error == min(candidate.error for candidate in choice.candidates)
     assert choice.chosen.error <= 2e-4
     with pytest.raises(SettingsError, match=r"^no settings draw this scene in 1e-06 ms: the fastest takes"):
-        choose(GLADE, budget_ms=1e-6, **SMALL)
+        choose(GLADE, budget_ms=1e-6, **FEW)
 
 
 def test_settings_that_are_given_stay_and_samples_come_back():
@@ -107,9 +115,7 @@ def test_settings_that_are_given_stay_and_samples_come_back():
     assert not choice.chosen.changes.keys() & given.keys()
 
 
-@pytest.mark.parametrize(
-    "given", [{"lights": "forward"}, {"lights": "loop", "light_resolution": "half"}], ids=str
-)
+@pytest.mark.parametrize("given", [{"lights": "forward"}], ids=str)
 def test_what_other_settings_rule_out_is_not_tried(given):
     choice = choose(GLADE, max_error=0.9, given=given, **SMALL)
     assert choice.settings.lights == given["lights"]
@@ -131,7 +137,9 @@ def shadowed():
 
 def test_where_shadow_maps_err_most_the_best_that_can_be_had_has_finer_ones():
     with pytest.raises(SettingsError, match=r"the best is an error of .*, with .*shadow_resolution=4096"):
-        choose(shadowed(), max_error=0.05, size=(96, 72), times=(0.0,))  # a hard edge between two pixels
+        choose(
+            shadowed(), max_error=0.05, size=(96, 72), times=(0.0,), given={**FIXED, "normals": "oct16"}
+        )  # a hard edge between two pixels
 
 
 def test_a_bound_tighter_than_the_default_finds_the_cheapest_of_what_meets_it():
@@ -144,7 +152,7 @@ def test_a_bound_tighter_than_the_default_finds_the_cheapest_of_what_meets_it():
 def test_no_code_at_all_is_a_bound_as_well():
     """The picture rounds as float64 does but for values that lie on the edge of a code."""
     with pytest.raises(SettingsError, match=r"max_codes 0 .* and 1 codes, with .*albedo=rgba32f"):
-        choose(GLADE, max_codes=0, **SMALL)
+        choose(GLADE, max_codes=0, **FEW)
 
 
 def test_the_classic_look_cannot_be_chosen_for():
@@ -153,7 +161,7 @@ def test_the_classic_look_cannot_be_chosen_for():
 
 
 def test_the_evidence_marks_what_was_chosen():
-    choice = choose(GLADE, max_error=1e-2, **SMALL)
+    choice = choose(GLADE, max_error=1e-2, **FEW)
     head, titles, *rows = choice.evidence().splitlines()
     assert head.startswith("max_error 0.01: ")
     assert titles.split() == ["TIME", "SPREAD", "MS", "ERROR", "CODES", "SETTINGS"]
