@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.frame import OUTPUTS, Image
 from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.plan.targets import FORMATS, stored_dtype, stored_fractions
 from firefly_sample.reference.gbuffer import decode_albedo, decode_normal, decode_specular
 from firefly_sample.reference.shade import GBuffer
 from firefly_sample.srgb import srgb_to_linear
@@ -21,17 +22,6 @@ Read = Callable[[str], bytes]
 
 _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1, "visibility": -1}
 """Where nothing was drawn; 0 in the others."""
-_NUMBERS: dict[str, tuple[Any, float]] = {
-    "rgba8": (np.uint8, 255.0),
-    "rg8": (np.uint8, 255.0),
-    "srgb8_alpha8": (np.uint8, 255.0),
-    "rgb10_a2": (np.uint16, 65535.0),
-    "rg16": (np.uint16, 65535.0),
-    "rg16_snorm": (np.int16, 32767.0),
-    "rgba16f": (np.float16, 1.0),
-    "rgba32f": (np.float32, 1.0),
-}
-"""How the numbers of a format are read, and which stands for 1."""
 _OCTAHEDRAL = {"snorm16": (1.0, 0.0), "unorm16": (2.0, 1.0), "unorm8": (255.0 / 127.0, 1.0)}
 """From stored fractions to -1..1."""
 
@@ -125,13 +115,11 @@ class Surface:
         """What shaders read of a target, in float64: normalised codes as fractions, sRGB codes decoded."""
         made = self._plan.target(target)
         assert made is not None
-        dtype, largest = _NUMBERS[made.format]
-        values = self.raw(target, dtype, channels).astype(np.float64)
-        if made.format == "rgb10_a2":
-            return np.round(values / 65535.0 * 1023.0) / 1023.0  # read with more bits than it has
-        if made.format == "srgb8_alpha8":
-            return np.concatenate([srgb_to_linear(values[..., :3] / 255.0), values[..., 3:] / 255.0], axis=-1)
-        return np.asarray(np.maximum(values / largest, -1.0) if largest > 1.0 else values)
+        form = FORMATS[made.format]
+        fractions = stored_fractions(form, self.raw(target, stored_dtype(form), channels))
+        if form.srgb:
+            return np.concatenate([srgb_to_linear(fractions[..., :3]), fractions[..., 3:]], axis=-1)
+        return fractions
 
     def _colors(self, target: str) -> Float64:
         made = self._plan.target(target)

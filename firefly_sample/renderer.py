@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from types import TracebackType
 
-from firefly_sample.errors import GpuError, NoGpuError
+from firefly_sample.errors import GpuError
 from firefly_sample.frame import Frame, LightCounts, check_size
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.gpu import Gpu
@@ -111,11 +111,8 @@ class Renderer:
         self._device = Device(device, window=window)
         try:
             self.resize(size)
-            if require_gpu and self.software:
-                raise NoGpuError(
-                    f"a GPU is required, but the driver is a software rasteriser ({self.driver}): "
-                    "install the GPU's driver, or leave require_gpu out"
-                )
+            if require_gpu:
+                self._device.require_gpu()
         except Exception:
             self._device.release()
             raise

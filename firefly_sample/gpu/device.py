@@ -66,6 +66,20 @@ class Device:
         """True if the driver is a known software rasteriser."""
         return any(name in self.renderer.lower() for name in _SOFTWARE)
 
+    def require_gpu(self) -> None:
+        """Refuse a software rasteriser.
+
+        Raises
+        ------
+        NoGpuError
+            If this is one.
+        """
+        if self.software:
+            raise NoGpuError(
+                f"a GPU is required, but the driver is a software rasteriser ({self.renderer}): "
+                "install the GPU's driver, or leave require_gpu out"
+            )
+
     def _can_render(self, internal_format: int) -> bool:
         """Whether a 16-bit signed normalised pair can be a colour attachment (3.3 does not promise it)."""
         texture = None

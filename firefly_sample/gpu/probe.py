@@ -18,7 +18,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import make_texture
 from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.shader_source import load_source, resolve_source
-from firefly_sample.plan.targets import FORMATS
+from firefly_sample.plan.targets import FORMATS, stored_dtype, stored_fractions
 
 __all__ = ["WIDTH", "accumulate", "evaluate", "row_texture", "run", "stored_numbers"]
 
@@ -26,15 +26,6 @@ Float32 = NDArray[np.float32]
 
 WIDTH = 1024
 """Pixels across of what rows are drawn into; row i is the pixel (i % WIDTH, i // WIDTH)."""
-
-_NUMBERS: dict[str, tuple[Any, int]] = {
-    "f4": (np.float32, 1),
-    "f2": (np.float16, 1),
-    "f1": (np.uint8, 255),
-    "nu2": (np.uint16, 65535),
-    "ni2": (np.int16, 32767),
-}
-"""How the numbers of a target are read, by moderngl's dtype, and which of them stands for 1."""
 
 
 def evaluate(
@@ -232,12 +223,9 @@ def row_texture(device: Device, rows: NDArray[Any], held: ExitStack) -> moderngl
 def stored_numbers(texture: moderngl.Texture, format_name: str) -> Float32:
     """The numbers of a target as they are stored, shape (pixels, 4), 0 in channels that it does not have."""
     form = FORMATS[format_name]
-    dtype, one = _NUMBERS[form.dtype]
-    numbers = np.frombuffer(texture.read(), dtype=dtype).reshape(-1, form.components)
+    numbers = np.frombuffer(texture.read(), dtype=stored_dtype(form)).reshape(-1, form.components)
     result = np.zeros((len(numbers), 4), dtype=np.float32)
-    result[:, : form.components] = numbers / np.float64(one)
-    if form.name == "rgb10_a2":  # read as sixteen bits
-        result = (np.round(result.astype(np.float64) * 1023.0) / 1023.0).astype(np.float32)
+    result[:, : form.components] = stored_fractions(form, numbers)
     return result
 
 

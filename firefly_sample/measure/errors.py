@@ -162,12 +162,9 @@ def mean_flip(color: NDArray[np.uint8], reference: NDArray[np.uint8]) -> float:
     MissingPackageError
         If flip-evaluator is not installed.
     """
-    try:
-        import flip_evaluator
-    except ImportError:
-        raise MissingPackageError(
-            'FLIP needs flip-evaluator: pip install "firefly_sample[measure]"'
-        ) from None
+    require("flip_evaluator")
+    import flip_evaluator
+
     pictures = (
         np.ascontiguousarray(image, dtype=np.float32) / np.float32(255.0) for image in (reference, color)
     )

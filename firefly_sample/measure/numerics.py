@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from firefly_sample.errors import NoGpuError, SettingsError, did_you_mean
+from firefly_sample.errors import SettingsError, did_you_mean
 from firefly_sample.gpu.device import Device
 from firefly_sample.measure.numerics_angles import cones, highlights
 from firefly_sample.measure.numerics_cost import cost
@@ -80,11 +80,8 @@ def measure_numerics(
     chosen = list(dict.fromkeys(names)) or list(TABLES)
     made = Device(device)
     try:
-        if require_gpu and made.software:
-            raise NoGpuError(
-                f"a GPU is required, but the driver is a software rasteriser ({made.renderer}): "
-                "install the GPU's driver, or leave require_gpu out"
-            )
+        if require_gpu:
+            made.require_gpu()
         tables = []
         for done, name in enumerate(chosen):
             if progress is not None:

@@ -8,7 +8,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import MissingPackageError
+from firefly_sample.measure.errors import require
 
 __all__ = ["AMPLIFY", "difference_picture", "front_of", "pareto_figure", "trade_as_markdown"]
 
@@ -91,12 +91,9 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     MissingPackageError
         If matplotlib is not installed.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingPackageError(
-            'the plot needs matplotlib: pip install "firefly_sample[measure]"'
-        ) from None
+    require("matplotlib")
+    from matplotlib.figure import Figure
+
     rows = [row for row in result["rows"] if row["group"] in _COLORS and "time_ratio" in row]
     figure = Figure(figsize=(11.0, 7.0), dpi=110, layout="constrained")
     axes = figure.add_subplot()

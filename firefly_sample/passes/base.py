@@ -26,14 +26,12 @@ class Pass:
         raise NotImplementedError
 
 
-def draw_fullscreen(
-    gpu: Gpu, step: PassPlan, images: BoundImages, uniforms: dict[str, object] | None = None
-) -> None:
-    """Run a pass's fragment shader once over every pixel, with each target that it reads as ``u_<name>``."""
+def draw_fullscreen(gpu: Gpu, step: PassPlan, images: BoundImages, flags: int = moderngl.NOTHING) -> None:
+    """Run a pass's fragment shader once over every pixel, reading what it declares; moderngl's `flags`."""
     images.draw_into()
-    gpu.ctx.enable_only(moderngl.NOTHING)
+    gpu.ctx.enable_only(flags)
     program = gpu.programs.get(step.name, step.variant, images.color_names(), vertex="fullscreen")
-    program.use(uniforms, textures_of(images, step.reads))
+    program.use(None, textures_of(images, step.reads))
     gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
 
 

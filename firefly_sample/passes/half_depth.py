@@ -6,7 +6,7 @@ import moderngl
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.passes.base import Pass, textures_of
+from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 __all__ = ["HalfDepthPass"]
@@ -19,10 +19,6 @@ class HalfDepthPass(Pass):
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        images.draw_into()
-        gpu.ctx.enable_only(moderngl.DEPTH_TEST)  # without the test, nothing is written either
         gpu.ctx.depth_func = "1"
-        program = gpu.programs.get(self.name, step.variant, (), vertex="fullscreen")
-        program.use(None, textures_of(images, step.reads))
-        gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+        draw_fullscreen(gpu, step, images, moderngl.DEPTH_TEST)  # without the test, nothing is written either
         gpu.ctx.depth_func = "<"

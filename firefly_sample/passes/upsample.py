@@ -6,7 +6,7 @@ import moderngl
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.passes.base import Pass, textures_of
+from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 __all__ = ["UpsamplePass"]
@@ -19,9 +19,5 @@ class UpsamplePass(Pass):
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        images.draw_into()
-        gpu.ctx.enable_only(moderngl.BLEND)
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        program = gpu.programs.get(self.name, step.variant, images.color_names(), vertex="fullscreen")
-        program.use(None, textures_of(images, step.reads))
-        gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+        draw_fullscreen(gpu, step, images, moderngl.BLEND)

@@ -7,6 +7,10 @@ in `firefly_sample.plan.steps`, and each carries the reason.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 __all__ = [
     "ACCUMULATION_FORMATS",
@@ -18,6 +22,8 @@ __all__ = [
     "UNSIGNED",
     "Target",
     "TargetFormat",
+    "stored_dtype",
+    "stored_fractions",
 ]
 
 
@@ -105,6 +111,29 @@ STORED_POSITIONS = {"stored16f": "rgba16f", "stored32f": "rgba32f"}
 """Format of the settings `position` that keep whole positions."""
 COARSE_DEPTH = {"depth24": "depth24", "depth16": "depth16", "inverse_matrix": "depth24"}
 """Format of the settings `position` that need a standard depth buffer; others take the best that there is."""
+
+
+_NUMBERS: dict[str, tuple[Any, float]] = {
+    "f4": (np.float32, 1.0),
+    "f2": (np.float16, 1.0),
+    "f1": (np.uint8, 255.0),
+    "nu2": (np.uint16, 65535.0),
+    "ni2": (np.int16, 32767.0),
+}
+"""How the numbers of a format are read, by moderngl's dtype, and which of them stands for 1."""
+
+
+def stored_dtype(form: TargetFormat) -> Any:
+    """NumPy's dtype of what is read of a format that holds fractions or floats."""
+    return _NUMBERS[form.dtype][0]
+
+
+def stored_fractions(form: TargetFormat, values: NDArray[Any]) -> NDArray[np.float64]:
+    """What numbers of a format stand for, any shape: fractions of 1, or themselves; sRGB not decoded."""
+    fractions = values.astype(np.float64) / _NUMBERS[form.dtype][1]
+    if form.name == "rgb10_a2":  # read with more bits than it has
+        return np.asarray(np.round(fractions * 1023.0) / 1023.0)
+    return np.maximum(fractions, -1.0) if form.dtype == "ni2" else fractions
 
 
 @dataclass(frozen=True)
