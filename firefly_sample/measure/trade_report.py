@@ -114,6 +114,7 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
                 label=group,
                 zorder=3,
             )
+    places = [_point(row) for row in rows]
     front = front_of(rows)
     steps = [_point(row) for row in front]
     axes.step(
@@ -135,7 +136,8 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("{x:g}")
     axes.tick_params(axis="x", which="minor", labelsize=8, labelcolor="#777777")
-    axes.margins(x=0.12, y=0.08)
+    axes.set_xlim(_limits([x for x, _ in places], 0.12))
+    axes.set_ylim(_limits([y for _, y in places], 0.08))
     axes.legend(frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, borderpad=0)
     _label(axes, rows, front)
     figure.savefig(file, format="png")
@@ -144,6 +146,15 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
 def _point(row: Row) -> tuple[float, float]:
     """Where a row is drawn; a picture without any error at the least that is told apart."""
     return row["time_ratio"], max(row["errors"]["largest"], LEAST)
+
+
+def _limits(values: Sequence[float], margin: float) -> tuple[float, float]:
+    """A logarithmic axis' ends: the values' own range, at least a factor of two, and a share of it on either side."""
+    low, high = min(values), max(values)
+    short = max(2.0 * low / high, 1.0) ** 0.5
+    low, high = low / short, high * short
+    room = (high / low) ** margin
+    return low / room, high * room
 
 
 def _label(axes: Any, rows: Sequence[Row], front: Sequence[Row]) -> None:
@@ -167,7 +178,7 @@ def _label(axes: Any, rows: Sequence[Row], front: Sequence[Row]) -> None:
                 fontsize=8,
                 color="#222222",
             )
-            box = text.get_window_extent()
+            box = text.get_window_extent().padded(2.0)
             inside = axes.bbox.x0 <= box.x0 and box.x1 <= axes.figure.bbox.x1
             covers = sum(box.contains(*point) for point in points) > 0
             if inside and not covers and not any(box.overlaps(other) for other in taken):
