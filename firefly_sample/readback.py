@@ -20,6 +20,8 @@ __all__ = ["Surface", "read_images"]
 Float64 = NDArray[np.float64]
 Read = Callable[[str], bytes]
 
+_STEEP_BIT = 0x80000000
+"""A mark of triangles: ``shaders/include/steep.glsl``."""
 _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1, "visibility": -1}
 """Where nothing was drawn; 0 in the others."""
 _OCTAHEDRAL = {"snorm16": (1.0, 0.0), "unorm16": (2.0, 1.0), "unorm8": (255.0 / 127.0, 1.0)}
@@ -84,7 +86,7 @@ class Surface:
         if name == "id":
             return self.raw("id", np.uint32, 1).astype(np.int64) - 1
         if name == "visibility":
-            stored = self.raw("visibility", np.uint32, 2).astype(np.int64)
+            stored = self.raw("visibility", np.uint32, 2).astype(np.int64) & ~_STEEP_BIT
             return np.where(stored[..., :1] == 0, -1, stored - (1, 0))
         if name == "depth":
             return self.distance()

@@ -20,6 +20,7 @@ from firefly_sample.passes.directional_lights import DirectionalLightsPass
 from firefly_sample.passes.forward import ForwardPass
 from firefly_sample.passes.geometry import GeometryPass
 from firefly_sample.passes.half_depth import HalfDepthPass
+from firefly_sample.passes.interpolation import InterpolationPass
 from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
 from firefly_sample.passes.plain import PlainPass
 from firefly_sample.passes.point_lights import PointLightsPass
@@ -39,6 +40,7 @@ __all__ = ["PASSES", "Renderer", "SoftwareDriverWarning"]
 PASSES: tuple[type[Pass], ...] = (
     ShadowMapsPass,
     GeometryPass,
+    InterpolationPass,
     ForwardPass,
     DepthCopyPass,
     HalfDepthPass,

@@ -42,6 +42,7 @@ SETTINGS_HELP = {
     "position": "Where a pixel's position comes from: its own target, or a depth buffer.",
     "normals": "How normals are stored.",
     "albedo": "How base colours are stored.",
+    "interpolation": "How normals and distances get from corners to pixels: float64 mends thin triangles.",
     "accumulation": "What lights are added up in.",
     "lights": "Volumes, a full-screen pass a light, one pass that loops over all, or forward shading.",
     "volume_proxy": "The mesh drawn for a light's sphere: fewer triangles, or fewer fragments.",

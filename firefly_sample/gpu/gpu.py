@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.blocks import BLOCKS, binding, block_dtype, shading_values, view_values
+from firefly_sample.gpu.corner_tables import CornerTables
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import Images
 from firefly_sample.gpu.light_rows import shadow_rows
@@ -28,6 +29,7 @@ class Gpu:
         self.ctx = device.ctx
         self.programs = Programs(device.ctx)
         self.uploads = Uploads(device.ctx)
+        self.corners = CornerTables(device.ctx)
         self.images = Images(device)
         self.timers = Timers(device)
         self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
@@ -109,5 +111,5 @@ class Gpu:
         self._arrays.clear()
         self._streams.clear()
         self._blocks.clear()
-        for part in (self.uploads, self.images, self.programs, self.timers):
+        for part in (self.uploads, self.corners, self.images, self.programs, self.timers):
             part.release()

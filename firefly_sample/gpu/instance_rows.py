@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows import CasterBatch
 
-__all__ = ["CASTER_DTYPE", "INSTANCE_DTYPE", "caster_rows", "instance_rows"]
+__all__ = ["CASTER_DTYPE", "INSTANCE_DTYPE", "caster_rows", "instance_rows", "normal_columns"]
 
 INSTANCE_DTYPE = np.dtype(
     [
@@ -37,13 +37,7 @@ def instance_rows(batch: Batch) -> NDArray[Any]:
     """The instances of a batch; normals go through the cofactor matrix, which needs no inverse."""
     m = batch.model_to_view
     rows = np.zeros(len(m), dtype=INSTANCE_DTYPE)
-    linear = m[:, :3, :3]
-    cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
-    # a flat matrix has no sides: it keeps the sign of one that is not mirrored
-    cofactors *= np.where(np.linalg.det(linear) < 0, -1.0, 1.0)[:, None, None]
-    # shaders normalise anyway; this keeps tiny and huge scales inside float32
-    largest = np.abs(cofactors).max(axis=(1, 2), keepdims=True)
-    cofactors /= np.where(largest > 0, largest, 1.0)
+    cofactors = normal_columns(m)
     for column, axis in enumerate("xyz"):
         rows[f"in_view_{axis}"] = m[:, :, column]
         rows[f"in_normal_{axis}"] = cofactors[:, :, column]
@@ -53,6 +47,17 @@ def instance_rows(batch: Batch) -> NDArray[Any]:
     rows["in_specular"] = batch.factors.speculars
     rows["in_id"] = batch.ids.astype(np.uint32) + 1
     return rows
+
+
+def normal_columns(model_to_view: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What takes normals along, up to a length, for row vectors: shape (n, 3, 3), its largest entries 1."""
+    linear = model_to_view[:, :3, :3]
+    cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
+    # a flat matrix has no sides: it keeps the sign of one that is not mirrored
+    cofactors *= np.where(np.linalg.det(linear) < 0, -1.0, 1.0)[:, None, None]
+    # shaders normalise anyway; this keeps tiny and huge scales inside float32
+    largest = np.abs(cofactors).max(axis=(1, 2), keepdims=True)
+    return np.asarray(cofactors / np.where(largest > 0, largest, 1.0))
 
 
 def caster_rows(batch: CasterBatch) -> NDArray[Any]:

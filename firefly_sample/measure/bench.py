@@ -22,7 +22,12 @@ from firefly_sample.settings import Settings
 
 __all__ = ["Bench", "Drawn", "Timing", "quartile_spread"]
 
-FINEST = {"position": "linear32f", "normals": "rgba32f", "albedo": "rgba32f"}
+FINEST = {
+    "position": "linear32f",
+    "normals": "rgba32f",
+    "albedo": "rgba32f",
+    "interpolation": "float64",
+}
 PICTURE = ("radiance", "color")
 """Outputs that are held against the reference; what is timed is "color" alone."""
 

@@ -105,12 +105,8 @@ class Search:
     def _alone(self, singles: list[Variation]) -> list[list[Option]]:
         """The options of each dimension, and the finest of each."""
         bench = self._benches[0]
-        for names in DIMENSIONS:
-            if set(names) & self._fixed.keys():
-                continue
-            for name in names:
-                if name in FINEST:
-                    self._finest[name] = FINEST[name]
+        open_to = {name for single in singles for name in single.changes}
+        self._finest |= {name: value for name, value in FINEST.items() if name in open_to}
         self._finest |= self._uncut()
         dimensions = []
         for names in DIMENSIONS:

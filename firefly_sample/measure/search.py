@@ -22,6 +22,7 @@ DIMENSIONS: tuple[tuple[str, ...], ...] = (
     ("accumulation",),
     ("albedo",),
     ("normals",),
+    ("interpolation",),
     ("position",),
     ("volume_proxy",),
 )

@@ -149,7 +149,7 @@ def _point(row: Row) -> tuple[float, float]:
 
 
 def _limits(values: Sequence[float], margin: float) -> tuple[float, float]:
-    """A logarithmic axis' ends: the values' own range, at least a factor of two, and a share of it on either side."""
+    """Ends of a logarithmic axis: the values' range, at least a factor of two, and a share on either side."""
     low, high = min(values), max(values)
     short = max(2.0 * low / high, 1.0) ** 0.5
     low, high = low / short, high * short

@@ -16,7 +16,7 @@ __all__ = ["COMBINATIONS", "Group", "Variation", "signature", "single_choices", 
 
 Group = Literal["default", "alone", "baseline", "preset", "combination", "look"]
 
-FORMATS = ("position", "normals", "albedo", "accumulation")
+FORMATS = ("position", "normals", "albedo", "interpolation", "accumulation")
 BUDGETS = (1e-6, 1.5e-4, 1.5e-3)
 THRESHOLDS = (1e-3, 1e-2, 5.0 / 256.0)
 RESOLUTIONS = (256, 512, 1024, 2048, 4096)
@@ -122,8 +122,9 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
     """
     found = [Variation("default", "default", {}), *single_choices(plan)]
     if any(step.name == "geometry" for step in plan.passes) and plan.lights:
-        full = {"light_resolution": "full"} if base.light_resolution != "full" else {}
-        found += [Variation("forward shading", "baseline", {"lights": "forward", **full})]
+        own = {"light_resolution": "full", "interpolation": "rasterizer"}  # it has no others
+        own = {name: value for name, value in own.items() if getattr(base, name) != value}
+        found += [Variation("forward shading", "baseline", {"lights": "forward", **own})]
         found += [
             Variation(f"lights={name}", "baseline", {"lights": name}) for name in ("loop", "fullscreen")
         ]
@@ -161,6 +162,7 @@ def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
     deferred = bool(plan.lights) and plan.settings.lights != "forward"
     placed = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
     there = {
+        "interpolation": deferred,
         "position": placed and deferred,
         "normals": deferred,
         "albedo": plan.target("albedo") is not None,

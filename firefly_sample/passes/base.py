@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import moderngl
 
@@ -26,12 +26,21 @@ class Pass:
         raise NotImplementedError
 
 
-def draw_fullscreen(gpu: Gpu, step: PassPlan, images: BoundImages, flags: int = moderngl.NOTHING) -> None:
-    """Run a pass's fragment shader once over every pixel, reading what it declares; moderngl's `flags`."""
+def draw_fullscreen(
+    gpu: Gpu,
+    step: PassPlan,
+    images: BoundImages,
+    flags: int = moderngl.NOTHING,
+    textures: Mapping[str, moderngl.Texture] | None = None,
+) -> None:
+    """Run a pass's fragment shader once over every pixel, reading what it declares, and `textures`.
+
+    `flags` are moderngl's.
+    """
     images.draw_into()
     gpu.ctx.enable_only(flags)
     program = gpu.programs.get(step.name, step.variant, images.color_names(), vertex="fullscreen")
-    program.use(None, textures_of(images, step.reads))
+    program.use(None, textures_of(images, step.reads) | dict(textures or {}))
     gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
 
 

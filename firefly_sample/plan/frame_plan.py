@@ -39,10 +39,13 @@ class Capabilities:
         ARB_clip_control: the [0, 1] clip range, without which reversed depth gains nothing.
     snorm_targets : bool
         RG16_SNORM can be rendered to; otherwise normals are stored in RG16.
+    float64 : bool
+        ARB_gpu_shader_fp64: doubles in shaders, without which the rasterizer interpolates.
     """
 
     clip_control: bool = True
     snorm_targets: bool = True
+    float64: bool = True
 
 
 @dataclass(frozen=True)

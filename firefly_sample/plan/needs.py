@@ -168,6 +168,11 @@ class Needs:
         return self.settings.lights == "forward"
 
     @property
+    def float64(self) -> bool:
+        """Whether places and normals are interpolated in float64."""
+        return self.settings.interpolation == "float64" and self.capabilities.float64
+
+    @property
     def half(self) -> bool:
         """Whether light is computed for every second pixel across and down."""
         return self.settings.light_resolution == "half" and self.lit

@@ -17,6 +17,7 @@ from firefly_sample.plan.variants import (
     DrawMethod,
     ForwardVariant,
     GeometryVariant,
+    InterpolationVariant,
     LightVariant,
     LightViewVariant,
     NormalPacking,
@@ -35,6 +36,8 @@ GBUFFER = (
     *("depth", "albedo", "normal", "distance", "position", "ambient_albedo", "specular", "emission"),
     *("id", "visibility"),
 )
+INTERPOLATED = frozenset({"normal", "distance", "position"})
+"""Targets of what is interpolated between corners, and not sampled."""
 _METHODS: dict[str, DrawMethod] = {"volumes": "sphere", "fullscreen": "fullscreen", "loop": "loop"}
 _STORED: dict[str, Stored] = {"rgba32f": "full", "rgba16f": "half"}
 
@@ -44,6 +47,10 @@ class _Targets:
 
     def __init__(self) -> None:
         self.all: list[Target] = []
+
+    def have(self, names: frozenset[str]) -> bool:
+        """Whether one of the names is there."""
+        return any(target.name in names for target in self.all)
 
     def add(self, name: str, form: str, reasons: list[str], clear: float = 0.0, **more: Any) -> None:
         """Add one if there is a reason."""
@@ -110,7 +117,10 @@ def _add_gbuffer(needs: Needs, targets: _Targets) -> None:
     emissive = [f"emission of {needs.emissive}"] if needs.emits else []
     targets.add("emission", "rgba32f", emissive + asked(outputs, ("emission",)))
     targets.add("id", "r32ui", asked(outputs, ("id",)))
-    targets.add("visibility", "rg32ui", asked(outputs, ("visibility",)))
+    reasons = asked(outputs, ("visibility",))
+    if needs.float64 and targets.have(INTERPOLATED):
+        reasons.append("interpolation=float64 looks corners up")
+    targets.add("visibility", "rg32ui", reasons)
     if needs.placed and needs.place_target == "depth" and not needs.half:
         reason = f"position={settings.position} samples the depth that the volumes are tested against"
         depth, far = _depth_format(needs)
@@ -155,6 +165,7 @@ def geometry_variant(needs: Needs, targets: Iterable[Target]) -> GeometryVariant
         stored=_STORED[position.format] if position else "none",
         normals=_normals(needs) if "normal" in made else "snorm16",
         colors=_colors(needs) if "albedo" in made else "root10",
+        float64=needs.float64 and bool(made.keys() & INTERPOLATED),
         orthographic=needs.orthographic,
     )
 
@@ -215,7 +226,10 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
         if needs.forward:
             _forward(needs, frame, because)
         else:
-            frame.add("geometry", because, geometry_variant(needs, targets), writes=frame.there(*GBUFFER))
+            variant = geometry_variant(needs, targets)
+            frame.add("geometry", because, variant, writes=frame.there(*GBUFFER))
+            if variant.float64:
+                _interpolation(variant, frame)
     if "depth_copy" in frame.names:
         because = f"position={needs.settings.position}: a depth buffer cannot be tested and sampled at once"
         frame.add("depth_copy", because, Variant(), reads=("depth",), writes=("depth_copy",))
@@ -240,6 +254,18 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
     if needs.picture:
         _resolve(needs, frame)
     return tuple(frame.passes)
+
+
+def _interpolation(variant: GeometryVariant, frame: _Passes) -> None:
+    own = InterpolationVariant(
+        normal=variant.normal,
+        distance=variant.distance,
+        stored=variant.stored,
+        normals=variant.normals,
+        orthographic=variant.orthographic,
+    )
+    because = "interpolation=float64: what is steep is found again from its triangle's corners"
+    frame.add("interpolation", because, own, reads=("visibility",), tests=frame.there(*sorted(INTERPOLATED)))
 
 
 def _ambient(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:

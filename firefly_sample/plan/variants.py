@@ -18,6 +18,7 @@ __all__ = [
     "DrawMethod",
     "ForwardVariant",
     "GeometryVariant",
+    "InterpolationVariant",
     "LightVariant",
     "LightViewVariant",
     "NormalPacking",
@@ -54,7 +55,7 @@ class GeometryVariant(Variant):
     """How the G-buffer is written; the first eight fields say which targets there are, with `stored`.
 
     `stored` is the target of whole positions: none, float32, or half floats. `normals` and `colors` are how
-    these are packed.
+    these are packed. `float64` marks what the interpolation pass is to find again.
     """
 
     albedo: bool = True
@@ -68,11 +69,24 @@ class GeometryVariant(Variant):
     stored: Stored = "none"
     normals: NormalPacking = "snorm16"
     colors: ColorPacking = "root10"
+    float64: bool = False
     orthographic: bool = False
     textured: bool = False
     vertex_color: bool = False
     cutout: bool = False
     double_sided: bool = False
+
+
+@dataclass(frozen=True)
+class InterpolationVariant(Variant):
+    """Which targets of the geometry pass are written again, and how: fields as there."""
+
+    normal: bool = True
+    distance: bool = True
+    stored: Stored = "none"
+    normals: NormalPacking = "snorm16"
+    colors: Literal["linear"] = "linear"
+    orthographic: bool = False
 
 
 @dataclass(frozen=True)
@@ -163,6 +177,7 @@ class ForwardVariant(Variant):
     method: Literal["loop"] = "loop"
     id: Literal[False] = False
     visibility: Literal[False] = False
+    float64: Literal[False] = False
 
 
 @dataclass(frozen=True)
@@ -235,9 +250,19 @@ def _geometry() -> Iterator[Variant]:
                     continue  # nothing is packed
                 if normals == "undecoded" and (any(extra) or (albedo and colors != "linear")):
                     continue
+                interpolated = normal or distance or stored != "none"
                 for ids, rest in product(product(_BOTH, repeat=2), product(_BOTH, repeat=5)):
                     targets = albedo, normal, distance, *extra, *ids, stored
-                    yield GeometryVariant(*targets, normals, colors, *rest)  # type: ignore
+                    for float64 in _BOTH if interpolated and ids[1] else (False,):
+                        yield GeometryVariant(*targets, normals, colors, float64, *rest)  # type: ignore
+
+
+def _interpolation() -> Iterator[Variant]:
+    places: list[tuple[bool, Stored]] = [(False, "none"), (True, "none"), (False, "full"), (False, "half")]
+    for normal, (distance, stored), flat in product(_BOTH, places, _BOTH):
+        for normals in get_args(NormalPacking)[:5] if normal else ("snorm16",):
+            if normal or distance or stored != "none":
+                yield InterpolationVariant(normal, distance, stored, normals, orthographic=flat)
 
 
 _TARGETS = ((True, False), (False, True), (True, True))
@@ -349,6 +374,7 @@ def _light_views(view: View) -> list[Variant]:
 _LEGAL: dict[str, Callable[[], Iterable[Variant]]] = {
     "shadow_maps": lambda: (ShadowVariant(cutout) for cutout in _BOTH),
     "geometry": _geometry,
+    "interpolation": _interpolation,
     "forward": _forward,
     "depth_copy": lambda: [Variant()],
     "half_depth": lambda: [Variant()],

@@ -43,6 +43,10 @@ def plan_warnings(
             "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer, "
             "as accurate as depth24; position=linear32f is accurate here"
         )
+    if needs.settings.interpolation == "float64" and not needs.capabilities.float64:
+        warnings.append(
+            "interpolation=float64: the driver lacks ARB_gpu_shader_fp64, so the rasterizer interpolates"
+        )
     if positions is not None:
         warnings.append(positions)
     if needs.lit and not needs.classic and (clipped := _accumulation_warning(needs, sets)):

@@ -1,4 +1,6 @@
-// Provides Sample and sample_material: what a triangle is made of behind a pixel. Discards what is cut out.
+// Provides Sample and sample_material: what a triangle is made of behind a pixel, which discards what is cut out; and
+// surface_normal.
+#include "include/unit_normal.glsl"
 
 in vec3 v_view;
 in vec3 v_normal;
@@ -52,18 +54,7 @@ Sample sample_material()
 #endif
 }
 
-// Unit normal. One without a length faces the eye: a surface must not become a hole.
 vec3 surface_normal()
 {
-#if ORTHOGRAPHIC
-    vec3 ahead = vec3(0.0, 1.0, 0.0);
-#else
-    vec3 ahead = v_view / max(length(v_view), 1e-30);
-#endif
-    float length2 = dot(v_normal, v_normal);
-    vec3 n = length2 > 1e-30 ? v_normal * inversesqrt(length2) : -ahead;
-#if DOUBLE_SIDED
-    n = dot(n, ahead) > 0.0 ? -n : n;  // turned towards the eye
-#endif
-    return n;
+    return unit_normal(v_normal, v_view, DOUBLE_SIDED != 0);
 }

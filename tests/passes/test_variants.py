@@ -24,12 +24,13 @@ GBUFFER = {
 """Targets of the geometry pass and the fields of its variant."""
 
 NOT_SHADERS = ("depth_copy",)
+FULLSCREEN = ("interpolation", "ambient", "half_depth", "upsample", "resolve")
 
 
 def outputs_of(name, variant):
-    if name == "geometry":
+    if name in ("geometry", "interpolation"):
         stored = ("position",) if variant.stored != "none" else ()
-        return (*(target for target, field in GBUFFER.items() if getattr(variant, field)), *stored)
+        return (*(target for target, field in GBUFFER.items() if getattr(variant, field, False)), *stored)
     if name == "forward":
         return ("coverage", "radiance")
     if name == "half_depth":
@@ -51,7 +52,7 @@ def shaders_of(name):
         return "light_views", ("point_lights", "spotlights", "directional_lights")
     if name == "forward":
         return name, ("geometry",)
-    return name, ("fullscreen",) if name in ("ambient", "half_depth", "upsample", "resolve") else (name,)
+    return name, ("fullscreen",) if name in FULLSCREEN else (name,)
 
 
 def covering(variants):

@@ -16,7 +16,8 @@ POSITIONS: tuple[PositionMethod, ...] = get_args(PositionMethod)
 ACCURATE = ("linear32f", "depth32f", "stored32f")
 """Position methods whose error does not depend on near and far: they must hold every case's own bound."""
 DOUBLES = ("float64",)
-"""The method of cases that draw nothing: they measure what is computed before a frame."""
+"""The method of cases that draw nothing: they measure what is computed before a frame. And a choice of
+`Settings.interpolation`."""
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,13 @@ from firefly_sample.plan.position_error import position_error
 from firefly_sample.plan.targets import NORMAL_FORMATS
 from firefly_sample.plan.variants import NormalPacking
 from firefly_sample.reference.shade import each_light
+from firefly_sample.reference.surfaces import see_surfaces
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.settings import Settings
 
 __all__ = ["CASES"]
 
@@ -101,6 +103,40 @@ def _no_area(bench: Bench, method: str) -> float:
     return _same(bench, method, plain, holed)
 
 
+NEEDLES = 1000
+
+
+def _needles() -> Scene:
+    """Triangles from a pixel to a ten-thousandth of one high, each corner with another normal."""
+    rng = np.random.default_rng(17)
+    angle = rng.uniform(0.0, 2.0 * np.pi, NEEDLES)
+    along = np.stack([np.cos(angle), rng.uniform(-0.5, 0.5, NEEDLES), np.sin(angle)], axis=1)
+    aside = np.stack([-np.sin(angle), rng.uniform(-1.0, 1.0, NEEDLES), np.cos(angle)], axis=1)
+    start = rng.uniform((-7, 0, -5), (7, 4, 5), (NEEDLES, 3))
+    height = 10.0 ** rng.uniform(-5.0, -1.0, (NEEDLES, 1))
+    corners = np.stack([start, start + 5.0 * along, start + 2.5 * along + height * aside], axis=1)
+    normals = rng.normal(size=(3 * NEEDLES, 3)) - (0.0, 2.0, 0.0)
+    given = np.concatenate([corners.reshape(-1, 3), normals], axis=1).astype(np.float32).astype(np.float64)
+    geom = Geom(given[:, :3], np.arange(3 * NEEDLES).reshape(-1, 3), given[:, 3:], name="needles")
+    scene = Scene()
+    steel = Material("steel", (0.5, 0.5, 0.5, 1.0), double_sided=True)
+    scene.root.attach_new_node(geom_node("needles", geom, steel)).set_pos_hpr(0, 12, 0, 3, 2, 1)
+    scene.camera_node.lens = PerspectiveLens(fov=50.0, near=0.5, far=100.0)
+    return scene
+
+
+def _thin_triangles(bench: Bench, method: str) -> float:
+    """Normals, and distances in parts of themselves, against the float64 reference of the same triangles."""
+    settings = Settings(interpolation=method, normals="rgba32f")  # type: ignore[arg-type]
+    drawn = bench.draw(_needles(), settings, outputs=("visibility", "normal", "depth"))
+    found = see_surfaces(drawn.plan, np.asarray(drawn.frame["visibility"], dtype=np.int32))
+    normal = np.abs(drawn["normal"] - found.gbuffer.normal).max(axis=-1)
+    distance = np.abs(drawn["depth"] / found.gbuffer.position[..., 1] - 1.0)
+    if np.count_nonzero(found.covered) < NEEDLES // 4:
+        return 1.0  # too little to measure
+    return float(np.maximum(normal, distance)[found.covered].max())
+
+
 NEAR, FAR, PLACE, RADIUS = 4.0, 12.0, 6.0, 1.5
 LAMP = np.array([2.5, 3.0, 2.0])
 FROM_LIGHT = 2.5
@@ -175,5 +211,6 @@ CASES = (
     ),
     Case("normals without length", _no_normals, 0.0),
     Case("triangles without area", _no_area, 0.0),
+    Case("thin triangles", _thin_triangles, 1e-6, ("float64",)),
     *(_shininess(exponent) for exponent in (0.0, 1.0, 32.0, 1e3, 1e4, 1e6)),
 )

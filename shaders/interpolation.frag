@@ -1,0 +1,119 @@
+#version 330 core
+#extension GL_ARB_gpu_shader_fp64 : require
+// Finds normals and distances again, in float64, where the geometry pass found them steep: from the corners of the
+// triangle whose number it left, as in a visibility buffer (Burns, Hunt, JCGT 2(2), 2013). A rasterizer makes float32
+// planes of what corners hold, and what it rounds off counts for more the steeper they are.
+// Float64 twin: firefly_sample/reference/fragments.py
+#include "include/lens.glsl"
+#include "include/gbuffer.glsl"
+#include "include/steep.glsl"
+#include "include/unit_normal.glsl"
+
+uniform usampler2D u_visibility;
+
+// firefly_sample/gpu/corner_tables.py
+const int TABLE_WIDTH = 4096;
+const int INSTANCE_TEXELS = 11;
+uniform usampler2D u_triangles;  // a texel a triangle: numbers of its corners
+uniform sampler2D u_vertices;    // two texels a vertex: place, normal
+uniform sampler2D u_instances;
+
+const float FARTHEST_OUT = 1.0 / 16.0;  // firefly_sample/reference/triangles.py
+
+#if NORMAL
+out vec4 o_normal;
+#endif
+#if DISTANCE
+out float o_distance;
+#endif
+#if STORED
+out vec4 o_position;
+#endif
+
+ivec2 texel_of(int index)
+{
+    return ivec2(index & (TABLE_WIDTH - 1), index / TABLE_WIDTH);
+}
+
+vec4 fetch(sampler2D table, int index)
+{
+    return texelFetch(table, texel_of(index), 0);
+}
+
+dvec4 fetch_with_rest(int index)
+{
+    return dvec4(fetch(u_instances, index)) + dvec4(fetch(u_instances, index + 1));
+}
+
+// Shares of the point, on an edge, that is nearest to the ray.
+vec3 nearest(vec3 x, vec3 z)
+{
+    vec3 shares = vec3(0.0);
+    float least = 3e38;
+    for (int i = 0; i < 3; ++i) {
+        int next = (i + 1) % 3;
+        vec2 corner = vec2(x[i], z[i]);
+        vec2 edge = vec2(x[next], z[next]) - corner;
+        float square = dot(edge, edge);
+        float t = square > 0.0 ? clamp(-dot(corner, edge) / square, 0.0, 1.0) : 0.0;
+        vec2 beside = corner + t * edge;
+        if (dot(beside, beside) < least) {
+            least = dot(beside, beside);
+            shares = vec3(0.0);
+            shares[i] = 1.0 - t;
+            shares[next] = t;
+        }
+    }
+    return shares;
+}
+
+void main()
+{
+    uvec2 seen = texelFetch(u_visibility, ivec2(gl_FragCoord.xy), 0).xy;
+    if ((seen.y & STEEP_BIT) == 0u)
+        discard;
+    int row = INSTANCE_TEXELS * int(seen.x - 1u);
+    vec4 of_batch = fetch(u_instances, row + 10);
+    int triangle = int(of_batch.x) * TABLE_WIDTH + int(of_batch.y) + int(seen.y & ~STEEP_BIT);
+
+    // dot(p, across) and dot(p, up): how far p lies beside the pixel's ray, in pixels times dot(p, ahead)
+    dvec4 ahead = fetch_with_rest(row + 4);
+    dvec4 across = fetch_with_rest(row) - double(gl_FragCoord.x) * ahead;
+    dvec4 up = fetch_with_rest(row + 2) - double(gl_FragCoord.y) * ahead;
+    uvec3 corners = texelFetch(u_triangles, texel_of(triangle), 0).xyz;
+    vec4 places[3];
+    vec3 normals[3];
+    dvec3 x, z;
+    for (int i = 0; i < 3; ++i) {
+        int vertex = 2 * int(corners[i]);
+        places[i] = vec4(fetch(u_vertices, vertex).xyz, 1.0);
+        normals[i] = fetch(u_vertices, vertex + 1).xyz;
+        x[i] = dot(dvec4(places[i]), across);
+        z[i] = dot(dvec4(places[i]), up);
+    }
+    // a corner's share is the area between the ray and the opposite edge
+    dvec3 areas = x.yzx * z.zxy - z.yzx * x.zxy;
+    double whole = areas.x + areas.y + areas.z;
+    vec3 shares = vec3(areas / (whole != 0.0 ? whole : 1.0));
+    // A rasterizer's grid gives a triangle pixels that lie beside it; where it is thin, its plane leads anywhere.
+    if (whole == 0.0 || min(min(shares.x, shares.y), shares.z) < -FARTHEST_OUT)
+        shares = nearest(vec3(x), vec3(z));
+
+    vec4 place = places[0] * shares.x + places[1] * shares.y + places[2] * shares.z;
+    vec3 view = view_from_distance(ndc_from_pixel(gl_FragCoord.xy), dot(place, fetch(u_instances, row + 6)));
+#if NORMAL
+    vec3 n = normals[0] * shares.x + normals[1] * shares.y + normals[2] * shares.z;
+    vec3 normal = vec3(dot(n, fetch(u_instances, row + 7).xyz),
+                       dot(n, fetch(u_instances, row + 8).xyz),
+                       dot(n, fetch(u_instances, row + 9).xyz));
+    o_normal = encode_normal(unit_normal(normal, view, of_batch.z != 0.0));
+#endif
+#if DISTANCE
+    o_distance = view.y;
+#endif
+#if STORED == 1
+    o_position = vec4(view, 1.0);
+#elif STORED == 2
+    o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
+#endif
+}

@@ -1,0 +1,171 @@
+"""Normals and distances found in float64: thin triangles against the reference, and what stays as it is."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import settings as search
+from hypothesis import strategies as st
+
+from firefly_sample.errors import SettingsError
+from firefly_sample.plan.build import build_plan
+from firefly_sample.plan.frame_plan import Capabilities
+from firefly_sample.reference.surfaces import see_surfaces
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.scene import Scene
+from firefly_sample.settings import Settings
+from tests.conftest import make_renderer
+from tests.scenes import ball, ball_scene, geom_node, wall_scene
+
+SIZE = (96, 72)
+OUTPUTS = ("visibility", "normal", "depth")
+FINE = {"normals": "rgba32f", "interpolation": "float64"}
+LENSES = {
+    "perspective": lambda: PerspectiveLens(fov=60.0, near=0.5, far=100.0),
+    "off centre": lambda: PerspectiveLens(fov=60.0, near=0.5, far=100.0, film_offset=(0.2, -0.1)),
+    "orthographic": lambda: OrthographicLens(film_size=(16.0, 12.0), near=0.5, far=100.0),
+}
+
+
+def float32(values):
+    return np.asarray(values).astype(np.float32).astype(np.float64)
+
+
+def slivers(rng, count=400, length=6.0):
+    """Thin triangles, each a step behind the last: heights of 5 to 1/2000 of a pixel."""
+    start = np.stack([rng.uniform(-9, 9, count), np.linspace(0, 4, count), rng.uniform(-7, 7, count)], axis=1)
+    angle = rng.uniform(0, 2 * np.pi, count)
+    along = length * np.stack([np.cos(angle), rng.uniform(-0.5, 0.5, count), np.sin(angle)], axis=1)
+    thickness = 10.0 ** rng.uniform(-4, 0, (count, 1))
+    aside = thickness * np.stack([-np.sin(angle), rng.uniform(-1, 1, count), np.cos(angle)], axis=1)
+    vertices = np.stack([start, start + along, start + 0.5 * along + aside], axis=1).reshape(-1, 3)
+    normals = rng.normal(size=vertices.shape) - np.array((0.0, 2.0, 0.0))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    triangles = np.arange(3 * count).reshape(-1, 3)
+    return Geom(float32(vertices), triangles, float32(normals), name="slivers")
+
+
+def sliver_scene(seed, lens="perspective"):
+    """Slivers, the same mirrored and farther off, and a ball whose triangles are below a pixel."""
+    rng = np.random.default_rng(seed)
+    scene = Scene()
+    paper = Material("paper", (0.5, 0.5, 0.5, 1), double_sided=True)
+    node = geom_node("slivers", slivers(rng), paper)
+    scene.root.attach_new_node(node).set_pos(0, 12, 0)
+    mirrored = scene.root.attach_new_node(node)
+    mirrored.set_pos(1, 20, 1)
+    mirrored.set_hpr(20, 10, 5)
+    mirrored.set_scale(-1.5, 1.5, 2.0)
+    scene.root.attach_new_node(geom_node("ball", ball(0.7, 4))).set_pos(2, 9, 1)
+    scene.camera.set_hpr(3, -2, 1)
+    scene.camera.node().lens = LENSES[lens]()
+    return scene
+
+
+def errors(scene, settings, size=SIZE):
+    """How far normals, and distances in parts, are from the reference, and the pixels that are not sky."""
+    with make_renderer(size, settings) as renderer:
+        plan = renderer.plan(scene, 0.0, OUTPUTS)
+        frame = renderer.draw(plan)
+    found = see_surfaces(plan, frame["visibility"])
+    normal = np.linalg.norm(frame["normal"] - found.gbuffer.normal, axis=-1)
+    distance = np.abs(frame["depth"] / found.gbuffer.position[..., 1] - 1.0)
+    return normal[found.covered], distance[found.covered]
+
+
+@search(max_examples=12)
+@given(seed=st.integers(0, 2**32 - 1), lens=st.sampled_from(sorted(LENSES)))
+def test_thin_triangles_have_the_normals_and_distances_that_they_must_have(seed, lens):
+    scene = sliver_scene(seed, lens)
+    normal, distance = errors(scene, Settings(**FINE))
+    assert len(normal) > 300
+    assert normal.max() <= 1e-6
+    assert distance.max() <= 5e-7
+
+
+def test_a_rasterizer_is_far_off_there():
+    """Or else the test above tells nothing."""
+    normal, _ = errors(sliver_scene(1), Settings(normals="rgba32f"))
+    assert normal.max() > 1e-2
+
+
+@pytest.mark.parametrize("position", ["linear32f", "stored32f", "depth32f"])
+def test_every_way_to_keep_positions_gets_them(position):
+    normal, distance = errors(sliver_scene(2), Settings(**FINE, position=position))
+    assert normal.max() <= 1e-6
+    if position != "depth32f":  # which is the rasterizer's own
+        assert distance.max() <= 5e-7
+
+
+def test_far_from_the_worlds_origin_nothing_is_lost():
+    scene = sliver_scene(3)
+    for path in scene.root.get_children():
+        path.set_pos(np.add(path.get_pos(), (2.0e6, -1.0e6, 5.0e5)))
+    normal, distance = errors(scene, Settings(**FINE))
+    assert normal.max() <= 1e-6
+    assert distance.max() <= 5e-7
+
+
+def test_what_is_not_steep_stays_as_the_rasterizer_has_it(render):
+    scene = wall_scene(distance=10.0)
+    plain = render(scene, Settings(normals="rgba32f"), outputs=OUTPUTS)
+    fine = render(scene, Settings(**FINE), outputs=OUTPUTS)
+    for name in OUTPUTS:
+        assert np.array_equal(plain[name], fine[name])
+
+
+def test_triangles_keep_their_numbers(render):
+    scene = sliver_scene(4)
+    plain = render(scene, Settings(), SIZE, OUTPUTS)
+    fine = render(scene, Settings(**FINE), SIZE, OUTPUTS)
+    assert np.array_equal(plain["visibility"], fine["visibility"])
+    assert fine["visibility"][..., 1].max() > 4096  # of the ball: a table's second row
+
+
+def test_what_a_frame_shows_does_not_depend_on_the_frames_before(render):
+    """Geoms come, change, go; those that stay move in the tables."""
+    settings = Settings(**FINE)
+    with make_renderer(SIZE, settings) as renderer:
+        for seed, lens in ((5, "perspective"), (6, "orthographic")):
+            scene = sliver_scene(seed, lens)
+            renderer.render(scene, 0.0, OUTPUTS)
+            scene.root.find("ball").remove_node()
+            scene.root.attach_new_node(geom_node("other", ball(0.9, 2))).set_pos(-2, 9, 0)
+            geom, _ = scene.root.find("slivers").node().geoms[0]
+            geom.set_normals(float32(-geom.normals))
+            after = renderer.render(scene, 0.0, OUTPUTS)
+            fresh = render(scene, settings, SIZE, OUTPUTS)
+            for name in OUTPUTS:
+                assert np.array_equal(after[name], fresh[name])
+
+
+def test_light_takes_it_from_there(render):
+    """Finer normals reach the picture, at half resolution and with several samples too."""
+    for more in ({}, {"light_resolution": "half"}, {"supersample": 2}):
+        plain = render(ball_scene(20), Settings(normals="rgba32f", **more), SIZE, ("radiance",)).radiance
+        fine = render(ball_scene(20), Settings(**FINE, **more), SIZE, ("radiance",)).radiance
+        scale = np.percentile(fine, 99.9)
+        assert not np.array_equal(plain, fine)
+        assert np.abs(plain - fine).max() <= 1e-3 * scale
+
+
+def test_the_pass_exists_only_where_something_is_interpolated():
+    def passes(settings, outputs, **capabilities):
+        plan = build_plan(ball_scene(5), settings, SIZE, outputs, 0.0, Capabilities(**capabilities))
+        return [step.name for step in plan.passes], plan.warnings
+
+    fine = Settings(interpolation="float64")
+    assert "interpolation" in passes(fine, ("color",))[0]
+    assert "interpolation" not in passes(fine, ("albedo",))[0]
+    assert "interpolation" not in passes(Settings(), ("color",))[0]
+    names, warnings = passes(fine, ("color",), float64=False)
+    assert "interpolation" not in names
+    assert any("ARB_gpu_shader_fp64" in line for line in warnings)
+
+
+def test_what_has_no_g_buffer_or_another_look_says_so():
+    with pytest.raises(SettingsError, match=r"interpolation.*lights=forward"):
+        Settings(lights="forward", interpolation="float64")
+    with pytest.raises(SettingsError, match=r"classic.*interpolation"):
+        Settings(look="classic", interpolation="float64")
