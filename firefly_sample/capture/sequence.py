@@ -150,10 +150,10 @@ def capture_settings(outputs: Iterable[str], **changes: Any) -> Settings:
 
 
 def frame_times(frames: str | int | range, fps: float, time: float) -> tuple[float, ...]:
-    """Seconds of the first, the middle and the last of some frames, each once: a sample of them."""
+    """Seconds of five of some frames, or of as many as there are: the first, the last, and between."""
     numbers = parse_frames(frames)
     _check_clock(fps, time)
-    sample = dict.fromkeys((numbers[0], numbers[len(numbers) // 2], numbers[-1]))
+    sample = dict.fromkeys(numbers[(len(numbers) - 1) * part // 4] for part in range(5))
     return tuple(time + index / fps for index in sample)
 
 

@@ -72,7 +72,7 @@ def run(
         budget_ms=budget_ms,
         parameters=parameters,
         size=size,
-        times=(time,),
+        times=tuple(time + later for later in (0.0, 5.0, 15.0, 35.0)),
         require_gpu=require_gpu,
     )
     chosen = Settings().with_changes(**settings)

@@ -1,4 +1,4 @@
-"""Rows of points, lights and shadow maps: the cast to float32 of places in view space.
+"""Rows of dots, lights and shadow maps: the cast to float32 of places in view space.
 
 A float32 rounds a place 300 units away by up to 1.5e-5, which shows beside a light a quarter of a unit from
 a surface. A light's place is therefore sent in two ways: as it is, for its volume; and as the pixel at which
@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.records import record_fields
-from firefly_sample.plan.frame_plan import View
+from firefly_sample.plan.frame_plan import SpriteSet, View
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.shadows import ShadowPlan
 
-__all__ = ["SHADOW_TEXELS", "light_rows", "light_texels", "pixel_slopes", "point_rows", "shadow_rows"]
+__all__ = ["SHADOW_TEXELS", "dot_rows", "light_rows", "light_texels", "pixel_slopes", "shadow_rows"]
 
 Float64 = NDArray[np.float64]
 Float32 = NDArray[np.float32]
@@ -28,15 +28,33 @@ SHADOW_TEXELS = 5
 """Of a shadow map: three rows of view-to-light; scales and the depth's constants; its tile."""
 LARGEST = 3e38
 """What float32 holds."""
+SMALLEST_DOT = 1.0
+"""Radius in pixels."""
 PROXY_MARGIN = 1e-4
 """How much wider a cone's proxy is than the cone, of its height: what rounding may move its sides."""
 
 
-def point_rows(positions: Float64, radii: Float64, colors: Float64) -> Float32:
-    """Rows (x, y, z, radius, r, g, b), shape (n, 7)."""
-    rows = np.concatenate([positions, radii[:, None], colors], axis=1)
+def dot_rows(dots: SpriteSet, view: View) -> Float32:
+    """Rows of soft dots, shape (n, 13).
+
+    Centre and radius in view space; the pixel of the centre, two float32 each across and up; one over the
+    radius in pixels, across and up; colour. A dot that would be smaller than a pixel is as large, and as much
+    fainter, so that it neither vanishes nor flickers.
+    """
+    lens, half = view.lens, 0.5 * np.array(view.size)
+    w = np.maximum(dots.positions[:, 1:2], 1e-30) if lens.perspective else np.ones((len(dots), 1))
+    scales = half * (lens.a, lens.c) / w
+    grow = np.maximum(SMALLEST_DOT / np.maximum(dots.radii[:, None] * scales[:, 1:], 1e-30), 1.0)
+    radii = dots.radii[:, None] * grow
+    pixels = np.clip(
+        dots.positions[:, [0, 2]] * scales + half * (1.0 + np.array([lens.x_offset, lens.z_offset])),
+        -LARGEST,
+        LARGEST,
+    )
+    held = _rounded(pixels)
+    columns = [dots.positions, radii, held, pixels - held, 1.0 / (radii * scales), dots.colors / grow**2]
     with np.errstate(over="ignore"):  # a radius beyond float32 reaches everything, as infinity does
-        return rows.astype(np.float32)
+        return np.concatenate(columns, axis=1).astype(np.float32)
 
 
 def pixel_slopes(view: View) -> tuple[float, float]:

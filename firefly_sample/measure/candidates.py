@@ -141,9 +141,11 @@ class Search:
     def _error_of(self, names: tuple[str, ...], changes: dict[str, Any]) -> float:
         """Of one choice, where all others are at their finest: nothing larger hides it."""
         rest = {name: value for name, value in self._finest.items() if name not in names}
-        errors = self._benches[0].draw(self._base.with_changes(**(rest | changes))).errors
+        settings = self._base.with_changes(**(rest | changes))
+        errors = [bench.draw(settings).errors for bench in self._benches]
+        largest = max(e.largest for e in errors)
         # codes are whole numbers: of equal ones, radiance tells
-        return errors.codes + min(errors.largest, 0.99) if self._by_codes else errors.largest
+        return max(e.codes for e in errors) + min(largest, 0.99) if self._by_codes else largest
 
     def _predictions(self) -> list[Prediction]:
         finest = self._best.codes if self._by_codes else self._best.error
@@ -186,7 +188,7 @@ class Search:
         return kept
 
     def fastest(self, max_error: float | None, max_codes: int | None, asked: str) -> Candidate:
-        """The fastest within the bounds; of those that time cannot tell apart, the most accurate.
+        """The fastest within the bounds; of those that time cannot tell apart, one that errs half as much.
 
         `asked` is the bounds in words, for the error where nothing meets them.
         """
@@ -205,8 +207,9 @@ class Search:
             kept += [candidate for candidate in self._verified(nearest, good) if candidate not in kept]
         if good(self._best) and self._best not in kept:
             kept.append(self._best)
-        if not kept:  # with little to spare, where nothing has more
+        if not kept:  # where nothing has more to spare, what has most of it
             kept = [c for c in self.measured if _within(c, max_error, max_codes, 1.0)]
+            kept = [min(kept, key=lambda c: (c.error, c.ratio))] if kept else []
         if not kept:
             by_codes = self._by_codes
             best = min(self.measured, key=lambda c: (c.codes if by_codes else c.error, c.error))
@@ -219,7 +222,8 @@ class Search:
         quickest = min(kept, key=lambda candidate: candidate.ratio)
         near = min(max(quickest.spread, 0.02), MOST_NOISE)
         as_fast = [c for c in kept if c.ratio <= quickest.ratio * (1.0 + near)]
-        return min(as_fast, key=lambda candidate: candidate.error)
+        best = min(as_fast, key=lambda candidate: candidate.error)
+        return best if best.error <= 0.5 * quickest.error else quickest
 
     def most_accurate(self, budget_ms: float) -> Candidate:
         """The smallest error within a time."""

@@ -68,15 +68,15 @@ def choose(
     parameters: Mapping[str, Any] | None = None,
     given: Mapping[str, Any] | None = None,
     size: tuple[int, int] = (800, 600),
-    times: Sequence[float] = (5.0,),
+    times: Sequence[float] = (5.0, 10.0, 20.0, 40.0),
     device: int | None = None,
     require_gpu: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Choice:
     """The fastest settings within an error, or the most accurate within a time, measured on this scene.
 
-    Every choice is measured alone on the first frame; the combinations that should do best are then drawn on
-    all frames and timed. An error may be up to `MARGIN` of its bound there.
+    Every choice is measured alone, then the combinations that should do best. Errors are the largest on all
+    frames, times those of the first. An error may be up to `MARGIN` of its bound there.
 
     Parameters
     ----------
@@ -96,7 +96,8 @@ def choose(
     size : (int, int)
         Pixels.
     times : sequence of float
-        Seconds of the frames to measure.
+        Seconds of the frames to measure. A few that are far apart: the largest error of an animated scene is
+        another one on each.
     device, require_gpu : see `firefly_sample.Renderer`
     progress : callable, optional
         Called with (steps done, steps in all).

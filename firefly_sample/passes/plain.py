@@ -7,7 +7,7 @@ import numpy as np
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.gpu.light_rows import point_rows
+from firefly_sample.gpu.light_rows import dot_rows
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
@@ -32,9 +32,12 @@ class PlainPass(Pass):
         program = gpu.programs.get(self.name, step.variant, images.color_names())
         program.use()
         corners = gpu.fixed("square", _CORNERS)
-        rows = gpu.stream("plain dots", point_rows(dots.positions, dots.radii, dots.colors))
+        rows = gpu.stream("plain dots", dot_rows(dots, plan.view))
         array = gpu.array(
-            self.name, program, (corners, "2f", "in_corner"), (rows, "4f 3f/i", "in_dot", "in_color")
+            self.name,
+            program,
+            (corners, "2f", "in_corner"),
+            (rows, "4f 4f 2f 3f/i", "in_dot", "in_pixel", "in_per_radius", "in_color"),
         )
         array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(dots))
         gpu.ctx.depth_func = "<"

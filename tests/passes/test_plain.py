@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+from firefly_sample.plan.build import build_plan
+from firefly_sample.reference.sprites import add_sprites
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
@@ -52,3 +54,20 @@ def test_a_dot_smaller_than_a_pixel_keeps_its_light(render):
     # where a two-pixel disc falls on the grid changes its sum of samples by some per cent
     assert totals[1] == pytest.approx(totals[0], rel=0.25)
     assert totals[2] == pytest.approx(totals[1], rel=1e-3)
+
+
+@pytest.mark.parametrize("make", [wall_scene, orthographic_wall])
+def test_dots_of_a_few_pixels_are_where_float64_has_them(render, make):
+    """All over a wide picture, where a rasterizer's own way to a pixel rounds most."""
+    scene = make(distance=80.0)
+    scene.root.find("wall").detach_node()
+    rng = np.random.default_rng(3)
+    places = rng.uniform((-12, 20, -8), (12, 60, 8), (300, 3))
+    scene.root.attach_new_node(Sprites("dots", places, (1, 1, 1), 0.05))
+    size = (1600, 900)
+    plan = build_plan(scene, Settings(), size, ("radiance",))
+    expected = np.zeros((size[1], size[0], 3))
+    add_sprites(expected, plan.sprites, plan.view, np.full(expected.shape[:2], np.inf))
+    radiance = render(scene, None, size, ("radiance",)).radiance
+    assert np.count_nonzero(expected.any(axis=2)) > 1000
+    assert np.abs(radiance - expected).max() <= 2e-6
