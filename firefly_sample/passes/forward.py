@@ -10,7 +10,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.geometry import Drawable, draw_surface, make_drawable
-from firefly_sample.passes.lights import light_table
+from firefly_sample.passes.lights import MOST_LOOPED, light_table
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ForwardVariant
@@ -21,8 +21,8 @@ __all__ = ["ForwardPass"]
 class ForwardPass(Pass):
     """Draws the batches once for all lights that shine and fade alike; one draw where all do.
 
-    A second kind of light is added by a second draw, which the first one's depth spares what is hidden. Where
-    two surfaces have the same depth, both get it.
+    A second kind of light, or what is more than a shader's loop takes, is added by a second draw, which the
+    first one's depth spares what is hidden. Where two surfaces have the same depth, both get it.
     """
 
     name = "forward"
@@ -72,11 +72,11 @@ class ForwardPass(Pass):
 
 
 def _joined(plan: FramePlan) -> list[LightSet | None]:
-    """The plan's sets, those that differ in their proxies alone joined."""
+    """The plan's sets, those that differ in their proxies alone joined, very large ones in pieces."""
     found: dict[tuple[object, ...], list[LightSet]] = {}
     for lights in plan.lights:
         found.setdefault((lights.kind, lights.falloff, lights.shadowed), []).append(lights)
-    return [LightSet.joined(sets) for sets in found.values()]
+    return [part for sets in found.values() for part in LightSet.joined(sets).parts(MOST_LOOPED)]
 
 
 def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) -> ForwardVariant:

@@ -21,11 +21,13 @@ from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightKind, LightSet
 from firefly_sample.plan.variants import DrawMethod, ForwardVariant, LightVariant, Variant, defines
 
-__all__ = ["LightPass", "draw_volumes", "light_table", "method_for", "variant_for"]
+__all__ = ["MOST_LOOPED", "LightPass", "draw_volumes", "light_table", "method_for", "variant_for"]
 
 _OUTPUTS = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
 _TEXTURE_WIDTH = 2048
+MOST_LOOPED = 32768
+"""Lights that one draw walks: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
 BEHIND = 4.0
 """Steps of depth by which a volume's back faces are moved away from the eye. Volume and surface are rounded
 each by itself: where few steps are left, a back face could come out before a surface that it lies behind."""
@@ -154,11 +156,12 @@ def _draw_loop(
     lights: LightSet,
     variant: LightVariant,
 ) -> None:
-    """One full-screen triangle whose shader walks all lights, read from a texture."""
-    table = light_table(gpu, plan, lights, variant)
-    try:
-        program.use({"u_light_count": len(lights)}, textures | {"u_lights": table})
-        gpu.ctx.enable_only(moderngl.BLEND)
-        gpu.array("loop", program).render(moderngl.TRIANGLES, vertices=3)
-    finally:
-        table.release()
+    """One full-screen triangle whose shader walks all lights, read from a texture; several for very many."""
+    gpu.ctx.enable_only(moderngl.BLEND)
+    for part in lights.parts(MOST_LOOPED):
+        table = light_table(gpu, plan, part, variant)
+        try:
+            program.use({"u_light_count": len(part)}, textures | {"u_lights": table})
+            gpu.array("loop", program).render(moderngl.TRIANGLES, vertices=3)
+        finally:
+            table.release()

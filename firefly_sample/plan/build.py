@@ -163,7 +163,10 @@ class Planner:
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
             warnings=plan_warnings(
-                needs, snapshot, lighting.sets, position_warning(needs, lens, camera, seen, lighting.sets)
+                needs,
+                snapshot,
+                lighting.sets,
+                position_warning(needs, lens, camera, seen, lighting.sets, max(exposure)),
             ),
         )
 

@@ -111,6 +111,12 @@ class LightSet:
         columns = {name: getattr(self, name)[chosen] for name in _COLUMNS}
         return replace(self, **(columns | changes))
 
+    def parts(self, most: int) -> list[LightSet]:
+        """The set in pieces of up to `most` lights each."""
+        if len(self) <= most:
+            return [self]
+        return [self.take(np.arange(len(self))[first : first + most]) for first in range(0, len(self), most)]
+
     def __len__(self) -> int:
         return len(self.colors)
 

@@ -14,14 +14,19 @@ errors measured on llvmpipe, by the cases "distance ..." of `firefly_sample.meas
 Whether an error e shows is judged beside a light. Light that fades as 1/d^2 changes by 2*e/d where a
 surface at distance d from the light is moved by e. A display code is worth the least relative change at
 white: sRGB is 1.055*L^(1/2.4) - 0.055 there, which rises by 1.055/2.4 of dL/L, so that one code of 255 is
-dL/L = 0.0089.
+dL/L = 0.0089. At a level L below white it rises by L^(1/2.4) of that.
 """
 
 from __future__ import annotations
 
 import math
 
-__all__ = ["CODE", "HALF_FLOAT_END", "codes_shown", "depth_error", "position_error"]
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["CODE", "HALF_FLOAT_END", "codes_shown", "depth_error", "position_error", "position_errors"]
+
+Float64 = NDArray[np.float64]
 
 CODE = 2.4 / 1.055 / 255.0
 """Relative change of radiance that is worth a display code at white, and less where it is darker."""
@@ -36,20 +41,70 @@ _HALF_STEP, _SMALLEST_HALF = 2.0**-10, 2.0**-24
 """What a half float may lose where a driver cuts digits off, relative, and what the smallest ones lose at
 least."""
 _FLOAT = 2.0**-24
+_LINEAR = 0.0031308
+"""Below, sRGB is 12.92 times as much."""
 
 
-def depth_error(step: float, near: float, far: float, perspective: bool, distance: float) -> float:
-    """The error of a distance, in scene units, from an error `step` of a standard depth in 0..1.
+def depth_error(step: float, near: float, far: float, perspective: bool, distance: ArrayLike) -> Float64:
+    """The error of distances, in scene units, from an error `step` of a standard depth in 0..1.
 
     Parameters
     ----------
-    near, far, distance : float
-        Along the view axis, in scene units; `far` may be infinite in perspective.
+    near, far : float
+        The lens's planes, scene units; `far` may be infinite in perspective.
+    distance : array_like
+        Along the view axis, scene units; any shape, which the result has.
     """
+    y = np.asarray(distance, dtype=np.float64)
     if not perspective:
-        return step * (far - near)
+        return np.full_like(y, step * (far - near))
     share = 1.0 if math.isinf(far) else (far - near) / far
-    return step * share * distance / near * distance
+    return np.asarray(step * share * y / near * y)
+
+
+def position_errors(
+    method: str,
+    near: float,
+    far: float,
+    perspective: bool,
+    distance: ArrayLike,
+    from_origin: float = 0.0,
+    clip_control: bool = True,
+) -> Float64:
+    """How far off positions at some distances may be.
+
+    Parameters
+    ----------
+    method : str
+        A choice of `Settings.position`.
+    near, far : float
+        The lens's planes, scene units; `far` may be infinite in perspective.
+    perspective : bool
+    distance : array_like
+        Along the view axis, scene units; any shape.
+    from_origin : float
+        From the camera to the world's origin, scene units: "inverse_matrix" goes through world coordinates.
+    clip_control : bool
+        Whether the driver has it; without, "depth32f" is a standard 24-bit depth buffer.
+
+    Returns
+    -------
+    ndarray of float64, of the distances' shape
+        Scene units, at least 0; may be larger than `distance`, which means noise.
+    """
+    y = np.asarray(distance, dtype=np.float64)
+    if method == "stored16f":
+        rounded = np.maximum(_HALF_STEP * np.minimum(y, HALF_FLOAT_END), _SMALLEST_HALF)
+        return np.maximum(rounded, y - HALF_FLOAT_END)
+    if method == "depth32f" and not clip_control:
+        method = "depth24"
+    if method not in _DEPTH_STEP:
+        return np.asarray(_RELATIVE[method] * y)
+    error = depth_error(_DEPTH_STEP[method], near, far, perspective, y)
+    if method == "inverse_matrix":
+        magnified = y / near if perspective else np.ones_like(y)
+        error = error + _FLOAT * from_origin * np.maximum(magnified, 1.0)
+    return error
 
 
 def position_error(
@@ -61,42 +116,17 @@ def position_error(
     from_origin: float = 0.0,
     clip_control: bool = True,
 ) -> float:
-    """How far off a position at some distance may be.
+    """`position_errors` of a single distance."""
+    return float(position_errors(method, near, far, perspective, distance, from_origin, clip_control))
 
-    Parameters
-    ----------
-    method : str
-        A choice of `Settings.position`.
-    near, far : float
-        The lens's planes, scene units; `far` may be infinite in perspective.
-    perspective : bool
-    distance : float
-        Along the view axis, scene units.
-    from_origin : float
-        From the camera to the world's origin, scene units: "inverse_matrix" goes through world coordinates.
-    clip_control : bool
-        Whether the driver has it; without, "depth32f" is a standard 24-bit depth buffer.
 
-    Returns
-    -------
-    float
-        Scene units, at least 0; may be larger than `distance`, which means noise.
+def codes_shown(error: ArrayLike, from_light: ArrayLike, level: ArrayLike = 1.0) -> Float64:
+    """How many display codes a light is off by, on a surface `from_light` away that is moved by `error`.
+
+    `level` is how bright the surface is there, 0 to 1: the same share of what is darker is fewer codes.
     """
-    if method == "stored16f":
-        if distance > HALF_FLOAT_END:
-            return distance - HALF_FLOAT_END
-        return max(_HALF_STEP * distance, _SMALLEST_HALF)
-    if method == "depth32f" and not clip_control:
-        method = "depth24"
-    if method not in _DEPTH_STEP:
-        return _RELATIVE[method] * distance
-    error = depth_error(_DEPTH_STEP[method], near, far, perspective, distance)
-    if method == "inverse_matrix":
-        magnified = distance / near if perspective else 1.0
-        error += _FLOAT * from_origin * max(magnified, 1.0)
-    return error
-
-
-def codes_shown(error: float, from_light: float) -> float:
-    """How many display codes a light is off by, on a surface `from_light` away that is moved by `error`."""
-    return 2.0 * error / from_light / CODE if from_light > 0.0 else math.inf
+    beside, shown = np.asarray(from_light, dtype=np.float64), np.minimum(level, 1.0)
+    slope = np.where(shown > _LINEAR, shown ** (1.0 / 2.4), 12.92 * 2.4 / 1.055 * shown)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        codes = 2.0 * np.asarray(error, dtype=np.float64) / beside / CODE * slope
+    return np.where(beside > 0.0, codes, np.inf)

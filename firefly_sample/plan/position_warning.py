@@ -6,13 +6,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.plan.batches import VisiblePart
 from firefly_sample.plan.camera import CameraMatrices
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import Needs
-from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown, position_error
+from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown, position_errors
 from firefly_sample.plan.reach import light_reach
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import Lens
@@ -33,69 +33,116 @@ def position_warning(
     camera: CameraMatrices,
     seen: Sequence[VisiblePart],
     sets: Sequence[LightSet],
+    exposure: float = 1.0,
 ) -> str | None:
-    """One line if the expected error of positions passes a display code beside lights; else None.
+    """One line if the expected error of positions passes a display code beside a light; else None.
 
-    It is expected at the farthest place that is both seen and lit, and is worth as many codes as beside a
-    light of the median of all lights' sizes: see `firefly_sample.plan.position_error`.
+    It is expected at the farthest place that a light reaches and something is seen. It shows the more, the
+    nearer that is to the light and the brighter: see `firefly_sample.plan.position_error`. `exposure` is the
+    largest channel's.
     """
     if not needs.placed or needs.forward:
         return None
-    method, farthest = needs.settings.position, min(lens.get_far(), _farthest_lit(sets))
+    method, lamps = needs.settings.position, _lamps_of(sets, exposure)
     from_origin = float(np.linalg.norm(camera.view_to_world[3, :3]))
 
-    def at(distance: float) -> _Place:
-        return _Place(needs, lens, from_origin, distance, _nearness(sets, distance))
+    def worst_up_to(distance: float) -> _Place:
+        return _worst(needs, lens, from_origin, lamps, min(lens.get_far(), distance))
 
     # bounding spheres are known, and mostly enough; boxes are tighter, and take a while
-    around = max(float(part.farthest.max()) for part in seen)
-    if method != "stored16f" and at(min(farthest, around)).codes(method) <= 1.0:
+    if method != "stored16f" and worst_up_to(max(float(part.farthest.max()) for part in seen)).codes() <= 1.0:
         return None
-    place = at(min(farthest, max(float(part.box()[1][1]) for part in seen)))
+    farthest = max(float(part.box()[1][1]) for part in seen)
+    place = worst_up_to(farthest)
     if not place.distance > 0.0:
         return None
     if method == "stored16f":
-        largest = max(place.distance, _across(lens, seen, place.distance))
+        reached = min(lens.get_far(), farthest, float(lamps.ends.max()))
+        largest = max(reached, _across(lens, seen, reached))
         if largest > HALF_FLOAT_END:
             return (
                 f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and {largest:.2g} are "
-                "seen: what is farther is lit as if it were there; position=stored32f does not end"
+                "seen: what is farther is lit as if it were there; use position=stored32f, which has no such "
+                "end"
             )
-    return place.line() if place.codes(method) > 1.0 else None
+    return place.line() if place.codes() > 1.0 else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Lamps:
+    """What may show that positions are off: n lights that have a place, or shadows.
+
+    Attributes
+    ----------
+    ends : ndarray of float64, shape (n,)
+        The farthest place along the view axis that each reaches.
+    sizes : ndarray of float64, shape (n,)
+        How near a surface is taken to be; infinite for as near as it is to the eye.
+    levels : ndarray of float64, shape (n,)
+        How bright a white surface is there.
+    """
+
+    ends: Float64
+    sizes: Float64
+    levels: Float64
+
+
+def _lamps_of(sets: Iterable[LightSet], exposure: float) -> _Lamps:
+    columns = [(np.zeros(0),) * 3]
+    for lights in sets:
+        if lights.kind != "directional":
+            sizes, fading = _sizes(lights)
+            brightness = exposure * lights.colors.max(axis=1) * fading
+            columns.append((lights.positions[:, 1] + lights.reaches, sizes, brightness))
+        elif lights.shadowed:
+            endless = np.full(len(lights), np.inf)
+            columns.append((endless, endless, np.ones(len(lights))))
+    return _Lamps(*(np.concatenate(column) for column in zip(*columns, strict=True)))
+
+
+def _sizes(lights: LightSet) -> tuple[Float64, Float64]:
+    """How near a surface is taken to be to each light, and what the light has faded to there.
+
+    A quarter of its reach or, where that is less, where an attenuation has halved it. One that is infinite at
+    the light has no half: where it has fallen to 1.
+    """
+    quarter = NEARNESS * lights.reaches
+    if lights.falloff is not Falloff.ATTENUATION:
+        return quarter, np.full(len(lights), (1.0 - NEARNESS) ** 2)
+    kc, kl, kq = lights.attenuations.T
+    start = np.where(kc > 0.0, 2.0 * kc, lights.colors.max(axis=1))
+    sizes = np.minimum(quarter, light_reach(lights.attenuations, start, np.ones(len(start))))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        fading = 1.0 / (kc + sizes * (kl + sizes * kq))
+    return sizes, np.where(np.isfinite(sizes) & (sizes > 0.0), fading, 1.0)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where an error is expected: how far along the view axis, and how near a light."""
+    """Where an error is expected: how far along the view axis, how near a light, and how bright."""
 
     needs: Needs
     lens: Lens
     from_origin: float
     distance: float
     beside: float
+    level: float
 
     def error(self, method: PositionMethod) -> float:
-        return position_error(
-            method,
-            self.lens.get_near(),
-            self.lens.get_far(),
-            not self.needs.orthographic,
-            self.distance,
-            self.from_origin,
-            self.needs.capabilities.clip_control,
-        )
+        return float(_error(self.needs, self.lens, self.from_origin, method, self.distance))
 
-    def codes(self, method: PositionMethod) -> float:
-        return codes_shown(self.error(method), self.beside)
+    def codes(self, method: PositionMethod | None = None) -> float:
+        error = self.error(method or self.needs.settings.position)
+        return float(codes_shown(error, self.beside, self.level))
 
     def line(self) -> str:
-        method = self.needs.settings.position
-        codes = self.codes(method)
+        codes = self.codes()
         shown = f"{min(codes, 255.0):.0f}" if codes >= 10.0 else f"{codes:.2g}"
+        method = self.needs.settings.position
         return (
             f"position={method}: at {self.distance:.2g} units{self._why()}, a position errs by about "
-            f"{self.error(method):.2g} units, which shows (about {shown} display codes "
-            f"{self.beside:.2g} from a light); {self._way_out()}"
+            f"{self.error(method):.2g} units, which is about {shown} display codes on a surface "
+            f"{self.beside:.2g} from a light; {self._way_out()}"
         )
 
     @property
@@ -119,21 +166,42 @@ class _Place:
         finer = next((name for name in _FINEST if self.codes(name) <= 1.0), None)
         if finer is None:
             return "no method is finer: lights are small for how far away they are seen"
+        advice = f"use position={finer}, which is off by {self.error(finer):.2g}"
         if self._by_origin:
-            return f"position={finer} does not, or bring the camera near the world's origin"
+            return f"{advice}, or bring the camera near the world's origin"
         if self._by_depth and not self.needs.orthographic:
-            return f"position={finer} does not, or move the near plane out"
-        return f"position={finer} does not"
+            return f"{advice}, or move the near plane out"
+        return advice
 
 
-def _farthest_lit(sets: Sequence[LightSet]) -> float:
-    """The farthest place along the view axis that a light that has a place, or shadows, may reach."""
-    lit = [
-        np.inf if lights.kind == "directional" else float((lights.positions[:, 1] + lights.reaches).max())
-        for lights in sets
-        if len(lights) and (lights.kind != "directional" or lights.shadowed)
-    ]
-    return max(lit, default=0.0)
+def _error(
+    needs: Needs, lens: Lens, from_origin: float, method: PositionMethod, distance: ArrayLike
+) -> Float64:
+    return position_errors(
+        method,
+        lens.get_near(),
+        lens.get_far(),
+        not needs.orthographic,
+        distance,
+        from_origin,
+        needs.capabilities.clip_control,
+    )
+
+
+def _worst(needs: Needs, lens: Lens, from_origin: float, lamps: _Lamps, farthest: float) -> _Place:
+    """The light that shows most of what positions up to a distance are off by."""
+    distances = np.maximum(np.minimum(lamps.ends, farthest), 0.0)
+    beside = np.where(np.isfinite(lamps.sizes), lamps.sizes, distances)
+    error = _error(needs, lens, from_origin, needs.settings.position, distances)
+    index = int(np.argmax(np.where(distances > 0.0, codes_shown(error, beside, lamps.levels), -1.0)))
+    return _Place(
+        needs,
+        lens,
+        from_origin,
+        float(distances[index]),
+        float(beside[index]),
+        float(lamps.levels[index]),
+    )
 
 
 def _across(lens: Lens, seen: Sequence[VisiblePart], distance: float) -> float:
@@ -147,25 +215,3 @@ def _across(lens: Lens, seen: Sequence[VisiblePart], distance: float) -> float:
         min(reached * wide, max((float(box[:, 0].max()) for box in boxes), default=0.0)),
         min(reached * high, max((float(box[:, 2].max()) for box in boxes), default=0.0)),
     )
-
-
-def _nearness(sets: Iterable[LightSet], distance: float) -> float:
-    """How near a surface is taken to be to a light: the median of what the lights say, else `distance`."""
-    sizes = np.concatenate(
-        [np.zeros(0), *(_sizes(lights) for lights in sets if lights.kind != "directional")]
-    )
-    sizes = sizes[np.isfinite(sizes)]
-    return float(np.median(sizes)) if len(sizes) else distance
-
-
-def _sizes(lights: LightSet) -> Float64:
-    """A quarter of each light's reach or, where that is less, where an attenuation has halved it.
-
-    One that is infinite at the light has no half: where it has fallen to 1.
-    """
-    quarter = NEARNESS * lights.reaches
-    if lights.falloff is not Falloff.ATTENUATION:
-        return quarter
-    constant = lights.attenuations[:, 0]
-    start = np.where(constant > 0.0, 2.0 * constant, lights.colors.max(axis=1))
-    return np.minimum(quarter, light_reach(lights.attenuations, start, np.ones(len(start))))

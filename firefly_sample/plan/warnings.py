@@ -41,7 +41,7 @@ def plan_warnings(
     if needs.settings.position == "depth32f" and not needs.capabilities.clip_control:
         warnings.append(
             "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer, "
-            "as accurate as depth24; position=linear32f is accurate here"
+            "as accurate as depth24; use position=linear32f, which is accurate here"
         )
     if needs.settings.interpolation == "float64" and not needs.capabilities.float64:
         warnings.append(

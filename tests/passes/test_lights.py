@@ -340,3 +340,17 @@ def test_a_pile_of_lights_is_one_light(render, kind, count, lights):
     one, many = picture(1), picture(count)
     assert one.max() > 0.1
     assert np.abs(one - many).max() <= (2e-8 * count + 1e-6) * one.max()
+
+
+@pytest.mark.parametrize("lights", ["loop", "forward"])
+def test_more_lights_than_a_shaders_loop_has_turns(render, lights):
+    """llvmpipe leaves a loop after 65,535 turns, without a word."""
+
+    def picture(n):
+        scene = wall_scene()
+        scene.root.attach_new_node(PointLights("l", np.tile([1, 6, 0.5], (n, 1)), (1 / n,) * 3, 9.0))
+        return render(scene, Settings(lights=lights), (8, 6), ("radiance",)).radiance
+
+    one, many = picture(1), picture(100_000)
+    assert one.max() > 0.1
+    assert np.abs(one - many).max() <= (2e-8 * 100_000 + 1e-6) * one.max()

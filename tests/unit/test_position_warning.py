@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.plan.position_error import CODE, codes_shown, depth_error, position_error
+from firefly_sample.plan.position_error import CODE, codes_shown, depth_error, position_error, position_errors
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
-from firefly_sample.settings import Settings
+from firefly_sample.settings import CHOICES, Settings
 from firefly_sample.srgb import linear_to_srgb
 from tests.scenes import wall_scene
 
@@ -64,11 +67,24 @@ def test_half_floats_end_on_both_sides():
     assert position_error("stored16f", 1e-9, 1.0, True, 1e-6) == 2.0**-24
 
 
+@given(st.lists(st.floats(1e-9, 1e9), min_size=2, max_size=9), st.sampled_from(CHOICES["position"]))
+def test_what_is_farther_is_never_less_far_off(distances, method):
+    errors = position_errors(method, 1e-3, math.inf, True, np.sort(distances), 10.0)
+    assert (np.diff(errors) >= 0.0).all()
+
+
 def test_a_code_is_the_step_of_srgb_at_white():
     slope = (linear_to_srgb(1.0) - linear_to_srgb(1.0 - 1e-6)) / 1e-6
     assert float(slope) * CODE * 255.0 == pytest.approx(1.0, rel=1e-5)
     assert codes_shown(0.5 * CODE, 1.0) == pytest.approx(1.0)
     assert codes_shown(1.0, 0.0) == math.inf
+
+
+@given(st.floats(1e-4, 1.0))
+def test_a_change_of_what_is_darker_is_fewer_codes(level):
+    change = 1e-6
+    codes = 255.0 * float(linear_to_srgb(level) - linear_to_srgb(level * (1.0 - change)))
+    assert float(codes_shown(0.5 * change, 1.0, level)) == pytest.approx(codes, rel=2e-2)
 
 
 # --- The line ---
@@ -77,8 +93,9 @@ def test_a_code_is_the_step_of_srgb_at_white():
 def test_the_line_names_method_place_error_and_way_out():
     (line,) = warnings_of(lit_wall(near=1e-3), position="depth24")
     assert line == (
-        "position=depth24: at 10 units, near plane 0.001, a position errs by about 0.015 units, which shows "
-        "(about 6.7 display codes 0.5 from a light); position=linear32f does not, or move the near plane out"
+        "position=depth24: at 10 units, near plane 0.001, a position errs by about 0.015 units, "
+        "which is about 5.3 display codes on a surface 0.5 from a light; use position=linear32f, which is "
+        "off by 4.5e-06, or move the near plane out"
     )
 
 
@@ -98,7 +115,7 @@ def test_depth32f_without_clip_control_is_as_depth24():
     )
     assert [line.split(":")[0] for line in found] == ["position=depth32f"] * 2
     assert "ARB_clip_control" in found[0]
-    assert "position=linear32f does not" in found[1]
+    assert "use position=linear32f, " in found[1]
 
 
 def test_the_inverse_matrix_minds_the_worlds_origin():
@@ -108,7 +125,9 @@ def test_the_inverse_matrix_minds_the_worlds_origin():
         child.set_x(1e6)
     (line,) = warnings_of(scene, position="inverse_matrix")
     assert "1e+06 from the world's origin" in line
-    assert line.endswith("position=linear32f does not, or bring the camera near the world's origin")
+    assert line.endswith(
+        "use position=linear32f, which is off by 4.5e-06, or bring the camera near the world's origin"
+    )
     assert warnings_of(scene, position="depth24") == ()
 
 
@@ -121,7 +140,7 @@ def test_half_floats_say_where_they_end(aside):
         scene.root.find("wall").set_scale(10)
     (line,) = warnings_of(scene, position="stored16f")
     assert line.startswith("position=stored16f: half floats end at 65504 units and ")
-    assert line.endswith("position=stored32f does not end")
+    assert line.endswith("use position=stored32f, which has no such end")
 
 
 def test_parallel_rays_err_by_what_lies_between_the_planes():
@@ -137,7 +156,9 @@ def test_parallel_rays_err_by_what_lies_between_the_planes():
 def test_lights_too_small_for_any_method_say_so():
     (line,) = warnings_of(lit_wall(1e6, 240.0, near=1.0, far=1e7))
     assert line.startswith("position=linear32f: at 1e+06 units, a position errs by about 0.45 units")
-    assert line.endswith("position=depth32f does not")  # a reversed depth buffer has a digit more
+    assert line.endswith(
+        "use position=depth32f, which is off by 0.18"
+    )  # a reversed depth buffer has a digit more
     (line,) = warnings_of(lit_wall(1e6, 0.5, near=1.0, far=1e7))
     assert line.endswith("no method is finer: lights are small for how far away they are seen")
 
@@ -168,6 +189,25 @@ def test_what_no_light_reaches_does_not_count():
     far = scene.root.find("wall").copy_to(scene.root)
     far.set_pos(0, 9e4, 0)
     assert warnings_of(scene, position="depth24") == ()
+
+
+@pytest.mark.parametrize("others", [1, 2, 50])
+def test_a_small_light_among_large_ones_counts(others):
+    """Whatever most lights are like."""
+    scene = lit_wall(50.0, 1.0, near=50.0 / 2e4)
+    (alone,) = warnings_of(scene, position="depth24")
+    colors = np.full((others, 3), 1e-3)
+    scene.root.attach_new_node(PointLights("large", np.tile([0.0, 40.0, 0.0], (others, 1)), colors, 400.0))
+    assert warnings_of(scene, position="depth24") == (alone,)
+
+
+def test_a_light_that_is_too_dim_to_see_does_not_count():
+    scene = lit_wall(50.0, 1.0, near=50.0 / 2e4)
+    light = scene.root.find("light").node()
+    light.set_color((1e-4, 1e-4, 1e-4))
+    assert warnings_of(scene, position="depth24") == ()
+    scene.exposure = 1e4
+    assert warnings_of(scene, position="depth24")
 
 
 def test_an_attenuated_light_counts_where_it_has_halved():
