@@ -12,6 +12,7 @@ from firefly_sample.errors import SettingsError, did_you_mean
 __all__ = [
     "CHOICES",
     "LARGEST_ATLAS",
+    "NOT_FORWARD",
     "PRESETS",
     "SHADOW_RESOLUTIONS",
     "Accumulation",
@@ -74,6 +75,8 @@ SHADOW_RESOLUTIONS = 16, 16384
 
 _WHOLE = {"shadow_atlas": (256, LARGEST_ATLAS), "shadow_resolution": SHADOW_RESOLUTIONS}
 _NOT_CLASSIC = ("normals", "albedo", "interpolation", "accumulation", "light_resolution")
+NOT_FORWARD = {"light_resolution": "full", "interpolation": "rasterizer"}
+"""What needs a G-buffer, and what is left without one."""
 _RANGES: dict[str, tuple[float, float]] = {"cutoff_budget": (0.0, 1e30), "cutoff_threshold": (0.0, 1e30)}
 
 
@@ -222,16 +225,13 @@ class Settings:
         self._check_together()
 
     def _check_together(self) -> None:
-        if self.lights == "forward" and self.light_resolution == "half":
-            raise SettingsError(
-                "setting 'light_resolution' must be full with lights=forward, which shades fragments as they "
-                "are drawn: choose other lights"
-            )
-        if self.lights == "forward" and self.interpolation == "float64":
-            raise SettingsError(
-                "setting 'interpolation' must be rasterizer with lights=forward, which keeps no G-buffer to "
-                "mend: choose other lights"
-            )
+        if self.lights == "forward":
+            for name, value in NOT_FORWARD.items():
+                if getattr(self, name) != value:
+                    raise SettingsError(
+                        f"setting {name!r} must be {value} with lights=forward, which shades fragments as "
+                        "they are drawn and keeps no G-buffer: choose other lights"
+                    )
         if self.look != "classic":
             return
         if self.tone == "exponential" or self.exposure != 1.0:
@@ -320,8 +320,15 @@ def _number(value: Any) -> float:
 
 
 def preset_with(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """What a preset of `PRESETS` changes, with other changes on top; a budget takes its threshold's place."""
-    preset = dict(PRESETS[name])
-    if changes.get("cutoff_budget") is not None and "cutoff_threshold" not in changes:
-        preset.pop("cutoff_threshold", None)
-    return preset | dict(changes)
+    """What a preset of `PRESETS` changes, with other changes on top, to which it leaves what they rule out.
+
+    A budget takes its threshold's place; forward shading and the classic look have no use for some of it.
+    """
+    preset, without = dict(PRESETS[name]), set()
+    if changes.get("cutoff_budget") is not None:
+        without.add("cutoff_threshold")
+    if changes.get("lights") == "forward":
+        without |= set(NOT_FORWARD)
+    if changes.get("look") == "classic":
+        without |= set(_NOT_CLASSIC)
+    return {key: value for key, value in preset.items() if key not in without} | dict(changes)

@@ -1,7 +1,8 @@
 """References that were computed before: a frame in float64 takes seconds, and it is wanted again and again.
 
 They are kept by what they depend on, to the last bit: the same frame of another scene that looks the same is
-found, and one in which a single vertex has moved is not. The folder may be deleted at any time.
+found, and one in which a single vertex has moved is not. The folder may be deleted at any time; what was used
+least lately goes by itself.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ __all__ = ["cache_folder", "fingerprint", "reference_frame"]
 Float64 = NDArray[np.float64]
 
 _KEPT = ("radiance", "light", "position")
+LARGEST_CACHE = 2**30
+"""Bytes: thirty frames of 800x600."""
 
 
 def cache_folder() -> Path:
@@ -161,6 +164,8 @@ def _load(path: Path, shape: tuple[int, ...]) -> dict[str, Float64] | None:
         # np.load would leave a damaged file open
         with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             kept = {name: stored[name] for name in _KEPT}
+        with contextlib.suppress(OSError):
+            os.utime(path)  # used lately
     except (OSError, EOFError, KeyError, ValueError, BadZipFile):
         return None
     whole = all(image.shape == (*shape, 3) and image.dtype == np.float64 for image in kept.values())
@@ -178,3 +183,19 @@ def _save(path: Path, frame: ReferenceFrame) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+    _drop_old(path)
+
+
+def _drop_old(newest: Path) -> None:
+    """Delete what was used least lately, until the rest is no more than `LARGEST_CACHE`; never the newest."""
+    files = []
+    for path in newest.parent.glob("*.npz"):
+        with contextlib.suppress(OSError):  # another process may delete, too
+            stat = path.stat()
+            files.append((path != newest, -stat.st_mtime_ns, stat.st_size, path))
+    total = 0
+    for _, _, size, path in sorted(files):
+        total += size
+        if total > LARGEST_CACHE and path != newest:
+            with contextlib.suppress(OSError):
+                path.unlink()

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from firefly_sample.errors import SettingsError
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.settings import CHOICES, PRESETS, Settings
+from firefly_sample.settings import CHOICES, NOT_FORWARD, PRESETS, Settings
 
 __all__ = ["COMBINATIONS", "Group", "Variation", "signature", "single_choices", "variations"]
 
@@ -122,8 +122,7 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
     """
     found = [Variation("default", "default", {}), *single_choices(plan)]
     if any(step.name == "geometry" for step in plan.passes) and plan.lights:
-        own = {"light_resolution": "full", "interpolation": "rasterizer"}  # it has no others
-        own = {name: value for name, value in own.items() if getattr(base, name) != value}
+        own = {name: value for name, value in NOT_FORWARD.items() if getattr(base, name) != value}
         found += [Variation("forward shading", "baseline", {"lights": "forward", **own})]
         found += [
             Variation(f"lights={name}", "baseline", {"lights": name}) for name in ("loop", "fullscreen")

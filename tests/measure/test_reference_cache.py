@@ -1,5 +1,7 @@
 """References that are kept: found again if and only if nothing has changed."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -132,3 +134,36 @@ def test_the_folder_is_the_users_cache(monkeypatch, tmp_path):
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert cache_folder() == tmp_path / ".cache" / "firefly_sample" / "reference"
+
+
+def test_what_was_used_least_lately_goes_when_there_is_too_much(renderer, computed, tmp_path, monkeypatch):
+    def ages():
+        """Make every file a day older, so that the next one that is used is the newest."""
+        for path in tmp_path.glob("*.npz"):
+            stat = path.stat()
+            os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns - 86_400 * 10**9))
+
+    scenes = [ball_scene(count) for count in (3, 4, 5, 6)]
+    for scene in scenes[:3]:
+        ages()
+        reference_frame(renderer, scene, folder=tmp_path)
+    ages()
+    reference_frame(renderer, scenes[0], folder=tmp_path)  # used again: the second is the oldest now
+    size = max(path.stat().st_size for path in tmp_path.glob("*.npz"))
+    monkeypatch.setattr(module, "LARGEST_CACHE", int(3.5 * size))
+    ages()
+    reference_frame(renderer, scenes[3], folder=tmp_path)
+    assert len(computed) == 4
+    assert len(list(tmp_path.glob("*.npz"))) == 3
+    for scene in (scenes[3], scenes[0], scenes[2]):
+        reference_frame(renderer, scene, folder=tmp_path)
+    assert len(computed) == 4
+    reference_frame(renderer, scenes[1], folder=tmp_path)
+    assert len(computed) == 5
+
+
+def test_a_frame_larger_than_all_that_is_kept_is_kept_itself(renderer, computed, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "LARGEST_CACHE", 1)
+    for _ in range(2):
+        reference_frame(renderer, ball_scene(3), folder=tmp_path)
+    assert len(computed) == 1

@@ -270,6 +270,16 @@ def test_every_preset_draws(render, name):
     assert Settings.preset(name, exposure=2.0) == Settings(**(PRESETS[name] | {"exposure": 2.0}))
 
 
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("given", [{"lights": "forward"}, {"look": "classic"}], ids=str)
+def test_a_preset_leaves_out_what_given_settings_rule_out(name, given):
+    made = Settings.preset(name, **given)
+    kept = {key for key, value in PRESETS[name].items() if getattr(made, key) == value}
+    assert kept >= PRESETS[name].keys() & {"cutoff_budget", "cutoff_threshold", "volume_proxy", "shadow_taps"}
+    with pytest.raises(SettingsError):  # what is given itself is not left out
+        Settings.preset(name, **given, light_resolution="half")
+
+
 def test_a_misspelt_preset_is_named():
     with pytest.raises(
         SettingsError, match=r"^there is no preset 'fats' \(did you mean 'fast'\?\): there are"
