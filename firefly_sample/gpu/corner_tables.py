@@ -78,8 +78,8 @@ class CornerTables:
 
     def _write(self, name: str, rows: NDArray[Any]) -> None:
         """Rows as a texture's texels, row after row."""
-        width = min(len(rows), TABLE_WIDTH)
-        height = -(-len(rows) // width)
+        width = min(max(len(rows), 1), TABLE_WIDTH)
+        height = max(-(-len(rows) // width), 1)
         texels = np.zeros((height * width, rows.shape[1]), dtype=rows.dtype)
         texels[: len(rows)] = rows
         kept = self._textures.get(name)
