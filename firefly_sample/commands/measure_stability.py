@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+import math
+import textwrap
 from collections import Counter
-from typing import Any
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from cyclopts import CycloptsError, Parameter
 
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, Names, Patterns, Whole
 from firefly_sample.commands.terminal import print_json, progress_bar
 
-__all__ = ["stability"]
+__all__ = ["stability", "stability_as_markdown", "stability_as_text"]
+
+Row = dict[str, Any]
 
 
 def stability(
-    *,
+    *words: Annotated[str, Parameter(show=False)],
     case: Patterns | None = None,
     method: Names | None = None,
     device: Whole | None = None,
     require_gpu: Flag = False,
     json: Flag = False,
+    markdown: Flag = False,
 ) -> int:
     """Draw numerical extremes by every way to find a position, and hold each to its bound.
 
@@ -27,7 +35,8 @@ def stability(
     Parameters
     ----------
     case
-        Measure the cases of this name, part of a name or pattern only; repeat it for more.
+        Measure the case of this name or, if none has just that, those of this part of a name or pattern;
+        repeat it for more.
     method
         Measure with these methods only: repeat it, or separate them by commas.
     device
@@ -36,38 +45,121 @@ def stability(
         Fail rather than draw with a software driver.
     json
         Print JSON.
+    markdown
+        Print the tables of docs/stability.md.
     """
     from firefly_sample.measure.stability import measure_stability
 
+    if words:
+        raise CycloptsError(f"{words[0]!r} is no option: a case is chosen by --case {words[0]!r}")
+    if json and markdown:
+        raise CycloptsError("--json and --markdown both say how to print: leave one of them out")
     with progress_bar("cases") as progress:
         result = measure_stability(
             cases=case, methods=method, progress=progress, device=device, require_gpu=require_gpu
         )
     if json:
-        print_json(result)
+        print_json(result | {"cases": [_finite_or_text(row) for row in result["cases"]]})
     else:
-        print(stability_as_text(result))
+        print(stability_as_markdown(result) if markdown else stability_as_text(result))
     return int(any(row["verdict"] == "fail" for row in result["cases"]))
+
+
+def _finite_or_text(row: Row) -> Row:
+    """A row as JSON has it, which knows no infinity: "inf" or "nan" instead."""
+    return {
+        key: str(value) if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in row.items()
+    }
 
 
 def stability_as_text(result: dict[str, Any]) -> str:
     """A measurement as a table: a row a case and method, each case's name once; then why what failed may."""
-    from firefly_sample.measure.stability import reason_for
-
     table = [("CASE", "METHOD", "BOUND", "MEASURED", "VERDICT", "WARNING")]
-    before, reasons = "", {}
+    before = ""
     for row in result["cases"]:
         name = row["case"] if row["case"] != before else ""
         before = row["case"]
         numbers = (f"{row['bound']:.3g}", f"{row['measured']:.3g}")
         table.append((name, row["method"], *numbers, row["verdict"], row["warning"]))
-        expected = reason_for(row["case"], row["method"])
-        if row["verdict"] == "expected" and expected is not None:
-            reasons[expected.cases, expected.methods] = expected.reason
     lines = [result["driver"], align(table)]
-    lines += [
-        f"expected: {cases} with {', '.join(methods)}: {why}" for (cases, methods), why in reasons.items()
-    ]
+    lines += [f"expected: {reason}" for reason in _reasons(result["cases"])]
     counts = Counter(row["verdict"] for row in result["cases"])
     lines.append(", ".join(f"{counts[name]} {name}" for name in ("pass", "expected", "fail")))
     return "\n".join(lines)
+
+
+def _reasons(rows: Sequence[Row]) -> list[str]:
+    """Why cases failed as expected, each reason once."""
+    return list(dict.fromkeys(row["reason"] for row in rows if row["verdict"] == "expected"))
+
+
+def stability_as_markdown(result: dict[str, Any]) -> str:
+    """A measurement as the tables of docs/stability.md.
+
+    Cases of positions have a column a method. Those that are 0 by every method are only named. The others,
+    which have methods of their own, have a row a method. Then why what failed may.
+    """
+    from firefly_sample.measure.stability_cases.case import POSITIONS
+
+    rows = result["cases"]
+    counts = Counter(row["verdict"] for row in rows)
+    lines = [
+        f"{result['driver']}: {counts['pass']} pass, {counts['expected']} fail as expected, "
+        f"{counts['fail']} fail otherwise."
+    ]
+    by_case: dict[str, list[Row]] = {}
+    for row in rows:
+        by_case.setdefault(row["case"], []).append(row)
+    placed = {name: found for name, found in by_case.items() if found[0]["method"] in POSITIONS}
+    wide = {name: found for name, found in placed.items() if any(row["measured"] != 0.0 for row in found)}
+    methods = [method for method in POSITIONS if any(row["method"] == method for row in rows)]
+    if wide:
+        cells = [[name, *_cells(found, methods)] for name, found in wide.items()]
+        lines += ["", *_markdown(["case", "bound", *methods], cells)]
+    zero = [name for name in placed if name not in wide]
+    if zero:
+        text = f"Every method measured 0: {'; '.join(zero)}."
+        lines += ["", textwrap.fill(text, 118, break_long_words=False, break_on_hyphens=False)]
+    others = [
+        [name, row["method"], _number(row["bound"]), _measured(row)]
+        for name, found in by_case.items()
+        if name not in placed
+        for row in found
+    ]
+    if others:
+        lines += ["", *_markdown(["case", "method", "bound", "measured"], others)]
+    reasons = _reasons(rows)
+    if reasons:
+        lines += ["", "These fail as expected:", "", *(f"- {reason}" for reason in reasons)]
+    return "\n".join(lines)
+
+
+def _cells(rows: Sequence[Row], methods: Sequence[str]) -> list[str]:
+    """The least bound, and what each method measured; after it its own bound where that is another."""
+    least = min(row["bound"] for row in rows)
+    found = {row["method"]: row for row in rows}
+    cells = [_number(least)]
+    for method in methods:
+        row = found[method]
+        own = "" if row["bound"] == least else f" ({_number(row['bound'])})"
+        cells.append(_measured(row) + own)
+    return cells
+
+
+def _measured(row: Row) -> str:
+    number = _number(row["measured"])
+    return {"pass": number, "expected": f"**{number}**"}.get(row["verdict"], f"{number} fails")
+
+
+def _number(value: float) -> str:
+    """Two digits, for example 3.3e-7; 0 as it is."""
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    digits, power = f"{value:.1e}".split("e")
+    return f"{digits}e{int(power)}"
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    lines = ["| " + " | ".join(cells) + " |" for cells in (head, *rows)]
+    return [lines[0], "|" + "---|" * len(head), *lines[1:]]

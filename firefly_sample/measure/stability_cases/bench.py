@@ -76,10 +76,16 @@ class Bench:
 
     def law_of(self, method: str) -> str:
         """The method by whose law one errs on this driver: reversed depth needs clip control."""
-        if method != "depth32f":
-            return method
-        reverses = self.plan(Scene(), Settings(position="depth32f"), SIZE).view.reverse
-        return "depth32f" if reverses else "depth24"
+        return "depth24" if method == "depth32f" and not self.capabilities.clip_control else method
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What the driver can do."""
+        return self.device.capabilities
+
+    def can_draw(self, needs: str) -> bool:
+        """Whether the driver has one of `Capabilities`; "" needs none."""
+        return not needs or bool(getattr(self.capabilities, needs))
 
     def begin(self) -> None:
         """Forget what was noted."""

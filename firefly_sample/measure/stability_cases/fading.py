@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from decimal import Decimal, localcontext
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.measure.stability_cases.bench import Bench
-from firefly_sample.measure.stability_cases.case import DOUBLES, Case, positioned
-from firefly_sample.measure.stability_cases.scenes import wall_scene
+from firefly_sample.measure.stability_cases.case import ACCURATE, DOUBLES, Case, positioned
+from firefly_sample.measure.stability_cases.scenes import WALL, wall_scene
+from firefly_sample.plan.position_error import position_error
 from firefly_sample.plan.reach import light_reach
 from firefly_sample.scene.lights import PointLight, PointLights
 from firefly_sample.scene.material import Material
@@ -98,19 +100,28 @@ def _budget(count: int, budget: float) -> Case:
     return Case(f"cut-off, {count} lights, budget {budget:g}", run, budget)
 
 
+def _units(gap: float) -> list[float]:
+    """The sizes of the scene, of 1 and 1e-12, in which the gap is small and yet not lost in float64."""
+    return [
+        unit
+        for unit in (1.0, 1e-12)
+        if gap == 0.0 or (gap < 0.01 * unit * WALL and unit * WALL - gap < unit * WALL)
+    ]
+
+
 def _on_the_surface(gap: float) -> Case:
     """Lights of every way to fade, `gap` before the wall: how many values are no number."""
 
     def run(bench: Bench, method: str) -> float:
         wrong = 0
-        for make in (PointLight, Spotlight):
+        for unit, make in product(_units(gap), (PointLight, Spotlight)):
             for attenuation in (None, (1.0, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)):
                 material = Material("shiny", (0.5, 0.5, 0.5, 1.0), specular=(1.0, 1.0, 1.0), shininess=1e4)
-                scene = wall_scene(material=material)
-                light = make("light", radius=2.0)
+                scene = wall_scene(unit * WALL, unit * 20.0, 1, material, unit, unit * 100.0)
+                light = make("light", radius=unit * 2.0)
                 if attenuation is not None:
                     light.set_attenuation(attenuation)
-                scene.root.attach_new_node(light).set_pos(0.0, 10.0 - gap, 0.0)
+                scene.root.attach_new_node(light).set_pos(0.0, unit * WALL - gap, 0.0)
                 for changes in ({}, {"specular": "blinn_phong"}, {"lights": "loop"}):
                     settings = positioned(method, **changes)
                     drawn = bench.draw(scene, settings, (33, 25), ("radiance", "light"))
@@ -122,19 +133,27 @@ def _on_the_surface(gap: float) -> Case:
 
 def _of_strength(strength: float) -> Case:
     """A light of any strength against what it must show in the middle of the wall."""
+    apart = 4.7
 
     def run(bench: Bench, method: str) -> float:
         scene = wall_scene(material=Material("white", (1.0, 1.0, 1.0, 1.0)))
         light = PointLight("light", (strength,) * 3)
         light.set_attenuation((1.0, 0.0, 1.0))
-        scene.root.attach_new_node(light).set_pos(0.0, 5.0, 0.0)
+        scene.root.attach_new_node(light).set_pos(0.0, WALL - apart, 0.0)
         settings = positioned(method, cutoff_budget=0.0)
         drawn = bench.draw(scene, settings, (33, 25), ("radiance", "color"))
-        middle, expected = drawn["radiance"][12, 16], strength / 26.0
+        middle, expected = drawn["radiance"][12, 16], strength / (1.0 + apart**2)
         return float(np.abs(middle - expected).max() / (expected or 1.0))
 
-    # a half float that stores y = 10 may lose 2^-10 of it, which is worth 4e-3 at 5 units from the light
-    return Case(f"strength {strength:g}", run, lambda method: 5e-3 if method == "stored16f" else 1e-3)
+    def bound(method: str) -> float:
+        if strength == 0.0:
+            return 0.0
+        if method in ACCURATE:
+            return 2e-6
+        # 1 / (1 + d^2) changes by 2 d / (1 + d^2) of itself for each unit
+        return 2e-6 + 2.0 * apart / (1.0 + apart**2) * position_error(method, 1.0, 100.0, True, WALL)
+
+    return Case(f"strength {strength:g}", run, bound)
 
 
 def _reach(name: str) -> Case:

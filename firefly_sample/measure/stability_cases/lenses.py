@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from firefly_sample.measure.stability_cases.bench import Bench
@@ -19,7 +21,7 @@ SIZE = (1001, 701)
 
 
 def _case(fov: float, of_rays: bool) -> Case:
-    """NDC, or the way through a pixel over the longest way aside, which is stricter than over its length."""
+    """NDC, or how far aside the way through each pixel leads, over just that."""
 
     def run(bench: Bench, method: str) -> float:
         scene = wall_scene()
@@ -32,7 +34,11 @@ def _case(fov: float, of_rays: bool) -> Case:
             rays = pixel_rays(view)
             way = rays.direction if view.lens.perspective else rays.origin
             exact = way[:, [0, 2]].reshape(height, width, 2)
-            return float(np.abs(given[..., 2:] - exact).max() / np.abs(exact).max())
+            off = np.linalg.norm(given[..., 2:] - exact, axis=2)
+            aside = np.linalg.norm(exact, axis=2)
+            if off[aside == 0.0].any():
+                return math.inf
+            return float((off[aside > 0.0] / aside[aside > 0.0]).max())
         ndc = np.stack(
             np.meshgrid(
                 (np.arange(width) + 0.5) / (width / 2) - 1.0, 1.0 - (np.arange(height) + 0.5) / (height / 2)

@@ -11,9 +11,14 @@ from firefly_sample.plan.position_error import position_error
 
 __all__ = ["CASES"]
 
-BOUND = 1e-4
+EXACT, ROUNDED = 1e-6, 1e-4
+"""Bounds where float64 represents every place, and where it rounds them: relative to the largest value."""
 FARTHEST = 16.0
 """Of what is lit in the garden, along the view axis."""
+SHARE = 0.1
+"""Of a method's law: both pictures store positions in the same steps, so only few pixels differ in one."""
+SMALLEST_HALF = 2.0**-24
+"""Half floats lose up to this of places near 0, in any units."""
 
 
 def _difference(bench: Bench, method: str, scale: float, offset: float) -> float:
@@ -26,19 +31,19 @@ def _difference(bench: Bench, method: str, scale: float, offset: float) -> float
     return float(np.abs(there - here).max() / here.max())
 
 
-def _bound(method: str, scale: float, offset: float) -> float:
+def _bound(method: str, own: float, scale: float, offset: float) -> float:
     if method in ACCURATE:
-        return BOUND
+        return own
     near, far, farthest = scale * GARDEN_NEAR, scale * GARDEN_FAR, scale * FARTHEST
     error = position_error(method, near, far, True, farthest, 3.0**0.5 * offset)
-    return within_law(BOUND, error, scale * GARDEN_LIGHTS)
+    return within_law(own, error, scale * GARDEN_LIGHTS, SHARE)
 
 
-def _moved(power: int) -> Case:
+def _moved(power: int, own: float) -> Case:
     return Case(
         f"moved by 2^{power}",
         lambda bench, method: _difference(bench, method, 1.0, 2.0**power),
-        lambda method: _bound(method, 1.0, 2.0**power),
+        lambda method: _bound(method, own, 1.0, 2.0**power),
     )
 
 
@@ -46,11 +51,24 @@ def _scaled(scale: float) -> Case:
     return Case(
         f"scaled by {scale:g}",
         lambda bench, method: _difference(bench, method, scale, 0.0),
-        lambda method: _bound(method, scale, 0.0),
+        lambda method: _bound(method, ROUNDED, scale, 0.0),
     )
 
 
+def _scaled_exactly(power: int) -> Case:
+    """By a power of two, which changes no digit: the picture is the same."""
+    scale = 2.0**power
+
+    def bound(method: str) -> float:
+        if method != "stored16f" or power > 0:
+            return 0.0
+        return SHARE * 2.0 * SMALLEST_HALF / (scale * GARDEN_LIGHTS)
+
+    return Case(f"scaled by 2^{power}", lambda bench, method: _difference(bench, method, scale, 0.0), bound)
+
+
 CASES = (
-    *(_moved(power) for power in (10, 20, 30)),
+    *(_moved(power, own) for power, own in ((10, EXACT), (20, EXACT), (30, ROUNDED))),
     *(_scaled(scale) for scale in (1e-6, 1e-3, 1e3, 1e6)),
+    *(_scaled_exactly(power) for power in (-10, 10)),
 )

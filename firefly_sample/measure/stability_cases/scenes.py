@@ -13,9 +13,12 @@ from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
 
-__all__ = ["ball", "facing_wall", "garden", "geom_node", "on_grid", "wall", "wall_scene"]
+__all__ = ["WALL", "ball", "facing_wall", "garden", "geom_node", "on_grid", "wall", "wall_scene"]
 
 Float64 = NDArray[np.float64]
+
+WALL = 9.7
+"""How far away the wall of `wall_scene` is: no float32 and no half float is exactly that."""
 
 
 def geom_node(name: str, geom: Geom, material: Material | None = None) -> GeomNode:
@@ -63,7 +66,7 @@ def ball(radius: float, rings: int = 16) -> Geom:
 
 
 def wall_scene(
-    distance: float = 10.0,
+    distance: float = WALL,
     size: float = 20.0,
     cells: int = 1,
     material: Material | None = None,

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from firefly_sample.measure.stability_cases.bench import Bench, Drawn
 from firefly_sample.measure.stability_cases.case import Case, positioned, within_law
 from firefly_sample.measure.stability_cases.probes import probe_normals
-from firefly_sample.measure.stability_cases.scenes import ball, geom_node, wall, wall_scene
+from firefly_sample.measure.stability_cases.scenes import WALL, ball, geom_node, wall, wall_scene
 from firefly_sample.plan.position_error import position_error
-from firefly_sample.plan.targets import NORMAL_FORMATS
+from firefly_sample.plan.targets import NORMAL_FORMATS, UNSIGNED
 from firefly_sample.plan.variants import NormalPacking
 from firefly_sample.reference.shade import each_light
 from firefly_sample.reference.surfaces import see_surfaces
@@ -61,6 +61,8 @@ def _normals(bench: Bench, method: str) -> float:
         bench.kept["directions"] = directions().astype(np.float32)
     given = bench.kept["directions"]
     format_name, packing = NORMAL_FORMATS[method]
+    if format_name == "rg16_snorm" and not bench.capabilities.snorm_targets:
+        format_name, packing = UNSIGNED
     back = probe_normals(bench.device, given, cast(NormalPacking, packing), format_name).astype(np.float64)
     if not np.isfinite(back).all():
         return 180.0
@@ -72,7 +74,7 @@ def _normals(bench: Bench, method: str) -> float:
 def _wall_with(geom: Geom) -> Scene:
     scene = wall_scene()
     scene.root.find("wall").detach_node()
-    scene.root.attach_new_node(geom_node("wall", geom, Material("grey", (0.5, 0.5, 0.5, 1.0)))).set_y(10)
+    scene.root.attach_new_node(geom_node("wall", geom, Material("grey", (0.5, 0.5, 0.5, 1.0)))).set_y(WALL)
     scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1, far=100)
     scene.root.attach_new_node(PointLight("light", radius=12.0)).set_pos(1, 6, 1)
     return scene
@@ -81,6 +83,8 @@ def _wall_with(geom: Geom) -> Scene:
 def _same(bench: Bench, method: str, one: Geom, other: Geom) -> float:
     settings = positioned(method)
     pictures = [bench.draw(_wall_with(geom), settings)["radiance"] for geom in (one, other)]
+    if not pictures[0].any():
+        return math.inf
     return float(np.abs(pictures[0] - pictures[1]).max())
 
 
@@ -133,7 +137,7 @@ def _thin_triangles(bench: Bench, method: str) -> float:
     normal = np.abs(drawn["normal"] - found.gbuffer.normal).max(axis=-1)
     distance = np.abs(drawn["depth"] / found.gbuffer.position[..., 1] - 1.0)
     if np.count_nonzero(found.covered) < NEEDLES // 4:
-        return 1.0  # too little to measure
+        return math.inf  # too little to measure
     return float(np.maximum(normal, distance)[found.covered].max())
 
 
@@ -184,7 +188,7 @@ def _shininess(exponent: float) -> Case:
             expected, _ = drawn.expected_light()
             chosen = _far_from_dusk(drawn)
             if expected[chosen].max() < 0.25:
-                return 1.0  # no highlight to measure
+                return math.inf  # no highlight to measure
             off = np.abs(drawn["radiance"] - expected)[chosen]
             worst = max(worst, float(off.max() / expected[chosen].max()))
         return worst
@@ -211,6 +215,6 @@ CASES = (
     ),
     Case("normals without length", _no_normals, 0.0),
     Case("triangles without area", _no_area, 0.0),
-    Case("thin triangles", _thin_triangles, 1e-6, ("float64",)),
+    Case("thin triangles", _thin_triangles, 1e-6, ("float64",), needs="float64"),
     *(_shininess(exponent) for exponent in (0.0, 1.0, 32.0, 1e3, 1e4, 1e6)),
 )

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.measure.stability_cases.bench import Bench
-from firefly_sample.measure.stability_cases.case import ACCURATE, Case, positioned
-from firefly_sample.measure.stability_cases.scenes import facing_wall, geom_node, wall, wall_scene
+from firefly_sample.measure.stability_cases.case import ACCURATE, Case, positioned, within_law
+from firefly_sample.measure.stability_cases.scenes import WALL, facing_wall, geom_node, wall, wall_scene
 from firefly_sample.plan.frame_plan import Capabilities
+from firefly_sample.plan.position_error import position_error
+from firefly_sample.reference.frame import render_reference
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.scene.material import Material
@@ -30,6 +32,8 @@ Float64 = NDArray[np.float64]
 
 CONES = {"narrow": (8.0, 12.0), "wide": (30.0, 50.0), "wider": (60.0, 85.0)}
 """Drawn as a cone, as a cone, and as a sphere."""
+FLOAT_STEP = 2.0**-24
+"""What float32 may round of a number, relative."""
 
 
 def missed(bench: Bench, scene: Scene, settings: Settings, capabilities: Capabilities | None = None) -> float:
@@ -68,26 +72,63 @@ def _placed(name: str, place: tuple[float, float, float], reach: float) -> Case:
     return Case(f"volume {name}", run, 0.0)
 
 
+FAR_AWAY, BEFORE, ABOVE = 1000.0, 0.3, 0.1
+"""Where the wall of the small far lights is, and how far before it and above its middle they are."""
+TILTS = 20.0, 60.0
+BESIDE = BEFORE * math.cos(math.radians(60.0)) + ABOVE * math.sin(math.radians(60.0))
+"""How near the lights come to the wall, at the larger tilt."""
+FADES = 0.6
+"""(1 - d)^2 and the cosine change by at most 5 of themselves for each unit there, not by 2 / d."""
+
+
+def _far_scene(kind: str, tilt: float, near: float) -> Scene:
+    scene = Scene()
+    scene.camera_node.lens = PerspectiveLens(fov=0.15, near=near, far=3.0 * FAR_AWAY)
+    plane = scene.root.attach_new_node(geom_node("wall", wall(60.0, 8)))
+    plane.set_pos_hpr(0, FAR_AWAY, 0, 0, -tilt, 0)
+    scene.root.attach_new_node(_light(kind, 1.0)).set_pos(0, FAR_AWAY - BEFORE, ABOVE)
+    return scene
+
+
 def _far(ratio: float) -> Case:
     """A light of reach 1, a thousand units away, behind a near plane that is as near as `ratio` says.
 
-    Also through a standard depth buffer, which is what there is without clip control.
+    The largest difference to float64, over its largest value. Methods that find the surface must also light
+    the same pixels by volumes and by full-screen passes, through a standard depth buffer as well, which is
+    what there is without clip control.
     """
+    near = FAR_AWAY / ratio
+
+    def expected_of(bench: Bench, kind: str, tilt: float) -> Float64:
+        key = f"small far {kind}, {tilt:g}"
+        if key not in bench.kept:
+            settings = positioned("linear32f", lights="fullscreen")
+            drawn = bench.draw(_far_scene(kind, tilt, 0.1), settings, outputs=("light", "visibility"))
+            visibility = np.asarray(drawn.frame["visibility"], dtype=np.int32)
+            bench.kept[key] = render_reference(drawn.plan, visibility, threads=1).light
+            bench.begin_warnings()
+        kept: Float64 = bench.kept[key]
+        return kept
 
     def run(bench: Bench, method: str) -> float:
-        y, worst = 1000.0, 0.0
-        for kind, tilt in product(("point", "spot"), (20.0, 60.0)):
-            scene = Scene()
-            scene.camera_node.lens = PerspectiveLens(fov=0.15, near=y / ratio, far=3.0 * y)
-            plane = scene.root.attach_new_node(geom_node("wall", wall(60.0, 8)))
-            plane.set_pos_hpr(0, y, 0, 0, -tilt, 0)
-            light = scene.root.attach_new_node(_light(kind, 1.0))
-            light.set_pos(0, y - (0.3 if kind == "spot" else 0.0), 0.1)
+        worst = 0.0
+        for kind, tilt in product(("point", "spot"), TILTS):
+            expected = expected_of(bench, kind, tilt)
+            scene = _far_scene(kind, tilt, near)
+            light = bench.draw(scene, positioned(method, normals="rgba32f"), outputs=("light",))["light"]
+            worst = max(worst, float(np.abs(light - expected).max() / expected.max()))
+            if bench.law_of(method) not in ACCURATE:
+                continue
             for capabilities in (None, Capabilities(clip_control=False, snorm_targets=False)):
-                worst = max(worst, missed(bench, scene, positioned(method), capabilities))
+                if missed(bench, scene, positioned(method), capabilities):
+                    return math.inf
         return worst
 
-    return Case(f"small far light at y/n {ratio:g}", run, 0.0)
+    def bound(method: str) -> float:
+        error = position_error(method, near, 3.0 * FAR_AWAY, True, FAR_AWAY)
+        return within_law(1e-6, error, BESIDE, FADES)
+
+    return Case(f"small far light at y/n {ratio:g}", run, bound)
 
 
 def _endless(reach: float) -> Case:
@@ -105,22 +146,40 @@ def _endless(reach: float) -> Case:
     return Case(f"reach {reach:g}", run, 0.0)
 
 
-def _below_a_pixel(bench: Bench, method: str) -> float:
-    """Share of pixels that are lit and must not be, or the other way, by float64 on what is stored."""
-    worst = 0.0
-    settings = positioned(method)
-    for kind in ("point", "spot"):
-        for size in ((65, 49), (64, 48)):
-            for reach in (0.02, 0.1, 0.3):
-                scene = wall_scene(cells=4)
-                light = scene.root.attach_new_node(_light(kind, reach))
-                light.set_pos(0.003, 10.0 - 0.4 * reach, 0.002)
-                drawn = bench.draw(scene, settings, size, ("light",), gbuffer=True)
-                _, expected = drawn.expected_light()
-                worst = max(worst, float(((drawn["light"] > 0) != (expected > 0)).mean()))
-                everywhere = bench.draw(scene, settings.with_changes(lights="fullscreen"), size, ("light",))
-                worst = max(worst, float((drawn["light"] != everywhere["light"]).mean()))
-    return worst
+def _below_a_pixel(reach: float) -> Case:
+    """Largest difference to float64 on what is stored, over its largest value.
+
+    Infinite if a pixel is lit and must not be, or the other way, or differs from a full-screen pass.
+    """
+    before = 0.4 * reach
+
+    def run(bench: Bench, method: str) -> float:
+        worst = 0.0
+        settings = positioned(method)
+        for kind, size in product(("point", "spot"), ((65, 49), (64, 48))):
+            scene = wall_scene(cells=4)
+            light = scene.root.attach_new_node(_light(kind, reach))
+            light.set_pos(0.003, WALL - before, 0.002)
+            drawn = bench.draw(scene, settings, size, ("light",), gbuffer=True)
+            everywhere = bench.draw(scene, settings.with_changes(lights="fullscreen"), size, ("light",))
+            _, expected = drawn.expected_light()
+            given = drawn["light"]
+            if ((given > 0) != (expected > 0)).any() or (given != everywhere["light"]).any():
+                return math.inf
+            worst = max(worst, float(np.abs(given - expected).max() / (expected.max() or 1.0)))
+        return worst
+
+    def bound(method: str) -> float:
+        own = 1e-5
+        if method == "linear32f":
+            return own
+        if method in ("stored16f", "stored32f"):
+            return own + 2.0 * FLOAT_STEP * WALL / before  # what is stored is the place, in float32's steps
+        # of what is stored, 16 bits are computed with as 24 are
+        name = {"depth16": "depth24"}.get(method, method)
+        return within_law(own, position_error(name, 1.0, 100.0, True, WALL), before)
+
+    return Case(f"light below a pixel, reach {reach:g}", run, bound)
 
 
 CASES = (
@@ -134,5 +193,5 @@ CASES = (
     _placed("of radius 1e20", (0.0, 9.0, 2.0), 1e20),
     _placed("of radius 1e300", (0.0, 9.0, 2.0), 1e300),
     *(_endless(reach) for reach in (1e20, 1e36, 1e38, math.inf)),
-    Case("light below a pixel", _below_a_pixel, 0.0),
+    *(_below_a_pixel(reach) for reach in (0.02, 0.1, 0.3)),
 )

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from firefly_sample.measure.stability_cases.bench import Bench
-from firefly_sample.measure.stability_cases.case import Case, positioned
+from firefly_sample.measure.stability_cases.case import Case, error_warning, positioned
 from firefly_sample.measure.stability_cases.scenes import geom_node, wall
 from firefly_sample.reference.color import linear_to_srgb, tone_curve
 from firefly_sample.reference.frame import render_reference
@@ -79,7 +79,7 @@ def _wrong(bench: Bench, method: str, fades: bool, from_origin: float) -> float:
         for ratio in RATIOS:
             bench.begin_warnings()
             codes = _codes_off(bench, _scene(DISTANCE / ratio, reach, fades, from_origin), settings)
-            warned = any(f"position={method}" in line for line in bench.warnings)
+            warned = error_warning(bench.warnings, method) != ""
             wrong += codes < EARLY if warned else codes > LATE
     bench.begin_warnings()
     return float(wrong)
