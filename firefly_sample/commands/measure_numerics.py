@@ -25,8 +25,9 @@ def numerics(
     Parameters
     ----------
     tables
-        Names: depth, normals, highlights, albedo, conversions, accumulation, piles, cutoff, reach, proxies,
-        cones, powers, ndc, far_from_origin, filtering, cost. All when absent.
+        Names, separated by spaces or commas: depth, normals, highlights, albedo, conversions, accumulation,
+        piles, cutoff, reach, proxies, depth_tests, depth_clamp, cones, powers, ndc, far_from_origin,
+        filtering, cost, rates, frames, fragments. All when absent.
     device
         Which EGL device to draw with (see firefly doctor).
     require_gpu
@@ -36,8 +37,9 @@ def numerics(
     """
     from firefly_sample.measure.numerics import measure_numerics
 
+    names = [name.strip() for given in tables for name in given.split(",")]
     with progress_bar("tables") as progress:
-        driver, measured = measure_numerics(tables, device=device, require_gpu=require_gpu, progress=progress)
+        driver, measured = measure_numerics(names, device=device, require_gpu=require_gpu, progress=progress)
     if json:
         print_json({"driver": driver, "tables": [table.as_dict() for table in measured]})
         return 0

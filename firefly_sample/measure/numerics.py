@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 
 from firefly_sample.errors import SettingsError, did_you_mean
 from firefly_sample.gpu.device import Device
@@ -10,16 +11,20 @@ from firefly_sample.measure.numerics_angles import cones, highlights
 from firefly_sample.measure.numerics_cost import cost
 from firefly_sample.measure.numerics_depth import depth
 from firefly_sample.measure.numerics_filtering import filtering
+from firefly_sample.measure.numerics_frames import fragments, frames
 from firefly_sample.measure.numerics_gbuffer import albedo, conversions, normals
 from firefly_sample.measure.numerics_lights import accumulation, cutoff, piles
 from firefly_sample.measure.numerics_proxies import proxies
+from firefly_sample.measure.numerics_rates import rates
 from firefly_sample.measure.numerics_reach import reach
 from firefly_sample.measure.numerics_shading import far_from_origin, ndc, powers
 from firefly_sample.measure.numerics_table import Table
+from firefly_sample.measure.numerics_volumes import depth_clamp, depth_tests
+from firefly_sample.renderer import Renderer
 
-__all__ = ["TABLES", "measure_numerics"]
+__all__ = ["NAMES", "measure_numerics"]
 
-TABLES: dict[str, Callable[[Device], Table]] = {
+_NUMBERS: dict[str, Callable[[Device], Table]] = {
     "depth": depth,
     "normals": normals,
     "highlights": highlights,
@@ -30,14 +35,22 @@ TABLES: dict[str, Callable[[Device], Table]] = {
     "cutoff": cutoff,
     "reach": reach,
     "proxies": proxies,
+    "depth_tests": depth_tests,
+    "depth_clamp": depth_clamp,
     "cones": cones,
     "powers": powers,
     "ndc": ndc,
     "far_from_origin": far_from_origin,
     "filtering": filtering,
     "cost": cost,
+    "rates": rates,
 }
-"""Tables by name, in the order of docs/numerics.md."""
+"""Tables of what a driver does with numbers."""
+_FRAMES: dict[str, Callable[[Renderer], Table]] = {"frames": frames, "fragments": fragments}
+"""Tables of what the renderer draws."""
+
+NAMES = (*_NUMBERS, *_FRAMES)
+"""Of all tables, in the order of docs/numerics.md."""
 
 
 def measure_numerics(
@@ -47,7 +60,9 @@ def measure_numerics(
     require_gpu: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[str, list[Table]]:
-    """Measure tables of `TABLES` on a driver; all but "cost" give the same figures again.
+    """Measure tables of `NAMES` on a driver.
+
+    All but "cost" and "rates", which are times, give the same figures again on the same machine.
 
     Parameters
     ----------
@@ -73,22 +88,22 @@ def measure_numerics(
         If there is no OpenGL 3.3 or, with `require_gpu`, only a software driver.
     """
     for name in names:
-        if name not in TABLES:
-            raise SettingsError(
-                f"there is no table {name!r}{did_you_mean(name, TABLES)}: there are {', '.join(TABLES)}"
-            )
-    chosen = list(dict.fromkeys(names)) or list(TABLES)
-    made = Device(device)
-    try:
+        if name not in NAMES:
+            what = f"no table {name!r}{did_you_mean(name, NAMES)}" if name else "a table without a name"
+            raise SettingsError(f"there is {what}: choose from {', '.join(NAMES)}")
+    chosen = list(dict.fromkeys(names)) or list(NAMES)
+    with ExitStack() as held:
+        made = Device(device)
+        held.callback(made.release)
         if require_gpu:
             made.require_gpu()
+        if _FRAMES.keys() & set(chosen):
+            renderer = held.enter_context(Renderer(device=device, count_fragments=True))
         tables = []
         for done, name in enumerate(chosen):
             if progress is not None:
                 progress(done, len(chosen))
-            tables.append(TABLES[name](made))
+            tables.append(_FRAMES[name](renderer) if name in _FRAMES else _NUMBERS[name](made))
         if progress is not None:
             progress(len(chosen), len(chosen))
         return made.renderer, tables
-    finally:
-        made.release()

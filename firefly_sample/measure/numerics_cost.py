@@ -99,7 +99,7 @@ def cost(device: Device, rounds: int = 15, size: tuple[int, int] = (400, 300)) -
         own = statistics.median(second for _, second in times)
         rows.append((name, statistics.median(ratios), quartile_spread(ratios), own))
     about = (
-        f"Time of one way of drawing over another's: median of {rounds} interleaved rounds, the distance of "
-        "the quartiles over it, and the second's milliseconds. They change from run to run."
+        f"Time of one way of drawing over another's. ratio: median of {rounds} interleaved rounds; spread: "
+        "interquartile range over median; ms: time of the second way. They change from run to run."
     )
     return Table("cost", about, ("first / second", "ratio", "spread", "ms"), rows)

@@ -10,7 +10,7 @@ import math
 from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.probe import evaluate
@@ -19,7 +19,15 @@ from firefly_sample.plan.targets import ALBEDO_FORMATS, FORMATS, NORMAL_FORMATS,
 from firefly_sample.plan.variants import ColorPacking, NormalPacking
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 
-__all__ = ["albedo", "conversions", "directions", "normal_bounds", "normals"]
+__all__ = [
+    "albedo",
+    "conversions",
+    "degrees_between",
+    "directions",
+    "normal_bounds",
+    "normals",
+    "stored_normals",
+]
 
 Float64 = NDArray[np.float64]
 
@@ -49,32 +57,43 @@ def normals(device: Device, samples: int = 2_000_000) -> Table:
     for name, (target, packing) in NORMAL_FORMATS.items():
         if target == "rg16_snorm" and not device.capabilities.snorm_targets:
             target, packing = UNSIGNED
-        defines = {"NORMALS": get_args(NormalPacking).index(packing), "COLORS": 0}
         angles, off = [], 0.0
         for first in range(0, samples, CHUNK):
             true = exact[first : first + CHUNK]
-            inputs = np.zeros((len(true), 4), dtype=np.float32)
-            inputs[:, :3] = true
-            back = evaluate(
-                device,
-                ["gbuffer"],
-                "result = encode_normal(a.xyz);",
-                inputs,
-                defines,
-                target=target,
-                then="result.rgb = decode_normal(a);",
-            )[:, :3].astype(np.float64)
+            back = stored_normals(device, true, packing, target).astype(np.float64)
             unit = true / np.linalg.norm(true, axis=1, keepdims=True)
-            angles.append(_degrees(back / np.linalg.norm(back, axis=1, keepdims=True), unit))
+            angles.append(degrees_between(back, unit))
             off = max(off, float(np.linalg.norm(back - unit, axis=1).max()))
         degrees = np.concatenate(angles)
         size = FORMATS[target].bytes_per_pixel
         bound = math.degrees(bounds[name])
         rows.append((name, size, float(degrees.mean()), float(degrees.max()), bound, off))
-    about = f"Angle between a normal and what comes back of it, over {samples:,} random directions."
+    about = (
+        f"Angle between a normal and what comes back of it, over {samples:,} random directions; and the "
+        "largest error of N.L, the cosine of the angle between normal and light."
+    )
     return Table(
         "normals", about, ("normals", "bytes", "mean deg", "max deg", "max deg bound", "max N.L"), rows
     )
+
+
+def stored_normals(device: Device, unit: ArrayLike, packing: str, target: str) -> NDArray[np.float32]:
+    """Unit vectors (n, 3) as they come back from a target, by the shaders' own functions.
+
+    Parameters
+    ----------
+    packing, target : str
+        As `firefly_sample.plan.targets.NORMAL_FORMATS` has them.
+    """
+    return evaluate(
+        device,
+        ["gbuffer"],
+        "result = encode_normal(a.xyz);",
+        np.pad(np.asarray(unit, dtype=np.float32), ((0, 0), (0, 1))),
+        {"NORMALS": get_args(NormalPacking).index(packing), "COLORS": 0},
+        target=target,
+        then="result.rgb = decode_normal(a);",
+    )[:, :3]
 
 
 def normal_bounds() -> dict[str, float]:
@@ -97,8 +116,9 @@ def normal_bounds() -> dict[str, float]:
     }
 
 
-def _degrees(a: Float64, b: Float64) -> Float64:
-    """Between unit vectors, without the loss of the arc cosine near 0."""
+def degrees_between(a: Float64, b: Float64) -> Float64:
+    """Between vectors (n, 3) of any length but 0, without the loss of the arc cosine near 0."""
+    a, b = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (a, b))
     return np.asarray(
         np.degrees(2.0 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
     )
@@ -124,7 +144,8 @@ def albedo(device: Device, samples: int = 1_000_000) -> Table:
         bound = _dark_bound(name, float(dark.min()))
         rows.append((name, size, relative, bound, codes, float(back.mean() / even.mean()) - 1.0))
     about = (
-        "What comes back of a colour: errors near 0.01, in display codes of 255 over 0..1, and of the sum."
+        "What comes back of a colour: the largest relative error near 0.01; the largest error anywhere in "
+        "codes, the 255 steps of a display from black to white; and the relative error of the mean."
     )
     return Table("albedo", about, ("albedo", "bytes", "at 0.01", "at 0.01 bound", "codes", "bias"), rows)
 

@@ -58,7 +58,7 @@ def accumulation(device: Device, places: int = 8192) -> Table:
         size = FORMATS[ACCUMULATION_FORMATS[name.partition(",")[0]]].bytes_per_pixel
         bound = LIGHTS * EPS if name == "rgba32f" else None
         rows.append((name, size, float(np.abs(error).max()), bound, float(error.mean())))
-    about = f"The sum of {LIGHTS} additive passes: largest relative error, and mean bias."
+    about = f"The sum of {LIGHTS} additive passes: largest relative error, and its mean, the bias."
     return Table("accumulation", about, ("accumulation", "bytes", "largest", "bound", "bias"), rows)
 
 

@@ -11,7 +11,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.measure.numerics_table import Table, Value
 from firefly_sample.plan.reach import light_reach
 
-__all__ = ["QUADRATICS", "reach"]
+__all__ = ["QUADRATICS", "exact_reach", "reach"]
 
 Float64 = NDArray[np.float64]
 
@@ -37,23 +37,37 @@ def reach(device: Device | None = None, samples: int = 1000) -> Table:
         textbook = (-linear + np.sqrt(linear**2 + 4.0 * quadratic * k)) / (2.0 * quadratic)
         given = np.stack([constant, linear, np.full(samples, quadratic)], axis=1)
         ours = light_reach(given, intensity, threshold)
-        exact = [_exact(row, i, threshold) for row, i in zip(given, intensity, strict=True)]
+        exact = [
+            exact_reach(kc, kl, quadratic, strength, threshold)
+            for kc, kl, strength in zip(constant.tolist(), linear.tolist(), intensity.tolist(), strict=True)
+        ]
         rows.append((f"{quadratic:g}", _largest(textbook, exact), _largest(ours, exact)))
     about = (
         "Largest relative error of a light's reach in float64, by its quadratic coefficient: by the "
-        "textbook's formula, and by its conjugate."
+        "textbook's formula, and by its conjugate, 2k / (Kl + sqrt(Kl^2 + 4 Kq k)) with k = I/t - Kc."
     )
     return Table("reach", about, ("quadratic", "textbook", "conjugate"), rows)
 
 
-def _exact(attenuation: Float64, intensity: float, threshold: float) -> Decimal:
+def exact_reach(
+    constant: float, linear: float, quadratic: float, intensity: float, threshold: float
+) -> Decimal:
+    """Where a light fades to a threshold, in decimals of `DIGITS` digits, of the floats' exact values.
+
+    0 where it is below the threshold everywhere, infinity where it does not fade.
+    """
     with localcontext() as context:
         context.prec = DIGITS
-        constant, linear, quadratic = (Decimal(float(value)) for value in attenuation)
-        k = Decimal(float(intensity)) / Decimal(threshold) - constant
-        return (-linear + (linear * linear + 4 * quadratic * k).sqrt()) / (2 * quadratic)
+        kc, kl, kq, i, t = (Decimal(value) for value in (constant, linear, quadratic, intensity, threshold))
+        k = i / t - kc
+        if i == 0 or k <= 0:
+            return Decimal(0)
+        below = kl + (kl * kl + 4 * kq * k).sqrt()
+        return 2 * k / below if below else Decimal("Infinity")
 
 
 def _largest(found: Float64, exact: list[Decimal]) -> float:
-    pairs = zip(found, exact, strict=True)
-    return max(abs(float((Decimal(float(value)) - true) / true)) for value, true in pairs)
+    with localcontext() as context:
+        context.prec = DIGITS
+        pairs = zip(found.tolist(), exact, strict=True)
+        return max(abs(float(Decimal(value) / true - 1)) for value, true in pairs)

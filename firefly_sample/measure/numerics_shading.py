@@ -62,6 +62,8 @@ def ndc(device: Device) -> Table:
     for fov in FOVS:
         errors = (_interpolated(device, fov, size) for size in SIZES)
         rows.append((f"interpolated, {fov:g} degrees", *errors, None))
+    errors = (_interpolated(device, FOVS[0], size, 1000.0, 1e5) for size in SIZES)
+    rows.append((f"interpolated, {FOVS[0]:g} degrees, wide and deep", *errors, None))
     about = "Largest error of NDC at the centres of all pixels, by the size of the picture."
     return Table("ndc", about, ("way", *(f"{w}x{h}" for w, h in SIZES), "bound"), rows)
 
@@ -76,13 +78,15 @@ def _by_formula(device: Device, formula: str, size: tuple[int, int]) -> float:
     return float(np.abs(found - (inputs[:, :2] * 2.0 / size - 1.0)).max())
 
 
-def _interpolated(device: Device, fov: float, size: tuple[int, int]) -> float:
-    """Of two triangles that hold the picture, two units wide or more, 1 unit away below and 10 on top."""
+def _interpolated(
+    device: Device, fov: float, size: tuple[int, int], wide: float = 1.25, deep: float = 10.0
+) -> float:
+    """Of two triangles `wide` pictures wide, and at least two units; 1 unit away below and `deep` on top."""
     lens = _lens(fov, size).constants()
-    y = np.array([1.0, 1.0, 10.0, 10.0])
+    y = np.array([1.0, 1.0, deep, deep])
     quad = np.stack([np.array([-1.0, 1.0, 1.0, -1.0]), y, np.array([-1.0, -1.0, 1.0, 1.0])], axis=1)
-    quad[:, 0] *= np.maximum(1.25 * y / lens.a, 1.0)
-    quad[:, 2] *= np.maximum(1.25 * y / lens.c, 1.0)
+    quad[:, 0] *= np.maximum(wide * y / lens.a, 1.0)
+    quad[:, 2] *= np.maximum(wide * y / lens.c, 1.0)
     body = "result.xy = v_clip.xy / v_clip.w; result.z = 1.0;"
     image = rasterise(device, quad[[(0, 1, 2), (0, 2, 3)]], _view_of(fov, size), size, body)
     x, z = (np.arange(side) * 2.0 / side + (1.0 / side - 1.0) for side in size)

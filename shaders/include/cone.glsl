@@ -1,20 +1,26 @@
-// Provides cone: the strength of a spotlight in a direction. axis.w is 1 - cos of the outer half-angle; cone.x is one
-// over the width of the edge, 0 for a hard one; cone.y is an exponent of the cosine.
+// Provides opening: 1 - cos of an angle by its cosine and the square of its sine.
+// Provides cone_strength: the strength of a spotlight in a direction. axis.w is 1 - cos of the outer half-angle; cone.x
+// is one over the width of the edge, 0 for a hard one; cone.y is an exponent of the cosine.
 // Float64 twin: firefly_sample/reference/cone.py
 #include "include/phong.glsl"
+
+// 1 - c loses its digits below a degree
+float opening(float c, float sine2)
+{
+    return c > 0.0 ? sine2 / (1.0 + c) : 1.0 - c;
+}
 
 float cone_strength(vec3 to_light, vec4 axis, vec4 cone)
 {
     float c = -dot(to_light, axis.xyz);
     vec3 across = cross(to_light, axis.xyz);
     float sine2 = dot(across, across);
-    // 1 - c loses its digits below a degree
-    float opening = c > 0.0 ? sine2 / (1.0 + c) : 1.0 - c;
-    if (opening > axis.w)
+    float opened = opening(c, sine2);
+    if (opened > axis.w)
         return 0.0;
     float strength = power_of_cosine(c, sine2, cone.y);
     if (cone.x > 0.0) {
-        float t = min((axis.w - opening) * cone.x, 1.0);
+        float t = min((axis.w - opened) * cone.x, 1.0);
         strength *= t * t * (3.0 - 2.0 * t);
     }
     return strength;

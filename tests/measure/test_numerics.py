@@ -13,16 +13,33 @@ import pytest
 from firefly_sample.cli import main
 from firefly_sample.gpu.probe import accumulate
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_cube, circumscribed_icosphere
-from firefly_sample.measure import numerics_angles, numerics_depth, numerics_lights, numerics_shading
-from firefly_sample.measure.numerics import TABLES
+from firefly_sample.measure import (
+    numerics_angles,
+    numerics_depth,
+    numerics_frames,
+    numerics_lights,
+    numerics_shading,
+    numerics_volumes,
+)
+from firefly_sample.measure.numerics import NAMES
 from firefly_sample.measure.numerics_cost import PAIRS, cost
 from firefly_sample.measure.numerics_filtering import filtering
-from firefly_sample.measure.numerics_gbuffer import albedo, conversions, normal_bounds, normals
+from firefly_sample.measure.numerics_gbuffer import (
+    albedo,
+    conversions,
+    degrees_between,
+    normal_bounds,
+    normals,
+    stored_normals,
+)
 from firefly_sample.measure.numerics_proxies import proxies
-from firefly_sample.measure.numerics_reach import reach
+from firefly_sample.measure.numerics_rates import rates
+from firefly_sample.measure.numerics_reach import exact_reach, reach
 from firefly_sample.measure.numerics_table import EPS, Table
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.srgb import linear_to_srgb
+from tests.conftest import make_renderer
+from tests.reference import BOUNDS
 
 DOCS = Path(__file__).parents[2] / "docs" / "numerics.md"
 
@@ -43,7 +60,14 @@ def depth(device):
 
 def test_depth_errs_as_the_law_says(depth):
     assert holds_its_bounds(depth)
-    for name in ("depth24", "standard, D32F", "reversed in -1..1, D32F", "reversed in 0..1, D24"):
+    for name in (
+        "depth24",
+        "depth24, not folded",
+        "standard, D32F",
+        "standard, D32F, not folded",
+        "reversed in -1..1, D32F",
+        "reversed in 0..1, D24",
+    ):
         for ratio in ("10", "1e3"):
             # the law adds up the worst of each rounding
             assert depth.value(name, ratio) > depth.value(name, f"{ratio} bound") / 7.0
@@ -81,8 +105,30 @@ def test_what_ends(depth):
     for name in ("depth16", "depth24", "standard, D32F", "inverse_matrix"):
         assert depth.value(name, "1e9") == math.inf
     for name in ("stored16f", "linear in R16F"):
-        assert depth.value(name, "1e6") == "overflow"
-        assert 2.0**-12 <= depth.value(name, "1e3") <= 2.0**-10 + 4.0 * EPS
+        for ratio in ("10", "1e3"):
+            # half a step at least: 2^-11, just above a power of two
+            assert 0.9 * 2.0**-11 <= depth.value(name, ratio) <= 2.0**-10 + 4.0 * EPS
+            assert depth.value(name, f"{ratio} bound") == 2.0**-10 + 4.0 * EPS
+
+
+@pytest.mark.parametrize("name", ["1e6", "1e9"])
+def test_half_floats_end_at_65504(depth, device, name):
+    """Drivers that cut off keep the largest; others turn what is larger into infinity."""
+    size = (numerics_depth.WIDTH, 40)
+    ratio = numerics_depth.RATIOS[name]
+    y, _ = numerics_depth.distances(ratio, size)
+    lens = PerspectiveLens(fov=numerics_depth.FOV, near=1.0, far=ratio).constants()
+    index = np.arange(len(y))
+    x, z = ((index % size[0] + 0.5) * 2.0 / size[0] - 1.0), ((index // size[0] + 0.5) * 2.0 / size[1] - 1.0)
+    places = lens.view_from_distance(x, z, y)
+    for way, true in (("linear in R16F", places[:, 1:2]), ("stored16f", places)):
+        lost = true - np.clip(true, -numerics_depth.LARGEST_HALF, numerics_depth.LARGEST_HALF)
+        expected = (np.linalg.norm(lost, axis=1) / np.linalg.norm(true, axis=1)).max()
+        if device.software:
+            assert depth.value(way, name) == pytest.approx(expected, abs=2.0**-10)
+        else:
+            assert depth.value(way, name) in (math.inf, pytest.approx(expected, abs=2.0**-10))
+        assert depth.value(way, f"{name} bound") is None
 
 
 def test_the_inverse_matrix_is_no_better_and_errs_far_from_the_origin(depth):
@@ -105,6 +151,18 @@ def test_normals(device):
         rms = math.degrees(math.sqrt(2.0 / 3.0) / steps)
         assert 0.9 * rms <= table.value(name, "mean deg") <= rms
     assert table.value("oct16", "bytes") == table.value("rgba8", "bytes") == 4
+
+
+def test_normals_of_any_length_have_an_angle(device):
+    angle = np.radians([1e-6, 1e-3, 45.0, 90.0, 179.0, 180.0])
+    a = np.tile([0.0, 0.0, 3.0], (len(angle), 1))
+    b = 0.1 * np.stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)], axis=1)
+    assert degrees_between(a, b) == pytest.approx(np.degrees(angle), rel=1e-9)
+    # the axes are exact on the octahedron
+    axes = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
+    assert (stored_normals(device, axes, "plain", "rgba32f") == axes).all()
+    if device.capabilities.snorm_targets:
+        assert (stored_normals(device, axes, "snorm16", "rg16_snorm") == axes).all()
 
 
 def test_albedo(device):
@@ -227,6 +285,58 @@ def test_cones():
     )
 
 
+@pytest.fixture(scope="module")
+def tests_of_depth(device):
+    return numerics_volumes.depth_tests(device, 8)
+
+
+def test_which_pixels_are_in_reach():
+    """A light that is u before a wall reaches a disc of 1 - u^2, seen at the wall's slant."""
+    lights = 20
+    half = 0.5 * lights * numerics_volumes.SPACING / numerics_volumes.FAR_AWAY
+    places, in_reach = numerics_volumes.far_lights(half, lights)
+    assert places.shape == (lights**2, 3)
+    slant = 1.0 / math.hypot(1.0, numerics_volumes.SLOPE)
+    expected = math.pi * (1.0 - 0.95**2 / 3.0) * slant / numerics_volumes.SPACING**2
+    assert in_reach.mean() == pytest.approx(expected, rel=0.05)
+
+
+def test_depth_tests_of_small_far_lights(tests_of_depth):
+    strict, equal, behind, *reversed_float = (row[1:] for row in tests_of_depth.rows)
+    assert all(a > b > 0.0 for a, b in zip(strict[1:], equal[1:], strict=True))
+    # a step of depth is 0.06 units at 1e3 and 60 at 1e6, and the lights reach 1
+    assert strict[0] < 0.06 < 0.5 < strict[-1]
+    for row in (behind, *reversed_float):
+        assert set(row) == {0.0}
+
+
+def test_depth_clamp(device):
+    side = 200
+    table = numerics_volumes.depth_clamp(device, side)
+    for name in ("around the camera", "around all that is seen"):
+        assert table.value(name, "clamped") == side**2
+    assert table.value("around the camera", "lost") == 0.0
+    assert table.value("around all that is seen", "not clamped") == 0
+
+    slope = math.tan(math.radians(30.0)) * ((np.arange(side) + 0.5) * 2.0 / side - 1.0)
+    ray = np.stack([*np.meshgrid(slope, slope), np.ones((side, side))], axis=-1)
+    for name in ("across the near plane", "across the far plane"):
+        (_, away, _), reach = numerics_volumes.CUT[name]
+        # the mesh lies between two spheres
+        within = []
+        for radius in (reach, 1.0705 * reach):
+            square = (ray**2).sum(axis=-1)
+            under = away**2 - square * (away**2 - radius**2)
+            with np.errstate(invalid="ignore"):
+                y = (away + np.sqrt(under)) / square
+            within.append((np.count_nonzero(under >= 0.0), np.count_nonzero((y >= 1.0) & (y <= 100.0))))
+        (least, kept_least), (most, kept_most) = within
+        assert 0.99 * least <= table.value(name, "clamped") <= 1.01 * most
+        if name == "across the near plane":
+            assert 0.99 * kept_least <= table.value(name, "not clamped") <= 1.01 * kept_most
+        assert 0.2 < table.value(name, "lost") < 1.0
+
+
 def test_the_edge_of_a_cone(device):
     table = numerics_angles.cones(device, 10_000)
     for degrees in numerics_angles.HALF_ANGLES:
@@ -259,6 +369,16 @@ def test_reach():
     assert textbook[0] < 1e-14
     assert textbook[2] > 1e-6
     assert min(textbook[3:]) >= 1.0  # no digit is left
+
+
+def test_the_exact_reach():
+    assert exact_reach(1.0, 0.0, 1.0, 26.0, 1.0) == 5
+    assert exact_reach(1.0, 2.0, 0.0, 3.0, 0.5) == 2.5
+    assert exact_reach(1.0, 0.0, 0.0, 2.0, 1.0).is_infinite()
+    for intensity in (0.0, 1.0, 0.5):
+        assert exact_reach(1.0, 1.0, 1.0, intensity, 1.0) == 0
+    # k is 1e-30 of what it is the difference of
+    assert float(exact_reach(1.0, 1.0, 1e-30, 1.0 + 2.0**-52, 1.0)) == 2.0**-52
 
 
 def test_powers(device):
@@ -312,6 +432,54 @@ def test_cost_tells_a_ratio_of_each_pair(device):
     assert all(ratio > 0.0 and spread >= 0.0 and ms > 0.0 for _, ratio, spread, ms in table.rows)
 
 
+def test_rates_are_of_each_format(device):
+    table = rates(device, rounds=2, size=(100, 80), blended=200, read=20)
+    assert [row[0].partition(",")[0] for row in table.rows] == ["blending"] * 4 + ["reading"] * 2
+    assert all(ns > 0.0 and ratio > 0.0 and spread >= 0.0 for _, ns, ratio, spread in table.rows)
+    for row in table.rows[0], table.rows[4]:
+        assert row[2:] == (1.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def counting():
+    with make_renderer(count_fragments=True) as renderer:
+        yield renderer
+
+
+def test_frames(counting):
+    table = numerics_frames.frames(counting, 3, (64, 48))
+    assert [row[0] for row in table.rows] == list(numerics_frames.POSITIONS)
+    for name, bound in BOUNDS.items():
+        assert 0.0 < table.value(name, "median") <= table.value(name, "largest") <= bound
+    for column in ("largest", "median"):
+        errors = [row[table.columns.index(column)] for row in table.rows]
+        assert errors == sorted(errors)
+    assert table.value("linear32f", "largest") < 0.1 * table.value("depth32f", "largest")
+
+
+def test_fragments(counting):
+    table = numerics_frames.fragments(counting, 1, (100, 75))
+    pairs = table.value("with", "pairs")
+    assert table.value("without", "pairs") == pairs
+    # volumes miss nothing, and without a test they are shaded wherever they are seen
+    assert pairs < table.value("with", "shaded") < 0.5 * table.value("without", "shaded")
+    for row in table.rows:
+        assert row[3] == row[1] / pairs
+
+
+def test_names_are_separated_by_spaces_or_commas(capsys):
+    assert main(["measure", "numerics", "reach,proxies", "cutoff, reach", "--json"]) == 0
+    tables = json.loads(capsys.readouterr().out)["tables"]
+    assert [table["name"] for table in tables] == ["reach", "proxies", "cutoff"]
+
+
+@pytest.mark.parametrize("given", ["", ",", "depth,,ndc", "depth,", " "])
+def test_an_empty_name_is_refused_in_a_line(capsys, given):
+    assert main(["measure", "numerics", given]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "there is a table without a name: choose from depth, normals, " in line
+
+
 def test_the_command_prints_json(capsys):
     assert main(["measure", "numerics", "cutoff", "proxies", "cutoff", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
@@ -350,10 +518,14 @@ def test_device_and_required_gpu(capsys, device):
     assert ("a GPU is required" in capsys.readouterr().err) == device.software
 
 
-def test_help_and_docs_name_every_table(capsys):
+def test_help_names_the_tables_that_there_are(capsys):
     assert main(["measure", "numerics", "--help"]) == 0
-    text = capsys.readouterr().out
-    page = DOCS.read_text()
-    for name in TABLES:
-        assert re.search(rf"\b{name}\b", text)
-        assert f"firefly measure numerics {name}\n" in page
+    text = " ".join(re.sub("[^\\w.,:]+", " ", capsys.readouterr().out).split())
+    named = re.search(r"Names, separated by spaces or commas: ([\w, ]+)\. All when absent", text)
+    assert named is not None
+    assert tuple(named[1].split(", ")) == NAMES
+
+
+def test_the_page_has_the_tables_in_order():
+    assert tuple(re.findall(r"^firefly measure numerics (\w+)$", DOCS.read_text(), re.MULTILINE)) == NAMES
+    assert tuple(re.findall(r"^```text\n(\w+): ", DOCS.read_text(), re.MULTILINE)) == NAMES
