@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.measure.numerics_reach import DIGITS, exact_reach
 from firefly_sample.measure.stability_cases.bench import Bench
 from firefly_sample.measure.stability_cases.case import ACCURATE, DOUBLES, Case, positioned
 from firefly_sample.measure.stability_cases.scenes import WALL, wall_scene
@@ -22,20 +23,7 @@ __all__ = ["CASES"]
 
 Float64 = NDArray[np.float64]
 
-DIGITS = 120
 Rows = list[tuple[float, float, float, float, float]]
-
-
-def _exact(kc: float, kl: float, kq: float, intensity: float, threshold: float) -> Decimal | None:
-    """The reach in decimals of 120 digits, from the exact values of the floats; None where it is infinite."""
-    with localcontext() as context:
-        context.prec = DIGITS
-        c, linear, q, i, t = (Decimal(value) for value in (kc, kl, kq, intensity, threshold))
-        k = i / t - c
-        if i == 0 or k <= 0:
-            return Decimal(0)
-        below = linear + (linear * linear + 4 * q * k).sqrt()
-        return 2 * k / below if below else None
 
 
 def _worst(rows: Rows) -> float:
@@ -44,10 +32,9 @@ def _worst(rows: Rows) -> float:
     given = light_reach(columns[:, :3], columns[:, 3], columns[:, 4])
     worst = 0.0
     for row, reach in zip(rows, given.tolist(), strict=True):
-        exact = _exact(*row)
-        if exact is None or exact == 0:
-            right = np.isinf(reach) if exact is None else reach == 0.0
-            worst = max(worst, 0.0 if right else 1.0)
+        exact = exact_reach(*row)
+        if exact == 0 or exact.is_infinite():
+            worst = max(worst, 0.0 if reach == exact else 1.0)
         elif not np.isfinite(reach):
             worst = 1.0
         else:

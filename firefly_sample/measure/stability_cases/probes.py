@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import get_args
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,9 +9,8 @@ from firefly_sample.gpu.blocks import view_values
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.probe import evaluate
 from firefly_sample.plan.frame_plan import View
-from firefly_sample.plan.variants import NormalPacking
 
-__all__ = ["probe_normals", "probe_rays"]
+__all__ = ["probe_rays"]
 
 Float32 = NDArray[np.float32]
 
@@ -40,29 +37,3 @@ def probe_rays(device: Device, view: View) -> Float32:
         {"View": view_values(view)},
     )
     return rays.reshape(height, width, 4)
-
-
-def probe_normals(device: Device, normals: Float32, packing: NormalPacking, format_name: str) -> Float32:
-    """Normals as they come back from a target that they were stored in.
-
-    Parameters
-    ----------
-    normals : ndarray of float32, shape (n, 3)
-        Unit vectors.
-    packing, format_name : str
-        As `firefly_sample.plan.targets.NORMAL_FORMATS` has them.
-
-    Returns
-    -------
-    ndarray of float32, shape (n, 3)
-    """
-    back = evaluate(
-        device,
-        ["gbuffer"],
-        "result = encode_normal(a.xyz);",
-        np.pad(normals, ((0, 0), (0, 1))),
-        {"NORMALS": get_args(NormalPacking).index(packing), "COLORS": 0},
-        target=format_name,
-        then="result = vec4(decode_normal(a), 0.0);",
-    )
-    return back[:, :3]

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.measure.numerics_gbuffer import degrees_between, stored_normals
 from firefly_sample.measure.stability_cases.bench import Bench, Drawn
 from firefly_sample.measure.stability_cases.case import Case, positioned, within_law
-from firefly_sample.measure.stability_cases.probes import probe_normals
 from firefly_sample.measure.stability_cases.scenes import WALL, ball, geom_node, wall, wall_scene
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.plan.targets import NORMAL_FORMATS, UNSIGNED
-from firefly_sample.plan.variants import NormalPacking
 from firefly_sample.reference.shade import each_light
 from firefly_sample.reference.surfaces import see_surfaces
 from firefly_sample.scene.geom import Geom
@@ -63,12 +61,8 @@ def _normals(bench: Bench, method: str) -> float:
     format_name, packing = NORMAL_FORMATS[method]
     if format_name == "rg16_snorm" and not bench.capabilities.snorm_targets:
         format_name, packing = UNSIGNED
-    back = probe_normals(bench.device, given, cast(NormalPacking, packing), format_name).astype(np.float64)
-    if not np.isfinite(back).all():
-        return 180.0
-    truth = given.astype(np.float64)
-    across = np.linalg.norm(np.cross(back, truth), axis=1)
-    return float(np.degrees(np.arctan2(across, np.einsum("ij,ij->i", back, truth))).max())
+    back = stored_normals(bench.device, given, packing, format_name).astype(np.float64)
+    return float(degrees_between(back, given.astype(np.float64)).max()) if np.isfinite(back).all() else 180.0
 
 
 def _wall_with(geom: Geom) -> Scene:
