@@ -112,7 +112,8 @@ class Settings:
         How normals and distances get from a triangle's corners to its pixels. A rasterizer does it in
         float32 and well, but for triangles a hundredth of a pixel high, whose normals come out half a
         degree off. "float64" finds those again from their corners, to 4e-7: 8 bytes a pixel and a pass, a
-        quarter of the frame on a CPU.
+        quarter of the frame on a CPU. Vertex colours, and depth where positions come from it, stay the
+        rasterizer's.
     accumulation : {"rgba32f", "rgba16f", "r11g11b10f", "rgba8"}
         The target that lights are added up in. 500 lights lose 1e-6 in "rgba32f" (16 bytes a pixel), up to
         12% in "rgba16f" (8) on a driver that truncates, half in "r11g11b10f" (4), and nearly everything that

@@ -21,12 +21,13 @@ out vec4 o_coverage;
 void main()
 {
     Sample made = sample_material();
+    vec3 view = surface_view();
     Surface s;
     s.pixel = gl_FragCoord.xy;
-    s.y = v_view.y;
-    s.ray = v_view.xz / v_view.y;
-    s.place = v_view;
-    s.normal = surface_normal();
+    s.y = view.y;
+    s.ray = view.xz / view.y;
+    s.place = view;
+    s.normal = surface_normal(view);
     s.albedo = made.albedo;
 #if SPECULAR
     s.specular = v_specular;

@@ -47,7 +47,8 @@ const float STEEP = 1.0 / 1024.0;
 bool is_steep()
 {
     vec3 n = fwidth(v_normal);
-    return dot(n, n) > STEEP * STEEP * dot(v_normal, v_normal) || fwidth(v_view.y) > STEEP * abs(v_view.y);
+    // what is no number is steep, too
+    return !(dot(n, n) <= STEEP * STEEP * dot(v_normal, v_normal) && fwidth(v_view.y) <= STEEP * abs(v_view.y));
 }
 #endif
 
@@ -57,19 +58,22 @@ void main()
     uint steep = is_steep() ? STEEP_BIT : 0u;  // before what is cut out leaves its neighbours without a difference
 #endif
     Sample made = sample_material();
+#if NORMAL || DISTANCE || STORED
+    vec3 view = surface_view();
+#endif
 #if ALBEDO
     o_albedo = vec4(encode_albedo(made.albedo), 1.0);  // alpha marks what was drawn
 #endif
 #if NORMAL
-    o_normal = encode_normal(surface_normal());
+    o_normal = encode_normal(surface_normal(view));
 #endif
 #if DISTANCE
-    o_distance = v_view.y;
+    o_distance = view.y;
 #endif
 #if STORED == 1
-    o_position = vec4(v_view, 1.0);
+    o_position = vec4(view, 1.0);
 #elif STORED == 2
-    o_position = vec4(clamp(v_view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
+    o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
 #endif
 #if AMBIENT
     o_ambient = vec4(encode_albedo(made.ambient), 1.0);

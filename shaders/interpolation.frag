@@ -13,9 +13,9 @@ uniform usampler2D u_visibility;
 
 // firefly_sample/gpu/corner_tables.py
 const int TABLE_WIDTH = 4096;
-const int INSTANCE_TEXELS = 11;
+const int INSTANCE_TEXELS = 12;
 uniform usampler2D u_triangles;  // a texel a triangle: numbers of its corners
-uniform sampler2D u_vertices;    // two texels a vertex: place, normal
+uniform sampler2D u_vertices;    // three texels a vertex: place, its rest, normal
 uniform sampler2D u_instances;
 
 const float FARTHEST_OUT = 1.0 / 16.0;  // firefly_sample/reference/triangles.py
@@ -40,9 +40,9 @@ vec4 fetch(sampler2D table, int index)
     return texelFetch(table, texel_of(index), 0);
 }
 
-dvec4 fetch_with_rest(int index)
+dvec4 fetch_with_rest(sampler2D table, int index)
 {
-    return dvec4(fetch(u_instances, index)) + dvec4(fetch(u_instances, index + 1));
+    return dvec4(fetch(table, index)) + dvec4(fetch(table, index + 1));
 }
 
 // Shares of the point, on an edge, that is nearest to the ray.
@@ -73,39 +73,40 @@ void main()
     if ((seen.y & STEEP_BIT) == 0u)
         discard;
     int row = INSTANCE_TEXELS * int(seen.x - 1u);
-    vec4 of_batch = fetch(u_instances, row + 10);
+    vec4 of_batch = fetch(u_instances, row + 11);
     int triangle = int(of_batch.x) * TABLE_WIDTH + int(of_batch.y) + int(seen.y & ~STEEP_BIT);
 
     // dot(p, across) and dot(p, up): how far p lies beside the pixel's ray, in pixels times dot(p, ahead)
-    dvec4 ahead = fetch_with_rest(row + 4);
-    dvec4 across = fetch_with_rest(row) - double(gl_FragCoord.x) * ahead;
-    dvec4 up = fetch_with_rest(row + 2) - double(gl_FragCoord.y) * ahead;
+    dvec4 ahead = fetch_with_rest(u_instances, row + 4);
+    dvec4 across = fetch_with_rest(u_instances, row) - double(gl_FragCoord.x) * ahead;
+    dvec4 up = fetch_with_rest(u_instances, row + 2) - double(gl_FragCoord.y) * ahead;
     uvec3 corners = texelFetch(u_triangles, texel_of(triangle), 0).xyz;
-    vec4 places[3];
+    dvec4 y_of = fetch_with_rest(u_instances, row + 6);
     vec3 normals[3];
-    dvec3 x, z;
+    dvec3 x, y, z;
     for (int i = 0; i < 3; ++i) {
-        int vertex = 2 * int(corners[i]);
-        places[i] = vec4(fetch(u_vertices, vertex).xyz, 1.0);
-        normals[i] = fetch(u_vertices, vertex + 1).xyz;
-        x[i] = dot(dvec4(places[i]), across);
-        z[i] = dot(dvec4(places[i]), up);
+        int vertex = 3 * int(corners[i]);
+        dvec4 place = dvec4(fetch_with_rest(u_vertices, vertex).xyz, 1.0);
+        normals[i] = fetch(u_vertices, vertex + 2).xyz;
+        x[i] = dot(place, across);
+        y[i] = dot(place, y_of);
+        z[i] = dot(place, up);
     }
     // a corner's share is the area between the ray and the opposite edge
     dvec3 areas = x.yzx * z.zxy - z.yzx * x.zxy;
     double whole = areas.x + areas.y + areas.z;
-    vec3 shares = vec3(areas / (whole != 0.0 ? whole : 1.0));
+    dvec3 shares = areas / (whole != 0.0 ? whole : 1.0);
     // A rasterizer's grid gives a triangle pixels that lie beside it; where it is thin, its plane leads anywhere.
     if (whole == 0.0 || min(min(shares.x, shares.y), shares.z) < -FARTHEST_OUT)
-        shares = nearest(vec3(x), vec3(z));
+        shares = dvec3(nearest(vec3(x), vec3(z)));
 
-    vec4 place = places[0] * shares.x + places[1] * shares.y + places[2] * shares.z;
-    vec3 view = view_from_distance(ndc_from_pixel(gl_FragCoord.xy), dot(place, fetch(u_instances, row + 6)));
+    vec3 view = view_from_distance(ndc_from_pixel(gl_FragCoord.xy), float(dot(y, shares)));
 #if NORMAL
-    vec3 n = normals[0] * shares.x + normals[1] * shares.y + normals[2] * shares.z;
-    vec3 normal = vec3(dot(n, fetch(u_instances, row + 7).xyz),
-                       dot(n, fetch(u_instances, row + 8).xyz),
-                       dot(n, fetch(u_instances, row + 9).xyz));
+    vec3 s = vec3(shares);
+    vec3 n = normals[0] * s.x + normals[1] * s.y + normals[2] * s.z;
+    vec3 normal = vec3(dot(n, fetch(u_instances, row + 8).xyz),
+                       dot(n, fetch(u_instances, row + 9).xyz),
+                       dot(n, fetch(u_instances, row + 10).xyz));
     o_normal = encode_normal(unit_normal(normal, view, of_batch.z != 0.0));
 #endif
 #if DISTANCE

@@ -1,7 +1,7 @@
 """Tables in which a full-screen pass finds the corners of the triangle behind a pixel.
 
-``shaders/interpolation.frag`` reads them. What float32 cannot hold of an instance's matrix follows as a
-second float32, so that the shader has it to 48 bits.
+``shaders/interpolation.frag`` reads them. What float32 cannot hold of a place or a matrix follows as
+a second float32, so that the shader has it to 48 bits.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.errors import GpuError
 from firefly_sample.gpu.instance_rows import normal_columns
 from firefly_sample.gpu.uploads import MeshSource
 from firefly_sample.plan.frame_plan import Batch, FramePlan, View
@@ -22,8 +23,9 @@ from firefly_sample.plan.frame_plan import Batch, FramePlan, View
 __all__ = ["CornerTables", "instance_texels"]
 
 TABLE_WIDTH = 4096
-INSTANCE_TEXELS = 11
-"""Both are also in ``shaders/interpolation.frag``."""
+INSTANCE_TEXELS = 12
+VERTEX_TEXELS = 3
+"""All three are also in ``shaders/interpolation.frag``."""
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -61,25 +63,33 @@ class CornerTables:
         return self._textures
 
     def _make_meshes(self, geoms: Iterable[MeshSource]) -> None:
-        self._places.clear()
+        self._places, places = {}, {}  # an error half-way leaves none
         triangles: list[NDArray[np.uint32]] = []
         vertices: list[Float32] = []
         first_triangle = first_vertex = 0
         for geom in geoms:
-            self._places[id(geom)] = _Place(weakref.ref(geom), geom.revision, first_triangle)
+            places[id(geom)] = _Place(weakref.ref(geom), geom.revision, first_triangle)
             triangles.append((geom.triangles + first_vertex).astype(np.uint32))
-            rows = np.zeros((len(geom.vertices), 2, 4), dtype=np.float32)
-            rows[:, 0, :3], rows[:, 1, :3] = geom.vertices, geom.normals
+            rows = np.zeros((len(geom.vertices), VERTEX_TEXELS, 4), dtype=np.float32)
+            rows[:, 0, :3], rows[:, 1, :3] = _with_rest(geom.vertices)
+            rows[:, 2, :3] = geom.normals
             vertices.append(rows.reshape(-1, 4))
             first_triangle += len(geom.triangles)
             first_vertex += len(geom.vertices)
         self._write("u_triangles", np.concatenate(triangles))
         self._write("u_vertices", np.concatenate(vertices))
+        self._places = places
 
     def _write(self, name: str, rows: NDArray[Any]) -> None:
         """Rows as a texture's texels, row after row."""
         width = min(max(len(rows), 1), TABLE_WIDTH)
         height = max(-(-len(rows) // width), 1)
+        limit = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
+        if height > limit:
+            raise GpuError(
+                f"interpolation=float64: the meshes take {len(rows)} texels, where this driver's textures "
+                f"have {limit * TABLE_WIDTH}; use interpolation=rasterizer, which needs none"
+            )
         texels = np.zeros((height * width, rows.shape[1]), dtype=rows.dtype)
         texels[: len(rows)] = rows
         kept = self._textures.get(name)
@@ -100,13 +110,19 @@ class CornerTables:
         self._places.clear()
 
 
+def _with_rest(values: Float64) -> tuple[Float32, Float32]:
+    """Numbers as float32 holds them, and what it leaves."""
+    held = values.astype(np.float32)
+    return held, (values - held).astype(np.float32)
+
+
 def instance_texels(batch: Batch, first_triangle: int, view: View) -> Float32:
     """Where a batch's instances are, shape (`INSTANCE_TEXELS` * n, 4).
 
     Columns of model space to pixels, for row vectors: across and up, both times the distance ahead, and that
     distance (1 for an orthographic lens), each with its rest; a factor common to all three has no effect, so
-    that their largest entry is made 1. Then the column of model-to-view that gives y, and the three that turn
-    normals. Last, where the batch's triangles begin, and 1 if it is two-sided.
+    that their largest entry is made 1. Then the column of model-to-view that gives y, with its rest, and the
+    three that turn normals. Last, where the batch's triangles begin, and 1 if it is two-sided.
     """
     clip = view.lens.matrix()
     half = np.array(view.size) / 2.0
@@ -114,10 +130,9 @@ def instance_texels(batch: Batch, first_triangle: int, view: View) -> Float32:
     columns = batch.model_to_view @ to_pixels
     largest = np.abs(columns).max(axis=(1, 2), keepdims=True)
     columns = (columns / np.where(largest > 0.0, largest, 1.0)).transpose(0, 2, 1)
-    held = columns.astype(np.float32)
     texels = np.zeros((len(columns), INSTANCE_TEXELS, 4), dtype=np.float32)
-    texels[:, 0:6:2], texels[:, 1:6:2] = held, columns - held
-    texels[:, 6] = batch.model_to_view[:, :, 1]
-    texels[:, 7:10, :3] = normal_columns(batch.model_to_view).transpose(0, 2, 1)
-    texels[:, 10, :3] = *divmod(first_triangle, TABLE_WIDTH), batch.variant.double_sided
+    texels[:, 0:6:2], texels[:, 1:6:2] = _with_rest(columns)
+    texels[:, 6], texels[:, 7] = _with_rest(batch.model_to_view[:, :, 1])
+    texels[:, 8:11, :3] = normal_columns(batch.model_to_view).transpose(0, 2, 1)
+    texels[:, 11, :3] = *divmod(first_triangle, TABLE_WIDTH), batch.variant.double_sided
     return texels.reshape(-1, 4)

@@ -52,7 +52,7 @@ class Device:
         self.capabilities = Capabilities(
             clip_control="GL_ARB_clip_control" in extensions or self.ctx.version_code >= 450,
             snorm_targets="GL_EXT_render_snorm" in extensions or self._can_render(0x8F99),
-            float64="GL_ARB_gpu_shader_fp64" in extensions or self.ctx.version_code >= 400,
+            float64="GL_ARB_gpu_shader_fp64" in extensions,
         )
 
         self._idle = self.ctx.simple_framebuffer((1, 1))

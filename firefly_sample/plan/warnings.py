@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.light_set import LightSet
-from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
 
 __all__ = ["plan_warnings"]
 
@@ -43,7 +43,8 @@ def plan_warnings(
             "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer, "
             "as accurate as depth24; use position=linear32f, which is accurate here"
         )
-    if needs.settings.interpolation == "float64" and not needs.capabilities.float64:
+    wanted = needs.lit or asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS))
+    if needs.settings.interpolation == "float64" and not needs.capabilities.float64 and wanted:
         warnings.append(
             "interpolation=float64: the driver lacks ARB_gpu_shader_fp64, so the rasterizer interpolates"
         )

@@ -1,5 +1,6 @@
-// Provides Sample and sample_material: what a triangle is made of behind a pixel, which discards what is cut out; and
-// surface_normal.
+// Provides Sample and sample_material: what a triangle is made of behind a pixel, which discards what is cut out;
+// surface_view and surface_normal.
+#include "include/lens.glsl"
 #include "include/unit_normal.glsl"
 
 in vec3 v_view;
@@ -54,7 +55,21 @@ Sample sample_material()
 #endif
 }
 
-vec3 surface_normal()
+// A triangle whose corners come out in a line may leave a rasterizer without slopes, and what it interpolates is no
+// number. Such a pixel is as good as any other on the near plane: a number, at least.
+vec3 surface_view()
 {
-    return unit_normal(v_normal, v_view, DOUBLE_SIDED != 0);
+    vec2 ndc = ndc_from_pixel(gl_FragCoord.xy);
+#if FLOAT64
+    return view_from_distance(ndc, v_view.y);  // the way through the pixel is exact, and what is no number is steep
+#else
+    if (abs(v_view.x) < 1e37 && abs(v_view.y) < 1e37 && abs(v_view.z) < 1e37)
+        return v_view;
+    return view_from_distance(ndc, u_pixel.z);
+#endif
+}
+
+vec3 surface_normal(vec3 view)
+{
+    return unit_normal(v_normal, view, DOUBLE_SIDED != 0);
 }
