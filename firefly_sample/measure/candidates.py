@@ -205,7 +205,7 @@ class Search:
         if len(kept) < MOST_VERIFIED:
             nearest = sorted(everything, key=lambda p: (p.error, p.ratio))[: MOST_VERIFIED - len(kept)]
             kept += [candidate for candidate in self._verified(nearest, good) if candidate not in kept]
-        # choices alone are timed for a moment, and noise may mislead: the base is not given up for what is slower
+        # noise may mislead what is timed for a moment: the base is not given up for what is slower
         kept += [c for c in (self._best, self.measure({})) if good(c) and c not in kept]
         if not kept:  # where nothing has more to spare, what has most of it
             kept = [c for c in self.measured if _within(c, max_error, max_codes, 1.0)]
