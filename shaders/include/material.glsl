@@ -59,13 +59,11 @@ Sample sample_material()
 // number. Such a pixel is as good as any other on the near plane: a number, at least.
 vec3 surface_view()
 {
-    vec2 ndc = ndc_from_pixel(gl_FragCoord.xy);
 #if FLOAT64
-    return view_from_distance(ndc, v_view.y);  // the way through the pixel is exact, and what is no number is steep
+    // the way through the pixel is exact, and what is no number is steep
+    return view_from_distance(ndc_from_pixel(gl_FragCoord.xy), v_view.y);
 #else
-    if (abs(v_view.x) < 1e37 && abs(v_view.y) < 1e37 && abs(v_view.z) < 1e37)
-        return v_view;
-    return view_from_distance(ndc, u_pixel.z);
+    return abs(v_view.y) < 1e37 ? v_view : vec3(0.0, u_pixel.z, 0.0);
 #endif
 }
 
