@@ -11,12 +11,13 @@ from firefly_sample.plan.batches import make_batches, visible_instances, visible
 from firefly_sample.plan.camera import camera_matrices, lens_for
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
+from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
 from firefly_sample.plan.frame_plan import Background, Capabilities, FramePlan, SpriteSet, View
+from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.position_warning import position_warning
 from firefly_sample.plan.shadows import ShadowPlanner
-from firefly_sample.plan.steps import check_passes, choose_passes, choose_targets, geometry_variant
 from firefly_sample.plan.warnings import plan_warnings
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath

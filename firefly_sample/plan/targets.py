@@ -1,7 +1,7 @@
 """The one table of render targets: format, bytes a pixel, clear value.
 
 A target is a bare noun; its format follows from the settings. Which of them exist in a frame is decided
-in `firefly_sample.plan.steps`, and each carries the reason.
+in `firefly_sample.plan.frame_targets`, and each carries the reason.
 """
 
 from __future__ import annotations

@@ -9,7 +9,8 @@ from firefly_sample.errors import GpuError, ShaderError
 from firefly_sample.gpu import programs as programs_module
 from firefly_sample.gpu.programs import Programs
 from firefly_sample.gpu.shader_source import load_source
-from firefly_sample.plan.variants import PASS_ORDER, AmbientVariant, defines, legal_variants
+from firefly_sample.plan.legal_variants import legal_variants
+from firefly_sample.plan.variants import PASS_ORDER, AmbientVariant, defines
 
 GBUFFER = {
     "albedo": "albedo",

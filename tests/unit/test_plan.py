@@ -9,10 +9,11 @@ from firefly_sample.errors import LightError, NodeError, OutputError, PlanError,
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.passes.lights import variant_for
 from firefly_sample.plan.build import Planner, build_plan
+from firefly_sample.plan.frame_passes import check_passes
 from firefly_sample.plan.frame_plan import Capabilities, PassPlan
+from firefly_sample.plan.legal_variants import legal_variants
 from firefly_sample.plan.light_set import PASS_OF_KIND
-from firefly_sample.plan.steps import check_passes
-from firefly_sample.plan.variants import PASS_ORDER, legal_variants
+from firefly_sample.plan.variants import PASS_ORDER
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.material import Material, Texture

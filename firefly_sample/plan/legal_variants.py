@@ -1,0 +1,195 @@
+"""Every variant of every pass that a plan can hold: what a test compiles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from itertools import product
+from typing import Any, get_args
+
+from firefly_sample.plan.variants import (
+    AmbientVariant,
+    ColorPacking,
+    DrawMethod,
+    Ending,
+    ForwardVariant,
+    GeometryVariant,
+    Highlights,
+    InterpolationVariant,
+    LightVariant,
+    LightViewVariant,
+    NormalPacking,
+    PlainVariant,
+    Position,
+    ResolveVariant,
+    ShadowVariant,
+    Stored,
+    UpsampleVariant,
+    Variant,
+    View,
+)
+
+__all__ = ["legal_variants"]
+
+_BOTH = (False, True)
+
+
+_PACKINGS = tuple(product(get_args(NormalPacking)[:5], get_args(ColorPacking)))
+_ORIGINAL = ("undecoded", "linear")
+"""What the classic look has."""
+
+
+def _geometry() -> Iterator[Variant]:
+    for albedo, normal, distance in product(_BOTH, repeat=3):
+        # what a frame has beside the albedo for light, no frame has without it
+        extras = product(_BOTH, repeat=3) if albedo else [(False, False, False)]
+        places: tuple[Stored, ...] = ("none",) if distance else get_args(Stored)
+        for extra, stored in product(extras, places):
+            for normals, colors in product(get_args(NormalPacking), get_args(ColorPacking)):
+                if (not normal and normals != "snorm16") or (not albedo and colors != "root10"):
+                    continue  # nothing is packed
+                if normals == "undecoded" and (any(extra) or (albedo and colors != "linear")):
+                    continue
+                interpolated = normal or distance or stored != "none"
+                for ids, rest in product(product(_BOTH, repeat=2), product(_BOTH, repeat=5)):
+                    targets = albedo, normal, distance, *extra, *ids, stored
+                    for float64 in _BOTH if interpolated and ids[1] else (False,):
+                        yield GeometryVariant(*targets, normals, colors, float64, *rest)  # type: ignore
+
+
+def _interpolation() -> Iterator[Variant]:
+    places: list[tuple[bool, Stored]] = [(False, "none"), (True, "none"), (False, "full"), (False, "half")]
+    for normal, (distance, stored), flat in product(_BOTH, places, _BOTH):
+        for normals in get_args(NormalPacking)[:5] if normal else ("snorm16",):
+            if normal or distance or stored != "none":
+                yield InterpolationVariant(normal, distance, stored, normals, orthographic=flat)
+
+
+_TARGETS = ((True, False), (False, True), (True, True))
+"""Radiance and light: at least one is written."""
+
+
+def _ambient() -> Iterator[Variant]:
+    for colors, (radiance, light) in product(get_args(ColorPacking), _TARGETS):
+        for lit, own, emission in product(_BOTH, repeat=3):
+            # emission is no light that falls on something, and an ambient colour is for ambient light
+            if (lit or (emission and radiance)) and (lit or not own):
+                yield AmbientVariant(lit, own, emission, colors, radiance, light)
+
+
+def _lights(methods: tuple[DrawMethod, ...], fades: bool) -> Iterator[Variant]:
+    fading: list[tuple[Any, Any]] = [("ramp_squared", "karis")]
+    if fades:
+        fading += [("attenuation", window) for window in get_args(Ending)]
+    for method, (falloff, window), orthographic, position in product(
+        methods, fading, _BOTH, get_args(Position)
+    ):
+        for taps, highlights, clamp, half in product((0, 1, 4, 16), get_args(Highlights), _BOTH, _BOTH):
+            if not fades and position != "distance" and not taps:
+                continue  # without shadows, nobody asks where the surface is
+            for radiance, light in [(highlights != "none", True)] if half else _TARGETS:
+                if highlights != "none" and not radiance:
+                    continue
+                for normals, colors in _PACKINGS:
+                    yield LightVariant(
+                        method,
+                        falloff,
+                        window,
+                        highlights,
+                        clamp,
+                        taps,  # type: ignore[arg-type]
+                        position,
+                        normals,
+                        colors,
+                        orthographic,
+                        radiance,
+                        light,
+                        half,
+                    )
+        for radiance, light in _TARGETS:
+            if fades or position == "distance":
+                shared = {"falloff": falloff, "window": window, "orthographic": orthographic}
+                normals, colors = _ORIGINAL
+                yield LightVariant(
+                    method,
+                    position=position,
+                    normals=normals,  # type: ignore[arg-type]
+                    colors=colors,  # type: ignore[arg-type]
+                    radiance=radiance,
+                    light=light,
+                    **shared,
+                )
+
+
+def _upsample() -> Iterator[Variant]:
+    for position, (normals, colors), flat, (radiance, light), shine in product(
+        get_args(Position), _PACKINGS, _BOTH, _TARGETS, _BOTH
+    ):
+        if radiance or not shine:
+            yield UpsampleVariant(position, normals, colors, flat, radiance, light, shine)
+
+
+def _forward() -> Iterator[Variant]:
+    ways: list[tuple[Any, Any, Any]] = [
+        ("directional", "ramp_squared", "karis"),
+        *((kind, "ramp_squared", "karis") for kind in ("point", "spot")),
+        *((kind, "attenuation", window) for kind in ("point", "spot") for window in get_args(Ending)),
+    ]
+    for surface in product(_BOTH, repeat=5):
+        for own, emission in product(_BOTH, repeat=2):
+            # without a light there is nothing but these
+            yield ForwardVariant("none", ambient=own, emission=emission, **_surface(surface))
+        for (kind, falloff, window), highlights, clamp, taps in product(
+            ways, get_args(Highlights), _BOTH, (0, 1, 4, 16)
+        ):
+            lit = (kind, falloff, window, highlights, clamp, taps)
+            shiny = highlights != "none"
+            yield ForwardVariant(*lit, False, specular=shiny, **_surface(surface))
+            for own, emission in product(_BOTH, repeat=2):
+                yield ForwardVariant(*lit, True, own, shiny, emission, **_surface(surface))
+
+
+def _surface(flags: tuple[bool, ...]) -> dict[str, Any]:
+    names = ("orthographic", "textured", "vertex_color", "cutout", "double_sided")
+    return dict(zip(names, flags, strict=True))
+
+
+def _resolve() -> Iterator[Variant]:
+    for radiance, masked, color, final, gradient, supersample in product(
+        (True, False), (True, False), (True, False), (True, False), (True, False), (1, 2)
+    ):
+        if not (color or final):
+            continue
+        for classic, tone in ((False, "exponential"), (False, "none"), (True, "none")):
+            for marked in _BOTH if masked and not classic else (False,):
+                for flat in _BOTH if gradient else (False,):
+                    flags = (radiance, masked, color, final, gradient, flat, classic)
+                    yield ResolveVariant(*flags, tone, supersample, marked)  # type: ignore[arg-type]
+
+
+def _light_views(view: View) -> list[Variant]:
+    return [LightViewVariant(view, method, flat) for method in get_args(DrawMethod)[:3] for flat in _BOTH]
+
+
+_LEGAL: dict[str, Callable[[], Iterable[Variant]]] = {
+    "shadow_maps": lambda: (ShadowVariant(cutout) for cutout in _BOTH),
+    "geometry": _geometry,
+    "interpolation": _interpolation,
+    "forward": _forward,
+    "depth_copy": lambda: [Variant()],
+    "half_depth": lambda: [Variant()],
+    "ambient": _ambient,
+    "directional_lights": lambda: _lights(("fullscreen", "loop"), fades=False),
+    "point_lights": lambda: _lights(("sphere", "fullscreen", "loop"), fades=True),
+    "spotlights": lambda: _lights(("sphere", "cone", "fullscreen", "loop"), fades=True),
+    "upsample": _upsample,
+    "plain": lambda: (PlainVariant(orthographic) for orthographic in _BOTH),
+    "overdraw": lambda: _light_views("overdraw"),
+    "volumes": lambda: _light_views("volumes"),
+    "wireframe": lambda: _light_views("wireframe"),
+    "resolve": _resolve,
+}
+
+
+def legal_variants(name: str) -> list[Variant]:
+    """Every variant of a pass that a plan can hold."""
+    return list(_LEGAL[name]())
