@@ -154,6 +154,15 @@ OUTPUTS: dict[str, OutputInfo] = {
         True,
         "all shadow maps, in a size of their own, 0x0 without any: 1 is near the light (else reversed)",
     ),
+    "volume_atlas": OutputInfo(
+        "float32",
+        3,
+        "light",
+        "optical depth, or sum of alphas",
+        "0",
+        True,
+        "what particles take of their light up to each slice, in a size of its own, 0x0 without any",
+    ),
 }
 """Every output by name, in the order in which they are listed to people."""
 
@@ -182,7 +191,7 @@ class Frame:
     """One rendered frame. Images are arrays whose first row is the top of the picture.
 
     Each image is an attribute and an item: ``frame.color`` and ``frame["color"]``. See `OUTPUTS` for
-    dtype, shape, space, unit and invalid value. All are as large as the picture but "shadow_atlas".
+    dtype, shape, space, unit and invalid value. All are as large as the picture but the two atlases.
 
     Attributes
     ----------

@@ -69,6 +69,8 @@ class Surface:
             return self._stored(name, "final_radiance", np.float32)
         if name == "shadow_atlas":
             return self._stored(name, name, np.float32)
+        if name == "volume_atlas":
+            return self._volume()
         if not self._plan.batches:
             return self._nothing(name)
         if name == "overdraw":
@@ -100,8 +102,17 @@ class Surface:
             return self._nothing(name)
         return self.raw(target, dtype, OUTPUTS[name].channels)
 
+    def _volume(self) -> NDArray[Any]:
+        """The slices of the shadow of particles, three colours that may be the same."""
+        target = self._plan.target("volume_atlas")
+        if target is None:
+            return self._nothing("volume_atlas")
+        channels = min(FORMATS[target.format].components, 3)
+        values = self._floats("volume_atlas", channels)
+        return np.repeat(values[..., None], 3, axis=-1) if channels == 1 else values
+
     def _nothing(self, name: str) -> NDArray[Any]:
-        width, height = (0, 0) if name == "shadow_atlas" else self._plan.view.size
+        width, height = (0, 0) if name in ("shadow_atlas", "volume_atlas") else self._plan.view.size
         channels = OUTPUTS[name].channels
         shape = (height, width) if channels == 1 else (height, width, channels)
         return np.full(shape, _INVALID.get(name, 0.0))

@@ -22,12 +22,19 @@ from firefly_sample.passes.geometry import GeometryPass
 from firefly_sample.passes.half_depth import HalfDepthPass
 from firefly_sample.passes.interpolation import InterpolationPass
 from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
+from firefly_sample.passes.particle_light import ParticleLightPass
+from firefly_sample.passes.particles import ParticlesPass
 from firefly_sample.passes.plain import PlainPass
 from firefly_sample.passes.point_lights import PointLightsPass
 from firefly_sample.passes.resolve import ResolvePass
 from firefly_sample.passes.shadow_maps import ShadowMapsPass
 from firefly_sample.passes.spotlights import SpotlightsPass
 from firefly_sample.passes.upsample import UpsamplePass
+from firefly_sample.passes.volume_blur_x import VolumeBlurXPass
+from firefly_sample.passes.volume_blur_y import VolumeBlurYPass
+from firefly_sample.passes.volume_slices import VolumeSlicesPass
+from firefly_sample.passes.volume_sums import VolumeSumsPass
+from firefly_sample.passes.volume_texture import VolumeTexturePass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.light_set import PASS_OF_KIND
@@ -39,6 +46,10 @@ __all__ = ["PASSES", "Renderer", "SoftwareDriverWarning"]
 
 PASSES: tuple[type[Pass], ...] = (
     ShadowMapsPass,
+    VolumeSlicesPass,
+    VolumeSumsPass,
+    VolumeBlurXPass,
+    VolumeBlurYPass,
     GeometryPass,
     InterpolationPass,
     ForwardPass,
@@ -49,11 +60,14 @@ PASSES: tuple[type[Pass], ...] = (
     PointLightsPass,
     SpotlightsPass,
     UpsamplePass,
+    ParticleLightPass,
+    ParticlesPass,
     PlainPass,
     OverdrawPass,
     VolumesPass,
     WireframePass,
     ResolvePass,
+    VolumeTexturePass,
 )
 """Every pass in drawing order; a plan holds those that its frame needs."""
 
@@ -192,6 +206,12 @@ class Renderer:
             raise GpuError(
                 f"the shadow maps need {plan.shadows.size[0]}x{plan.shadows.size[1]} texels, above this "
                 f"driver's limit of {self._device.max_size} a side: set shadow_atlas to that"
+            )
+        if plan.volume is not None and max(plan.volume.size) > self._device.max_size:
+            width, height = plan.volume.size
+            raise GpuError(
+                f"the slices of particles' shadow need {width}x{height} texels, above this driver's limit of "
+                f"{self._device.max_size} a side: choose a smaller volume_tile, or fewer volume_slices"
             )
         self._drawn = None
         with self._device:

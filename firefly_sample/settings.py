@@ -22,11 +22,14 @@ __all__ = [
     "LightResolution",
     "Look",
     "NormalFormat",
+    "ParticleOrder",
     "PositionMethod",
     "Settings",
     "SpecularModel",
     "Tone",
+    "VolumeFormat",
     "VolumeProxy",
+    "VolumeShadows",
     "Window",
     "preset_with",
 ]
@@ -45,6 +48,9 @@ LightResolution = Literal["full", "half"]
 Tone = Literal["exponential", "none"]
 SpecularModel = Literal["phong", "blinn_phong"]
 Window = Literal["karis", "gltf"]
+VolumeShadows = Literal["optical_depth", "blend", "loop", "none"]
+VolumeFormat = Literal["float32", "float16", "unorm8"]
+ParticleOrder = Literal["view", "half_angle", "unsorted"]
 
 HALF_CODE = 1.5e-4
 """Half a code of 255 in the dark, where sRGB is linear: 0.5 / 255 / 12.92."""
@@ -66,6 +72,10 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "window": get_args(Window),
     "clamp_light": (True, False),
     "shadow_taps": (1, 4, 16),
+    "volume_shadows": get_args(VolumeShadows),
+    "volume_format": get_args(VolumeFormat),
+    "volume_interpolation": (True, False),
+    "particle_order": get_args(ParticleOrder),
 }
 
 LARGEST_ATLAS = 16384
@@ -73,7 +83,15 @@ LARGEST_ATLAS = 16384
 SHADOW_RESOLUTIONS = 16, 16384
 """Texels along a side: the smallest shadow map that holds its border, and the largest that drivers have."""
 
-_WHOLE = {"shadow_atlas": (256, LARGEST_ATLAS), "shadow_resolution": SHADOW_RESOLUTIONS}
+_WHOLE = {
+    "shadow_atlas": (256, LARGEST_ATLAS),
+    "shadow_resolution": SHADOW_RESOLUTIONS,
+    "volume_slices": (8, 256),
+    "volume_tile": (16, 1024),
+    "volume_reads": (1, 256),
+    "particle_slices": (2, 65536),
+}
+_MAY_BE_ABSENT = ("cutoff_threshold", "shadow_resolution", "volume_reads", "particle_slices")
 _NOT_CLASSIC = ("normals", "albedo", "interpolation", "accumulation", "light_resolution")
 NOT_FORWARD = {"light_resolution": "full", "interpolation": "rasterizer"}
 """What needs a G-buffer, and what is left without one."""
@@ -158,6 +176,31 @@ class Settings:
     shadow_atlas : int
         Texels along a side that the texture of all shadow maps may have, 256 to 16384. It is made only as
         large as the maps need.
+    volume_shadows : {"optical_depth", "blend", "loop", "none"}
+        How particles shadow each other and what lies behind them. "optical_depth" adds up -ln(1 - alpha) in
+        slices across the light, sums the slices once, and takes the exponential: right for any alpha.
+        "blend" adds alphas, slice upon slice in as many steps, and takes 1 - sum: darker, black where 1 is
+        reached. "loop" keeps slices as they are, and whoever asks for a shadow adds up those before: the
+        first two's predecessor. "none" leaves shadows out.
+    volume_slices : int
+        Slices of a cloud along the light, 8 to 256. Twice as many cost twice the memory and up to four times
+        the sums.
+    volume_tile : int
+        Texels across each slice, 16 to 1024.
+    volume_format : {"float32", "float16", "unorm8"}
+        How a slice's texels are stored. "float16" errs by 5e-4 of the sum, more on a driver that cuts off.
+        "unorm8" cannot hold less than 1/510, so that faint particles vanish; not with "optical_depth", which
+        may be above 1.
+    volume_reads : int, optional
+        Slices before its own, the nearest ones, that "loop" adds up, 1 to 256; all when absent.
+    volume_interpolation : bool
+        Find shadows between slices by the depth in them, where the cloud allows it too; else in steps.
+    particle_order : {"view", "half_angle", "unsorted"}
+        Particles are drawn from back to front: along the view axis, which is right; along the axis half-way
+        between view and light, which suits both; or as they come, which saves the sorting.
+    particle_slices : int, optional
+        Depths that the order tells apart, 2 to 65536, between the nearest and the farthest particle in view;
+        2^32, which is all of them, when absent.
     supersample : {1, 2}
         2 draws four samples a pixel and averages their linear radiance: four times the cost, smooth
         leaves. Keep 1 for measuring.
@@ -191,6 +234,14 @@ class Settings:
     shadow_taps: int = 4
     shadow_resolution: int | None = None
     shadow_atlas: int = 8192
+    volume_shadows: VolumeShadows = "optical_depth"
+    volume_slices: int = 64
+    volume_tile: int = 128
+    volume_format: VolumeFormat = "float32"
+    volume_reads: int | None = None
+    volume_interpolation: bool = True
+    particle_order: ParticleOrder = "view"
+    particle_slices: int | None = None
     supersample: int = 1
     exposure: float = 1.0
     tone: Tone | None = None
@@ -203,7 +254,7 @@ class Settings:
                 raise SettingsError(f"setting {name!r} must be one of {shown}; got {value!r}")
         for name, (low, high) in _RANGES.items():
             value = getattr(self, name)
-            if value is None and name == "cutoff_threshold":
+            if value is None and name in _MAY_BE_ABSENT:
                 continue
             number = _number(value)
             if not low <= number <= high:
@@ -213,7 +264,7 @@ class Settings:
             object.__setattr__(self, name, number)
         for name, (first, last) in _WHOLE.items():
             value = getattr(self, name)
-            if value is None and name == "shadow_resolution":
+            if value is None and name in _MAY_BE_ABSENT:
                 continue
             if type(value) is not int or not first <= value <= last:
                 raise SettingsError(
@@ -226,6 +277,15 @@ class Settings:
         self._check_together()
 
     def _check_together(self) -> None:
+        if self.volume_format == "unorm8" and self.volume_shadows == "optical_depth":
+            raise SettingsError(
+                "setting 'volume_format' must not be unorm8 with volume_shadows=optical_depth, which adds up "
+                "to more than 1: choose float16, or volume_shadows=blend or loop"
+            )
+        if self.volume_reads is not None and self.volume_shadows != "loop":
+            raise SettingsError(
+                "setting 'volume_reads' is for volume_shadows=loop: leave it out, or choose that"
+            )
         if self.lights == "forward":
             for name, value in NOT_FORWARD.items():
                 if getattr(self, name) != value:

@@ -9,6 +9,9 @@
 #if RADIANCE
 uniform sampler2D u_radiance;
 #endif
+#if PARTICLES
+uniform sampler2D u_particles;
+#endif
 #if MARKED
 uniform sampler2D u_coverage;
 #define COVERED texelFetch(u_coverage, texel, 0).r
@@ -40,7 +43,7 @@ vec3 background(vec2 pixel)
 #endif
 }
 
-vec3 sample_radiance(ivec2 texel)
+vec3 behind_particles(ivec2 texel)
 {
     vec3 value = vec3(0.0);
 #if RADIANCE
@@ -55,6 +58,16 @@ vec3 sample_radiance(ivec2 texel)
 #else
     return value + background(vec2(texel) + 0.5);
 #endif
+}
+
+vec3 sample_radiance(ivec2 texel)
+{
+    vec3 value = behind_particles(texel);
+#if PARTICLES
+    vec4 over = texelFetch(u_particles, texel, 0);
+    value = value * (1.0 - over.a) + over.rgb;
+#endif
+    return value;
 }
 
 void main()

@@ -56,6 +56,14 @@ SETTINGS_HELP = {
     "shadow_taps": "Comparisons with the shadow map at each pixel: 1, 4 or 16.",
     "shadow_resolution": "Texels along a side of every shadow map, in place of the lights' own.",
     "shadow_atlas": "Texels along a side that the texture of all shadow maps may have.",
+    "volume_shadows": "How particles shadow each other: sums of optical depths, blended alphas, or a loop.",
+    "volume_slices": "Slices of a cloud of particles along its light: 8 to 256.",
+    "volume_tile": "Texels across each slice: 16 to 1024.",
+    "volume_format": "How a slice's texels are stored.",
+    "volume_reads": "Slices, the nearest before its own, that volume-shadows=loop adds up for a particle.",
+    "volume_interpolation": "Shadows between slices by the depth in them, not in steps.",
+    "particle_order": "Draw particles back to front along the view or the half-angle axis, or unsorted.",
+    "particle_slices": "Depths that the order of particles tells apart.",
     "supersample": "2 averages four samples a pixel.",
     "exposure": "Radiance is multiplied by it.",
     "tone": "The curve from radiance to display.",
@@ -64,6 +72,8 @@ _SETTINGS_DEFAULT = {
     "cutoff_threshold": "none, the budget",
     "shadow_resolution": "each light's own",
     "tone": "the look's own",
+    "volume_reads": "all",
+    "particle_slices": "2^32",
     "supersample": "1; 2 to capture color alone",
 }
 

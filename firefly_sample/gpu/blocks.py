@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.light_rows import pixel_slopes
 from firefly_sample.plan.frame_plan import FramePlan, View
+from firefly_sample.plan.volume import Volume
 
-__all__ = ["BLOCKS", "block_dtype", "block_glsl", "shading_values", "view_values"]
+__all__ = ["BLOCKS", "block_dtype", "block_glsl", "shading_values", "view_values", "volume_values"]
 
 Float64 = NDArray[np.float64]
 
@@ -36,6 +37,14 @@ BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
         ("inverse_y", "of y"),
         ("inverse_z", "of z"),
         ("inverse_w", "of w"),
+    ),
+    "Volume": (
+        ("volume_x", "view space to volume space: its X, rows for column vectors"),
+        ("volume_y", "its Y, along the light"),
+        ("volume_z", "its Z"),
+        ("volume_scale", "texels a unit (or slope); where slices begin; slices a unit; 1 for perspective"),
+        ("volume_tiles", "texels across a tile; tiles across; slices; how many a lookup adds up"),
+        ("volume_sums", "1 to take the exponential; 1 to interpolate; half-width of the blur; 1 if Gaussian"),
     ),
     "Shading": (
         ("ambient", "sum of the ambient lights"),
@@ -98,6 +107,27 @@ def view_values(view: View) -> NDArray[Any]:
 def _inverse(view: View) -> Float64:
     """Clip space to world space."""
     return np.asarray(view.lens.inverse_matrix() @ view.view_to_world)
+
+
+def volume_values(volume: Volume, view: View) -> NDArray[Any]:
+    """The `Volume` block."""
+    seen = volume.view
+    rows = (view.view_to_world @ seen.world_to_volume).T
+    loop = volume.method == "loop"
+    return _packed(
+        "Volume",
+        {
+            **dict(zip(("volume_x", "volume_y", "volume_z"), rows[:3], strict=True)),
+            "volume_scale": (seen.scale, seen.first, seen.per_unit, float(seen.perspective)),
+            "volume_tiles": (seen.tile, volume.grid[0], seen.slices, volume.reads if loop else 1),
+            "volume_sums": (
+                float(volume.method == "optical_depth"),
+                float(volume.interpolate),
+                volume.blur,
+                float(volume.kernel == "gaussian"),
+            ),
+        },
+    )
 
 
 def shading_values(plan: FramePlan) -> NDArray[Any]:

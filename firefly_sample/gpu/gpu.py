@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.gpu.blocks import BLOCKS, binding, block_dtype, shading_values, view_values
+from firefly_sample.gpu.blocks import BLOCKS, binding, block_dtype, shading_values, view_values, volume_values
 from firefly_sample.gpu.corner_tables import CornerTables
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import Images
@@ -44,7 +44,10 @@ class Gpu:
         self._drop_shadow_table()
         self.uploads.sweep()
         self.images.prepare(plan)
-        for name, values in (("View", view_values(plan.view)), ("Shading", shading_values(plan))):
+        blocks = {"View": view_values(plan.view), "Shading": shading_values(plan)}
+        if plan.volume is not None:
+            blocks["Volume"] = volume_values(plan.volume, plan.view)
+        for name, values in blocks.items():
             self._blocks[name].write(values.tobytes())
             self._blocks[name].bind_to_uniform_block(binding(name))
         if self.device.capabilities.clip_control:

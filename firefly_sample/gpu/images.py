@@ -27,6 +27,8 @@ def make_texture(
             device.raw.allocate_depth(size, form.gl_format)
     else:
         texture = device.ctx.texture(size, form.components, dtype=form.dtype, internal_format=form.gl_format)
+        if form.components == 1 and form.dtype != "u4":
+            texture.swizzle = "RRR1"  # one number stands for three colours
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     texture.repeat_x = texture.repeat_y = False
     return texture
@@ -136,6 +138,18 @@ class BoundImages:
             raise PlanError(f"pass {self._step.name!r} does not declare that it reads {name!r}")
         return self._images.texture(self._plan, name)
 
+    def own(self, name: str) -> moderngl.Texture:
+        """The texture of a target that the pass writes or updates, to copy into.
+
+        Raises
+        ------
+        PlanError
+            If the pass does not declare it.
+        """
+        if name not in (*self._step.writes, *self._step.updates):
+            raise PlanError(f"pass {self._step.name!r} does not declare that it writes {name!r}")
+        return self._images.texture(self._plan, name)
+
     def color_names(self) -> tuple[str, ...]:
         """The colour targets that the pass draws into, in attachment order."""
         names = (*self._step.writes, *self._step.updates)
@@ -164,11 +178,11 @@ class BoundImages:
     def keep_into(self) -> tuple[moderngl.Texture, moderngl.Framebuffer]:
         """The texture and the framebuffer of a depth target that keeps what it has; bound, to be written."""
         (name,) = self._step.writes
-        framebuffer = self.depth_framebuffer(name)
+        framebuffer = self.framebuffer_of(name)
         framebuffer.use()
         framebuffer.depth_mask = True
         return self._images.texture(self._plan, name), framebuffer
 
-    def depth_framebuffer(self, name: str) -> moderngl.Framebuffer:
-        """A framebuffer of a depth target alone, to copy from or to."""
+    def framebuffer_of(self, name: str) -> moderngl.Framebuffer:
+        """A framebuffer of one target alone, to copy from or to."""
         return self._images.framebuffer(self._plan, self._step, (name,))

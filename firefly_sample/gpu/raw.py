@@ -56,6 +56,12 @@ class RawGL:
             "glTexImage2D", TEXTURE_2D, 0, internal_format, width, height, 0, DEPTH_COMPONENT, FLOAT, None
         )
 
+    def copy_texels(self, source: int, texture: int, corner: tuple[int, int], size: tuple[int, int]) -> None:
+        """Copy texels of a framebuffer object's image, from `corner` on, into a texture of this size."""
+        self._call("glBindFramebuffer", READ_FRAMEBUFFER, source)
+        self._call("glBindTexture", TEXTURE_2D, texture)
+        self._call("glCopyTexSubImage2D", TEXTURE_2D, 0, 0, 0, *corner, *size)
+
     def copy_depth(self, source: int, destination: int, size: tuple[int, int]) -> None:
         """Copy a depth buffer between two framebuffer objects of the same size and depth format."""
         width, height = size

@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.shadows import ShadowMap
+from firefly_sample.plan.volume import Volume
 from firefly_sample.reference.chunks import Progress
 from firefly_sample.reference.frame import (
     VERSION,
@@ -131,8 +133,16 @@ def _parts(plan: FramePlan) -> Iterator[object]:
         yield from _batch_parts(batch)
     for lights in plan.lights:
         yield from (getattr(lights, field.name) for field in fields(LightSet))
+    yield from (getattr(plan.particles, field.name) for field in fields(ParticleSet))
+    yield from _volume_parts(plan.volume)
     for shadow in plan.shadows.maps:
         yield from _shadow_parts(shadow)
+
+
+def _volume_parts(volume: Volume | None) -> Iterator[object]:
+    if volume is not None:
+        yield from (volume.view.world_to_volume, volume.view.scale, volume.view.first, volume.view.per_unit)
+        yield from (volume.method, volume.places, volume.radii, volume.strengths)
 
 
 def _batch_parts(batch: Batch) -> Iterator[object]:

@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 import moderngl
+import numpy as np
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["Pass", "draw_fullscreen", "textures_of"]
+__all__ = ["SQUARE", "Pass", "draw_fullscreen", "textures_of"]
+
+
+SQUARE = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype=np.float32)
+"""Corners of a strip of two triangles."""
 
 
 class Pass:

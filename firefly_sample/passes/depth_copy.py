@@ -17,5 +17,5 @@ class DepthCopyPass(Pass):
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        source, copy = images.depth_framebuffer("depth"), images.depth_framebuffer("depth_copy")
+        source, copy = images.framebuffer_of("depth"), images.framebuffer_of("depth_copy")
         gpu.device.raw.copy_depth(source.glo, copy.glo, plan.view.size)

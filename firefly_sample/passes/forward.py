@@ -10,7 +10,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.geometry import Drawable, draw_surface, make_drawable
-from firefly_sample.passes.lights import MOST_LOOPED, light_table
+from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ForwardVariant
@@ -35,7 +35,7 @@ class ForwardPass(Pass):
         assert isinstance(step.variant, ForwardVariant)
         self._ready.clear()
         outputs = images.color_names()
-        for index, lights in enumerate(_joined(plan) or [None]):
+        for index, lights in enumerate(joined_sets(plan, MOST_LOOPED) or [None]):
             frame = _variant_for(step.variant, lights, first=index == 0)
             made = []
             for batch in plan.batches:
@@ -59,6 +59,8 @@ class ForwardPass(Pass):
             if variant.taps:
                 textures["u_shadow_atlas"] = images.read("shadow_atlas")
                 textures["u_shadow_maps"] = gpu.shadow_table(plan)
+            if variant.volume:
+                textures["u_volume_atlas"] = images.read("volume_atlas")
             flags = moderngl.DEPTH_TEST | (moderngl.NOTHING if variant.first else moderngl.BLEND)
             framebuffer.depth_mask = variant.first
             try:
@@ -69,14 +71,6 @@ class ForwardPass(Pass):
                     textures["u_lights"].release()
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
-
-
-def _joined(plan: FramePlan) -> list[LightSet | None]:
-    """The plan's sets, those that differ in their proxies alone joined, very large ones in pieces."""
-    found: dict[tuple[object, ...], list[LightSet]] = {}
-    for lights in plan.lights:
-        found.setdefault((lights.kind, lights.falloff, lights.shadowed), []).append(lights)
-    return [part for sets in found.values() for part in LightSet.joined(sets).parts(MOST_LOOPED)]
 
 
 def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) -> ForwardVariant:
@@ -91,6 +85,7 @@ def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) ->
             falloff="ramp_squared",
             specular=False,
             taps=0,
+            volume=False,
         )
     fades = lights.kind != "directional"
     attenuated = fades and lights.falloff.value == "attenuation"
@@ -100,6 +95,7 @@ def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) ->
         falloff=lights.falloff.value if fades else "ramp_squared",
         window=frame.window if attenuated else "karis",
         taps=frame.taps if lights.shadowed else 0,
+        volume=frame.volume and lights.clouded,
         first=first,
         ambient=frame.ambient and first,
         emission=frame.emission and first,

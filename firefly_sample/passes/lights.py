@@ -19,9 +19,17 @@ from firefly_sample.gpu.records import RECORD_OF_KIND, record_dtype
 from firefly_sample.passes.base import Pass, textures_of
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightKind, LightSet
-from firefly_sample.plan.variants import DrawMethod, ForwardVariant, LightVariant, Variant, defines
+from firefly_sample.plan.variants import DrawMethod, LightVariant, Variant, defines
 
-__all__ = ["MOST_LOOPED", "LightPass", "draw_volumes", "light_table", "method_for", "variant_for"]
+__all__ = [
+    "MOST_LOOPED",
+    "LightPass",
+    "draw_volumes",
+    "joined_sets",
+    "light_table",
+    "method_for",
+    "variant_for",
+]
 
 _OUTPUTS = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
@@ -50,7 +58,8 @@ class LightPass(Pass):
             outputs = tuple(_OUTPUTS.get(name, name) for name in images.color_names())
             program = gpu.programs.get(self.name, variant, outputs)
             needless = set() if variant.taps else {"shadow_atlas"}
-            if not (variant.taps or lights.kind != "directional"):
+            needless |= set() if variant.volume else {"volume_atlas"}
+            if not (variant.taps or variant.volume or lights.kind != "directional"):
                 needless |= {"distance", "position", "depth", "depth_copy"}
             textures = textures_of(images, (name for name in step.reads if name not in needless))
             if variant.taps:
@@ -78,7 +87,8 @@ def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
         falloff=lights.falloff.value if fades else "ramp_squared",
         window=frame.window if fades and lights.falloff.value == "attenuation" else "karis",
         taps=frame.taps if lights.shadowed else 0,
-        position=frame.position if fades or lights.shadowed else "distance",
+        volume=frame.volume and lights.clouded,
+        position=frame.position if fades or lights.shadowed or lights.clouded else "distance",
     )
 
 
@@ -136,9 +146,16 @@ def draw_volumes(
     gpu.ctx.depth_func = "<"
 
 
-def light_table(
-    gpu: Gpu, plan: FramePlan, lights: LightSet, variant: LightVariant | ForwardVariant
-) -> moderngl.Texture:
+def joined_sets(plan: FramePlan, most: int) -> list[LightSet | None]:
+    """The plan's sets, those that differ in their proxies alone joined, very large ones in pieces."""
+    found: dict[tuple[object, ...], list[LightSet]] = {}
+    for lights in plan.lights:
+        key = (lights.kind, lights.falloff, lights.shadowed, lights.clouded)
+        found.setdefault(key, []).append(lights)
+    return [part for sets in found.values() for part in LightSet.joined(sets).parts(most)]
+
+
+def light_table(gpu: Gpu, plan: FramePlan, lights: LightSet, variant: Variant) -> moderngl.Texture:
     """The records of lights as a texture for shaders that walk all of them; the caller's to release."""
     rows = light_rows(RECORD_OF_KIND[lights.kind], defines(variant), lights, plan.view)
     texels = light_texels(rows, _TEXTURE_WIDTH)

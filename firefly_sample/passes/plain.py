@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import moderngl
-import numpy as np
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.light_rows import dot_rows
-from firefly_sample.passes.base import Pass
+from firefly_sample.passes.base import SQUARE, Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 __all__ = ["PlainPass"]
-
-_CORNERS = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype=np.float32)
 
 
 class PlainPass(Pass):
@@ -31,7 +28,7 @@ class PlainPass(Pass):
         dots = plan.sprites
         program = gpu.programs.get(self.name, step.variant, images.color_names())
         program.use()
-        corners = gpu.fixed("square", _CORNERS)
+        corners = gpu.fixed("square", SQUARE)
         rows = gpu.stream("plain dots", dot_rows(dots, plan.view))
         array = gpu.array(
             self.name,

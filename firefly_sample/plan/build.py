@@ -16,6 +16,7 @@ from firefly_sample.plan.frame_plan import Background, Capabilities, FramePlan, 
 from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
+from firefly_sample.plan.particles import gather_particles, plan_volume, see_particles
 from firefly_sample.plan.position_warning import position_warning
 from firefly_sample.plan.shadows import ShadowPlanner
 from firefly_sample.plan.warnings import plan_warnings
@@ -94,6 +95,7 @@ class Planner:
         planes = lens.frustum_planes()
         seen = visible_instances(snapshot.groups, camera.world_to_view, planes)
         exposure = _exposure(scene, settings)
+        cloud = gather_particles(snapshot, time) if settings.look != "classic" else None
         reverse = reverses_depth(settings, capabilities)
         lighting = light_scene(
             snapshot,
@@ -106,8 +108,12 @@ class Planner:
             seen,
             exposure,
             reverse,
+            None if cloud is None else cloud.light,
         )
         sprites = _sprites(snapshot, time, camera.world_to_view, planes)
+        clouded = lighting.counts(clouded=True)
+        volume = plan_volume(cloud, settings) if cloud is not None and clouded else None
+        particles = see_particles(cloud, camera.world_to_view, planes, sprites.positions, settings, volume)
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
         background = _background(scene)
         needs = Needs(
@@ -121,6 +127,9 @@ class Planner:
             shadowed=lighting.counts(shadowed=True),
             atlas=lighting.shadows.size,
             maps=len(lighting.shadows.maps),
+            particles=len(particles),
+            volume=volume,
+            clouded=clouded,
             ambient=bool(ambient.any()),
             gradient=background.horizon != background.zenith,
             materials=tuple(visible_materials(seen)),
@@ -157,6 +166,8 @@ class Planner:
             lights=lighting.sets,
             shadows=lighting.shadows,
             sprites=sprites,
+            particles=particles,
+            volume=volume,
             background=background,
             exposure=exposure,
             targets=targets,
@@ -168,6 +179,7 @@ class Planner:
                 snapshot,
                 lighting.sets,
                 position_warning(needs, lens, camera, seen, lighting.sets, max(exposure)),
+                cloud,
             ),
         )
 

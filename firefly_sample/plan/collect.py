@@ -20,6 +20,7 @@ from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scene.traversal import iter_visible
@@ -32,7 +33,7 @@ LightNode = PointLights | FadingLight | DirectionalLight
 
 @dataclass(eq=False)
 class Snapshot:
-    """What one walk found: geometry groups, and the nodes of lights and sprites with their net matrices.
+    """What one walk found: geometry groups; nodes of lights, sprites, particles with their net matrices.
 
     Attributes
     ----------
@@ -46,6 +47,7 @@ class Snapshot:
     lights: list[tuple[LightNode, Float64]] = field(default_factory=list)
     ambient: list[AmbientLight] = field(default_factory=list)
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
+    particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()
     watched: list[tuple[Any, int]] = field(default_factory=list)
     looks: list[tuple[Material, tuple[Any, ...]]] = field(default_factory=list)
@@ -107,6 +109,8 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             snapshot.ambient.append(node)
         elif isinstance(node, Sprites):
             snapshot.sprites.append((node, visit.net))
+        elif isinstance(node, ParticleNode):
+            snapshot.particles.append((node, visit.net))
     for key, entry in found.items():
         snapshot.groups.extend(
             make_groups(key, entry.geom, entry.materials, entry.colors, entry.nets, entry.ids)

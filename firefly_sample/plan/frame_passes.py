@@ -22,6 +22,8 @@ from firefly_sample.plan.variants import (
     LightVariant,
     LightViewVariant,
     NormalPacking,
+    ParticleLightVariant,
+    ParticleVariant,
     PlainVariant,
     Position,
     ResolveVariant,
@@ -113,6 +115,8 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
     lights = frame.there("radiance", "light")
     if needs.shadow_maps:
         frame.add("shadow_maps", "; ".join(needs.shadows()), ShadowVariant(), writes=("shadow_atlas",))
+    if needs.volume_shadow:
+        _volume(needs, frame)
     if needs.drawn:
         because = f"{needs.geometry} geometry instances in view"
         if needs.forward:
@@ -137,6 +141,8 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
                 _lights(needs, frame, kind, half or lights)
     if needs.half:
         _upsample(needs, frame, lights)
+    if needs.hazy:
+        _particles(needs, frame)
     if needs.dotted:
         tests = frame.there("depth")
         because = f"{needs.sprites} sprites in view"
@@ -145,6 +151,9 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
         _light_view(needs, frame, name)
     if needs.picture:
         _resolve(needs, frame)
+    if needs.textured:
+        because = "show_texture: the slices of shadow in the picture's corner"
+        frame.add("volume_texture", because, Variant(), reads=("volume_atlas",), tests=("color",))
     return tuple(frame.passes)
 
 
@@ -158,6 +167,54 @@ def _interpolation(variant: GeometryVariant, frame: _Passes) -> None:
     )
     because = "interpolation=float64: what is steep is found again from its triangle's corners"
     frame.add("interpolation", because, own, reads=("visibility",), tests=frame.there(*sorted(INTERPOLATED)))
+
+
+def _volume(needs: Needs, frame: _Passes) -> None:
+    """Fill the slices, sum them as the method does, and blur what came of it."""
+    volume = needs.volume
+    assert volume is not None
+    atlas, scratch = ("volume_atlas",), ("volume_scratch",)
+    frame.add("volume_slices", needs.volume_reason, Variant(), writes=atlas)
+    if volume.method != "loop":
+        because = f"volume_shadows={volume.method} adds each slice to the next"
+        frame.add("volume_sums", because, Variant(), writes=("volume_sum",), tests=atlas)
+    if volume.blur > 0.0:
+        because = f"a {volume.kernel} blur of {volume.blur:g} texels"
+        frame.add("volume_blur_x", because, Variant(), reads=atlas, writes=scratch)
+        frame.add("volume_blur_y", because, Variant(), reads=scratch, writes=atlas)
+
+
+def _particles(needs: Needs, frame: _Passes) -> None:
+    """Light each particle once, then draw all of them."""
+    settings = needs.settings
+    light = ParticleLightVariant(
+        window=settings.window,
+        taps=settings.shadow_taps if needs.shadow_maps else 0,  # type: ignore[arg-type]
+        volume=needs.volume_shadow,
+        orthographic=needs.orthographic,
+    )
+    reads = frame.there("shadow_atlas", "volume_atlas")
+    writes = ("particle_light",)
+    frame.add("particle_light", needs.particles_in_view, light, reads=reads, writes=writes)
+    variant = ParticleVariant(
+        surfaces=needs.drawn,
+        position=_surface_position(needs) if needs.drawn else "distance",
+        orthographic=needs.orthographic,
+    )
+    reads = ("particle_light", *(_soft_place(needs) if needs.drawn else ()))
+    frame.add("particles", needs.particles_in_view, variant, reads=reads, writes=("particles",))
+
+
+def _surface_position(needs: Needs) -> Position:
+    """How a pass that needs no more than the surface's distance gets it."""
+    return "depth" if needs.forward else _position(needs)
+
+
+def _soft_place(needs: Needs) -> tuple[str, ...]:
+    """The target that tells where surfaces are, and what tells whether there is one."""
+    if needs.forward or needs.place_target == "depth":
+        return ("depth",)
+    return (needs.place_target, *(("albedo",) if needs.orthographic else ()))
 
 
 def _ambient(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
@@ -179,7 +236,9 @@ def _ambient(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
 
 
 def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ...]) -> None:
-    settings, placed = needs.settings, kind != "directional" or kind in needs.shadowed
+    settings = needs.settings
+    clouded = kind in needs.clouded and needs.volume_shadow
+    placed = kind != "directional" or kind in needs.shadowed or clouded
     method = _METHODS[settings.lights]
     variant = LightVariant(
         method="fullscreen" if kind == "directional" and method == "sphere" else method,
@@ -194,11 +253,13 @@ def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ..
         radiance="radiance" in lights or "half_shine" in lights,
         light="light" in lights or needs.half,
         half=needs.half,
+        volume=clouded,
     )
     reads = ["albedo"] if variant.radiance and not needs.half else []
     reads += ["normal", *(_place(needs, frame) if placed else ())]
     reads += ["specular"] if variant.highlights != "none" else []
     reads += ["shadow_atlas"] if kind in needs.shadowed else []
+    reads += ["volume_atlas"] if clouded else []
     tests = frame.there("half_depth" if needs.half else "depth") if needs.volume_test else ()
     if kind == "directional":
         tests = ()
@@ -239,9 +300,10 @@ def _forward(needs: Needs, frame: _Passes, because: str) -> None:
         specular=needs.highlights,
         emission=needs.emits,
         orthographic=needs.orthographic,
+        volume=bool(needs.clouded) and needs.volume_shadow,
     )
     lights = ", ".join(needs.all_lights()) or "no light"
-    reads = frame.there("shadow_atlas") if needs.lit else ()
+    reads = frame.there("shadow_atlas", "volume_atlas") if needs.lit else ()
     writes = ("depth", "coverage")
     frame.add(
         "forward", f"{because}, {lights}", variant, reads=reads, writes=writes, fills=frame.there("radiance")
@@ -269,9 +331,11 @@ def _resolve(needs: Needs, frame: _Passes) -> None:
         classic=needs.classic,
         tone=settings.tone_curve,
         supersample=settings.supersample,  # type: ignore[arg-type]
+        particles="particles" in frame.names,
     )
     because = "; ".join(asked(needs.outputs, ("color", "radiance")))
-    reads, writes = frame.there("radiance", "albedo", "coverage"), frame.there("color", "final_radiance")
+    reads = frame.there("radiance", "particles", "albedo", "coverage")
+    writes = frame.there("color", "final_radiance")
     frame.add("resolve", because, variant, reads=reads, writes=writes)
 
 

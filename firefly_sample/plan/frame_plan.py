@@ -16,9 +16,11 @@ from firefly_sample.errors import PlanError
 from firefly_sample.frame import LightCounts
 from firefly_sample.plan.instances import Factors
 from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.shadows import ShadowPlan
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant, Variant
+from firefly_sample.plan.volume import Volume
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.material import Texture
@@ -171,6 +173,9 @@ class FramePlan:
     lights : tuple of LightSet
         In drawing order.
     shadows : ShadowPlan
+    particles : ParticleSet
+    volume : Volume or None
+        The shadows of particles; None without any.
     background : Background
     exposure : tuple of 3 floats
         The scene's times the setting's; the classic look has none.
@@ -189,6 +194,8 @@ class FramePlan:
     lights: tuple[LightSet, ...]
     shadows: ShadowPlan
     sprites: SpriteSet
+    particles: ParticleSet
+    volume: Volume | None
     background: Background
     exposure: tuple[float, float, float]
     targets: tuple[Target, ...]

@@ -5,10 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
-from firefly_sample.plan.targets import COARSE_DEPTH, STORED_POSITIONS, Target
+from firefly_sample.plan.targets import (
+    COARSE_DEPTH,
+    STORED_POSITIONS,
+    VOLUME_FORMATS,
+    Target,
+    particle_texels,
+)
 
 __all__ = ["INTERPOLATED", "choose_targets"]
 
+_SOFT = "particles end softly where surfaces are"
 INTERPOLATED = frozenset({"normal", "distance", "position"})
 """Targets of what is interpolated between corners, and not sampled."""
 
@@ -38,6 +45,8 @@ def choose_targets(needs: Needs) -> tuple[Target, ...]:
         shape = {"per_sample": False, "size": needs.atlas, "compare": lit}
         kind = "depth32f" if needs.reverse else "depth24"
         targets.add("shadow_atlas", kind, needs.shadows(), far, **shape)
+    if needs.volume_shadow:
+        _add_volume(needs, targets)
     if needs.drawn:
         targets.add("depth", depth, ["geometry hides what is behind it"], far)
         if needs.forward:
@@ -52,6 +61,8 @@ def choose_targets(needs: Needs) -> tuple[Target, ...]:
     reasons += [f"emission of {needs.emissive}"] if needs.emits else []
     reasons += [f"{needs.sprites} sprites"] if needs.dotted else []
     targets.add("radiance", needs.accumulation_format, reasons if needs.picture else [])
+    if needs.hazy:
+        _add_particles(needs, targets)
     if needs.geometry and needs.lights:
         targets.add("overdraw", "r32f", asked(outputs, ("overdraw",)))
         for name in ("volumes", "wireframe"):
@@ -79,6 +90,7 @@ def _add_gbuffer(needs: Needs, targets: _Targets) -> None:
         form = STORED_POSITIONS.get(settings.position, "r32f")
         reasons = [f"{light} (position={settings.position})" for light in needs.placed_lights()]
         reasons = (reasons if needs.placed else []) + asked(outputs, PLACE_OUTPUTS)
+        reasons += [_SOFT] if needs.hazy else []
         reasons += ["light_resolution=half finds neighbours on the same surface"] if needs.half else []
         targets.add(needs.place_target, form, reasons)
     own = [f"ambient colours of {needs.own_ambient}"] if needs.own_ambient_lit else []
@@ -96,6 +108,27 @@ def _add_gbuffer(needs: Needs, targets: _Targets) -> None:
         reason = f"position={settings.position} samples the depth that the volumes are tested against"
         depth, far = _depth_format(needs)
         targets.add("depth_copy", depth, [reason], far)
+
+
+def _add_volume(needs: Needs, targets: _Targets) -> None:
+    volume = needs.volume
+    assert volume is not None
+    form = VOLUME_FORMATS[needs.settings.volume_format][volume.tinted]
+    shape: dict[str, Any] = {"per_sample": False, "size": volume.size}
+    targets.add("volume_atlas", form, [needs.volume_reason], **shape)
+    reasons = [f"a blur of {volume.blur:g} texels"] if volume.blur > 0.0 else []
+    targets.add("volume_scratch", form, reasons, **shape)
+    if volume.method != "loop":
+        tile = (volume.view.tile, volume.view.tile)
+        reason = f"volume_shadows={volume.method} adds each slice to the next"
+        targets.add("volume_sum", form, [reason], per_sample=False, size=tile)
+
+
+def _add_particles(needs: Needs, targets: _Targets) -> None:
+    rows = particle_texels(needs.particles)
+    targets.add("particle_light", "rgba32f", [needs.particles_in_view], per_sample=False, size=rows)
+    reasons = [needs.particles_in_view] + ([f"{needs.sprites} sprites among them"] if needs.sprites else [])
+    targets.add("particles", "rgba32f", reasons)
 
 
 def _add_half(needs: Needs, targets: _Targets, lights: list[str]) -> None:

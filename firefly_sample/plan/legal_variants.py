@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 from typing import Any, get_args
 
+from firefly_sample.plan.light_set import LightKind
 from firefly_sample.plan.variants import (
     AmbientVariant,
     ColorPacking,
@@ -18,6 +19,8 @@ from firefly_sample.plan.variants import (
     LightVariant,
     LightViewVariant,
     NormalPacking,
+    ParticleLightVariant,
+    ParticleVariant,
     PlainVariant,
     Position,
     ResolveVariant,
@@ -76,15 +79,19 @@ def _ambient() -> Iterator[Variant]:
                 yield AmbientVariant(lit, own, emission, colors, radiance, light)
 
 
-def _lights(methods: tuple[DrawMethod, ...], fades: bool) -> Iterator[Variant]:
+def _lights(kind: LightKind, methods: tuple[DrawMethod, ...]) -> Iterator[Variant]:
+    fades = kind != "directional"
     fading: list[tuple[Any, Any]] = [("ramp_squared", "karis")]
     if fades:
         fading += [("attenuation", window) for window in get_args(Ending)]
     for method, (falloff, window), orthographic, position in product(
         methods, fading, _BOTH, get_args(Position)
     ):
-        for taps, highlights, clamp, half in product((0, 1, 4, 16), get_args(Highlights), _BOTH, _BOTH):
-            if not fades and position != "distance" and not taps:
+        clouds = _BOTH if kind != "point" else (False,)
+        for taps, volume, highlights, clamp, half in product(
+            (0, 1, 4, 16), clouds, get_args(Highlights), _BOTH, _BOTH
+        ):
+            if not fades and position != "distance" and not (taps or volume):
                 continue  # without shadows, nobody asks where the surface is
             for radiance, light in [(highlights != "none", True)] if half else _TARGETS:
                 if highlights != "none" and not radiance:
@@ -104,6 +111,7 @@ def _lights(methods: tuple[DrawMethod, ...], fades: bool) -> Iterator[Variant]:
                         radiance,
                         light,
                         half,
+                        volume,
                     )
         for radiance, light in _TARGETS:
             if fades or position == "distance":
@@ -128,29 +136,50 @@ def _upsample() -> Iterator[Variant]:
             yield UpsampleVariant(position, normals, colors, flat, radiance, light, shine)
 
 
+_WAYS: list[tuple[Any, Any, Any]] = [
+    ("directional", "ramp_squared", "karis"),
+    *((kind, "ramp_squared", "karis") for kind in ("point", "spot")),
+    *((kind, "attenuation", window) for kind in ("point", "spot") for window in get_args(Ending)),
+]
+"""Kinds of light, and how each may fade and end."""
+
+
 def _forward() -> Iterator[Variant]:
-    ways: list[tuple[Any, Any, Any]] = [
-        ("directional", "ramp_squared", "karis"),
-        *((kind, "ramp_squared", "karis") for kind in ("point", "spot")),
-        *((kind, "attenuation", window) for kind in ("point", "spot") for window in get_args(Ending)),
-    ]
     for surface in product(_BOTH, repeat=5):
         for own, emission in product(_BOTH, repeat=2):
             # without a light there is nothing but these
             yield ForwardVariant("none", ambient=own, emission=emission, **_surface(surface))
-        for (kind, falloff, window), highlights, clamp, taps in product(
-            ways, get_args(Highlights), _BOTH, (0, 1, 4, 16)
+        for (kind, falloff, window), highlights, clamp, taps, volume in product(
+            _WAYS, get_args(Highlights), _BOTH, (0, 1, 4, 16), _BOTH
         ):
+            if volume and kind == "point":
+                continue
             lit = (kind, falloff, window, highlights, clamp, taps)
             shiny = highlights != "none"
-            yield ForwardVariant(*lit, False, specular=shiny, **_surface(surface))
+            shared = {"volume": volume, **_surface(surface)}
+            yield ForwardVariant(*lit, False, specular=shiny, **shared)
             for own, emission in product(_BOTH, repeat=2):
-                yield ForwardVariant(*lit, True, own, shiny, emission, **_surface(surface))
+                yield ForwardVariant(*lit, True, own, shiny, emission, **shared)
 
 
 def _surface(flags: tuple[bool, ...]) -> dict[str, Any]:
     names = ("orthographic", "textured", "vertex_color", "cutout", "double_sided")
     return dict(zip(names, flags, strict=True))
+
+
+def _particle_light() -> Iterator[Variant]:
+    for flat in _BOTH:
+        yield ParticleLightVariant("none", orthographic=flat)
+        for (kind, falloff, window), taps, first in product(_WAYS, (0, 1, 4, 16), _BOTH):
+            for volume, faded in product(_BOTH, repeat=2) if kind != "point" else [(False, False)]:
+                yield ParticleLightVariant(kind, falloff, window, taps, volume, faded, first, flat)
+
+
+def _particles() -> Iterator[Variant]:
+    for flat in _BOTH:
+        yield ParticleVariant(False, orthographic=flat)
+        for position in get_args(Position):
+            yield ParticleVariant(True, position, flat)
 
 
 def _resolve() -> Iterator[Variant]:
@@ -161,32 +190,41 @@ def _resolve() -> Iterator[Variant]:
             continue
         for classic, tone in ((False, "exponential"), (False, "none"), (True, "none")):
             for marked in _BOTH if masked and not classic else (False,):
-                for flat in _BOTH if gradient else (False,):
+                for flat, particles in product(
+                    _BOTH if gradient else (False,), (False,) if classic else _BOTH
+                ):
                     flags = (radiance, masked, color, final, gradient, flat, classic)
-                    yield ResolveVariant(*flags, tone, supersample, marked)  # type: ignore[arg-type]
+                    yield ResolveVariant(*flags, tone, supersample, marked, particles)  # type: ignore[arg-type]
 
 
 def _light_views(view: View) -> list[Variant]:
     return [LightViewVariant(view, method, flat) for method in get_args(DrawMethod)[:3] for flat in _BOTH]
 
 
+_VOLUME_PASSES = (*("volume_slices", "volume_sums", "volume_blur_x", "volume_blur_y"),)
+"""One variant each: what differs between methods, formats and kernels are numbers."""
+
 _LEGAL: dict[str, Callable[[], Iterable[Variant]]] = {
     "shadow_maps": lambda: (ShadowVariant(cutout) for cutout in _BOTH),
+    **{name: lambda: [Variant()] for name in _VOLUME_PASSES},
     "geometry": _geometry,
     "interpolation": _interpolation,
     "forward": _forward,
     "depth_copy": lambda: [Variant()],
     "half_depth": lambda: [Variant()],
     "ambient": _ambient,
-    "directional_lights": lambda: _lights(("fullscreen", "loop"), fades=False),
-    "point_lights": lambda: _lights(("sphere", "fullscreen", "loop"), fades=True),
-    "spotlights": lambda: _lights(("sphere", "cone", "fullscreen", "loop"), fades=True),
+    "directional_lights": lambda: _lights("directional", ("fullscreen", "loop")),
+    "point_lights": lambda: _lights("point", ("sphere", "fullscreen", "loop")),
+    "spotlights": lambda: _lights("spot", ("sphere", "cone", "fullscreen", "loop")),
     "upsample": _upsample,
+    "particle_light": _particle_light,
+    "particles": _particles,
     "plain": lambda: (PlainVariant(orthographic) for orthographic in _BOTH),
     "overdraw": lambda: _light_views("overdraw"),
     "volumes": lambda: _light_views("volumes"),
     "wireframe": lambda: _light_views("wireframe"),
     "resolve": _resolve,
+    "volume_texture": lambda: [Variant()],
 }
 
 

@@ -59,6 +59,8 @@ class LightSet:
         Index of the first of the light's shadow maps in `FramePlan.shadows`; -1 without shadows.
     maps : ndarray of int32, shape (n,)
         How many shadow maps it has: 0, 1 or 6.
+    dimmed : ndarray of bool, shape (n,)
+        Whether particles take some of it: one light of a frame at most, in a set of its own.
     """
 
     kind: LightKind
@@ -76,6 +78,7 @@ class LightSet:
     heights: Float64
     casters: NDArray[np.int32]
     maps: NDArray[np.int32]
+    dimmed: NDArray[np.bool_]
 
     @classmethod
     def make(cls, kind: LightKind, falloff: Falloff, colors: Float64, **columns: Any) -> LightSet:
@@ -92,6 +95,7 @@ class LightSet:
             "heights": np.zeros(n),
             "casters": np.full(n, -1, dtype=np.int32),
             "maps": np.zeros(n, dtype=np.int32),
+            "dimmed": np.zeros(n, dtype=np.bool_),
         }
         return cls(kind, falloff, "fullscreen", False, colors, **(empty | columns))
 
@@ -116,6 +120,11 @@ class LightSet:
         if len(self) <= most:
             return [self]
         return [self.take(np.arange(len(self))[first : first + most]) for first in range(0, len(self), most)]
+
+    @property
+    def clouded(self) -> bool:
+        """Whether particles take some of its light."""
+        return bool(self.dimmed.any())
 
     def __len__(self) -> int:
         return len(self.colors)

@@ -16,6 +16,7 @@ from firefly_sample.plan.light_views import Sight
 from firefly_sample.plan.lights import choose_proxies, cut_off, in_view, world_lights
 from firefly_sample.plan.shadows import ShadowPlan, ShadowPlanner, no_maps
 from firefly_sample.scene.lens import Lens
+from firefly_sample.scene.light import Light
 from firefly_sample.settings import Settings
 
 __all__ = ["Lighting", "light_scene"]
@@ -47,11 +48,14 @@ class Lighting:
                 counts[lights.kind] = counts.get(lights.kind, 0) + number
         return counts
 
-    def counts(self, shadowed: bool = False) -> dict[LightKind, int]:
-        """How many lights of each kind are drawn, or are drawn with shadows; kinds without any left out."""
+    def counts(self, shadowed: bool = False, clouded: bool = False) -> dict[LightKind, int]:
+        """How many lights of each kind are drawn; kinds without any left out.
+
+        With `shadowed`, of those that have shadow maps, with `clouded`, that particles take some of.
+        """
         counts: dict[LightKind, int] = {}
         for lights in self.sets:
-            if lights.shadowed or not shadowed:
+            if (lights.shadowed or not shadowed) and (lights.clouded or not clouded):
                 counts[lights.kind] = counts.get(lights.kind, 0) + len(lights)
         return counts
 
@@ -67,6 +71,7 @@ def light_scene(
     seen: Sequence[VisiblePart],
     exposure: tuple[float, float, float],
     reverse: bool,
+    dimmed: Light | None = None,
 ) -> Lighting:
     """Plan the lights of a frame.
 
@@ -82,13 +87,15 @@ def light_scene(
         The geometry in view.
     reverse : bool
         Whether depth is reversed in the [0, 1] clip range.
+    dimmed : Light, optional
+        The one that particles take some of.
 
     Raises
     ------
     LightError
         If a light's place or direction is not finite, or the shadow maps do not fit their atlas.
     """
-    world, sources = world_lights(snapshot, time)
+    world, sources = world_lights(snapshot, time, dimmed)
     shiny = any(material.specular.any() for group in snapshot.groups for material in group.materials)
     world = cut_off(world, settings, exposure, shiny)
     planes = lens.frustum_planes()

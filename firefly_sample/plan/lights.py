@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +41,15 @@ class LightSource:
     index: int
 
 
-def world_lights(snapshot: Snapshot, time: float) -> tuple[list[LightSet], list[LightSource]]:
+def world_lights(
+    snapshot: Snapshot, time: float, dimmed: Light | None = None
+) -> tuple[list[LightSet], list[LightSource]]:
     """All lights at `time` in world space, a set for each way to shine and fade; none has a reach yet.
+
+    Parameters
+    ----------
+    dimmed : Light, optional
+        The one that particles take some of.
 
     Returns
     -------
@@ -69,7 +77,7 @@ def world_lights(snapshot: Snapshot, time: float) -> tuple[list[LightSet], list[
             kind, falloff = "spot" if isinstance(node, Spotlight) else "point", node.falloff
         singles.setdefault((kind, falloff), []).append((node, net, caster))
     for (kind, falloff), rows in singles.items():
-        found.setdefault((kind, falloff), []).append(_single_lights(kind, falloff, rows))
+        found.setdefault((kind, falloff), []).append(_single_lights(kind, falloff, rows, dimmed))
     order = [(kind, falloff) for kind in PASS_OF_KIND for falloff in Falloff]
     return [LightSet.joined(found[key]) for key in order if key in found], sources
 
@@ -92,7 +100,9 @@ def _point_lights(node: PointLights, net: Float64, time: float, sources: list[Li
     )
 
 
-def _single_lights(kind: LightKind, falloff: Falloff, rows: list[tuple[Light, Float64, int]]) -> LightSet:
+def _single_lights(
+    kind: LightKind, falloff: Falloff, rows: list[tuple[Light, Float64, int]], dimmed: Light | None
+) -> LightSet:
     """Nodes of one light each, in one set."""
     columns: dict[str, list[object]] = {}
 
@@ -103,6 +113,7 @@ def _single_lights(kind: LightKind, falloff: Falloff, rows: list[tuple[Light, Fl
         add("colors", node.get_color())
         add("specular_colors", node.get_specular_color())
         add("casters", caster)
+        add("dimmed", node is dimmed)
         if isinstance(node, FadingLight):
             add("positions", net[3, :3])
             add("ends", node.get_max_distance())
@@ -114,12 +125,12 @@ def _single_lights(kind: LightKind, falloff: Falloff, rows: list[tuple[Light, Fl
         if isinstance(node, DirectionalLight):
             add("directions", _unit(node, node.get_direction() @ net[:3, :3]))
     arrays = {name: np.array(values, dtype=np.float64) for name, values in columns.items()}
-    arrays["casters"] = arrays["casters"].astype(np.int32)
+    typed = {"casters": arrays["casters"].astype(np.int32), "dimmed": arrays["dimmed"].astype(np.bool_)}
     if "positions" in arrays:
         for (node, _, _), place in zip(rows, arrays["positions"], strict=True):
             _places(node.name, place)
     colors = arrays.pop("colors")
-    return LightSet.make(kind, falloff, colors, **arrays)
+    return LightSet.make(kind, falloff, colors, **(arrays | typed))
 
 
 def _one_minus_cos(degrees: float) -> float:
@@ -191,7 +202,7 @@ def in_view(lights: LightSet, world_to_view: Float64, planes: Float64) -> LightS
 
 
 def choose_proxies(lights: LightSet, corners: Float64) -> list[LightSet]:
-    """A set by proxy and by whether its lights have shadow maps; `corners` are those of the view."""
+    """A set by proxy, shadow maps, and whether particles dim it; `corners` are those of the view."""
     farthest = farthest_corner(corners, lights.positions)
     heights = np.minimum(lights.reaches, farthest)
     endless = heights >= FULLSCREEN_RADIUS
@@ -207,8 +218,8 @@ def choose_proxies(lights: LightSet, corners: Float64) -> list[LightSet]:
     kinds: tuple[Proxy, ...] = ("sphere", "cone", "fullscreen")
     sets = []
     for proxy in kinds:
-        for casts in (False, True):
-            chosen = np.flatnonzero((proxies == proxy) & (shadowed == casts))
+        for casts, dimmed in product((False, True), repeat=2):
+            chosen = np.flatnonzero((proxies == proxy) & (shadowed == casts) & (lights.dimmed == dimmed))
             if len(chosen):
                 sets.append(lights.take(chosen, proxy=proxy, shadowed=casts, heights=heights[chosen]))
     return sets

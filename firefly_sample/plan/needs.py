@@ -16,6 +16,7 @@ from firefly_sample.plan.targets import (
     STORED_POSITIONS,
     UNSIGNED,
 )
+from firefly_sample.plan.volume import Volume
 from firefly_sample.scene.material import Material
 from firefly_sample.settings import Settings
 
@@ -53,6 +54,12 @@ class Needs:
         Size of the texture of all shadow maps.
     maps : int
         Shadow maps that are looked up.
+    particles : int
+        In view.
+    volume : Volume or None
+        The shadows of particles.
+    clouded : dict of LightKind to int
+        The light in view that particles take some of, if there is one.
     ambient, gradient : bool
         Whether there is ambient light that is not black, and whether the background is a gradient.
     materials : tuple of Material
@@ -70,6 +77,9 @@ class Needs:
     shadowed: dict[LightKind, int]
     atlas: tuple[int, int]
     maps: int
+    particles: int
+    volume: Volume | None
+    clouded: dict[LightKind, int]
     ambient: bool
     gradient: bool
     materials: tuple[Material, ...]
@@ -103,7 +113,7 @@ class Needs:
     @property
     def drawn(self) -> bool:
         """Whether geometry is drawn: a look at the shadow maps alone does without."""
-        return self.geometry > 0 and set(self.outputs) != {"shadow_atlas"}
+        return self.geometry > 0 and not set(self.outputs) <= {"shadow_atlas", "volume_atlas"}
 
     @property
     def shadow_maps(self) -> bool:
@@ -137,13 +147,38 @@ class Needs:
 
     @property
     def placed(self) -> bool:
-        """Whether light depends on where the surface is: only unshadowed directional light does not."""
-        return self.lit and (any(kind != "directional" for kind in self.lights) or bool(self.shadowed))
+        """Whether light depends on where the surface is: only directional light without shadows does not."""
+        shadows = bool(self.shadowed) or (bool(self.clouded) and self.volume is not None)
+        return self.lit and (any(kind != "directional" for kind in self.lights) or shadows)
+
+    @property
+    def hazy(self) -> bool:
+        """Whether particles are drawn."""
+        return self.picture and self.particles > 0
 
     @property
     def dotted(self) -> bool:
-        """Whether sprites are drawn."""
-        return self.picture and self.sprites > 0
+        """Whether sprites are drawn by themselves: among particles they are drawn with these."""
+        return self.picture and self.sprites > 0 and not self.hazy
+
+    @property
+    def volume_shadow(self) -> bool:
+        """Whether shadows of particles are looked up, or looked at."""
+        if self.volume is None:
+            return False
+        seen = bool(self.clouded) and (self.lit or self.hazy)
+        return seen or self.textured or "volume_atlas" in self.outputs
+
+    @property
+    def volume_reason(self) -> str:
+        """What asks for the shadows of particles, in words."""
+        assert self.volume is not None
+        return f"shadows of {_count(len(self.volume), 'particle')} in light {self.volume.light}"
+
+    @property
+    def textured(self) -> bool:
+        """Whether the slices' texture is shown in the picture."""
+        return self.volume is not None and self.volume.show and "color" in self.outputs
 
     @property
     def classic(self) -> bool:
@@ -237,7 +272,14 @@ class Needs:
         reasons = [self.lights_of(kind) for kind in self.lights if kind != "directional"]
         if "directional" in self.shadowed:
             reasons.append(f"shadows of {_count(self.shadowed['directional'], _NOUNS['directional'])}")
+        if "directional" in self.clouded and self.volume is not None:
+            reasons.append(f"shadows of particles in light {self.volume.light}")
         return reasons
+
+    @property
+    def particles_in_view(self) -> str:
+        """How many particles are drawn, in words."""
+        return f"{_count(self.particles, 'particle')} in view"
 
     def shadows(self) -> list[str]:
         """How many lights of each kind cast shadows, in words."""

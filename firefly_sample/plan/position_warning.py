@@ -94,7 +94,7 @@ def _lamps_of(sets: Iterable[LightSet], exposure: float) -> _Lamps:
             sizes, fading = _sizes(lights)
             brightness = exposure * lights.colors.max(axis=1) * fading
             columns.append((lights.positions[:, 1] + lights.reaches, sizes, brightness))
-        elif lights.shadowed:
+        elif lights.shadowed or lights.clouded:
             endless = np.full(len(lights), np.inf)
             columns.append((endless, endless, np.ones(len(lights))))
     return _Lamps(*(np.concatenate(column) for column in zip(*columns, strict=True)))

@@ -18,10 +18,13 @@ __all__ = [
     "COARSE_DEPTH",
     "FORMATS",
     "NORMAL_FORMATS",
+    "PARTICLE_ROW",
     "STORED_POSITIONS",
     "UNSIGNED",
+    "VOLUME_FORMATS",
     "Target",
     "TargetFormat",
+    "particle_texels",
     "stored_dtype",
     "stored_fractions",
 ]
@@ -70,6 +73,7 @@ FORMATS: dict[str, TargetFormat] = {
         TargetFormat("rg16_snorm", 4, 2, "ni2", 0x8F99),
         TargetFormat("rg16", 4, 2, "nu2", 0x822C),
         TargetFormat("rgba16", 8, 4, "nu2", 0x805B),
+        TargetFormat("r16f", 2, 1, "f2"),
         TargetFormat("r32f", 4, 1, "f4"),
         TargetFormat("r32ui", 4, 1, "u4"),
         TargetFormat("rg32ui", 8, 2, "u4"),
@@ -109,6 +113,14 @@ ACCUMULATION_FORMATS = {
 """Format of each setting `accumulation`."""
 STORED_POSITIONS = {"stored16f": "rgba16f", "stored32f": "rgba32f"}
 """Format of the settings `position` that keep whole positions."""
+VOLUME_FORMATS = {
+    "float32": ("r32f", "rgba32f"),
+    "float16": ("r16f", "rgba16f"),
+    "unorm8": ("r8", "rgba8"),
+}
+"""Format of each setting `volume_format`: of one number a texel, and of one for each colour."""
+PARTICLE_ROW = 1024
+"""Particles in a row of texels."""
 COARSE_DEPTH = {"depth24": "depth24", "depth16": "depth16", "inverse_matrix": "depth24"}
 """Format of the settings `position` that need a standard depth buffer; others take the best that there is."""
 
@@ -134,6 +146,12 @@ def stored_fractions(form: TargetFormat, values: NDArray[Any]) -> NDArray[np.flo
     if form.name == "rgb10_a2":  # read with more bits than it has
         return np.asarray(np.round(fractions * 1023.0) / 1023.0)
     return np.maximum(fractions, -1.0) if form.dtype == "ni2" else fractions
+
+
+def particle_texels(count: int) -> tuple[int, int]:
+    """Width and height of a texture with a texel for each particle, row by row."""
+    width = max(1, min(count, PARTICLE_ROW))
+    return width, max(1, -(-count // width))
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,8 @@ __all__ = [
     "LightVariant",
     "LightViewVariant",
     "NormalPacking",
+    "ParticleLightVariant",
+    "ParticleVariant",
     "PlainVariant",
     "Position",
     "ResolveVariant",
@@ -32,6 +34,10 @@ __all__ = [
 
 PASS_ORDER = (
     "shadow_maps",
+    "volume_slices",
+    "volume_sums",
+    "volume_blur_x",
+    "volume_blur_y",
     "geometry",
     "interpolation",
     "forward",
@@ -42,11 +48,14 @@ PASS_ORDER = (
     "point_lights",
     "spotlights",
     "upsample",
+    "particle_light",
+    "particles",
     "plain",
     "overdraw",
     "volumes",
     "wireframe",
     "resolve",
+    "volume_texture",
 )
 """Every pass there is, in drawing order."""
 
@@ -132,8 +141,8 @@ class AmbientVariant(Variant):
 class LightVariant(Variant):
     """How lights find their pixels, where a pixel's position comes from, and what light does there.
 
-    `taps` is 0 for lights without shadow maps. `radiance` and `light` are the targets; with `half`, light of
-    every second pixel, the first is of highlights alone.
+    `taps` is 0 for lights without shadow maps; `volume` is for light that particles take some of. `radiance`
+    and `light` are the targets; with `half`, light of every second pixel, the first is of highlights alone.
     """
 
     method: DrawMethod = "sphere"
@@ -149,6 +158,7 @@ class LightVariant(Variant):
     radiance: bool = True
     light: bool = False
     half: bool = False
+    volume: bool = False
 
 
 @dataclass(frozen=True)
@@ -191,10 +201,38 @@ class ForwardVariant(Variant):
     vertex_color: bool = False
     cutout: bool = False
     double_sided: bool = False
+    volume: bool = False
     method: Literal["loop"] = "loop"
     id: Literal[False] = False
     visibility: Literal[False] = False
     float64: Literal[False] = False
+
+
+@dataclass(frozen=True)
+class ParticleLightVariant(Variant):
+    """All lights of one kind on all particles; fields as of `ForwardVariant`.
+
+    `first` is the draw that brings ambient light. `faded` is for the light that fades on particles alone.
+    """
+
+    kind: Kind = "point"
+    falloff: Fading = "ramp_squared"
+    window: Ending = "karis"
+    taps: Literal[0, 1, 4, 16] = 0
+    volume: bool = False
+    faded: bool = False
+    first: bool = True
+    orthographic: bool = False
+    method: Literal["loop"] = "loop"
+
+
+@dataclass(frozen=True)
+class ParticleVariant(Variant):
+    """Particles and the dots among them; `surfaces` says whether there are any to end at softly."""
+
+    surfaces: bool = True
+    position: Position = "distance"
+    orthographic: bool = False
 
 
 @dataclass(frozen=True)
@@ -227,6 +265,7 @@ class ResolveVariant(Variant):
     tone: Literal["exponential", "none"] = "exponential"
     supersample: Literal[1, 2] = 1
     marked: bool = False
+    particles: bool = False
 
 
 _NUMBERS = {

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
+from firefly_sample.plan.particles import Cloud
+from firefly_sample.scene.node import PandaNode
 
 __all__ = ["plan_warnings"]
 
@@ -15,7 +17,11 @@ LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
 
 
 def plan_warnings(
-    needs: Needs, snapshot: Snapshot, sets: Sequence[LightSet] = (), positions: str | None = None
+    needs: Needs,
+    snapshot: Snapshot,
+    sets: Sequence[LightSet] = (),
+    positions: str | None = None,
+    cloud: Cloud | None = None,
 ) -> tuple[str, ...]:
     """One line each for what is drawn otherwise than the scene or the settings ask.
 
@@ -25,6 +31,8 @@ def plan_warnings(
         The lights in view.
     positions : str, optional
         What `firefly_sample.plan.position_warning` says.
+    cloud : Cloud, optional
+        The particles.
     """
     warnings = []
     blended = dict.fromkeys(
@@ -52,12 +60,15 @@ def plan_warnings(
         warnings.append(positions)
     if needs.lit and not needs.classic and (clipped := _accumulation_warning(needs, sets)):
         warnings.append(clipped)
+    if cloud is not None:
+        warnings.extend(_particle_warnings(needs, snapshot, cloud))
     if needs.classic and needs.picture:
         left_out = [
             what
             for what, there in (
                 ("highlights", needs.shiny and needs.lights),
                 ("emission", needs.emissive),
+                ("particles", snapshot.particles),
                 ("ambient colours of materials", needs.own_ambient and needs.ambient),
                 ("shadows", any(node.is_shadow_caster() for node, _ in snapshot.lights)),
             )
@@ -66,6 +77,30 @@ def plan_warnings(
         if left_out:
             warnings.append(f"look 'classic' leaves out, as the original does: {', '.join(left_out)}")
     return tuple(warnings)
+
+
+def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud) -> Iterator[str]:
+    """Lines on particles whose shadows are not as they should be."""
+    if needs.volume is not None:
+        for name, (count, radius) in cloud.outside.items():
+            yield (
+                f"particles {name!r}: {count:,} of them leave the bounding sphere that was given, and are "
+                "shadowed as if they lay on its rim, or not at all: give a bounding radius of "
+                f"{1.001 * radius:.4g}, or none, so that it is found"
+            )
+    shadow = cloud.shadow
+    if shadow is not None and cloud.shadow_net is None and not _holds(snapshot, shadow.light):
+        yield (
+            f"light {shadow.light.name!r}, which particles take shadows from, is not in the scene: attach "
+            "it, or they stay without"
+        )
+
+
+def _holds(snapshot: Snapshot, light: PandaNode) -> bool:
+    """Whether a light is in the scene, hidden or not."""
+    return snapshot.root is not None and any(
+        node is light for node in snapshot.root.node().iter_descendants()
+    )
 
 
 def _accumulation_warning(needs: Needs, sets: Sequence[LightSet]) -> str | None:

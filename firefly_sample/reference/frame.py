@@ -8,6 +8,7 @@ are cast by rays, and sRGB is exact.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +17,23 @@ from firefly_sample.errors import SettingsError
 from firefly_sample.plan.frame_plan import Background, FramePlan, View
 from firefly_sample.reference.chunks import Progress
 from firefly_sample.reference.color import linear_to_srgb, tone_curve
+from firefly_sample.reference.one_light import OneLight
+from firefly_sample.reference.particles import add_particles, particle_light
 from firefly_sample.reference.rays import pixel_rays
 from firefly_sample.reference.shade import Shadows, shade_lights
 from firefly_sample.reference.sprites import add_sprites
 from firefly_sample.reference.surfaces import Surfaces, see_surfaces
+from firefly_sample.reference.volume import exact_taken, light_left
 from firefly_sample.settings import Settings
+
+if TYPE_CHECKING:
+    from firefly_sample.reference.shadow_rays import ShadowRays
 
 __all__ = ["VERSION", "ReferenceFrame", "background", "finished", "reference_settings", "render_reference"]
 
 Float64 = NDArray[np.float64]
 
-VERSION = 1
+VERSION = 2
 """Raised with every change of what this package computes: what was kept of an older one is then not used."""
 
 
@@ -107,7 +114,8 @@ def render_reference(
             f"a reference has one sample a pixel: set 'supersample' to 1, not {plan.settings.supersample}"
         )
     surfaces = see_surfaces(plan, visibility, albedo=albedo, ambient_albedo=ambient_albedo, threads=threads)
-    lookup = _shadows(plan, surfaces) if shadows else None
+    rays = _shadow_rays(plan) if shadows else None
+    lookup = _shadows(plan, surfaces, rays)
     radiance, light = shade_lights(
         surfaces.gbuffer, plan.lights, plan.settings, lookup, threads=threads, progress=progress
     )
@@ -116,7 +124,10 @@ def render_reference(
     radiance = radiance + surfaces.ambient_albedo * plan.ambient + surfaces.emission
     radiance = np.where(covered, radiance, background(plan.background, plan.view))
     distance = np.where(surfaces.covered, surfaces.gbuffer.position[..., 1], np.inf)
-    add_sprites(radiance, plan.sprites, plan.view, distance)
+    if len(plan.particles):
+        add_particles(radiance, plan, distance, particle_light(plan, rays.lit if rays is not None else None))
+    else:
+        add_sprites(radiance, plan.sprites, plan.view, distance)
     return finished(plan, radiance, light, surfaces.gbuffer.position)
 
 
@@ -136,14 +147,37 @@ def background(colors: Background, view: View) -> Float64:
     return np.asarray(horizon + np.sqrt(elevation) * (zenith - horizon))
 
 
-def _shadows(plan: FramePlan, surfaces: Surfaces) -> Shadows | None:
+def _shadow_rays(plan: FramePlan) -> ShadowRays | None:
     if not any(lights.shadowed for lights in plan.lights):
         return None
     from firefly_sample.reference.shadow_rays import ShadowRays
 
-    rays = ShadowRays(plan)
+    return ShadowRays(plan)
+
+
+def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Shadows | None:
+    """What surfaces, by rays, and particles leave of lights."""
     position = surfaces.gbuffer.position.reshape(-1, 3)
-    return lambda one, pixels, _: rays.lit(position[pixels], one)
+    clouded = plan.volume is not None and any(lights.clouded for lights in plan.lights)
+    if rays is None and not clouded:
+        return None
+    left = volume_shadow(plan, position) if clouded else None
+
+    def share(one: OneLight, pixels: NDArray[np.intp], _: Float64) -> Float64:
+        lit = np.ones(len(pixels))
+        if one.lights.shadowed and rays is not None:
+            lit = rays.lit(position[pixels], one)
+        return lit * left[pixels].T if one.lights.clouded and left is not None else lit
+
+    return share
+
+
+def volume_shadow(plan: FramePlan, position: Float64) -> Float64:
+    """What particles leave of their light at points in view space, shape (n, 3)."""
+    volume = plan.volume
+    assert volume is not None
+    world = position @ plan.view.view_to_world[:3, :3] + plan.view.view_to_world[3, :3]
+    return light_left(volume, exact_taken(volume, volume.view.place(world)))
 
 
 def _check_look(settings: Settings) -> None:

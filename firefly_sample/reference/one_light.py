@@ -85,7 +85,8 @@ class OneLight:
 
 
 Shadows = Callable[[OneLight, NDArray[np.intp], Float64], Float64]
-"""``shadows(light, pixels, n_dot_l)``: the lit share of the pixels of these (flat) indices."""
+"""``shadows(light, pixels, n_dot_l)``: the lit share of the pixels of these (flat) indices, shape (n,), or
+(3, n), of each colour."""
 
 
 class LitChunk:
@@ -132,13 +133,13 @@ class LitChunk:
             return
         lights, row = one.lights, one.row
         strength = one.strength(to_light, distance, self._settings)
-        if self._shadows is not None and lights.shadowed:
+        if self._shadows is not None and (lights.shadowed or lights.clouded):
             strength = strength * self._shadows(one, self._pixels[chosen], n_dot_l)
         clamp = self._settings.clamp_light
         for channel, color in enumerate(lights.colors[row].tolist()):
             if color > 0.0:
                 diffuse = np.minimum(color * n_dot_l, 1.0) if clamp else color * n_dot_l
-                self._light[channel][chosen] += diffuse * strength
+                self._light[channel][chosen] += diffuse * _channel(strength, channel)
         if self._any_shiny and lights.specular_colors[row].any():
             self._add_highlight(one, chosen, to_light, n_dot_l, strength)
 
@@ -148,16 +149,16 @@ class LitChunk:
         if not self._shiny.all():
             shiny = np.flatnonzero(self._shiny[chosen])
             chosen, to_light = chosen[shiny], to_light[:, shiny]
-            n_dot_l, strength = n_dot_l[shiny], strength[shiny]
+            n_dot_l, strength = n_dot_l[shiny], strength[..., shiny]
         l_dot_e = dot(to_light, self._eye[:, chosen])
         model = self._settings.specular
         shine = highlight_of_cosines(n_dot_l, self._n_dot_e[chosen], l_dot_e, self._shininess[chosen], model)
         for channel, color in enumerate(one.lights.specular_colors[one.row].tolist()):
             if color > 0.0 and self._settings.clamp_light:
                 glint = np.minimum(color * shine * self._specular[channel][chosen], 1.0)
-                self._glint[channel][chosen] += glint * strength
+                self._glint[channel][chosen] += glint * _channel(strength, channel)
             elif color > 0.0:
-                self._glint[channel][chosen] += color * shine * strength
+                self._glint[channel][chosen] += color * shine * _channel(strength, channel)
 
     def _facing(self, one: OneLight) -> tuple[NDArray[np.intp], Float64, Float64, Float64]:
         """Pixels that a light reaches and that face it; unit vectors to it (3, n), cosines, distances."""
@@ -183,6 +184,11 @@ class LitChunk:
         """Radiance, and light on white surfaces, shapes (n, 3)."""
         glint = self._glint if self._settings.clamp_light else self._glint * self._specular
         return (self._albedo * self._light + glint).T, self._light.T
+
+
+def _channel(strength: Float64, channel: int) -> Float64:
+    """A colour's strength, where colours have their own."""
+    return np.asarray(strength[channel]) if strength.ndim == 2 else strength
 
 
 def dot(one: Float64, other: Float64) -> Float64:

@@ -11,14 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import LightError
 from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
+from firefly_sample.scene.rows import LARGEST_COLOR
 from firefly_sample.settings import SHADOW_RESOLUTIONS
 
-__all__ = ["LARGEST_COLOR", "FadingLight", "Light", "ShadowCaster", "light_color"]
+__all__ = ["FadingLight", "Light", "ShadowCaster", "light_color"]
 
 Float64 = NDArray[np.float64]
 
-LARGEST_COLOR = 1e30
-"""Of a colour's channel: what goes to the GPU as float32 keeps room for a product."""
 SHADOW_RESOLUTION = 1024
 
 

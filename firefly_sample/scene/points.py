@@ -13,10 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.rows import Column, Fault, checked_rows, color_faults
 
 __all__ = ["PointArrays", "PointFunction", "PointsNode"]
 
 Float64 = NDArray[np.float64]
+
+_NEGATIVE_OR_NAN: Fault = ("radius is negative or no number", lambda r: ~(r >= 0))
+_NEGATIVE_OR_ENDLESS: Fault = ("radius is negative or not finite", lambda r: ~(np.isfinite(r) & (r >= 0)))
 
 PointFunction = Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
 """``function(time)``, time in seconds, gives (positions, colors, radii) as a `PointsNode` takes them."""
@@ -107,31 +111,8 @@ class PointsNode(PandaNode):
 
     def _checked(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> PointArrays:
         where = f"{self.KIND} {self.name!r}"
-        try:
-            p, c, r = (np.array(given, dtype=np.float64) for given in (positions, colors, radii))
-        except (TypeError, ValueError):
-            raise self.ERROR(f"{where}: positions, colors and radii must be arrays of numbers") from None
-        if p.size == 0:
-            p = p.reshape(0, 3)
-        if p.ndim != 2 or p.shape[1] != 3:
-            raise self.ERROR(f"{where}: positions must have shape (n, 3), got {p.shape}")
-        n = len(p)
-        try:
-            c, r = np.array(np.broadcast_to(c, (n, 3))), np.array(np.broadcast_to(r, (n,)))
-        except ValueError:
-            raise self.ERROR(
-                f"{where}: {n} positions need colors of shape ({n}, 3) and radii of shape ({n},), "
-                f"got {np.shape(colors)} and {np.shape(radii)}"
-            ) from None
-        radius_fits = (r >= 0) if self.endless else (np.isfinite(r) & (r >= 0))
-        for what, bad in (
-            ("position is not finite", ~np.isfinite(p).all(axis=1)),
-            ("color is negative or not finite", ~(np.isfinite(c) & (c >= 0)).all(axis=1)),
-            (f"radius is negative or {'no number' if self.endless else 'not finite'}", ~radius_fits),
-            # the GPU computes in float32, and squares distances
-            ("position is beyond 1e18", (np.abs(p) > 1e18).any(axis=1)),
-            ("color is above 1e30", (c > 1e30).any(axis=1)),
-        ):
-            if bad.any():
-                raise self.ERROR(f"{where}: entry {int(np.argmax(bad))}: its {what}")
-        return PointArrays(p, c, r)
+        columns = (
+            Column("colors", colors, 3, color_faults()),
+            Column("radii", radii, 0, (_NEGATIVE_OR_NAN if self.endless else _NEGATIVE_OR_ENDLESS,)),
+        )
+        return PointArrays(*checked_rows(where, self.ERROR, positions, columns))

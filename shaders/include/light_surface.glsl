@@ -3,6 +3,9 @@
 #if TAPS
 #include "include/shadow.glsl"
 #endif
+#if VOLUME
+#include "include/volume.glsl"
+#endif
 
 void light_surface(Surface s, Light light)
 {
@@ -16,9 +19,13 @@ void light_surface(Surface s, Light light)
 #if TAPS
     strength *= shadow(s, to_light, n_dot_l, light.shadow);
 #endif
+    STRENGTH arriving = STRENGTH(strength);
+#if VOLUME
+    arriving *= volume_light(volume_place(place_of(s)), vec3(0.0), 1.0);
+#endif
 #if HIGHLIGHTS
-    add_light(s, to_light, n_dot_l, strength, light.color.rgb, light.specular.rgb);
+    add_light(s, to_light, n_dot_l, arriving, light.color.rgb, light.specular.rgb);
 #else
-    add_light(s, to_light, n_dot_l, strength, light.color.rgb, vec3(0.0));
+    add_light(s, to_light, n_dot_l, arriving, light.color.rgb, vec3(0.0));
 #endif
 }

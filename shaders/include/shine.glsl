@@ -2,10 +2,16 @@
 // light_sum is what a white surface without highlights would show. HALF keeps highlights apart: radiance is theirs.
 #include "include/phong.glsl"
 
+#if VOLUME
+#define STRENGTH vec3  // particles may take some colours and leave others
+#else
+#define STRENGTH float
+#endif
+
 vec3 radiance_sum = vec3(0.0);
 vec3 light_sum = vec3(0.0);
 
-void add_light(Surface s, vec3 to_light, float n_dot_l, float strength, vec3 color, vec3 specular_color)
+void add_light(Surface s, vec3 to_light, float n_dot_l, STRENGTH strength, vec3 color, vec3 specular_color)
 {
     vec3 diffuse = color * n_dot_l;
 #if CLAMP_LIGHT

@@ -25,7 +25,21 @@ GBUFFER = {
 """Targets of the geometry pass and the fields of its variant."""
 
 NOT_SHADERS = ("depth_copy",)
-FULLSCREEN = ("interpolation", "ambient", "half_depth", "upsample", "resolve")
+FULLSCREEN = (
+    *("interpolation", "ambient", "half_depth", "upsample", "resolve", "particle_light"),
+    *("volume_sums", "volume_blur_x", "volume_blur_y", "volume_texture"),
+)
+FIXED = {
+    "plain": ("radiance",),
+    "particles": ("particles",),
+    "particle_light": ("particle_light",),
+    "volume_slices": ("volume_atlas",),
+    "volume_sums": ("volume_atlas",),
+    "volume_blur_x": ("volume_scratch",),
+    "volume_blur_y": ("volume_atlas",),
+    "volume_texture": ("color",),
+}
+"""Targets of passes whose variants do not choose."""
 
 
 def outputs_of(name, variant):
@@ -38,8 +52,8 @@ def outputs_of(name, variant):
         return ()
     if name == "resolve":
         return tuple(target for target in ("color", "final_radiance") if getattr(variant, target))
-    if name == "plain":
-        return ("radiance",)
+    if name in FIXED:
+        return FIXED[name]
     if name == "shadow_maps":
         return ()
     if name in ("overdraw", "volumes", "wireframe"):

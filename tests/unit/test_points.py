@@ -31,7 +31,7 @@ def test_what_is_given_once_holds_for_every_point_and_is_copied(kind):
     [
         (([(0, 0)], (1, 1, 1), 1), r"positions must have shape \(n, 3\), got \(1, 2\)"),
         ((PLACES, [(1, 1, 1)] * 3, 1), r"2 positions need colors of shape \(2, 3\)"),
-        ((PLACES, (1, 1, 1), [1, 2, 3]), r"radii of shape \(2,\), got \(3,\) and \(3,\)"),
+        ((PLACES, (1, 1, 1), [1, 2, 3]), r"positions need radii of shape \(2,\), got \(3,\)"),
         ((PLACES, (1, 1, 1), [1, -2]), "entry 1: its radius is negative or not finite"),
         ((PLACES, [(1, 1, 1), (1, np.nan, 1)], 1), "entry 1: its color is negative or not finite"),
         (([(0, 0, np.inf), (0, 0, 0)], (1, 1, 1), 1), "entry 0: its position is not finite"),

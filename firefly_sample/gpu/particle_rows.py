@@ -1,0 +1,69 @@
+"""Rows of particles: for the slices of their shadow, for the light on each, and for drawing them in order.
+
+Places in the volume and in the picture are computed in float64; only what is left of them, texels and pixels,
+is rounded to float32.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.gpu.light_rows import dot_rows
+from firefly_sample.plan.frame_plan import SpriteSet, View
+from firefly_sample.plan.particles import ParticleSet
+from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
+from firefly_sample.plan.volume import Volume, own_shares, splats
+
+__all__ = ["RECORD_TEXELS", "particle_records", "particle_rows", "splat_rows"]
+
+Float32 = NDArray[np.float32]
+
+RECORD_TEXELS = 4
+"""Of a particle: its place and fade; its colour and radius in texels; its place in the volume; its own part
+of a slice."""
+
+
+def splat_rows(volume: Volume) -> Float32:
+    """Rows of discs in slices, shape (n, 7): texels across and up, slice, radius in texels, strengths."""
+    radii, factors = splats(volume)
+    slices = np.clip(np.floor(volume.places[:, 2:]), 0, volume.view.slices - 1)
+    columns = [volume.places[:, :2], slices, radii[:, None], volume.strengths * factors[:, None]]
+    with np.errstate(over="ignore"):
+        return np.concatenate(columns, axis=1).astype(np.float32)
+
+
+def particle_records(particles: ParticleSet, volume: Volume | None) -> Float32:
+    """What a shader needs to light particles, as texels, shape (height, width * `RECORD_TEXELS`, 4)."""
+    width, height = particle_texels(len(particles))
+    rows = np.zeros((width * height, RECORD_TEXELS, 4), dtype=np.float32)
+    own = rows[: len(particles)]
+    own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.fades
+    own[:, 1, :3] = particles.colors
+    if volume is not None and len(volume):
+        radii, factors = splats(volume)
+        seen = (particles.rows >= 0).astype(np.float64)
+        own[:, 1, 3] = radii[particles.rows] * seen  # 0: no shadow
+        own[:, 2, :3] = volume.places[particles.rows]
+        own[:, 3, :3] = (volume.strengths * (factors * own_shares(volume))[:, None])[particles.rows]
+    return rows.reshape(height, width * RECORD_TEXELS, 4)
+
+
+def particle_rows(particles: ParticleSet, dots: SpriteSet, view: View) -> Float32:
+    """Rows of particles and soft dots in drawing order, shape (n, 15).
+
+    As `dot_rows`; then the optical depth through the middle, 0 for dots, and the particle's number, -1 for
+    them. A particle that would be smaller than a pixel is as large, and as much thinner.
+    """
+    depths = np.zeros((len(particles), 3))
+    depths[:, 0] = particles.optical_depths
+    rows = dot_rows(SpriteSet(particles.positions, depths, particles.radii), view)
+    both = np.concatenate([rows, dot_rows(dots, view)])
+    more = np.zeros((len(both), 2), dtype=np.float32)
+    count = len(particles)
+    more[:count, 0], more[:count, 1], more[count:, 1] = both[:count, 10], np.arange(count), -1.0
+    both[:count, 10:] = 0.0
+    return np.concatenate([both, more], axis=1)[particles.order]
+
+
+assert PARTICLE_ROW * RECORD_TEXELS <= 4096  # of a texture's side: what every driver has

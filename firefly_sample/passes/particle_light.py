@@ -1,0 +1,88 @@
+"""Particle light pass: every particle lit once, at its middle, a texel a particle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import moderngl
+
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.gpu.particle_rows import particle_records
+from firefly_sample.passes.base import Pass
+from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.variants import ParticleLightVariant
+
+__all__ = ["ParticleLightPass"]
+
+
+class ParticleLightPass(Pass):
+    """A full-screen triangle over the particles' texels for all lights that shine and fade alike."""
+
+    name = "particle_light"
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        assert isinstance(step.variant, ParticleLightVariant)
+        images.draw_into()
+        gpu.ctx.enable_only(moderngl.BLEND)
+        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
+        records = particle_records(plan.particles, plan.volume)
+        table = gpu.ctx.texture(records.shape[1::-1], 4, records.tobytes(), dtype="f4")
+        table.filter = moderngl.NEAREST, moderngl.NEAREST
+        try:
+            for index, lights in enumerate(joined_sets(plan, MOST_LOOPED) or [None]):
+                variant = _variant_for(step.variant, plan, lights, first=index == 0)
+                self._add(gpu, plan, variant, images, lights, table)
+        finally:
+            table.release()
+
+    def _add(
+        self,
+        gpu: Gpu,
+        plan: FramePlan,
+        variant: ParticleLightVariant,
+        images: BoundImages,
+        lights: LightSet | None,
+        table: moderngl.Texture,
+    ) -> None:
+        program = gpu.programs.get(self.name, variant, images.color_names(), vertex="fullscreen")
+        textures, uniforms = {"u_particles": table}, {}
+        if variant.taps:
+            textures |= {
+                "u_shadow_atlas": images.read("shadow_atlas"),
+                "u_shadow_maps": gpu.shadow_table(plan),
+            }
+        if variant.volume:
+            textures["u_volume_atlas"] = images.read("volume_atlas")
+        if lights is not None:
+            textures["u_lights"] = light_table(gpu, plan, lights, variant)
+            uniforms["u_light_count"] = len(lights)
+        try:
+            program.use(uniforms, textures)
+            gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+        finally:
+            if lights is not None:
+                textures["u_lights"].release()
+
+
+def _variant_for(
+    frame: ParticleLightVariant, plan: FramePlan, lights: LightSet | None, first: bool
+) -> ParticleLightVariant:
+    """The frame's variant with what is a set's own."""
+    if lights is None:
+        return ParticleLightVariant("none", orthographic=frame.orthographic)
+    fades = lights.kind != "directional"
+    attenuated = fades and lights.falloff.value == "attenuation"
+    return replace(
+        frame,
+        kind=lights.kind,
+        falloff=lights.falloff.value if fades else "ramp_squared",
+        window=frame.window if attenuated else "karis",
+        taps=frame.taps if lights.shadowed else 0,
+        volume=frame.volume and lights.clouded,
+        faded=lights.clouded and bool((plan.particles.fades != 1.0).any()),
+        first=first,
+    )

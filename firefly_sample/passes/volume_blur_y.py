@@ -1,0 +1,20 @@
+"""Volume blur y pass: slices blurred up and down."""
+
+from __future__ import annotations
+
+from firefly_sample.gpu.gpu import Gpu
+from firefly_sample.gpu.images import BoundImages
+from firefly_sample.passes.base import Pass, draw_fullscreen
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+
+__all__ = ["VolumeBlurYPass"]
+
+
+class VolumeBlurYPass(Pass):
+    """Once over every texel of all slices."""
+
+    name = "volume_blur_y"
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        draw_fullscreen(gpu, step, images)

@@ -1,0 +1,163 @@
+"""Shadows of particles in float64: what they really take of a light, and what slices make of it.
+
+`exact_taken` is the sum over all particles before a place, one by one. The rest is the twin of
+``shaders/volume_slices.frag``, ``volume_sums.frag``, ``volume_blur_*.frag`` and ``include/volume.glsl``: it
+differs from the GPU by rounding alone. Places are in texels and slices: `firefly_sample.plan.volume`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.plan.volume import Volume, blur_weights, own_shares, splats
+
+__all__ = ["exact_taken", "light_left", "slice_sums", "sliced_light"]
+
+Float64 = NDArray[np.float64]
+
+
+def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None = None) -> Float64:
+    """What all particles before some places take: the sum of their strengths there, shape (m, 3).
+
+    Parameters
+    ----------
+    places : ndarray of float64, shape (m, 3)
+        Texels across and up, and slices; what is NaN gets 0.
+    rows : ndarray of int, shape (m,), optional
+        Which of the volume's particles a place is the middle of: it does not count for itself. -1 for none.
+    """
+    taken = np.zeros((len(places), 3))
+    known = np.flatnonzero(np.isfinite(places).all(axis=1))
+    if not len(volume) or not len(known):
+        return taken
+    # places by cells as wide as the largest disc, row by row, so that those near one are three ranges
+    cell = max(float(volume.radii.max()), 1e-6)
+    grid = np.floor(places[known, :2] / cell).astype(np.int64)
+    low, wide = grid.min(axis=0), int(np.ptp(grid[:, 0])) + 3
+    codes = (grid[:, 1] - low[1] + 1) * wide + (grid[:, 0] - low[0] + 1)
+    order = known[np.argsort(codes, kind="stable")]
+    codes = np.sort(codes)
+    x, y, depth = places[order].T.copy()
+    own = np.full(len(order), -1) if rows is None else rows[order]
+    sums = np.zeros((3, len(order)))
+    middle = np.floor(volume.places[:, :2] / cell).astype(np.int64) - low + 1
+    high = int(codes[-1]) // wide + 1
+    starts = np.searchsorted(codes, np.arange((high + 3) * wide + 1))
+    for row in range(len(volume)):
+        (column, line), (u, v, d) = middle[row].tolist(), volume.places[row].tolist()
+        if not (-1 <= column <= wide and -1 <= line <= high + 1):
+            continue
+        first, last = max(column - 1, 0), min(column + 1, wide - 1)
+        for there in range(max(line - 1, 0), min(line + 1, high + 1) + 1):
+            part = slice(starts[there * wide + first], starts[there * wide + last + 1])
+            if part.start == part.stop:
+                continue
+            squares = ((x[part] - u) ** 2 + (y[part] - v) ** 2) / volume.radii[row] ** 2
+            share = np.maximum(1.0 - squares, 0.0) ** 2 * ((depth[part] > d) & (own[part] != row))
+            sums[:, part] += volume.strengths[row][:, None] * share
+    taken[order] = sums.T
+    return taken
+
+
+def light_left(volume: Volume, taken: Float64) -> Float64:
+    """The share of the light that is left where `taken` was summed up."""
+    return np.exp(-taken) if volume.method == "optical_depth" else np.maximum(1.0 - taken, 0.0)
+
+
+def slice_sums(volume: Volume) -> Float64:
+    """What is in the texture, by slice, shape (slices, tile, tile, 3), first row at the bottom.
+
+    With "optical_depth" and "blend", what is taken up to the end of each slice; with "loop", in each.
+    """
+    view = volume.view
+    tile = view.tile
+    sums = np.zeros((view.slices, tile, tile, 3))
+    radii, factors = splats(volume)
+    which = np.clip(np.floor(volume.places[:, 2]), 0, view.slices - 1).astype(np.int64)
+    for place, index, radius, strength in zip(
+        volume.places, which, radii, volume.strengths * factors[:, None], strict=True
+    ):
+        columns, rows = _texels(place[0], radius, tile), _texels(place[1], radius, tile)
+        squares = ((rows + 0.5 - place[1])[:, None] ** 2 + (columns + 0.5 - place[0]) ** 2) / radius**2
+        share = np.maximum(1.0 - squares, 0.0) ** 2
+        if share.size:
+            box = np.s_[index, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+            sums[box] += share[..., None] * strength
+    if volume.method != "loop":
+        sums = np.cumsum(sums, axis=0)
+    if volume.blur > 0.0:
+        weights, reach = blur_weights(volume.blur, volume.kernel), math.ceil(volume.blur)
+        for axis in (1, 2):
+            pads = [(reach, reach) if index == axis else (0, 0) for index in range(4)]
+            padded = np.pad(sums, pads)
+            sums = sum(
+                weight * np.take(padded, np.arange(tile) + index, axis=axis)
+                for index, weight in enumerate(weights)
+            )
+    return np.asarray(sums)
+
+
+def _texels(middle: float, radius: float, tile: int) -> NDArray[np.int64]:
+    """Texels whose centres may lie in a disc."""
+    low, high = max(math.floor(middle - radius - 0.5), 0), min(math.ceil(middle + radius), tile)
+    return np.arange(low, max(high, low))
+
+
+def sliced_light(
+    volume: Volume, sums: Float64, places: Float64, rows: NDArray[np.intp] | None = None
+) -> Float64:
+    """The share of the light that a lookup in `slice_sums` finds at some places, shape (m, 3).
+
+    Parameters
+    ----------
+    places, rows
+        As `exact_taken` takes them.
+    """
+    view, count = volume.view, len(places)
+    tile, slices = view.tile, view.slices
+    inside = (places[:, 2] > 0.0) & ((places[:, :2] >= 0.0) & (places[:, :2] <= tile)).all(axis=1)
+    place = np.where(inside[:, None], places, 0.5)
+    first = np.floor(place[:, :2] - 0.5).astype(np.int64)
+    part = place[:, :2] - 0.5 - first
+    depth = np.minimum(place[:, 2], slices)
+    index = np.minimum(np.floor(depth).astype(np.int64), slices - 1)
+    at = np.clip(np.stack([first, first + 1]), 0, tile - 1)
+
+    def texels(chosen: NDArray[np.int64]) -> Float64:
+        found = np.zeros((count, 3))
+        for j, i in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            weight = np.where(i, part[:, 0], 1.0 - part[:, 0]) * np.where(j, part[:, 1], 1.0 - part[:, 1])
+            value = sums[np.maximum(chosen, 0), at[j, :, 1], at[i, :, 0]]
+            found += np.where(chosen >= 0, weight, 0.0)[:, None] * value
+        return found
+
+    here = texels(index)
+    if volume.method == "loop":
+        before = np.zeros((count, 3))
+        for back in range(1, min(volume.reads, slices) + 1):
+            before += texels(index - back)
+    else:
+        before = texels(index - 1)
+        here = here - before
+    own = np.zeros((count, 3))
+    if rows is not None and len(volume):
+        own = np.where((rows >= 0)[:, None], _own(volume, rows, part), 0.0)
+    ends = volume.interpolate | (depth >= slices)
+    others = np.maximum(here - own, 0.0) * (depth - index)[:, None]
+    left = light_left(volume, before + np.where(ends[:, None], others, 0.0))
+    return np.where(inside[:, None], left, 1.0)
+
+
+def _own(volume: Volume, rows: NDArray[np.intp], part: Float64) -> Float64:
+    """What a lookup at a particle's middle finds of the particle itself, shape (m, 3)."""
+    radii, factors = splats(volume)
+    strengths = volume.strengths * (factors * own_shares(volume))[:, None]
+    share = np.zeros(len(rows))
+    for j, i in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        x = np.where(i, 1.0 - part[:, 0], part[:, 0])
+        y = np.where(j, 1.0 - part[:, 1], part[:, 1])
+        share += (1.0 - x) * (1.0 - y) * np.maximum(1.0 - (x * x + y * y) / radii[rows] ** 2, 0.0) ** 2
+    return np.asarray(strengths[rows] * share[:, None])

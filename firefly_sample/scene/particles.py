@@ -1,0 +1,286 @@
+"""Particles: smoke, dust and mist as many small clouds that dim, scatter light and shadow each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from firefly_sample.errors import SceneError
+from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.random import check_seed
+from firefly_sample.scene.rows import Column, checked_rows
+from firefly_sample.scene.spotlight import Spotlight
+
+__all__ = [
+    "Attenuation",
+    "BlurKernel",
+    "ParticleArrays",
+    "ParticleFunction",
+    "ParticleNode",
+    "ShadowLight",
+    "VolumeShadow",
+]
+
+Float64 = NDArray[np.float64]
+
+ShadowLight = DirectionalLight | Spotlight
+BlurKernel = Literal["box", "gaussian"]
+Attenuation = Literal["none", "point", "plane"]
+
+ParticleFunction = Callable[[int, float], tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike]]
+"""``function(seed, time)``, time in seconds, gives (positions, radii, alphas, colors)."""
+
+WIDEST_BLUR = 32.0
+"""Texels: what a tile keeps free around a cloud for it."""
+
+
+@dataclass(frozen=True, eq=False)
+class ParticleArrays:
+    """The state of n particles at one time.
+
+    Attributes
+    ----------
+    positions : ndarray of float64, shape (n, 3)
+        In the space of the node that holds them.
+    radii : ndarray of float64, shape (n,)
+        Scene units, 0 or more; the node's scale does not change them.
+    alphas : ndarray of float64, shape (n,)
+        Opacity through the middle, 0 to 1.
+    colors : ndarray of float64, shape (n, 3)
+        Linear: the share of light that is scattered, 0 to 1.
+    """
+
+    positions: Float64
+    radii: Float64
+    alphas: Float64
+    colors: Float64
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+
+@dataclass(frozen=True)
+class VolumeShadow:
+    """How particles shadow each other, and what lies behind them, in one light.
+
+    Attributes
+    ----------
+    light : DirectionalLight or Spotlight
+        Must be in the scene. Particles that name the same light shadow each other.
+    blur : float
+        Half-width of a blur across the light, in texels of a slice, 0 to 32: softer shadows, and less exact.
+    kernel : {"box", "gaussian"}
+        The blur's weights: equal ones, or those of a normal distribution that ends at twice its deviation.
+    darkness : float
+        Factor of what each particle takes of the light, 0 or more; 1 is what its alpha says. Of its optical
+        depth, that is, or of its alpha where the setting `volume_shadows` adds alphas.
+    tint : float
+        0 to 1: how much of what a particle takes has its own colour left. At 1 a red particle takes no red.
+    attenuation : {"none", "point", "plane"}
+        Fade the light on particles with their distance from it, or from the plane through it that faces its
+        direction: 1 / max(distance^power, 1). On top of the light's own fading, and not on surfaces.
+    power : float
+        Of the distance, 0 or more.
+    interpolate : bool
+        Find a shadow between two slices by the depth in them; else shadows change in steps.
+    show_texture : bool
+        Draw the slices' texture into the corner of the picture: the slice that is nearest to the light is
+        lower left, the last one upper right.
+    enabled : bool
+        False for no shadows; the attenuation stays.
+
+    Raises
+    ------
+    SceneError
+        If a value is out of its range.
+    """
+
+    light: ShadowLight
+    blur: float = 0.0
+    kernel: BlurKernel = "box"
+    darkness: float = 1.0
+    tint: float = 0.0
+    attenuation: Attenuation = "none"
+    power: float = 2.0
+    interpolate: bool = True
+    show_texture: bool = False
+    enabled: bool = True
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.light, DirectionalLight | Spotlight):
+            raise SceneError(
+                "a volume shadow's light must be a DirectionalLight or a Spotlight, got "
+                f"{type(self.light).__name__}"
+            )
+        for name, high in (("blur", WIDEST_BLUR), ("darkness", 1e6), ("tint", 1.0), ("power", 16.0)):
+            value = _number(getattr(self, name))
+            if not 0.0 <= value <= high:
+                raise SceneError(
+                    f"volume shadow of light {self.light.name!r}: {name} must be a number of 0 to {high:g}, "
+                    f"got {getattr(self, name)!r}"
+                )
+            object.__setattr__(self, name, value)
+        choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
+            ("kernel", get_args(BlurKernel)),
+            ("attenuation", get_args(Attenuation)),
+        )
+        for name, names in choices:
+            if getattr(self, name) not in names:
+                raise SceneError(
+                    f"volume shadow of light {self.light.name!r}: {name} must be one of {', '.join(names)}, "
+                    f"got {getattr(self, name)!r}"
+                )
+
+
+class ParticleNode(PandaNode):
+    """Any number of particles: small round clouds that face whoever looks at them.
+
+    A particle of opacity alpha has the optical depth t = -ln(1 - alpha) through its middle, and
+    t (1 - (r/radius)^2)^2 at the distance r from it. It scatters light evenly in all directions: its radiance
+    is its colour times the light that arrives at its centre. It has neither a normal nor highlights.
+
+    Parameters
+    ----------
+    name : str
+        The node's name.
+    positions, radii, alphas, colors : array_like
+        Shapes (n, 3), (n,) or (), (n,) or (), and (n, 3) or (3,); what is given once holds for every
+        particle. Copied.
+    function : callable, optional
+        See `ParticleFunction`; it replaces the arrays. It is evaluated for each frame, its result never
+        written back.
+    seed : int
+        What the function gets.
+
+    Raises
+    ------
+    SceneError
+        If shapes disagree or a number is wrong; it names the node and the index of the first bad entry.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        positions: ArrayLike = (),
+        radii: ArrayLike = 1.0,
+        alphas: ArrayLike = 0.1,
+        colors: ArrayLike = (0.8, 0.8, 0.8),
+        function: ParticleFunction | None = None,
+        seed: int = 0,
+    ) -> None:
+        super().__init__(name)
+        self.function, self.seed = function, check_seed(seed)
+        self.arrays = self._checked(positions, radii, alphas, colors)
+        self._shadow: VolumeShadow | None = None
+        self._sphere: tuple[tuple[float, float, float], float] | None = None
+
+    def set_arrays(
+        self, positions: ArrayLike, radii: ArrayLike, alphas: ArrayLike, colors: ArrayLike
+    ) -> None:
+        """Replace all particles; any count."""
+        self.arrays = self._checked(positions, radii, alphas, colors)
+        self.mark_changed()
+
+    def evaluate(self, time: float) -> ParticleArrays:
+        """The particles at `time` (seconds)."""
+        if self.function is None:
+            return self.arrays
+        given = self.function(self.seed, time)
+        if not (isinstance(given, tuple) and len(given) == 4):
+            raise SceneError(
+                f"particles {self.name!r}: its function must give (positions, radii, alphas, colors), "
+                f"gave {type(given).__name__}"
+            )
+        return self._checked(*given)
+
+    def set_shadow(self, shadow: VolumeShadow | None) -> None:
+        """Let the particles cast and receive shadows as `shadow` says; None for none."""
+        self._shadow = shadow
+        self.mark_changed()
+
+    def get_shadow(self) -> VolumeShadow | None:
+        """How the particles shadow each other."""
+        return self._shadow
+
+    def change_shadow(self, **changes: Any) -> None:
+        """Change some of the shadow's attributes.
+
+        Raises
+        ------
+        SceneError
+            If there is no shadow, or a value is out of its range.
+        """
+        if self._shadow is None:
+            raise SceneError(f"particles {self.name!r} cast no shadows: give them some with set_shadow")
+        self.set_shadow(replace(self._shadow, **changes))
+
+    def set_bounding_sphere(self, radius: float | None, center: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Say which sphere holds all particles; None lets it be found for each frame.
+
+        Slices of shadow divide this sphere. A given one keeps them where they are while particles move; what
+        is too large wastes slices, and what leaves it is shadowed as if it lay on its rim, with a warning.
+
+        Parameters
+        ----------
+        radius : float, optional
+            Above 0, scene units, as the particles' own radii.
+        center : array_like, shape (3,)
+            In the node's space.
+
+        Raises
+        ------
+        SceneError
+            If a number is wrong.
+        """
+        if radius is None:
+            self._sphere = None
+        else:
+            middle = np.array([_number(value) for value in np.ravel(np.asarray(center, dtype=object))])
+            size = _number(radius)
+            if not 0.0 < size <= 1e18:
+                raise SceneError(
+                    f"particles {self.name!r}: bounding radius must be a number above 0, at most 1e18, "
+                    f"got {radius!r}"
+                )
+            if middle.shape != (3,) or not (np.abs(middle) <= 1e18).all():
+                raise SceneError(
+                    f"particles {self.name!r}: the bounding sphere's center must be three numbers up to "
+                    f"1e18, got {center!r}"
+                )
+            self._sphere = (middle[0], middle[1], middle[2]), size
+        self.mark_changed()
+
+    def get_bounding_sphere(self) -> tuple[tuple[float, float, float], float] | None:
+        """The given sphere's center and radius, None if it is found for each frame."""
+        return self._sphere
+
+    def make_copy(self) -> ParticleNode:
+        """A new node with the same particles, shadow, transform and attributes, without children."""
+        copy = ParticleNode(self.name, function=self.function, seed=self.seed)
+        self._copy_state_to(copy)
+        copy.arrays, copy._shadow, copy._sphere = self.arrays, self._shadow, self._sphere
+        return copy
+
+    def _checked(
+        self, positions: ArrayLike, radii: ArrayLike, alphas: ArrayLike, colors: ArrayLike
+    ) -> ParticleArrays:
+        columns = (
+            Column("radii", radii, 0, (("radius is not 0 to 1e18", lambda r: ~((r >= 0.0) & (r <= 1e18))),)),
+            Column("alphas", alphas, 0, (("alpha is not 0 to 1", lambda a: ~((a >= 0.0) & (a <= 1.0))),)),
+            Column("colors", colors, 3, (("color is not 0 to 1", lambda c: ~((c >= 0.0) & (c <= 1.0))),)),
+        )
+        return ParticleArrays(*checked_rows(f"particles {self.name!r}", SceneError, positions, columns))
+
+
+def _number(value: Any) -> float:
+    """As a float; NaN where it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan

@@ -1,0 +1,67 @@
+#version 330 core
+// Lights each particle once, at its middle, by all lights of a kind: a texel a particle. It scatters light evenly.
+// FIRST brings ambient light. FADED: this light fades on particles as their shadow says.
+#define PLACED 1
+#define POSITION 3
+#define HALF 0
+#define RADIANCE 0
+#define HIGHLIGHTS 0
+#define NORMALS 0
+#define COLORS 0
+#include "include/surface.glsl"
+#if KIND
+#include "include/arrives.glsl"
+#endif
+#if TAPS
+#include "include/shadow.glsl"
+#endif
+#if VOLUME
+#include "include/volume.glsl"
+#endif
+#block Shading
+
+uniform sampler2D u_particles;  // four texels a particle: firefly_sample/gpu/particle_rows.py
+out vec4 o_particle_light;
+
+void main()
+{
+    ivec2 at = ivec2(gl_FragCoord.xy) * ivec2(4, 1);
+    vec4 place = texelFetch(u_particles, at, 0);
+    vec4 color = texelFetch(u_particles, at + ivec2(1, 0), 0);
+    vec3 sum = vec3(0.0);
+#if KIND
+    Surface s;
+    s.pixel = vec2(0.0);
+    s.ray = vec2(0.0);
+    s.y = place.y;
+    s.place = place.xyz;
+    s.albedo = vec3(0.0);
+    s.specular = vec4(0.0);
+    for (int i = 0; i < u_light_count; ++i) {
+        Light light = fetch_light(i);
+        vec3 to_light;
+        float strength;
+        if (arrives(s, light, to_light, strength)) {
+#if TAPS
+            s.normal = to_light;
+            strength *= shadow(s, to_light, 1.0, light.shadow);
+#endif
+            sum += strength * light.color.rgb;
+        }
+    }
+#if FADED
+    sum *= place.w;
+#endif
+#if VOLUME
+    if (color.w > 0.0) {
+        vec3 shadowed = texelFetch(u_particles, at + ivec2(2, 0), 0).xyz;
+        vec3 own = texelFetch(u_particles, at + ivec2(3, 0), 0).rgb;
+        sum *= volume_light(shadowed, own, color.w);
+    }
+#endif
+#endif
+#if FIRST
+    sum += u_ambient.rgb;
+#endif
+    o_particle_light = vec4(sum * color.rgb, 0.0);
+}

@@ -1,0 +1,68 @@
+#version 330 core
+// What a particle, or a dot, sends to the eye, and what it leaves of what is behind: blended one over the other.
+// A particle is a ball: as much of it counts as is before the surface, and beyond the near plane. A dot is hidden or
+// not.
+#if SURFACES
+#include "include/lens.glsl"
+#endif
+
+flat in vec4 v_pixel;
+flat in vec2 v_per_radius;
+flat in vec3 v_color;
+flat in vec2 v_depth;
+flat in float v_optical_depth;
+out vec4 o_particles;
+
+#if SURFACES
+#if POSITION == 0
+uniform sampler2D u_distance;
+#elif POSITION == 3
+uniform sampler2D u_position;
+#else
+uniform sampler2D u_depth;
+#endif
+#if ORTHOGRAPHIC && (POSITION == 0 || POSITION == 3)
+uniform sampler2D u_albedo;
+#endif
+
+float surface_distance(ivec2 texel)
+{
+#if POSITION == 0
+    float y = texelFetch(u_distance, texel, 0).r;
+#elif POSITION == 3
+    float y = texelFetch(u_position, texel, 0).y;
+#else
+    float y = distance_from_depth(texelFetch(u_depth, texel, 0).r);
+#endif
+#if POSITION == 0 || POSITION == 3
+#if ORTHOGRAPHIC
+    bool covered = texelFetch(u_albedo, texel, 0).a > 0.0;
+#else
+    bool covered = y != 0.0;
+#endif
+    return covered ? y : 3e38;
+#else
+    return y;
+#endif
+}
+#endif
+
+void main()
+{
+    vec2 r = ((gl_FragCoord.xy - v_pixel.xy) - v_pixel.zw) * v_per_radius;
+    float s = max(1.0 - dot(r, r), 0.0);
+    s *= s;
+    float before = 1.0;
+    float hidden = 1.0;
+#if SURFACES
+    float gap = surface_distance(ivec2(gl_FragCoord.xy)) - v_depth.x;
+    before = clamp(0.5 + 0.5 * gap / v_depth.y, 0.0, 1.0);
+    hidden = gap >= 0.0 ? 1.0 : 0.0;
+#endif
+    if (v_optical_depth > 0.0) {
+        float opacity = 1.0 - exp(-v_optical_depth * s * before);
+        o_particles = vec4(v_color * opacity, opacity);
+    } else {
+        o_particles = vec4(v_color * (s * hidden), 0.0);
+    }
+}

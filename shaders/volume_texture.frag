@@ -1,0 +1,16 @@
+#version 330 core
+// The slices of shadow in the picture's lower left corner: white where all light comes through.
+#include "include/volume_tiles.glsl"
+#include "include/color.glsl"
+
+uniform sampler2D u_volume_atlas;
+uniform vec2 u_corner_size;  // pixels
+out vec4 o_color;
+
+void main()
+{
+    vec2 size = vec2(textureSize(u_volume_atlas, 0));
+    vec3 taken = texelFetch(u_volume_atlas, ivec2(gl_FragCoord.xy / u_corner_size * size), 0).rgb;
+    vec3 left = u_volume_sums.x > 0.5 ? exp(-taken) : max(1.0 - taken, 0.0);
+    o_color = vec4(linear_to_srgb(left), 1.0);
+}

@@ -1,0 +1,317 @@
+"""Shadows of particles on the GPU against their float64 twin, and against exact sums."""
+
+from dataclasses import replace
+from itertools import pairwise
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+
+from firefly_sample.errors import GpuError
+from firefly_sample.reference.volume import exact_taken, slice_sums, sliced_light
+from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.settings import Settings
+from tests.clouds import CLOUDS, ball_of, blob, cloud_scene, from_above, puff, volume_of
+from tests.conftest import make_renderer
+
+FINE = {"normals": "rgba32f", "albedo": "rgba32f"}
+METHODS = {
+    "optical_depth": Settings(),
+    "stepped": Settings(volume_interpolation=False),
+    "few slices": Settings(volume_slices=10, volume_tile=64),
+    "half floats": Settings(volume_format="float16"),
+    "blend": Settings(volume_shadows="blend"),
+    "blend, 8 bits": Settings(volume_shadows="blend", volume_format="unorm8"),
+    "blend, stepped": Settings(volume_shadows="blend", volume_interpolation=False),
+    "loop": Settings(volume_shadows="loop"),
+    "loop of ten": Settings(volume_shadows="loop", volume_reads=10),
+}
+
+
+def drawn(scene, settings, outputs=("radiance", "volume_atlas"), size=(64, 48)):
+    """The plan, the slices that it drew, shape (slices, tile, tile, 3), and the light on each particle."""
+    with make_renderer(size, settings) as renderer:
+        plan = renderer.plan(scene, 0.0, outputs)
+        frame = renderer.draw(plan)
+        with renderer._device:
+            texels = renderer._gpu.images.texture(plan, "particle_light").read()
+    light = np.frombuffer(texels, np.float32).reshape(-1, 4)[: len(plan.particles), :3].astype(np.float64)
+    return plan, tiles(plan, frame["volume_atlas"]), light, frame
+
+
+def tiles(plan, atlas):
+    """The slices of a texture, first row at the bottom."""
+    (across, _), side = plan.volume.grid, plan.volume.view.tile
+    rows = atlas[::-1].astype(np.float64)
+    return np.array(
+        [
+            rows[side * (k // across) :, side * (k % across) :][:side, :side]
+            for k in range(plan.volume.view.slices)
+        ]
+    )
+
+
+def shares(plan, light):
+    """What of the only light the particles got, from their radiance."""
+    (lights,) = plan.lights
+    return (light / plan.particles.colors - plan.ambient) / lights.colors[0] / plan.particles.fades[:, None]
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_slices_and_lookups_are_those_of_the_twin(name):
+    settings = METHODS[name]
+    plan, slices, light, _ = drawn(cloud_scene(puff(2000)), settings)
+    volume = plan.volume
+    rounding = {"float16": 5e-4 * 64, "unorm8": 0.5 / 255 * 64}.get(settings.volume_format, 4e-6)
+    most = 1.0 if settings.volume_format == "unorm8" else np.inf
+    expected = np.minimum(slice_sums(volume), most)
+    np.testing.assert_allclose(slices, expected, atol=rounding, rtol=0)
+    found = sliced_light(volume, slices, volume.places[plan.particles.rows], plan.particles.rows)
+    np.testing.assert_allclose(shares(plan, light), found, atol=4e-6)
+
+
+@pytest.mark.parametrize(
+    "shadow",
+    [
+        {"blur": 2.0},
+        {"blur": 0.7},
+        {"blur": 3.5, "kernel": "gaussian"},
+        {"darkness": 2.5},
+        {"tint": 0.7},
+        {"tint": 1.0, "blur": 1.0},
+        {"attenuation": "point"},
+        {"attenuation": "plane", "power": 0.5},
+        {"interpolate": False},
+    ],
+)
+@pytest.mark.parametrize("kind", ["sun", "spot"])
+def test_what_a_shadow_says_is_done_as_in_the_twin(shadow, kind):
+    node = puff(800, colors=np.random.default_rng(3).uniform(0.1, 1.0, (800, 3)))
+    lamp = None
+    if kind == "spot":
+        lamp = Spotlight("lamp", (3, 2, 1))
+        lamp.set_cone(20, 40)
+    plan, slices, light, _ = drawn(cloud_scene(node, lamp, **shadow), Settings())
+    volume = plan.volume
+    np.testing.assert_allclose(slices, slice_sums(volume), atol=4e-6, rtol=2e-6)
+    found = sliced_light(volume, slices, volume.places[plan.particles.rows], plan.particles.rows)
+    if kind == "sun":
+        np.testing.assert_allclose(shares(plan, light), found, atol=1e-5)
+    else:
+        (lights,) = plan.lights
+        unshadowed = light_of(plan, lights)
+        expected = (plan.ambient + unshadowed * found * plan.particles.fades[:, None]) * plan.particles.colors
+        np.testing.assert_allclose(light, expected, atol=2e-5)
+
+
+def light_of(plan, lights):
+    """What the first light of a set would bring to particles without any shadow, shape (n, 3)."""
+    from firefly_sample.reference.one_light import OneLight
+
+    one = OneLight(lights, 0)
+    to_light, distance = one.ways(plan.particles.positions)
+    return one.strength(to_light.T, distance, plan.settings)[:, None] * lights.colors[0]
+
+
+def test_the_ground_gets_what_the_last_slice_lets_through():
+    """At each pixel of the floor, and of a wall that stands in the cloud, as the twin has it."""
+    from firefly_sample.scene.geom import Geom
+    from firefly_sample.scene.material import Material
+    from tests.scenes import geom_node
+
+    scene = cloud_scene(puff(3000))
+    corners = [(-2, 0.3, -1.3), (2, 0.3, -1.3), (2, 0.3, 1.0), (-2, 0.3, 1.0)]
+    wall = geom_node("wall", Geom(corners, [(0, 1, 2), (0, 2, 3)]), Material("wall", (0.7, 0.7, 0.7, 1)))
+    scene.root.attach_new_node(wall)
+    with make_renderer((160, 120), Settings(**FINE)) as renderer:
+        plan = renderer.plan(scene, 0.0, ("light", "position", "normal", "volume_atlas", "radiance"))
+        frame = renderer.draw(plan)
+        position = renderer.surface(plan).position()
+    known = np.isfinite(position).all(axis=-1)
+    to_world = plan.view.view_to_world
+    places = plan.volume.view.place(position[known] @ to_world[:3, :3] + to_world[3, :3])
+    left = sliced_light(plan.volume, tiles(plan, frame["volume_atlas"]), places)
+    (sun,) = plan.lights
+    facing = np.maximum(frame["normal"][known] @ -sun.directions[0], 0.0)[:, None]
+    expected = plan.ambient + facing * sun.colors[0] * left
+    np.testing.assert_allclose(frame["light"][known], expected, atol=3e-4)
+    floor = places[:, 2] >= plan.volume.view.slices
+    inside = (places[:, 2] > 1) & ~floor
+    assert floor.sum() > 1000
+    assert inside.sum() > 1000
+    assert left[floor].min() < 0.3
+    assert np.ptp(left[inside]) > 0.3
+
+
+def test_lights_that_are_not_named_shine_through():
+    scene = cloud_scene(puff(2000, alpha=0.9))
+    moon = DirectionalLight("moon", (0.2, 0.2, 0.4))
+    moon.set_direction((0, 0, -1))
+    scene.root.attach_new_node(moon)
+    with make_renderer((64, 48)) as renderer:
+        both = renderer.render(scene, outputs=("light",))["light"]
+        scene.root.find("sun").hide()
+        alone = renderer.render(scene, outputs=("light",))["light"]
+    darkest = both.sum(axis=-1) - alone.sum(axis=-1)
+    covered = alone.any(axis=-1)
+    assert darkest[covered].min() < 1e-3  # none of the sun in the middle of the shadow
+    assert np.median(darkest[covered]) > 3.0
+
+
+@pytest.mark.parametrize("method", ["optical_depth", "blend", "loop"])
+@pytest.mark.parametrize("name", CLOUDS)
+def test_light_never_rises_with_depth(name, method):
+    """Along ways through the cloud, in what the GPU has drawn; a loop over the nearest ten may."""
+    settings = Settings(volume_shadows=method)
+    node = CLOUDS[name](1500)
+    plan, slices, _, _ = drawn(from_above(node), settings)
+    depth = np.linspace(-1, 65, 400)
+    for x, y in np.random.default_rng(0).uniform(20, 108, (12, 2)):
+        places = np.column_stack([np.full(400, x), np.full(400, y), depth])
+        left = sliced_light(plan.volume, slices, places)
+        assert left[0].tolist() == [1.0] * 3
+        assert (np.diff(left, axis=0) <= 1e-7).all()
+
+
+def test_what_is_opaque_lets_nothing_through_and_stays_finite():
+    node = ParticleNode("c", [(0, 0, 0.5), (0, 0, -0.5)], [0.5, 0.1], 1.0)
+    node.set_bounding_sphere(1.2)
+    plan, slices, light, frame = drawn(from_above(node), Settings())
+    assert np.isfinite(slices).all()
+    assert np.isfinite(frame["radiance"]).all()
+    left = shares(plan, light)
+    assert left[0] == pytest.approx(1.0, abs=1e-6)
+    assert (np.abs(left[1]) < 1e-6).all()
+
+
+def test_one_particle_does_not_shadow_itself():
+    for settings in (Settings(), Settings(volume_interpolation=False), Settings(volume_shadows="loop")):
+        node = ParticleNode("c", [(0.1, 0.2, 0.3)], 0.3, 0.9)
+        plan, _, light, _ = drawn(from_above(node), settings)
+        np.testing.assert_allclose(shares(plan, light), 1.0, atol=2e-6)
+
+
+def test_particles_in_one_slice_share_its_light():
+    """In a sheet across the light nobody is before anybody: each keeps at least what half of all leave."""
+    flat = np.column_stack([np.random.default_rng(0).uniform(-0.5, 0.5, (500, 2)), np.zeros(500)])
+    node = ParticleNode("c", flat, 0.1, 0.2)
+    plan, slices, light, _ = drawn(from_above(node), Settings())
+    assert np.unique(np.floor(plan.volume.places[:, 2])).size == 1
+    below = plan.volume.places + np.array([0, 0, 1.0])
+    whole = sliced_light(plan.volume, slices, below)
+    assert (shares(plan, light) >= whole - 1e-6).all()
+
+
+def test_what_leaves_the_sphere_neither_crosses_tiles_nor_turns_into_anything():
+    """Discs at the rim, beside it, before and behind: tiles hold what the twin says, and all stays finite."""
+    places = [(1.0, 0, 0), (1.4, 0, 0), (0, 0, 3.0), (0, 0, -3.0), (30, 0, 0), (0, 0, 0)]
+    node = ParticleNode("c", places, 0.5, 0.5)
+    node.set_bounding_sphere(1.0)
+    plan, slices, light, frame = drawn(from_above(node), Settings())
+    np.testing.assert_allclose(slices, slice_sums(plan.volume), atol=1e-6)
+    assert np.isfinite(frame["radiance"]).all()
+    left = shares(plan, light)
+    assert (left <= 1.0 + 1e-6).all()
+    middle = plan.particles.rows.tolist().index(5)
+    assert left[middle, 0] == pytest.approx(0.5, abs=2e-3)  # by the one above it, in the first slice
+
+
+def test_a_spotlight_from_any_side_agrees_with_the_twin():
+    for place in ((3, 0, 0), (0, 0, -1.6), (-1, 4, 2)):
+        lamp = Spotlight("lamp", (1, 1, 1))
+        lamp.set_cone(60, 60)
+        scene = cloud_scene(puff(500), lamp, ground=False)
+        path = scene.root.find("lamp")
+        path.set_pos(*place)
+        path.look_at(0, 0, 0)
+        plan, slices, _, _ = drawn(scene, Settings())
+        np.testing.assert_allclose(slices, slice_sums(plan.volume), atol=4e-6, rtol=2e-6)
+
+
+def test_a_texture_above_the_drivers_limit_is_an_error():
+    scene = cloud_scene(puff(10))
+    with make_renderer((8, 8), Settings(volume_slices=256, volume_tile=1024)) as renderer:
+        plan = renderer.plan(scene)
+        renderer._device.max_size = 8192
+        with pytest.raises(GpuError, match="16384x16384 texels, above this driver's limit of 8192 a side"):
+            renderer.draw(plan)
+
+
+def errors(node, settings, count=3000):
+    """Largest and rms error of what is left of the light, in slices that were drawn, against exact sums.
+
+    At places in the middle of the cloud, evenly along the light.
+    """
+    plan, slices, _, _ = drawn(from_above(node), settings)
+    rng = np.random.default_rng(5)
+    across = plan.volume.view.tile * (0.5 + 0.05 * rng.normal(size=(count, 2)))
+    places = np.column_stack([across, rng.uniform(0.0, settings.volume_slices, count)])
+    exact = np.exp(-exact_taken(depths_of(plan, node), places))
+    difference = (sliced_light(plan.volume, slices, places) - exact)[:, 0]
+    return np.abs(difference).max(), np.sqrt((difference**2).mean())
+
+
+def depths_of(plan, node):
+    """The volume of a plan with true optical depths, whatever its method adds up."""
+    depth = -np.log1p(-node.arrays.alphas)[:, None]
+    return replace(plan.volume, method="optical_depth", strengths=np.repeat(depth, 3, axis=1))
+
+
+@pytest.mark.parametrize(
+    ("name", "largest", "rms"),
+    [("blob", 0.014, 0.0025), ("sheets", 0.36, 0.030), ("faint", 0.11, 0.0075)],
+)
+def test_sixty_four_slices_err_by_no_more_than_was_measured_before_design(name, largest, rms):
+    found = errors(CLOUDS[name](), Settings())
+    assert found[0] <= largest
+    assert found[1] <= rms
+
+
+def test_adding_alphas_errs_by_more_the_more_there_are():
+    blend = errors(CLOUDS["faint"](), Settings(volume_shadows="blend"))
+    coarse = errors(CLOUDS["faint"](), Settings(volume_shadows="blend", volume_format="unorm8"))
+    right = errors(CLOUDS["faint"](), Settings())
+    assert right[1] < 0.1 * blend[1]
+    assert coarse[0] > 0.9  # alphas below half a code are nothing at all
+
+
+def test_errors_fall_with_slices():
+    """In steps, by half for each doubling. Between slices, faster, until what is left is the order of
+    particles within a slice, which nobody knows: the error of a random order falls by the root of 2."""
+    node, counts = blob(), (16, 32, 64, 128, 256)
+    stepped = [errors(node, Settings(volume_slices=n, volume_interpolation=False))[1] for n in counts]
+    smooth = [errors(node, Settings(volume_slices=n))[1] for n in counts]
+    assert all(after <= 0.6 * before for before, after in pairwise(stepped))
+    assert all(after <= 0.8 * before for before, after in pairwise(smooth))
+    assert all(fine < 0.6 * coarse for fine, coarse in zip(smooth, stepped, strict=True))
+
+
+def test_a_cloud_without_grain_loses_three_quarters_of_its_error_with_each_doubling():
+    """Slices hold exactly what a normal distribution takes, optical depth 2: interpolation alone errs."""
+    depth = np.linspace(-1.0, 1.0, 4001)[1:-1]
+
+    def taken(z):
+        return 2.0 * np.array([NormalDist(0.0, 0.3).cdf(value) for value in z])
+
+    rms = []
+    for count in (16, 32, 64, 128, 256):
+        volume = volume_of(from_above(puff(8)), Settings(volume_slices=count, volume_tile=16))
+        ends = taken(np.linspace(-1.0, 1.0, count + 1))
+        slices = np.broadcast_to((ends[1:] - ends[0])[:, None, None, None], (count, 16, 16, 3))
+        places = np.column_stack([np.full((len(depth), 2), 8.0), (depth + 1.0) * 0.5 * count])
+        difference = sliced_light(volume, slices, places)[:, 0] - np.exp(-(taken(depth) - ends[0]))
+        rms.append(np.sqrt((difference**2).mean()))
+    assert all(after <= 0.27 * before for before, after in pairwise(rms))
+
+
+def test_many_particles_are_drawn():
+    """All of them, in one draw: their sum is known."""
+    count = 300_000
+    node = ParticleNode("c", 0.5 * ball_of(count), 0.05, 1e-4)
+    plan, slices, _, _ = drawn(from_above(node), Settings(volume_tile=32, volume_slices=8))
+    volume = plan.volume
+    # a disc of (1 - r^2)^2 has the area pi R^2 / 3
+    expected = (volume.strengths[:, 0] * volume.radii**2).sum() * np.pi / 3
+    np.testing.assert_allclose(slices[-1, ..., 0].sum(), expected, rtol=2e-3)
