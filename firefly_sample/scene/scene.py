@@ -115,6 +115,17 @@ class Scene:
         """
         raise ParameterError(f"this scene has no live parameter {name!r} (tried to set it to {value!r})")
 
+    def drag(self, right: float, down: float) -> dict[str, Any]:
+        """Answer a drag of the mouse with the right button, in heights of the window.
+
+        Returns
+        -------
+        dict of str to object
+            The parameters that it has changed, and their values; empty where the scene has no use for it, so
+            that the camera is moved.
+        """
+        return {}
+
     def update(self, time: float) -> None:
         """Put everything where it is at `time` (seconds); must not depend on earlier calls."""
 

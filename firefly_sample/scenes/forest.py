@@ -16,12 +16,14 @@ from firefly_sample.scene.lights import AmbientLight, PointLights
 from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes.fireflies import Fireflies
 from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
+from firefly_sample.scenes.forest_mist import MIST_SEED, mist_at
 from firefly_sample.scenes.parts import find_part, set_visible
 
 __all__ = ["ForestScene", "scene"]
@@ -85,6 +87,13 @@ _PARAMETERS = (
             KeyStep("n", 0.8, -0.02, help="less moonlight"),
         ),
     ),
+    Parameter(
+        "mist",
+        bool,
+        False,
+        "A thin mist over the ground, lit by the fireflies.",
+        keys=(KeyStep("f", help="mist on or off"),),
+    ),
 )
 
 
@@ -128,7 +137,7 @@ class ForestScene(Scene):
 
     Parameters
     ----------
-    seed, fireflies, firefly_size, ambient
+    seed, fireflies, firefly_size, ambient, mist
         See ``scene.parameters``; all of them can be changed later by `set`.
 
     Raises
@@ -138,7 +147,12 @@ class ForestScene(Scene):
     """
 
     def __init__(
-        self, seed: int = 7, fireflies: int = 500, firefly_size: float = 1.0, ambient: float = 1.0
+        self,
+        seed: int = 7,
+        fireflies: int = 500,
+        firefly_size: float = 1.0,
+        ambient: float = 1.0,
+        mist: bool = False,
     ) -> None:
         # The original's lens and point of view.
         lens = PerspectiveLens(fov=(39.32, 30.0), near=50.0, far=500.0)
@@ -152,6 +166,8 @@ class ForestScene(Scene):
         root.attach_new_node(Sprites("insects", function=self._swarm.dots))
         self._haze = _Haze()
         self._haze_path = root.attach_new_node(Sprites("haze", function=self._haze.dots))
+        self._mist_path = root.attach_new_node(ParticleNode("mist", function=mist_at, seed=MIST_SEED))
+        set_visible(self._mist_path, mist)
         self._moonlight = AmbientLight("moonlight")
         root.attach_new_node(self._moonlight)
         self._set_ambient(ambient)
@@ -175,6 +191,8 @@ class ForestScene(Scene):
         checked = declared[name].check(value, "forest")
         if name == "ambient":
             self._set_ambient(checked)
+        elif name == "mist":
+            set_visible(self._mist_path, checked)
         elif name == "firefly_size":
             self._swarm.size = checked
         elif name == "seed":

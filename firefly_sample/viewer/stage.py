@@ -51,6 +51,12 @@ class Stage:
         self.values = values
         return f"{parameter.name} {value_text(parameter, after)}"
 
+    def drag(self, right: float, down: float) -> bool:
+        """Let the scene answer a drag of the mouse, in heights of the window; whether it has."""
+        changed = self.scene.drag(right, down)
+        self.values = self.values | changed
+        return bool(changed)
+
 
 def value_text(parameter: Parameter, value: Any) -> str:
     """A parameter's value for people, with its unit."""

@@ -114,11 +114,12 @@ class Viewer:
 
     def drag(self, button: str, right: float, down: float) -> None:
         """The mouse moves with a button held ("left", "right", "middle"), in heights of the window."""
-        camera = self._own_camera()
-        if button == "left":
-            camera.turn(right, down)
+        if button == "right" and self._stage.drag(right, down):
+            self._rows_stale = True
+        elif button == "left":
+            self._own_camera().turn(right, down)
         else:
-            camera.pan(right, down)
+            self._own_camera().pan(right, down)
 
     def scroll(self, steps: float) -> None:
         """The wheel turns; steps above 0 are away from the user."""

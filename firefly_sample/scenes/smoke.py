@@ -1,0 +1,318 @@
+"""A cloud of smoke over a floor, in a light that swings: the scene plugin "smoke"."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import ParameterError
+from firefly_sample.scene.geom import Geom, GeomNode
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
+from firefly_sample.scenes.smoke_cloud import REACH, Cloud
+
+__all__ = ["SmokeScene", "scene"]
+
+Float64 = NDArray[np.float64]
+
+LIGHT = (2.1, 1.85, 1.5)
+AMBIENT = (0.05, 0.065, 0.11)
+SKY = VerticalGradient(horizon=(0.0072, 0.0095, 0.016), zenith=(0.0012, 0.0016, 0.004))
+FLOOR = (0.30, 0.27, 0.25, 1.0)
+FLOOR_HEIGHT, FLOOR_RADIUS = -1.4, 2.6
+LIGHT_DISTANCE = 2.3
+"""Of the light's node from the middle: where its attenuation begins."""
+VIEW = (0.0, -8.4, 2.5)
+"""Where the camera is at a ratio of 1."""
+FOCUS = (0.0, 0.0, -0.52)
+SWING_SECONDS = 16.0
+
+_PARAMETERS = (
+    Parameter(
+        "seed",
+        int,
+        7,
+        "Which puffs: every random number about puff k comes from (seed, k).",
+        minimum=0,
+        maximum=2**63 - 1,
+    ),
+    Parameter(
+        "particles",
+        int,
+        20_000,
+        "How many puffs the cloud has; more never move the first ones.",
+        minimum=0,
+        maximum=1_000_000,
+        keys=(KeyStep("up", 1.25, help="more puffs"), KeyStep("down", 0.8, help="fewer puffs")),
+    ),
+    Parameter("particle_size", float, 1.0, "Size of the puffs.", minimum=0.1, maximum=10.0),
+    Parameter(
+        "particle_alpha", float, 0.12, "Opacity of a puff through its middle.", minimum=0.0, maximum=1.0
+    ),
+    Parameter(
+        "shadows",
+        bool,
+        True,
+        "Let puffs shadow each other and the floor.",
+        keys=(KeyStep("h", help="shadows on or off"),),
+    ),
+    Parameter(
+        "shadow_blur",
+        float,
+        0.0,
+        "Half-width of the shadow's blur.",
+        minimum=0.0,
+        maximum=32.0,
+        unit="texels",
+        keys=(KeyStep("b", 1.25, 0.5, help="more blur"), KeyStep("g", 0.8, -0.5, help="less blur")),
+    ),
+    Parameter(
+        "shadow_darkness",
+        float,
+        1.0,
+        "How much of the light each puff takes: a factor of its own.",
+        minimum=0.0,
+        maximum=100.0,
+        keys=(KeyStep("d", 1.25, help="darker shadows"), KeyStep("f", 0.8, help="lighter shadows")),
+    ),
+    Parameter(
+        "shadow_tint",
+        float,
+        0.0,
+        "How much of the puffs' colour is left in their shadow.",
+        minimum=0.0,
+        maximum=1.0,
+        keys=(KeyStep("c", 1.0, 0.1, help="more tint"), KeyStep("x", 1.0, -0.1, help="less tint")),
+    ),
+    Parameter(
+        "light_angle",
+        float,
+        32.0,
+        "Angle between the light's way and straight down.",
+        minimum=0.0,
+        maximum=85.0,
+        unit="degrees",
+        keys=(
+            KeyStep("right", 1.0, 2.0, help="light lower"),
+            KeyStep("left", 1.0, -2.0, help="light higher"),
+        ),
+    ),
+    Parameter(
+        "light_heading",
+        float,
+        50.0,
+        "Which side the light comes from, seen from above; 0 is behind the cloud.",
+        minimum=-180.0,
+        maximum=180.0,
+        unit="degrees",
+    ),
+    Parameter(
+        "swing",
+        float,
+        60.0,
+        "How far the light swings to both sides.",
+        minimum=0.0,
+        maximum=180.0,
+        unit="degrees",
+        keys=(KeyStep("w", 1.0, 10.0, help="wider swing"), KeyStep("q", 1.0, -10.0, help="narrower swing")),
+    ),
+    Parameter(
+        "camera_ratio",
+        float,
+        1.0,
+        "How far away the camera is: a factor.",
+        minimum=0.3,
+        maximum=10.0,
+        keys=(KeyStep("k", 0.9, help="nearer"), KeyStep("j", 1.111, help="farther")),
+    ),
+    Parameter(
+        "use_attenuation",
+        bool,
+        False,
+        "Let the light fade on puffs with the square of their distance from it.",
+        keys=(KeyStep("a", help="attenuation on or off"),),
+    ),
+    Parameter(
+        "use_interpolation",
+        bool,
+        True,
+        "Find shadows between two slices by the depth in them.",
+        keys=(KeyStep("i", help="interpolation on or off"),),
+    ),
+    Parameter(
+        "bounding_radius",
+        float,
+        REACH,
+        "Radius of the sphere that the slices divide; 0 finds it for each frame.",
+        minimum=0.0,
+        maximum=20.0,
+        keys=(KeyStep("o", 1.25, help="larger bounding sphere"), KeyStep("u", 0.8, help="smaller one")),
+    ),
+    Parameter(
+        "show_texture",
+        bool,
+        False,
+        "Show the slices of shadow in a corner: the nearest to the light lower left, the last upper right.",
+        keys=(KeyStep("e", help="show the slices"),),
+    ),
+)
+
+
+class SmokeScene(Scene):
+    """The cloud, its floor and its light.
+
+    Parameters
+    ----------
+    parameters
+        See ``scene.parameters``; all of them can be changed later by `set`.
+    """
+
+    def __init__(self, **parameters: Any) -> None:
+        root = NodePath("smoke")
+        camera = root.attach_new_node(Camera("camera", PerspectiveLens(fov=30.0, near=0.1, far=200.0)))
+        super().__init__(root, camera, background=SKY, exposure=1.15, focus=FOCUS)
+        root.attach_new_node(_floor())
+        root.attach_new_node(AmbientLight("sky", AMBIENT))
+        self._light = DirectionalLight("light", LIGHT)
+        self._light_path = root.attach_new_node(self._light)
+        self._values = {parameter.name: parameter.default for parameter in _PARAMETERS}
+        self._cloud: Cloud | None = None
+        # the node calls what it is given, which knows no node: no cycle keeps them alive
+        self._puffs = _Puffs()
+        self._particles = ParticleNode("cloud", function=self._puffs.at)
+        root.attach_new_node(self._particles)
+        self._values |= parameters
+        self._build_cloud()
+        self._set_shadow()
+        self._place_camera()
+        self._placed_at: float | None = None
+
+    def set(self, name: str, value: Any) -> None:
+        """Change a parameter of the running scene.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter or the value is wrong.
+        """
+        declared = {parameter.name: parameter for parameter in _PARAMETERS}
+        if name not in declared:
+            raise ParameterError(f"scene 'smoke' has no parameter {name!r}: it has {', '.join(declared)}")
+        self._values[name] = declared[name].check(value, "smoke")
+        if name in ("seed", "particles", "particle_size", "particle_alpha"):
+            self._build_cloud()
+        elif name == "camera_ratio":
+            self._place_camera()
+        elif name in ("light_angle", "light_heading", "swing"):
+            self._placed_at = None
+        else:
+            self._set_shadow()
+
+    def drag(self, right: float, down: float) -> dict[str, Any]:
+        """Turn the light by a drag of the mouse, in heights of the window; the parameters that it changed."""
+        heading = self._values["light_heading"] + 180.0 * right
+        heading = (heading + 180.0) % 360.0 - 180.0
+        angle = min(max(self._values["light_angle"] + 90.0 * down, 0.0), 85.0)
+        for name, value in (("light_heading", heading), ("light_angle", angle)):
+            self.set(name, value)
+        return {"light_heading": heading, "light_angle": angle}
+
+    def update(self, time: float) -> None:
+        """Turn the light to where it is at `time`."""
+        if time == self._placed_at:
+            return
+        values = self._values
+        turned = values["light_heading"] + values["swing"] * math.sin(2.0 * math.pi * time / SWING_SECONDS)
+        angle, heading = math.radians(values["light_angle"]), math.radians(turned)
+        # from the middle to the light
+        side = math.sin(angle)
+        way = np.array([side * math.sin(heading), side * math.cos(heading), math.cos(angle)])
+        self._light_path.set_pos(*(LIGHT_DISTANCE * way))
+        self._light.set_direction(-way)
+        self._placed_at = time
+
+    def _build_cloud(self) -> None:
+        values = self._values
+        self._puffs.cloud = Cloud(
+            values["seed"], values["particles"], values["particle_size"], values["particle_alpha"]
+        )
+        self._particles.mark_changed()
+
+    def _set_shadow(self) -> None:
+        values = self._values
+        self._particles.set_shadow(
+            VolumeShadow(
+                self._light,
+                blur=values["shadow_blur"],
+                darkness=values["shadow_darkness"],
+                tint=values["shadow_tint"],
+                attenuation="plane" if values["use_attenuation"] else "none",
+                interpolate=values["use_interpolation"],
+                show_texture=values["show_texture"],
+                enabled=values["shadows"],
+            )
+        )
+        self._particles.set_bounding_sphere(values["bounding_radius"] or None)
+
+    def _place_camera(self) -> None:
+        middle = np.array(FOCUS)
+        self.camera.set_pos(*(middle + self._values["camera_ratio"] * (np.array(VIEW) - middle)))
+        self.camera.look_at(*FOCUS)
+
+
+class _Puffs:
+    """What the particle node calls."""
+
+    cloud: Cloud
+
+    def at(self, _: int, time: float) -> tuple[Float64, Float64, float, Float64]:
+        return self.cloud.at(time)
+
+
+class _Plugin:
+    """What the entry point names."""
+
+    name = "smoke"
+    summary = "A cloud of smoke that shadows itself and the floor, in a light that swings."
+    parameters = _PARAMETERS
+
+    def build(self, **parameters: Any) -> SmokeScene:
+        """A new scene; see `parameters`."""
+        return SmokeScene(**parameters)
+
+
+scene = _Plugin()
+
+
+def _floor() -> GeomNode:
+    """A round slab."""
+    sides = 128
+    angle = 2.0 * math.pi * np.arange(sides) / sides
+    rim = np.stack([FLOOR_RADIUS * np.cos(angle), FLOOR_RADIUS * np.sin(angle)], axis=1)
+    index = np.arange(sides)
+    following = (index + 1) % sides
+    top = np.column_stack([rim, np.full(sides, FLOOR_HEIGHT)])
+    low = np.column_stack([rim, np.full(sides, FLOOR_HEIGHT - 0.16)])
+    vertices = np.concatenate([[(0.0, 0.0, FLOOR_HEIGHT)], top, top, low])
+    up, out = np.array([(0.0, 0.0, 1.0)]), np.column_stack([np.cos(angle), np.sin(angle), np.zeros(sides)])
+    normals = np.concatenate([up, np.repeat(up, sides, axis=0), out, out])
+    upper, lower = 1 + sides + index, 1 + 2 * sides + index
+    next_upper, next_lower = 1 + sides + following, 1 + 2 * sides + following
+    triangles = np.concatenate(
+        [
+            np.column_stack([np.zeros(sides, dtype=int), 1 + index, 1 + following]),
+            np.column_stack([lower, next_lower, next_upper]),
+            np.column_stack([lower, next_upper, upper]),
+        ]
+    )
+    node = GeomNode("floor")
+    node.add_geom(Geom(vertices, triangles, normals, name="floor"), Material("floor", FLOOR))
+    return node

@@ -1,0 +1,120 @@
+"""The cloud of the scene "smoke": where each puff is at a time, on its way between two shapes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.scene.random import uniform
+
+__all__ = ["EMBER", "GOLD", "PERIOD", "REACH", "Cloud"]
+
+Float64 = NDArray[np.float64]
+
+REACH = 1.4
+"""Radius of a sphere around the origin that holds the cloud at any time, at a puff size of 1."""
+PERIOD = 24.0
+"""Seconds from one shape to the other and back."""
+EMBER, GOLD = (0.80, 0.20, 0.07), (0.88, 0.62, 0.24)
+"""Linear colours of the two shapes."""
+
+_RADIUS, _SIZES = 0.062, 0.7
+"""Of a puff, and how much they differ."""
+_HEAPS = (
+    ((0.0, 0.0, 0.02), 0.58),
+    ((-0.46, 0.10, -0.14), 0.42),
+    ((0.47, -0.06, -0.10), 0.44),
+    ((0.10, 0.38, -0.02), 0.40),
+    ((-0.08, -0.42, -0.12), 0.40),
+    ((0.20, 0.05, 0.46), 0.40),
+    ((-0.26, -0.05, 0.38), 0.34),
+    ((0.66, 0.20, -0.26), 0.26),
+    ((-0.70, -0.12, -0.28), 0.27),
+    ((-0.02, 0.0, 0.74), 0.26),
+)
+"""Middles and radii of the balls that the first shape is heaped up of."""
+_KNOT, _TUBE = 0.34, 0.20
+"""Scale of the second shape, a trefoil knot, and the radius of its tube."""
+
+
+class Cloud:
+    """Any number of puffs; more never move the first ones.
+
+    Parameters
+    ----------
+    seed, count : int
+    size : float
+        Factor of the puffs' radii.
+    alpha : float
+        Opacity of a puff through its middle.
+    """
+
+    def __init__(self, seed: int, count: int, size: float, alpha: float) -> None:
+        self.size, self.alpha = size, alpha
+        u = uniform(seed, np.arange(9)[:, None], np.arange(count)[None, :])
+        self._heap, self._knot = _heap(u[:4]), _knot(u[4:7])
+        self._radii = _RADIUS * (1.0 - 0.5 * _SIZES + _SIZES * u[7])
+        self._late = u[8]
+
+    def at(self, time: float) -> tuple[Float64, Float64, float, Float64]:
+        """Positions, radii, alpha and colours at `time` (seconds)."""
+        # there and back, with a rest at each; no two puffs set out together
+        wave = 0.5 - 0.5 * math.cos(2.0 * math.pi * time / PERIOD)
+        share = _smooth(np.clip(1.9 * wave - 0.45 - 0.35 * (self._late - 0.5), 0.0, 1.0))[:, None]
+        places = (1.0 - share) * self._heap + share * self._knot
+        drift = np.sin(2.1 * places[:, [1, 2, 0]] + 0.31 * time) * np.cos(
+            2.7 * places[:, [2, 0, 1]] - 0.23 * time
+        )
+        places = places + 0.05 * drift + 0.16 * (share * (1.0 - share)) * drift
+        turn = 2.0 * math.pi * time / (4.0 * PERIOD)
+        c, s = math.cos(turn), math.sin(turn)
+        x, y, z = places.T
+        colors = (1.0 - share) * EMBER + share * GOLD
+        return (
+            np.stack([c * x - s * y, s * x + c * y, z], axis=1),
+            self.size * self._radii,
+            self.alpha,
+            colors,
+        )
+
+
+def _smooth(t: Float64) -> Float64:
+    return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+def _heap(u: Float64) -> Float64:
+    """Places in balls heaped on each other, denser towards their skins; shape (n, 3)."""
+    centers = np.array([center for center, _ in _HEAPS])
+    radii = np.array([radius for _, radius in _HEAPS])
+    shares = np.cumsum(radii**2.5)
+    which = np.minimum(np.searchsorted(shares / shares[-1], u[3]), len(radii) - 1)
+    return np.asarray(centers[which] + _ball(u[:3], 0.22) * radii[which, None])
+
+
+def _ball(u: Float64, power: float) -> Float64:
+    """Places in a ball of radius 1; at a power of 1/3 evenly, below denser towards its skin."""
+    height, angle = 2.0 * u[0] - 1.0, 2.0 * math.pi * u[1]
+    flat = np.sqrt(1.0 - height**2)
+    way = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
+    return np.asarray(way * u[2][:, None] ** power)
+
+
+def _knot(u: Float64) -> Float64:
+    """Places in the tube of a trefoil knot that stands upright; shape (n, 3)."""
+    t = 2.0 * math.pi * u[0]
+    x = np.sin(t) + 2.0 * np.sin(2.0 * t)
+    z = np.cos(t) - 2.0 * np.cos(2.0 * t)
+    middle = _KNOT * np.stack([x, -1.1 * np.sin(3.0 * t), z], axis=1)
+    along = np.stack(
+        [np.cos(t) + 4.0 * np.cos(2.0 * t), -3.3 * np.cos(3.0 * t), 4.0 * np.sin(2.0 * t) - np.sin(t)], axis=1
+    )
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    side = np.cross(along, (0.0, 1.0, 0.0))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(along, side)
+    angle, radius = 2.0 * math.pi * u[1], _TUBE * np.sqrt(u[2]) ** 0.8
+    return np.asarray(
+        middle + (radius * np.cos(angle))[:, None] * side + (radius * np.sin(angle))[:, None] * other
+    )
