@@ -72,6 +72,9 @@ class Scene:
         only how far it is along the view axis.
     """
 
+    drag_help = ""
+    """What `drag` does, in a few words for the window's help; empty where it does nothing."""
+
     def __init__(
         self,
         root: NodePath | None = None,

@@ -175,6 +175,8 @@ class SmokeScene(Scene):
         See ``scene.parameters``; all of them can be changed later by `set`.
     """
 
+    drag_help = "turn the light"
+
     def __init__(self, **parameters: Any) -> None:
         root = NodePath("smoke")
         camera = root.attach_new_node(Camera("camera", PerspectiveLens(fov=30.0, near=0.1, far=200.0)))

@@ -1,4 +1,4 @@
-"""The shadow maps as one picture that fits a window."""
+"""The shadow maps, and the slices of particles' shadow, as one picture that fits a window."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.shadows import ShadowMap
+from firefly_sample.srgb import linear_to_srgb
 from firefly_sample.viewer.buffers import DARKEST, codes
 
-__all__ = ["EMPTY", "atlas_picture"]
+__all__ = ["EMPTY", "atlas_picture", "volume_picture"]
 
 Pixels = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
@@ -45,12 +46,8 @@ def atlas_picture(depth: Float32, plan: FramePlan, size: tuple[int, int]) -> tup
     if not maps:
         return picture, "no light casts shadows"
     texels = depth.shape
-    scale = min(height / texels[0], width / texels[1])
-    # the nearest texel of each pixel: an average of depths is the depth of nothing
-    rows, columns = (_nearest(side, max(1, round(side * scale))) for side in texels)
+    rows, columns, fitted = _fit(texels, picture)
     seen = depth[rows[:, None], columns]
-    top, left = (height - len(rows)) // 2, (width - len(columns)) // 2
-    fitted = picture[top : top + len(rows), left : left + len(columns)]
     clear = np.float32(0.0 if plan.view.reverse else 1.0)
     for shadow in maps:
         if shadow.casters is None:
@@ -64,6 +61,42 @@ def atlas_picture(depth: Float32, plan: FramePlan, size: tuple[int, int]) -> tup
         fitted[place] = _map_picture(seen[place], shadow, clear)
     count = f"{len(maps)} map{'' if len(maps) == 1 else 's'}"
     return picture, f"{count}, {texels[1]} x {texels[0]} texels: white near its light, dark far, blue nothing"
+
+
+def volume_picture(taken: Float32, plan: FramePlan, size: tuple[int, int]) -> tuple[Pixels, str]:
+    """A picture of all slices of particles' shadow, as large as fits, and how to read it.
+
+    Parameters
+    ----------
+    taken : ndarray of float32, shape (height, width, 3)
+        The output "volume_atlas".
+    plan, size
+        As `atlas_picture` takes them.
+    """
+    picture = np.zeros((size[1], size[0], 3), dtype=np.uint8)
+    volume = plan.volume
+    if volume is None or not taken.size:
+        return picture, "no particles cast shadows"
+    rows, columns, fitted = _fit(taken.shape[:2], picture)
+    seen = taken[rows[:, None], columns]
+    left = np.exp(-seen) if volume.method == "optical_depth" else 1.0 - seen
+    fitted[...] = codes(linear_to_srgb(np.clip(left, 0.0, 1.0)))
+    return picture, (
+        f"{volume.view.slices} slices of {volume.view.tile} texels, the nearest to the light lower left: "
+        "white lets all light through"
+    )
+
+
+def _fit(texels: tuple[int, ...], picture: Pixels) -> tuple[NDArray[np.intp], NDArray[np.intp], Pixels]:
+    """The nearest texel of each pixel, down and across, of an image in the middle of a picture; that part.
+
+    An average of depths would be the depth of nothing.
+    """
+    height, width = picture.shape[:2]
+    scale = min(height / texels[0], width / texels[1])
+    rows, columns = (_nearest(side, max(1, round(side * scale))) for side in texels[:2])
+    top, left = (height - len(rows)) // 2, (width - len(columns)) // 2
+    return rows, columns, picture[top : top + len(rows), left : left + len(columns)]
 
 
 def _nearest(texels: int, pixels: int) -> NDArray[np.intp]:

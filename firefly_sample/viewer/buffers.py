@@ -23,8 +23,8 @@ HEAT = ((0, 0, 0), (40, 44, 160), (214, 58, 150), (255, 168, 60), (255, 255, 255
 
 
 def buffers_of(look: str) -> tuple[str, ...]:
-    """Those of `BUFFERS` that a look has; "classic" knows neither highlights nor emission nor shadows."""
-    missing = ("specular", "emission", "shadow_atlas") if look == "classic" else ()
+    """Those of `BUFFERS` that a look has; "classic" has no highlights, emission, shadows and particles."""
+    missing = ("specular", "emission", "shadow_atlas", "volume_atlas") if look == "classic" else ()
     return tuple(name for name in BUFFERS if name not in missing)
 
 
@@ -40,7 +40,7 @@ def buffer_picture(
     Parameters
     ----------
     output : str
-        One of `BUFFERS`, but "shadow_atlas": see `firefly_sample.viewer.atlas`.
+        One of `BUFFERS`, but the atlases: see `firefly_sample.viewer.atlas`.
     image : ndarray
         As a `Frame` has it.
     classic : bool
@@ -171,5 +171,5 @@ _PICTURES: dict[str, Callable[[NDArray[Any]], tuple[Pixels, str]]] = {
     "wireframe": _wireframe,
 }
 
-BUFFERS = (*_PICTURES, "shadow_atlas")
+BUFFERS = (*_PICTURES, "shadow_atlas", "volume_atlas")
 """The outputs that the window shows, in its order."""

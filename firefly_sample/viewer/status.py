@@ -10,6 +10,7 @@ __all__ = ["Meter", "status_rows"]
 
 PERIOD = 0.4
 """Seconds over which rates are averaged; the text changes as often."""
+MOST_PARAMETERS = 8
 
 
 class Meter:
@@ -37,7 +38,13 @@ class Meter:
 
 
 def status_rows(stage: Stage, frame: Frame, rate: str, paused: bool, test: str = "") -> Rows:
-    """Names and values for the corner; `test` is how far a performance test is."""
+    """Names and values for the corner; `test` is how far a performance test is.
+
+    Of a scene with more than `MOST_PARAMETERS`, those that are not as they are by default.
+    """
+    parameters = stage.plugin.parameters
+    if len(parameters) > MOST_PARAMETERS:
+        parameters = tuple(p for p in parameters if stage.values[p.name] != p.default)
     counts = frame.lights
     lights = f"{counts.in_view} in view of {counts.in_scene}"
     width, height = frame.size
@@ -47,5 +54,5 @@ def status_rows(stage: Stage, frame: Frame, rate: str, paused: bool, test: str =
         ("frame", rate),
         *((("test", test),) if test else ()),
         ("picture", f"{width} x {height}"),
-        *((p.name.replace("_", " "), value_text(p, stage.values[p.name])) for p in stage.plugin.parameters),
+        *((p.name.replace("_", " "), value_text(p, stage.values[p.name])) for p in parameters),
     )

@@ -282,7 +282,9 @@ class Viewer:
             renderer = self._renderer
             driver = f"{renderer.driver}{' (software, slow)' if renderer.software else ''}"
             name = self._stage.plugin.name
-            plate = help_plate(name, self._scene_keys, self._own, driver, size, scale)
+            plate = help_plate(
+                name, self._scene_keys, self._own, driver, size, scale, self._stage.scene.drag_help
+            )
             corner = (width - plate.shape[1]) // 2, (height - plate.shape[0]) // 2
             layers.append(Layer(plate, corner))
         if self._now < self._message_until:

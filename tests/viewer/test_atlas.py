@@ -10,8 +10,9 @@ import pytest
 from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.settings import Settings
-from firefly_sample.viewer.atlas import EMPTY, atlas_picture
+from firefly_sample.viewer.atlas import EMPTY, atlas_picture, volume_picture
 from firefly_sample.viewer.buffers import DARKEST
+from tests.clouds import cloud_scene, puff
 from tests.viewer.workshop import workshop
 
 FARTHEST = 255 * DARKEST
@@ -120,3 +121,25 @@ def test_without_shadows_it_is_black_and_says_why():
     picture, note = atlas_picture(np.zeros((0, 0), np.float32), plan_of(shadows=False), (80, 60))
     np.testing.assert_array_equal(picture, np.zeros((60, 80, 3)))
     assert note == "no light casts shadows"
+
+
+def test_slices_of_shadow_are_white_where_light_comes_through():
+    scene = cloud_scene(puff(50))
+    plan = build_plan(scene, Settings(), (80, 60), ("volume_atlas",))
+    width, height = plan.volume.size
+    taken = np.zeros((height, width, 3), np.float32)
+    taken[: height // 2, :, 0] = np.log(2.0)  # the upper half lets half of the red through
+    picture, note = volume_picture(taken, plan, (80, 60))
+    assert note.startswith("64 slices of 128 texels")
+    assert (picture[:, :10] == 0).all()  # as high as fits, in the middle
+    assert (picture[31:, 12:68] == 255).all()
+    assert (picture[:29, 12:68] == (188, 255, 255)).all()
+    blend = build_plan(scene, Settings(volume_shadows="blend"), (80, 60), ("volume_atlas",))
+    halves, _ = volume_picture(np.full_like(taken, 0.5), blend, (80, 60))
+    assert (halves[:, 12:68] == 188).all()
+
+
+def test_without_particles_there_are_no_slices():
+    picture, note = volume_picture(np.zeros((0, 0, 3), np.float32), plan_of(), (8, 6))
+    assert note == "no particles cast shadows"
+    assert not picture.any()

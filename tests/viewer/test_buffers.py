@@ -9,7 +9,7 @@ from firefly_sample.frame import OUTPUTS
 from firefly_sample.reference.color import linear_to_srgb, srgb_to_linear
 from firefly_sample.viewer.buffers import BUFFERS, DARKEST, HEAT, buffer_picture, buffers_of
 
-PICTURES = BUFFERS[:-1]  # the last, "shadow_atlas", has tests of its own
+PICTURES = BUFFERS[:-2]  # the last, the atlases, have tests of their own
 NOTHING = {
     "albedo": np.zeros((2, 3, 3), np.float32),
     "normal": np.zeros((2, 3, 3), np.float32),
@@ -28,12 +28,12 @@ NOTHING = {
 def test_every_buffer_is_an_output_and_keeps_its_name_and_place():
     assert (
         *("albedo", "normal", "depth", "position_world", "id", "specular", "emission", "light"),
-        *("overdraw", "volumes", "wireframe", "shadow_atlas"),
+        *("overdraw", "volumes", "wireframe", "shadow_atlas", "volume_atlas"),
     ) == BUFFERS
     assert set(BUFFERS) <= OUTPUTS.keys()
     assert buffers_of("correct") == BUFFERS
     missing = set(BUFFERS) - set(buffers_of("classic"))
-    assert missing == {"specular", "emission", "shadow_atlas"}
+    assert missing == {"specular", "emission", "shadow_atlas", "volume_atlas"}
 
 
 @pytest.mark.parametrize("output", PICTURES)

@@ -12,6 +12,7 @@ from PIL import Image
 from firefly_sample.errors import FireflyError, ParameterError, SceneError, ViewerError
 from firefly_sample.frame import Frame, LightCounts
 from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scenes import find_scene
 from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.controls import Binding, key_label, parameter_bindings
 from firefly_sample.viewer.glfw_window import LARGEST, Window, check_display
@@ -192,3 +193,14 @@ def test_without_glfw(monkeypatch):
 def test_a_window_larger_than_any_screen():
     with pytest.raises(ViewerError, match="choose a smaller size"):
         Window("wide", (LARGEST + 1, 1))
+
+
+def test_the_corner_of_a_scene_with_many_parameters_has_those_that_differ():
+    plugin = find_scene("smoke")
+    stage = Stage(plugin, {p.name: p.default for p in plugin.parameters} | {"particles": 20})
+    frame = Frame({}, 1.0, (64, 48), {}, LightCounts(1, 1, 0), "driver", True)
+    rows = [name for name, _ in status_rows(stage, frame, "24 fps", paused=False)]
+    assert rows == ["time", "lights", "frame", "picture", "particles"]
+    assert stage.drag(0.1, 0.0)
+    rows = dict(status_rows(stage, frame, "24 fps", paused=False))
+    assert rows["light heading"] == "68 degrees"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.particles import ParticleNode, VolumeShadow
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.buffers import BUFFERS, buffers_of
 from firefly_sample.viewer.views import PICTURE, STRIP, draw_view, views_of
@@ -24,7 +25,15 @@ def renderer():
 
 @pytest.fixture
 def scene():
-    return workshop.build(shadows=True, lamps=10)
+    """With something for every buffer to show."""
+    built = workshop.build(shadows=True, lamps=10)
+    sun = next(
+        path.node() for path in built.root.find_all_matches("**") if isinstance(path.node(), DirectionalLight)
+    )
+    smoke = ParticleNode("smoke", [(0, 0, 1)], 0.5, 0.9)
+    smoke.set_shadow(VolumeShadow(sun))
+    built.root.attach_new_node(smoke)
+    return built
 
 
 @pytest.fixture

@@ -1,0 +1,148 @@
+"""The scene smoke: where the light and the puffs are, and what each parameter does."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firefly_sample.errors import ParameterError
+from firefly_sample.plan.build import build_plan
+from firefly_sample.scene.parameter import resolve_parameters
+from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.scenes.smoke_cloud import EMBER, GOLD, PERIOD, REACH, Cloud
+
+SMOKE = find_scene("smoke")
+
+
+def smoke(**parameters):
+    return build_scene(SMOKE, **({"particles": 200} | parameters))
+
+
+def light_of(scene, time=0.0):
+    """Where the light is and where it shines."""
+    scene.update(time)
+    path = scene.root.find("light")
+    return np.array(path.get_pos()), path.node().get_direction()
+
+
+@given(st.floats(0.0, 85.0), st.floats(-180.0, 180.0), st.floats(0.0, 180.0), st.floats(0.0, 1e4))
+def test_the_light_is_aimed_at_the_middle_from_its_angle(angle, heading, swing, time):
+    scene = smoke(particles=0, light_angle=angle, light_heading=heading, swing=swing)
+    place, way = light_of(scene, time)
+    np.testing.assert_allclose(way, -place / np.linalg.norm(place), atol=1e-12)
+    np.testing.assert_allclose(np.degrees(np.arccos(np.clip(-way[2], -1, 1))), angle, atol=1e-5)
+
+
+def test_the_light_swings_to_both_sides():
+    scene = smoke(particles=0, light_angle=45.0, light_heading=0.0, swing=60.0)
+    headings = []
+    for time in np.linspace(0, 16, 33):
+        place, _ = light_of(scene, float(time))
+        headings.append(np.degrees(np.arctan2(place[0], place[1])))
+    assert max(headings) == pytest.approx(60.0)
+    assert min(headings) == pytest.approx(-60.0)
+    assert headings[0] == pytest.approx(headings[-1], abs=1e-9)
+
+
+def test_a_drag_turns_the_light_and_tells_which_parameters_it_changed():
+    scene = smoke(light_angle=30.0, light_heading=170.0, swing=0.0)
+    assert scene.drag(0.1, 0.1) == {
+        "light_angle": pytest.approx(39.0),
+        "light_heading": pytest.approx(-172.0),
+    }
+    place, _ = light_of(scene)
+    assert np.degrees(np.arctan2(place[0], place[1])) == pytest.approx(-172.0)
+    assert scene.drag(0.0, 9.0)["light_angle"] == 85.0
+
+
+@given(st.integers(0, 2**63 - 1), st.floats(0.0, 1e5))
+def test_the_cloud_stays_within_its_reach(seed, time):
+    positions, radii, _, colors = Cloud(seed, 3000, 1.0, 0.1).at(time)
+    assert (np.linalg.norm(positions, axis=1) + radii).max() <= REACH
+    assert colors.min() >= 0.0
+    assert colors.max() <= 1.0
+
+
+def test_the_cloud_goes_from_one_shape_and_colour_to_the_other_and_back():
+    cloud = Cloud(7, 500, 1.0, 0.1)
+    heap, knot, again = (cloud.at(time) for time in (0.0, PERIOD / 2, PERIOD))
+    np.testing.assert_allclose(heap[3], np.tile(EMBER, (500, 1)))
+    np.testing.assert_allclose(knot[3], np.tile(GOLD, (500, 1)))
+    np.testing.assert_allclose(again[3], heap[3])
+    assert np.linalg.norm(heap[0] - knot[0], axis=1).mean() > 0.5
+
+
+def test_more_puffs_never_move_the_first_ones():
+    few, many = Cloud(7, 100, 1.0, 0.1).at(3.0), Cloud(7, 1000, 1.0, 0.1).at(3.0)
+    np.testing.assert_array_equal(few[0], many[0][:100])
+    np.testing.assert_array_equal(few[1], many[1][:100])
+
+
+def test_a_frame_does_not_depend_on_the_frames_before():
+    scene = smoke()
+    first = build_plan(scene, time=5.0)
+    build_plan(scene, time=11.0)
+    again = build_plan(scene, time=5.0)
+    np.testing.assert_array_equal(first.particles.positions, again.particles.positions)
+    np.testing.assert_array_equal(first.volume.places, again.volume.places)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "see"),
+    [
+        ("shadow_blur", 3.0, lambda plan: plan.volume.blur == 3.0),
+        ("shadow_darkness", 2.0, lambda plan: plan.volume.strengths.max() > 0.15),
+        ("shadow_tint", 1.0, lambda plan: plan.volume.tinted),
+        ("use_attenuation", True, lambda plan: plan.particles.fades.min() < 0.5),
+        ("use_interpolation", False, lambda plan: not plan.volume.interpolate),
+        ("bounding_radius", 2.0, lambda plan: plan.volume.view.per_unit == 16.0),
+        ("bounding_radius", 0.0, lambda plan: plan.volume.view.per_unit > 64 / (2 * REACH)),
+        ("show_texture", True, lambda plan: plan.passes[-1].name == "volume_texture"),
+        ("shadows", False, lambda plan: plan.volume is None),
+        ("particles", 50, lambda plan: len(plan.particles) == 50),
+        ("particle_size", 2.0, lambda plan: plan.particles.radii.min() > 0.07),
+        ("particle_alpha", 0.5, lambda plan: plan.particles.optical_depths.min() > 0.6),
+        (
+            "light_angle",
+            0.0,
+            lambda plan: plan.lights[0].directions[0] @ plan.view.world_to_view[2, :3] < -0.999,
+        ),
+        ("camera_ratio", 2.0, lambda plan: plan.particles.positions[:, 1].mean() > 14.0),
+        ("seed", 8, lambda plan: True),
+    ],
+)
+def test_each_parameter_acts_in_a_running_scene_as_in_a_new_one(name, value, see):
+    running = smoke()
+    before = build_plan(running)
+    assert name == "seed" or not see(before)
+    running.set(name, value)
+    after, new = build_plan(running), build_plan(smoke(**{name: value}))
+    assert see(after)
+    np.testing.assert_array_equal(after.particles.positions, new.particles.positions)
+    assert (after.volume is None) == (new.volume is None)
+    if after.volume is not None:
+        np.testing.assert_array_equal(after.volume.places, new.volume.places)
+        np.testing.assert_array_equal(after.volume.strengths, new.volume.strengths)
+
+
+def test_wrong_parameters_are_refused():
+    with pytest.raises(ParameterError, match="scene 'smoke' has no parameter 'fog'"):
+        smoke().set("fog", 1)
+    with pytest.raises(ParameterError, match="light_angle"):
+        smoke().set("light_angle", 90.0)
+    assert resolve_parameters("smoke", SMOKE.parameters, {})["light_angle"] == 32.0
+
+
+def test_a_forest_has_mist_where_it_is_asked_for():
+    forest = build_scene(find_scene("forest"), fireflies=3)
+    clear = build_plan(forest)
+    assert len(clear.particles) == 0
+    assert not [step for step in clear.passes if step.name.startswith(("volume", "particle"))]
+    forest.set("mist", True)
+    misty = build_plan(forest, time=1.0)
+    assert len(misty.particles) > 300
+    assert misty.volume is None  # no light is named: nothing but fireflies light it
+    assert {"particle_light", "particles"} <= {step.name for step in misty.passes}
+    node = forest.root.find("mist").node()
+    moved = np.abs(node.evaluate(9.0).positions - node.evaluate(1.0).positions).max()
+    assert 0.5 < moved < 20.0

@@ -1,0 +1,43 @@
+"""The scene smoke in a real window: its keys, and the light that a drag turns."""
+
+FEW = ("--particles", "300", "--particle-size", "3", "--swing", "0")
+
+
+def test_keys_change_the_shadows(open_window):
+    window = open_window(*FEW, "--volume-slices", "8", scene="smoke")
+    first = window.pause()
+    for key in ("h", "i", "a", "d", "b", "c", "o", "k"):
+        window.key(key)
+        window.changed_from(first)
+        first = window.settled()
+
+
+def test_e_shows_the_slices_in_the_corner(open_window):
+    window = open_window(*FEW, scene="smoke")
+    window.pause()
+    before = window.grab()
+    window.key("e")
+
+    def shown():
+        now = window.grab()
+        changed = (now != before).any(axis=-1)
+        return changed[230:350, 10:130].mean() > 0.5 and now[350:358, 2:10].min() > 250
+
+    window.wait_until("slices in the lower left corner", shown)
+
+
+def test_a_drag_with_the_right_button_turns_the_light_and_not_the_camera(open_window):
+    window = open_window(*FEW, scene="smoke")
+    before = window.pause()
+    window.drag(3, (300, 200), (360, 200), (420, 230))
+    turned = window.changed_from(before)
+    # the sky, against which the slab's edge is seen, is where it was
+    sky = before[..., 2] > before[..., 0].astype(int) + 8
+    same = (before == turned).all(axis=-1)
+    assert sky.mean() > 0.3
+    assert same[sky].mean() > 0.95
+    assert same[~sky].mean() < 0.9
+    window.key("F1")
+    window.changed_from(turned)
+    window.drag(2, (300, 200), (330, 210))  # the middle one moves the camera
+    window.settled()
