@@ -360,6 +360,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "volume_proxy": "icosphere0",
         "light_resolution": "half",
         "shadow_taps": 1,
+        "volume_slices": 32,
+        "volume_tile": 64,
     },
     "balanced": {},
     "accurate": {
@@ -367,6 +369,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "albedo": "rgba32f",
         "interpolation": "float64",
         "cutoff_budget": 1e-6,
+        "volume_slices": 128,
+        "volume_tile": 256,
     },
 }
 """What differs from the defaults, which are "balanced": the fastest that looks right, the most accurate."""

@@ -1,4 +1,4 @@
-"""Clouds of particles over a floor, and the three of docs/particles.md whose shadows are known exactly."""
+"""Clouds of particles over a floor."""
 
 from __future__ import annotations
 
@@ -64,41 +64,3 @@ def puff(count=400, radius=0.12, alpha=0.15, seed=0, colors=(0.8, 0.5, 0.3)):
 def volume_of(scene, settings=None):
     """The volume shadow in the plan of a scene."""
     return build_plan(scene, settings or Settings(), (64, 48)).volume
-
-
-def _alpha_of(positions, radius, depth):
-    """The alpha at which the way through the middle along Z has an optical depth."""
-    squares = (positions[:, :2] ** 2).sum(axis=1) / radius**2
-    return 1.0 - np.exp(-depth / (np.maximum(1.0 - squares, 0.0) ** 2).sum())
-
-
-def blob(count=20_000, radius=0.12):
-    """A normal distribution, cut at 1: optical depth 2 through the middle."""
-    positions = np.random.default_rng(1).normal(size=(2 * count, 3)) / 3.0
-    positions = positions[np.linalg.norm(positions, axis=1) < 1.0 - radius][:count]
-    return ParticleNode("blob", positions, radius, _alpha_of(positions, radius, 2.0))
-
-
-def sheets(count=6_000, radius=0.15):
-    """Three sheets thinner than a slice: optical depth 3 through the middle."""
-    rng = np.random.default_rng(2)
-    depth = rng.choice([-0.6, 0.0, 0.55], size=count) + rng.normal(size=count) * 0.003
-    positions = np.column_stack([rng.uniform(-0.6, 0.6, (count, 2)), depth])
-    return ParticleNode("sheets", positions, radius, _alpha_of(positions, radius, 3.0))
-
-
-def faint(count=20_000):
-    """20,000 particles of alpha 1e-3, most of them before each other."""
-    rng = np.random.default_rng(3)
-    positions = np.column_stack([rng.normal(size=(count, 2)) * 0.1, rng.uniform(-0.8, 0.8, count)])
-    return ParticleNode("faint", positions, 0.3, 1e-3)
-
-
-CLOUDS = {"blob": blob, "sheets": sheets, "faint": faint}
-
-
-def from_above(node):
-    """A cloud lit straight from above, for which its optical depths are set."""
-    sun = DirectionalLight("sun")
-    sun.set_direction((0, 0, -1))
-    return cloud_scene(node, sun, ground=False)

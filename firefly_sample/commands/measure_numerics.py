@@ -27,7 +27,8 @@ def numerics(
     tables
         Names, separated by spaces or commas: depth, normals, highlights, albedo, conversions, accumulation,
         piles, cutoff, reach, proxies, depth_tests, depth_clamp, cones, powers, ndc, far_from_origin,
-        filtering, cost, rates, frames, fragments. All when absent.
+        filtering, cost, rates, frames, fragments, volume_shadows, volume_slices, volume_cost, particle_order.
+        All when absent.
     device
         Which EGL device to draw with (see firefly doctor).
     require_gpu

@@ -27,6 +27,12 @@ FINEST = {
     "normals": "rgba32f",
     "albedo": "rgba32f",
     "interpolation": "float64",
+    "volume_shadows": "optical_depth",
+    "volume_format": "float32",
+    "volume_reads": None,
+    "volume_interpolation": True,
+    "particle_order": "view",
+    "particle_slices": None,
 }
 PICTURE = ("radiance", "color")
 """Outputs that are held against the reference; what is timed is "color" alone."""

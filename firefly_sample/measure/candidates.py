@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from firefly_sample.errors import LightError, SettingsError
+from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.measure.bench import FINEST, Bench
 from firefly_sample.measure.errors import Errors
 from firefly_sample.measure.search import (
@@ -122,8 +122,8 @@ class Search:
                     if own in seen:
                         continue
                     error = self._error_of(names, single.changes)
-                except LightError:
-                    continue  # shadow maps too large for their atlas: it is no candidate
+                except SceneError:
+                    continue  # maps or slices do not fit: it is no candidate
                 seen.add(own)
                 timing = bench.time_of(self._base.with_changes(**single.changes), SECONDS_ALONE, most=5)
                 measured.append(Measured(single.changes, error, timing.ratio, timing.spread))

@@ -14,6 +14,12 @@ from firefly_sample.measure.numerics_filtering import filtering
 from firefly_sample.measure.numerics_frames import fragments, frames
 from firefly_sample.measure.numerics_gbuffer import albedo, conversions, normals
 from firefly_sample.measure.numerics_lights import accumulation, cutoff, piles
+from firefly_sample.measure.numerics_particles import (
+    particle_order,
+    volume_cost,
+    volume_shadows,
+    volume_slices,
+)
 from firefly_sample.measure.numerics_proxies import proxies
 from firefly_sample.measure.numerics_rates import rates
 from firefly_sample.measure.numerics_reach import reach
@@ -46,7 +52,14 @@ _NUMBERS: dict[str, Callable[[Device], Table]] = {
     "rates": rates,
 }
 """Tables of what a driver does with numbers."""
-_FRAMES: dict[str, Callable[[Renderer], Table]] = {"frames": frames, "fragments": fragments}
+_FRAMES: dict[str, Callable[[Renderer], Table]] = {
+    "frames": frames,
+    "fragments": fragments,
+    "volume_shadows": volume_shadows,
+    "volume_slices": volume_slices,
+    "volume_cost": volume_cost,
+    "particle_order": particle_order,
+}
 """Tables of what the renderer draws."""
 
 NAMES = (*_NUMBERS, *_FRAMES)
@@ -62,7 +75,8 @@ def measure_numerics(
 ) -> tuple[str, list[Table]]:
     """Measure tables of `NAMES` on a driver.
 
-    All but "cost" and "rates", which are times, give the same figures again on the same machine.
+    All but "cost", "rates" and "volume_cost", which are times, give the same figures again on the same
+    machine.
 
     Parameters
     ----------

@@ -25,6 +25,12 @@ DIMENSIONS: tuple[tuple[str, ...], ...] = (
     ("interpolation",),
     ("position",),
     ("volume_proxy",),
+    ("volume_interpolation",),
+    ("volume_slices",),
+    ("volume_tile",),
+    ("volume_format",),
+    ("volume_shadows", "volume_reads"),
+    ("particle_order", "particle_slices"),
 )
 """Settings that are one decision together, those first that may err most."""
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from firefly_sample.capture.writers import open_whole, output_folder, write_image
-from firefly_sample.errors import LightError, SettingsError
+from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import Frame
 from firefly_sample.measure.bench import Bench
 from firefly_sample.measure.errors import require, scale_of
@@ -190,7 +190,7 @@ def _signature(bench: Bench, variation: Variation) -> tuple[Any, ...]:
     """Of the frame, so that none is measured twice; of the variation where it cannot be drawn."""
     try:
         return signature(bench.plan(bench.base.with_changes(**variation.changes)))
-    except LightError:
+    except SceneError:
         return (variation.name,)
 
 
@@ -199,7 +199,7 @@ def _row(bench: Bench, variation: Variation, seconds: float) -> dict[str, Any]:
     settings = bench.base.with_changes(**variation.changes)
     try:
         drawn = bench.draw(settings, flip=True)
-    except LightError as error:  # shadow maps that do not fit
+    except SceneError as error:  # maps or slices that do not fit
         return row | {"skipped": str(error)}
     timing = bench.time_of(settings, seconds, most=99)
     return row | {

@@ -20,6 +20,7 @@ FORMATS = ("position", "normals", "albedo", "interpolation", "accumulation")
 BUDGETS = (1e-6, 1.5e-4, 1.5e-3)
 THRESHOLDS = (1e-3, 1e-2, 5.0 / 256.0)
 RESOLUTIONS = (256, 512, 1024, 2048, 4096)
+SLICES, TILES, DEPTHS = (16, 32, 64, 128, 256), (32, 64, 128, 256), (64, None)
 LOOKS = ("look", "window", "specular", "clamp_light", "exposure", "tone", "supersample", "shadow_atlas")
 """Settings that a preset or a combination leaves as the base has them."""
 
@@ -71,6 +72,11 @@ COMBINATIONS: dict[str, dict[str, Any]] = {
 """Choices that meet in practice: those of the documents that the sample follows, thin ones, and fine ones."""
 
 
+EIGHT_BITS = {"volume_shadows": "blend", "volume_format": "unorm8"}
+NEAREST_TEN = {"volume_shadows": "loop", "volume_reads": 10}
+"""Shadows of particles as the document that they follow has them."""
+
+
 @dataclass(frozen=True)
 class Variation:
     """Settings that differ from the base.
@@ -96,8 +102,9 @@ def single_choices(plan: FramePlan) -> list[Variation]:
         changes = {name: value}
         if name == "cutoff_budget" and base.cutoff_threshold is not None:
             changes["cutoff_threshold"] = None  # which would win
-        if base.with_changes(**changes) != base:
-            found.append(Variation(f"{name}={_shown(value)}", "alone", changes))
+        with suppress(SettingsError):  # a choice may contradict the base's
+            if base.with_changes(**changes) != base:
+                found.append(Variation(f"{name}={_shown(value)}", "alone", changes))
     return found
 
 
@@ -129,6 +136,9 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
         ]
         if _proxied(plan):
             found.append(Variation("volume_depth_test=false", "baseline", {"volume_depth_test": False}))
+    if _clouded(plan):
+        found.append(Variation("blend, 8 bits", "baseline", EIGHT_BITS))
+        found.append(Variation("loop, nearest ten", "baseline", NEAREST_TEN))
     for name, changes in PRESETS.items():
         found.append(Variation(f"preset {name}", "preset", _from_default(changes, base)))
     for name, changes in COMBINATIONS.items():
@@ -154,7 +164,16 @@ def signature(plan: FramePlan) -> tuple[Any, ...]:
         tuple((lights.kind, lights.proxy, lights.reaches.tobytes()) for lights in plan.lights),
         plan.shadows.layout,
         plan.settings.volume_proxy if _proxied(plan) else None,
+        _volume_signature(plan),
+        plan.particles.order.tobytes(),
     )
+
+
+def _volume_signature(plan: FramePlan) -> tuple[Any, ...]:
+    volume = plan.volume
+    if volume is None:
+        return ()
+    return volume.method, volume.reads, volume.interpolate, volume.view.slices, volume.view.tile
 
 
 def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
@@ -180,6 +199,15 @@ def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
     if plan.shadows.maps:
         yield from (("shadow_taps", value) for value in CHOICES["shadow_taps"])
         yield from (("shadow_resolution", value) for value in RESOLUTIONS)
+    if _clouded(plan):
+        yield from (("volume_shadows", value) for value in CHOICES["volume_shadows"])
+        yield from (("volume_format", value) for value in ("float32", "float16"))
+        yield from (("volume_slices", value) for value in SLICES)
+        yield from (("volume_tile", value) for value in TILES)
+        yield from (("volume_interpolation", value) for value in CHOICES["volume_interpolation"])
+    if len(plan.particles):
+        yield from (("particle_order", value) for value in CHOICES["particle_order"])
+        yield from (("particle_slices", value) for value in DEPTHS)
 
 
 def _attenuated(plan: FramePlan, ending: bool = False) -> bool:
@@ -190,6 +218,11 @@ def _attenuated(plan: FramePlan, ending: bool = False) -> bool:
         and (not ending or (lights.ends < 1e30).any())
         for lights in plan.lights
     )
+
+
+def _clouded(plan: FramePlan) -> bool:
+    """Whether particles take some of a light, or would."""
+    return any(lights.clouded for lights in plan.lights)
 
 
 def _proxied(plan: FramePlan) -> bool:

@@ -1,6 +1,5 @@
 """Shadows of particles on the GPU against their float64 twin, and against exact sums."""
 
-from dataclasses import replace
 from itertools import pairwise
 from statistics import NormalDist
 
@@ -8,12 +7,13 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import GpuError
-from firefly_sample.reference.volume import exact_taken, slice_sums, sliced_light
+from firefly_sample.measure.clouds import CLOUDS, blob, from_above, shadow_error, slices_of
+from firefly_sample.reference.volume import slice_sums, sliced_light
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
-from tests.clouds import CLOUDS, ball_of, blob, cloud_scene, from_above, puff, volume_of
+from tests.clouds import ball_of, cloud_scene, puff, volume_of
 from tests.conftest import make_renderer
 
 FINE = {"normals": "rgba32f", "albedo": "rgba32f"}
@@ -38,19 +38,7 @@ def drawn(scene, settings, outputs=("radiance", "volume_atlas"), size=(64, 48)):
         with renderer._device:
             texels = renderer._gpu.images.texture(plan, "particle_light").read()
     light = np.frombuffer(texels, np.float32).reshape(-1, 4)[: len(plan.particles), :3].astype(np.float64)
-    return plan, tiles(plan, frame["volume_atlas"]), light, frame
-
-
-def tiles(plan, atlas):
-    """The slices of a texture, first row at the bottom."""
-    (across, _), side = plan.volume.grid, plan.volume.view.tile
-    rows = atlas[::-1].astype(np.float64)
-    return np.array(
-        [
-            rows[side * (k // across) :, side * (k % across) :][:side, :side]
-            for k in range(plan.volume.view.slices)
-        ]
-    )
+    return plan, slices_of(plan, frame["volume_atlas"]), light, frame
 
 
 def shares(plan, light):
@@ -132,7 +120,7 @@ def test_the_ground_gets_what_the_last_slice_lets_through():
     known = np.isfinite(position).all(axis=-1)
     to_world = plan.view.view_to_world
     places = plan.volume.view.place(position[known] @ to_world[:3, :3] + to_world[3, :3])
-    left = sliced_light(plan.volume, tiles(plan, frame["volume_atlas"]), places)
+    left = sliced_light(plan.volume, slices_of(plan, frame["volume_atlas"]), places)
     (sun,) = plan.lights
     facing = np.maximum(frame["normal"][known] @ -sun.directions[0], 0.0)[:, None]
     expected = plan.ambient + facing * sun.colors[0] * left
@@ -239,50 +227,37 @@ def test_a_texture_above_the_drivers_limit_is_an_error():
             renderer.draw(plan)
 
 
-def errors(node, settings, count=3000):
-    """Largest and rms error of what is left of the light, in slices that were drawn, against exact sums.
-
-    At places in the middle of the cloud, evenly along the light.
-    """
-    plan, slices, _, _ = drawn(from_above(node), settings)
-    rng = np.random.default_rng(5)
-    across = plan.volume.view.tile * (0.5 + 0.05 * rng.normal(size=(count, 2)))
-    places = np.column_stack([across, rng.uniform(0.0, settings.volume_slices, count)])
-    exact = np.exp(-exact_taken(depths_of(plan, node), places))
-    difference = (sliced_light(plan.volume, slices, places) - exact)[:, 0]
-    return np.abs(difference).max(), np.sqrt((difference**2).mean())
-
-
-def depths_of(plan, node):
-    """The volume of a plan with true optical depths, whatever its method adds up."""
-    depth = -np.log1p(-node.arrays.alphas)[:, None]
-    return replace(plan.volume, method="optical_depth", strengths=np.repeat(depth, 3, axis=1))
+@pytest.fixture(scope="module")
+def error_of():
+    """``error_of(node, settings)``: the largest and the rms error of the light in a cloud."""
+    with make_renderer((64, 48)) as renderer:
+        yield lambda node, settings: shadow_error(renderer, node, settings)
 
 
 @pytest.mark.parametrize(
     ("name", "largest", "rms"),
     [("blob", 0.014, 0.0025), ("sheets", 0.36, 0.030), ("faint", 0.11, 0.0075)],
 )
-def test_sixty_four_slices_err_by_no_more_than_was_measured_before_design(name, largest, rms):
-    found = errors(CLOUDS[name](), Settings())
+def test_sixty_four_slices_err_by_no_more_than_was_measured_before_design(error_of, name, largest, rms):
+    found = error_of(CLOUDS[name](), Settings())
     assert found[0] <= largest
     assert found[1] <= rms
 
 
-def test_adding_alphas_errs_by_more_the_more_there_are():
-    blend = errors(CLOUDS["faint"](), Settings(volume_shadows="blend"))
-    coarse = errors(CLOUDS["faint"](), Settings(volume_shadows="blend", volume_format="unorm8"))
-    right = errors(CLOUDS["faint"](), Settings())
+def test_adding_alphas_errs_by_more_the_more_there_are(error_of):
+    blend = error_of(CLOUDS["faint"](), Settings(volume_shadows="blend"))
+    coarse = error_of(CLOUDS["faint"](), Settings(volume_shadows="blend", volume_format="unorm8"))
+    right = error_of(CLOUDS["faint"](), Settings())
     assert right[1] < 0.1 * blend[1]
     assert coarse[0] > 0.9  # alphas below half a code are nothing at all
 
 
-def test_errors_fall_with_slices():
+def test_errors_fall_with_slices(error_of):
     """In steps, by half for each doubling. Between slices, faster, until what is left is the order of
     particles within a slice, which nobody knows: the error of a random order falls by the root of 2."""
     node, counts = blob(), (16, 32, 64, 128, 256)
-    stepped = [errors(node, Settings(volume_slices=n, volume_interpolation=False))[1] for n in counts]
-    smooth = [errors(node, Settings(volume_slices=n))[1] for n in counts]
+    stepped = [error_of(node, Settings(volume_slices=n, volume_interpolation=False))[1] for n in counts]
+    smooth = [error_of(node, Settings(volume_slices=n))[1] for n in counts]
     assert all(after <= 0.6 * before for before, after in pairwise(stepped))
     assert all(after <= 0.8 * before for before, after in pairwise(smooth))
     assert all(fine < 0.6 * coarse for fine, coarse in zip(smooth, stepped, strict=True))

@@ -11,6 +11,7 @@ from firefly_sample.measure.stability_cases import (
     distances,
     fading,
     lenses,
+    particles,
     pictures,
     places,
     surfaces,
@@ -30,6 +31,7 @@ ALL_CASES: tuple[Case, ...] = (
     *crowds.CASES,
     *surfaces.CASES,
     *cones.CASES,
+    *particles.CASES,
     *pictures.CASES,
     *warnings.CASES,
 )
