@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from firefly_sample.scene.node import PandaNode
     from firefly_sample.scene.nodepath import NodePath
     from firefly_sample.scene.parameter import Parameter
+    from firefly_sample.scene.particles import ParticleNode, VolumeShadow
     from firefly_sample.scene.scene import Camera, Scene
     from firefly_sample.scene.spotlight import Spotlight
     from firefly_sample.settings import Settings
@@ -43,6 +44,7 @@ __all__ = [
     "OrthographicLens",
     "PandaNode",
     "Parameter",
+    "ParticleNode",
     "PerspectiveLens",
     "PointLight",
     "PointLights",
@@ -51,6 +53,7 @@ __all__ = [
     "Settings",
     "Spotlight",
     "Texture",
+    "VolumeShadow",
     "__version__",
     "build_plan",
     "capture_frames",
@@ -72,6 +75,7 @@ _MODULES = {
     "scene.node": ("PandaNode",),
     "scene.nodepath": ("NodePath",),
     "scene.parameter": ("Parameter",),
+    "scene.particles": ("ParticleNode", "VolumeShadow"),
     "scene.scene": ("Camera", "Scene"),
     "scene.spotlight": ("Spotlight",),
     "settings": ("Settings",),

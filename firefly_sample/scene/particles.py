@@ -18,8 +18,8 @@ from firefly_sample.scene.rows import Column, checked_rows
 from firefly_sample.scene.spotlight import Spotlight
 
 __all__ = [
-    "Attenuation",
     "BlurKernel",
+    "Fading",
     "ParticleArrays",
     "ParticleFunction",
     "ParticleNode",
@@ -31,7 +31,7 @@ Float64 = NDArray[np.float64]
 
 ShadowLight = DirectionalLight | Spotlight
 BlurKernel = Literal["box", "gaussian"]
-Attenuation = Literal["none", "point", "plane"]
+Fading = Literal["none", "point", "plane"]
 
 ParticleFunction = Callable[[int, float], tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike]]
 """``function(seed, time)``, time in seconds, gives (positions, radii, alphas, colors)."""
@@ -106,7 +106,7 @@ class VolumeShadow:
     kernel: BlurKernel = "box"
     darkness: float = 1.0
     tint: float = 0.0
-    attenuation: Attenuation = "none"
+    attenuation: Fading = "none"
     power: float = 2.0
     interpolate: bool = True
     show_texture: bool = False
@@ -128,7 +128,7 @@ class VolumeShadow:
             object.__setattr__(self, name, value)
         choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
             ("kernel", get_args(BlurKernel)),
-            ("attenuation", get_args(Attenuation)),
+            ("attenuation", get_args(Fading)),
         )
         for name, names in choices:
             if getattr(self, name) not in names:
