@@ -183,10 +183,11 @@ class Settings:
         reached. "loop" keeps slices as they are, and whoever asks for a shadow adds up those before: the
         first two's predecessor. "none" leaves shadows out.
     volume_slices : int
-        Slices of a cloud along the light, 8 to 256. Twice as many cost twice the memory and up to four times
-        the sums.
+        Slices of a cloud along the light, 8 to 256. Twice as many cost twice the memory and twice the sums,
+        and take a quarter or more off the error.
     volume_tile : int
-        Texels across each slice, 16 to 1024.
+        Texels across each slice, 16 to 1024. Half as many cost a quarter of the memory and the sums, and show
+        at a shadow's edge: four times the error there.
     volume_format : {"float32", "float16", "unorm8"}
         How a slice's texels are stored. "float16" errs by 5e-4 of the sum, more on a driver that cuts off.
         "unorm8" cannot hold less than 1/510, so that faint particles vanish; not with "optical_depth", which

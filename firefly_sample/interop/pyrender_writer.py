@@ -17,6 +17,7 @@ from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
 from firefly_sample.scene.nodepath import NodePath, net_matrix
+from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scene.traversal import iter_visible
@@ -100,7 +101,8 @@ class _Writer:
         if isinstance(node, Camera):
             return [self._camera(path, node)]
         if not isinstance(
-            node, GeomNode | PointLights | FadingLight | DirectionalLight | AmbientLight | Sprites
+            node,
+            GeomNode | PointLights | FadingLight | DirectionalLight | AmbientLight | Sprites | ParticleNode,
         ):
             return []
         first = next(iter_visible(path, self._mask), None)
@@ -111,6 +113,8 @@ class _Writer:
             return [] if mesh is None else [_Content("mesh", mesh, None)]
         if isinstance(node, Sprites):
             self._losses.add("sprites, which pyrender lacks, are left out", node.name)
+        elif isinstance(node, ParticleNode):
+            self._losses.add("particles, which pyrender lacks, are left out", node.name)
         elif not visible:
             self._losses.add("hidden lights, which pyrender lacks, are left out", node.name)
         elif isinstance(node, AmbientLight):

@@ -9,6 +9,7 @@ from firefly_sample.errors import OutputError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.plan.batches import make_batches, visible_instances, visible_materials
 from firefly_sample.plan.camera import camera_matrices, lens_for
+from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
@@ -16,9 +17,10 @@ from firefly_sample.plan.frame_plan import Background, Capabilities, FramePlan, 
 from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
-from firefly_sample.plan.particles import gather_particles, plan_volume, see_particles
+from firefly_sample.plan.particles import see_particles
 from firefly_sample.plan.position_warning import position_warning
 from firefly_sample.plan.shadows import ShadowPlanner
+from firefly_sample.plan.volume import plan_volume
 from firefly_sample.plan.warnings import plan_warnings
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath

@@ -173,7 +173,7 @@ class Needs:
     def volume_reason(self) -> str:
         """What asks for the shadows of particles, in words."""
         assert self.volume is not None
-        return f"shadows of {_count(len(self.volume), 'particle')} in light {self.volume.light}"
+        return f"shadows of {_particles(len(self.volume))} in light {self.volume.light!r}"
 
     @property
     def textured(self) -> bool:
@@ -273,13 +273,13 @@ class Needs:
         if "directional" in self.shadowed:
             reasons.append(f"shadows of {_count(self.shadowed['directional'], _NOUNS['directional'])}")
         if "directional" in self.clouded and self.volume is not None:
-            reasons.append(f"shadows of particles in light {self.volume.light}")
+            reasons.append(f"shadows of particles in light {self.volume.light!r}")
         return reasons
 
     @property
     def particles_in_view(self) -> str:
         """How many particles are drawn, in words."""
-        return f"{_count(self.particles, 'particle')} in view"
+        return f"{_particles(self.particles)} in view"
 
     def shadows(self) -> list[str]:
         """How many lights of each kind cast shadows, in words."""
@@ -300,6 +300,10 @@ def _names(materials: Iterable[Material]) -> str:
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _particles(number: int) -> str:
+    return f"{number:,} particle{'' if number == 1 else 's'}"
 
 
 def asked(outputs: tuple[str, ...], names: tuple[str, ...]) -> list[str]:

@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
+from firefly_sample.plan.cloud import Cloud, light_direction
 from firefly_sample.plan.light_views import axes_along
+from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import BlurKernel
+from firefly_sample.settings import Settings
 
 __all__ = [
     "MOST_OPAQUE",
@@ -26,6 +29,7 @@ __all__ = [
     "blur_weights",
     "optical_depths",
     "own_shares",
+    "plan_volume",
     "slice_grid",
     "splats",
     "volume_view",
@@ -215,6 +219,56 @@ def volume_view(
     slope = radius / math.sqrt(distance**2 - radius**2)
     first, per_unit = distance - radius, 0.5 * slices / radius
     return VolumeView(matrix, True, 0.5 * inner / slope, first, per_unit, tile, slices)
+
+
+def plan_volume(cloud: Cloud, settings: Settings) -> Volume | None:
+    """The volume shadow of a cloud; None without one.
+
+    Raises
+    ------
+    SceneError
+        As `volume_view`.
+    """
+    shadow, net = cloud.shadow, cloud.shadow_net
+    if shadow is None or net is None or not shadow.enabled or settings.volume_shadows == "none":
+        return None
+    method: VolumeMethod = settings.volume_shadows
+    light, place = shadow.light, net[3, :3]
+    kind: Literal["directional", "spot"] = "directional" if isinstance(light, DirectionalLight) else "spot"
+    slices = settings.volume_slices
+    view = volume_view(
+        kind,
+        light.name,
+        place,
+        light_direction(light, net),
+        *cloud.sphere,
+        slices,
+        settings.volume_tile,
+        shadow.blur,
+    )
+    # what is behind a spotlight is no part of it, nor of the cloud's sphere
+    chosen = cloud.casts & np.isfinite(view.place(cloud.positions)).all(axis=1)
+    positions, alphas = cloud.positions[chosen], cloud.alphas[chosen, None]
+    tints = cloud.tints[chosen, None]
+    taken = alphas * (1.0 - tints * cloud.colors[chosen])  # of each colour
+    strengths = optical_depths(taken) if method == "optical_depth" else taken
+    return Volume(
+        light=light.name,
+        method=method,
+        view=view,
+        grid=slice_grid(slices),
+        reads=min(settings.volume_reads or slices, slices),
+        interpolate=shadow.interpolate and settings.volume_interpolation,
+        blur=shadow.blur,
+        kernel=shadow.kernel,
+        tinted=bool(tints.any()),
+        show=shadow.show_texture,
+        light_place=place @ view.world_to_volume[:3, :3] + view.world_to_volume[3, :3],
+        places=view.place(positions),
+        radii=view.radii(positions, cloud.radii[chosen]),
+        strengths=strengths * cloud.darkness[chosen, None],
+        rows=np.where(chosen, np.cumsum(chosen) - 1, -1),
+    )
 
 
 def splats(volume: Volume) -> tuple[Float64, Float64]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from firefly_sample.plan.cloud import Cloud
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
-from firefly_sample.plan.particles import Cloud
 from firefly_sample.scene.node import PandaNode
 
 __all__ = ["plan_warnings"]

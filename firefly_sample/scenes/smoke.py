@@ -17,7 +17,7 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode, VolumeShadow
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scenes.smoke_cloud import REACH, Cloud
+from firefly_sample.scenes.smoke_cloud import LARGEST_PUFF, REACH, Cloud
 
 __all__ = ["SmokeScene", "scene"]
 
@@ -151,7 +151,7 @@ _PARAMETERS = (
         "bounding_radius",
         float,
         REACH,
-        "Radius of the sphere that the slices divide; 0 finds it for each frame.",
+        "Radius of a sphere around the middles of all puffs, which the slices divide; 0 finds it each frame.",
         minimum=0.0,
         maximum=20.0,
         keys=(KeyStep("o", 1.25, help="larger bounding sphere"), KeyStep("u", 0.8, help="smaller one")),
@@ -211,6 +211,7 @@ class SmokeScene(Scene):
         self._values[name] = declared[name].check(value, "smoke")
         if name in ("seed", "particles", "particle_size", "particle_alpha"):
             self._build_cloud()
+            self._set_shadow()
         elif name == "camera_ratio":
             self._place_camera()
         elif name in ("light_angle", "light_heading", "swing"):
@@ -262,7 +263,9 @@ class SmokeScene(Scene):
                 enabled=values["shadows"],
             )
         )
-        self._particles.set_bounding_sphere(values["bounding_radius"] or None)
+        middles = values["bounding_radius"]
+        whole = middles + LARGEST_PUFF * values["particle_size"]
+        self._particles.set_bounding_sphere(whole if middles else None)
 
     def _place_camera(self) -> None:
         middle = np.array(FOCUS)

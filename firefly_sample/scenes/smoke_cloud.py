@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from firefly_sample.scene.random import uniform
 
-__all__ = ["EMBER", "GOLD", "PERIOD", "REACH", "Cloud"]
+__all__ = ["EMBER", "GOLD", "LARGEST_PUFF", "PERIOD", "REACH", "Cloud"]
 
 Float64 = NDArray[np.float64]
 
-REACH = 1.4
-"""Radius of a sphere around the origin that holds the cloud at any time, at a puff size of 1."""
+REACH = 1.32
+"""Radius of a sphere around the origin that holds the middles of all puffs at any time."""
 PERIOD = 24.0
 """Seconds from one shape to the other and back."""
 EMBER, GOLD = (0.80, 0.20, 0.07), (0.88, 0.62, 0.24)
@@ -22,6 +22,8 @@ EMBER, GOLD = (0.80, 0.20, 0.07), (0.88, 0.62, 0.24)
 
 _RADIUS, _SIZES = 0.062, 0.7
 """Of a puff, and how much they differ."""
+LARGEST_PUFF = _RADIUS * (1.0 + 0.5 * _SIZES)
+"""Radius at a size of 1."""
 _HEAPS = (
     ((0.0, 0.0, 0.02), 0.58),
     ((-0.46, 0.10, -0.14), 0.42),

@@ -5,7 +5,6 @@
 
 uniform sampler2D u_volume_atlas;
 
-// NaN-free: behind a spotlight is nowhere
 vec3 volume_place(vec3 view)
 {
     vec4 p = vec4(view, 1.0);
@@ -48,7 +47,10 @@ vec3 volume_light(vec3 place, vec3 own, float radius)
 {
     float tile = u_volume_tiles.x;
     int slices = int(u_volume_tiles.z);
-    if (place.z <= 0.0 || any(lessThan(place.xy, vec2(0.0))) || any(greaterThan(place.xy, vec2(tile))))
+    // so that what is no number is not within
+    bool within = place.z > 0.0 && all(greaterThanEqual(place.xy, vec2(0.0)))
+        && all(lessThanEqual(place.xy, vec2(tile)));
+    if (!within)
         return vec3(1.0);
     ivec2 first = ivec2(floor(place.xy - 0.5));
     vec2 part = place.xy - 0.5 - vec2(first);

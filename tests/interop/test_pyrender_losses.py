@@ -17,6 +17,7 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
@@ -50,6 +51,7 @@ def shiny_light(light):
     ("scene", "message"),
     [
         (scene_with(Sprites("dots", [(0, 0, 0)])), "sprites, .* are left out: 'dots'"),
+        (scene_with(ParticleNode("smoke", [(0, 0, 0)])), "particles, .* are left out: 'smoke'"),
         (scene_with(hidden(PointLight("lamp"))), "hidden lights, .* are left out: 'lamp'"),
         (scene_with(shadowed(fading(PointLight("lamp")))), "who casts them is left out: 'lamp'"),
         (scene_with(shiny_light(fading(PointLight("lamp")))), "specular colours of lights, .*: 'lamp'"),

@@ -9,7 +9,7 @@ from firefly_sample.errors import ParameterError
 from firefly_sample.plan.build import build_plan
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
-from firefly_sample.scenes.smoke_cloud import EMBER, GOLD, PERIOD, REACH, Cloud
+from firefly_sample.scenes.smoke_cloud import EMBER, GOLD, LARGEST_PUFF, PERIOD, REACH, Cloud
 
 SMOKE = find_scene("smoke")
 
@@ -58,7 +58,8 @@ def test_a_drag_turns_the_light_and_tells_which_parameters_it_changed():
 @given(st.integers(0, 2**63 - 1), st.floats(0.0, 1e5))
 def test_the_cloud_stays_within_its_reach(seed, time):
     positions, radii, _, colors = Cloud(seed, 3000, 1.0, 0.1).at(time)
-    assert (np.linalg.norm(positions, axis=1) + radii).max() <= REACH
+    assert np.linalg.norm(positions, axis=1).max() <= REACH
+    assert radii.max() <= LARGEST_PUFF
     assert colors.min() >= 0.0
     assert colors.max() <= 1.0
 
@@ -95,8 +96,8 @@ def test_a_frame_does_not_depend_on_the_frames_before():
         ("shadow_tint", 1.0, lambda plan: plan.volume.tinted),
         ("use_attenuation", True, lambda plan: plan.particles.fades.min() < 0.5),
         ("use_interpolation", False, lambda plan: not plan.volume.interpolate),
-        ("bounding_radius", 2.0, lambda plan: plan.volume.view.per_unit == 16.0),
-        ("bounding_radius", 0.0, lambda plan: plan.volume.view.per_unit > 64 / (2 * REACH)),
+        ("bounding_radius", 2.0, lambda plan: plan.volume.view.per_unit == 32.0 / (2.0 + LARGEST_PUFF)),
+        ("bounding_radius", 0.0, lambda plan: plan.volume.view.per_unit > 32 / (REACH + LARGEST_PUFF)),
         ("show_texture", True, lambda plan: plan.passes[-1].name == "volume_texture"),
         ("shadows", False, lambda plan: plan.volume is None),
         ("particles", 50, lambda plan: len(plan.particles) == 50),
@@ -123,6 +124,11 @@ def test_each_parameter_acts_in_a_running_scene_as_in_a_new_one(name, value, see
     if after.volume is not None:
         np.testing.assert_array_equal(after.volume.places, new.volume.places)
         np.testing.assert_array_equal(after.volume.strengths, new.volume.strengths)
+
+
+def test_puffs_of_any_size_stay_in_their_sphere():
+    for size in (0.1, 1.0, 10.0):
+        assert build_plan(smoke(particle_size=size)).warnings == ()
 
 
 def test_wrong_parameters_are_refused():

@@ -125,7 +125,7 @@ def _outside(bench: Bench, method: str) -> float:
     node = ParticleNode("stray", places, 0.5, 0.9, (1.0, 1.0, 1.0))
     node.set_bounding_sphere(1.0)
     _, largest = _drawn(bench, node, _settings(method))
-    return largest - 1.1
+    return max(largest - 1.1, 0.0)
 
 
 def _across_the_eye(bench: Bench, method: str) -> float:
@@ -133,7 +133,7 @@ def _across_the_eye(bench: Bench, method: str) -> float:
     places = [(0.0, -5.0 + 0.1 * k, 0.0) for k in range(-5, 20)]
     node = ParticleNode("near", places, 0.4, 0.9, (1.0, 1.0, 1.0))
     _, largest = _drawn(bench, node, _settings(method))
-    return largest - 1.1 if largest > 0.0 else math.inf
+    return max(largest - 1.1, 0.0) if largest > 0.0 else math.inf
 
 
 def _background(bench: Bench, method: str) -> float:
