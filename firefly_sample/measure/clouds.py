@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from firefly_sample.scene.particles import ParticleNode, VolumeShadow
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
-__all__ = ["CLOUDS", "Error", "blob", "faint", "from_above", "shadow_error", "sheets", "slices_of"]
+__all__ = ["CLOUDS", "Error", "blob", "faint", "from_above", "shadow_errors", "sheets", "slices_of"]
 
 Float64 = NDArray[np.float64]
 Error = tuple[float, float]
@@ -79,22 +79,36 @@ def slices_of(plan: FramePlan, atlas: NDArray[np.float32]) -> Float64:
     return np.array([rows[y : y + side, x : x + side] for y, x in corners])
 
 
-def shadow_error(renderer: Renderer, node: ParticleNode, settings: Settings, places: int = PLACES) -> Error:
+def shadow_errors(
+    renderer: Renderer, node: ParticleNode, settings: Sequence[Settings], places: int = PLACES
+) -> list[Error]:
     """How far the light in a cloud is from the exact one, with slices that are drawn by some settings.
 
-    At places near the middle, evenly along the light; what is exact is the sum of optical depths, whatever
-    the method adds up.
+    At places near the middle, evenly along the light; what is exact is the product of what particles let
+    through, whatever the method adds up.
+
+    Parameters
+    ----------
+    settings : sequence of Settings
+        Of one `volume_tile`.
     """
-    renderer.settings = settings
-    plan = renderer.plan(from_above(node), 0.0, ("volume_atlas",))
-    slices = slices_of(plan, np.asarray(renderer.draw(plan)["volume_atlas"], dtype=np.float32))
-    volume = plan.volume
-    assert volume is not None
-    rng = np.random.default_rng(5)
-    across = volume.view.tile * (0.5 + 0.05 * rng.normal(size=(places, 2)))
-    at = np.column_stack([across, rng.uniform(0.0, volume.view.slices, places)])
-    difference = (sliced_light(volume, slices, at) - np.exp(-exact_taken(_by_depth(volume, node), at)))[:, 0]
-    return float(np.abs(difference).max()), float(np.sqrt((difference**2).mean()))
+    scene, errors = from_above(node), []
+    exact: Float64 | None = None
+    for chosen in settings:
+        renderer.settings = chosen
+        plan = renderer.plan(scene, 0.0, ("volume_atlas",))
+        slices = slices_of(plan, np.asarray(renderer.draw(plan)["volume_atlas"], dtype=np.float32))
+        volume = plan.volume
+        assert volume is not None
+        rng = np.random.default_rng(5)
+        across = volume.view.tile * (0.5 + 0.05 * rng.normal(size=(places, 2)))
+        # the same places, whatever the number of slices
+        at = np.column_stack([across, rng.random(places) * volume.view.slices])
+        if exact is None:
+            exact = np.exp(-exact_taken(_by_depth(volume, node), at))
+        difference = (sliced_light(volume, slices, at) - exact)[:, 0]
+        errors.append((float(np.abs(difference).max()), float(np.sqrt((difference**2).mean()))))
+    return errors
 
 
 def _by_depth(volume: Volume, node: ParticleNode) -> Volume:

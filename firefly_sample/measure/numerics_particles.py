@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.measure.bench import quartile_spread
-from firefly_sample.measure.clouds import CLOUDS, blob, shadow_error
+from firefly_sample.measure.clouds import CLOUDS, blob, shadow_errors
 from firefly_sample.measure.numerics_table import Table, Value
 from firefly_sample.renderer import Renderer
 from firefly_sample.scenes import build_scene, find_scene
@@ -40,10 +40,11 @@ COUNTS = (10_000, 100_000)
 
 def volume_shadows(renderer: Renderer) -> Table:
     """Errors of what is left of the light in three clouds, by method."""
-    rows: list[tuple[Value, ...]] = []
-    for name, changes in METHODS.items():
-        errors = [shadow_error(renderer, make(), Settings(**changes)) for make in CLOUDS.values()]
-        rows.append((name, *(value for error in errors for value in error)))
+    settings = [Settings(**changes) for changes in METHODS.values()]
+    errors = [shadow_errors(renderer, make(), settings) for make in CLOUDS.values()]
+    rows: list[tuple[Value, ...]] = [
+        (name, *(value for cloud in errors for value in cloud[index])) for index, name in enumerate(METHODS)
+    ]
     about = (
         "Error of the share of light that particles leave, at 3,000 places evenly along the light, against "
         "the exact product; 64 slices of 128 texels. blob: 20,000 particles, optical depth 2; sheets: three "
@@ -55,15 +56,16 @@ def volume_shadows(renderer: Renderer) -> Table:
 
 def volume_slices(renderer: Renderer, count: int = 20_000, slices: Sequence[int] = SLICES) -> Table:
     """The same of the blob by the number of slices, and how much less than with half of them."""
+    smooth = [Settings(volume_slices=number) for number in slices]
+    stepped = [settings.with_changes(volume_interpolation=False) for settings in smooth]
+    errors = [error for _, error in shadow_errors(renderer, blob(count), [*stepped, *smooth])]
+    columns = errors[: len(slices)], errors[len(slices) :]
     rows: list[tuple[Value, ...]] = []
-    before: tuple[float, float] | None = None
-    for number in slices:
-        settings = Settings(volume_slices=number)
-        smooth = shadow_error(renderer, blob(count), settings)[1]
-        stepped = shadow_error(renderer, blob(count), settings.with_changes(volume_interpolation=False))[1]
-        shares = (None, None) if before is None else (stepped / before[0], smooth / before[1])
-        rows.append((f"{number}", stepped, shares[0], smooth, shares[1]))
-        before = stepped, smooth
+    for index, number in enumerate(slices):
+        values: list[Value] = [f"{number}"]
+        for column in columns:
+            values += [column[index], column[index] / column[index - 1] if index else None]
+        rows.append(tuple(values))
     about = (
         f"Root mean square error of the light in the blob of {count:,} particles by slices, in steps and "
         "interpolated, and its ratio to that of half as many."

@@ -76,11 +76,12 @@ def covering(variants):
     A slip in a shader's conditions is one of two or three of them; thousands of variants differ in more.
     """
     values = np.array([list(defines(variant).values()) for variant in variants])
-    values = np.stack([np.unique(column, return_inverse=True)[1] for column in values.T], axis=1)
+    distinct = [np.unique(column, return_inverse=True)[1] for column in values.T]
+    values = np.stack(distinct, axis=1).astype(np.int32)
     base = int(values.max()) + 1
     triples = np.array(list(combinations_with_replacement(range(values.shape[1]), 3)))
-    codes = values[:, triples] @ [base * base, base, 1] + base**3 * np.arange(
-        len(triples)
+    codes = values[:, triples] @ np.array([base * base, base, 1], np.int32) + base**3 * np.arange(
+        len(triples), dtype=np.int32
     )  # (variants, triples)
     there = np.zeros(base**3 * len(triples), dtype=bool)
     there[codes] = True

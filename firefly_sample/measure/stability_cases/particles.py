@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from firefly_sample.measure.clouds import blob, faint, from_above, shadow_error, slices_of
+from firefly_sample.measure.clouds import blob, faint, from_above, shadow_errors, slices_of
 from firefly_sample.measure.stability_cases.bench import Bench
 from firefly_sample.measure.stability_cases.case import Case
 from firefly_sample.reference.volume import sliced_light
@@ -30,16 +30,14 @@ def _settings(method: str) -> Settings:
 
 
 def _faint(bench: Bench, method: str) -> float:
-    return shadow_error(bench.renderer, faint(), _settings(method))[0]
+    return shadow_errors(bench.renderer, faint(), [_settings(method)])[0][0]
 
 
 def _doubling(bench: Bench, method: str) -> float:
     """The largest ratio of a blob's root mean square error to that with half as many slices."""
     settings = _settings(method)
-    errors = [
-        shadow_error(bench.renderer, blob(), settings.with_changes(volume_slices=count))[1]
-        for count in SLICES
-    ]
+    every = [settings.with_changes(volume_slices=count) for count in SLICES]
+    errors = [error for _, error in shadow_errors(bench.renderer, blob(), every)]
     return max(after / before for before, after in pairwise(errors))
 
 
