@@ -238,7 +238,7 @@ def errors_of():
     ("name", "largest", "rms"),
     [("blob", 0.014, 0.0025), ("sheets", 0.36, 0.030), ("faint", 0.11, 0.0075)],
 )
-def test_sixty_four_slices_err_by_no_more_than_was_measured_before_design(error_of, name, largest, rms):
+def test_sixty_four_slices_err_by_no_more_than_was_measured_before_design(errors_of, name, largest, rms):
     (found,) = errors_of(CLOUDS[name](), Settings())
     assert found[0] <= largest
     assert found[1] <= rms
