@@ -10,7 +10,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.geometry import Drawable, draw_surface, make_drawable
-from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table
+from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table, shining
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ForwardVariant
@@ -87,15 +87,9 @@ def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) ->
             taps=0,
             volume=False,
         )
-    fades = lights.kind != "directional"
-    attenuated = fades and lights.falloff.value == "attenuation"
     return replace(
-        frame,
+        shining(frame, lights),
         kind=lights.kind,
-        falloff=lights.falloff.value if fades else "ramp_squared",
-        window=frame.window if attenuated else "karis",
-        taps=frame.taps if lights.shadowed else 0,
-        volume=frame.volume and lights.clouded,
         first=first,
         ambient=frame.ambient and first,
         emission=frame.emission and first,

@@ -7,6 +7,7 @@ lies before a volume costs nothing, and with depth clamp, so that no plane cuts 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeVar
 
 import moderngl
 
@@ -19,7 +20,14 @@ from firefly_sample.gpu.records import RECORD_OF_KIND, record_dtype
 from firefly_sample.passes.base import Pass, textures_of
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightKind, LightSet
-from firefly_sample.plan.variants import DrawMethod, LightVariant, Variant, defines
+from firefly_sample.plan.variants import (
+    DrawMethod,
+    ForwardVariant,
+    LightVariant,
+    ParticleLightVariant,
+    Variant,
+    defines,
+)
 
 __all__ = [
     "MOST_LOOPED",
@@ -28,6 +36,7 @@ __all__ = [
     "joined_sets",
     "light_table",
     "method_for",
+    "shining",
     "variant_for",
 ]
 
@@ -39,6 +48,9 @@ MOST_LOOPED = 32768
 BEHIND = 4.0
 """Steps of depth by which a volume's back faces are moved away from the eye. Volume and surface are rounded
 each by itself: where few steps are left, a back face could come out before a surface that it lies behind."""
+
+
+Shines = TypeVar("Shines", LightVariant, ForwardVariant, ParticleLightVariant)
 
 
 class LightPass(Pass):
@@ -80,15 +92,23 @@ def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
 
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
     """The frame's variant, with what is the set's own."""
+    placed = lights.kind != "directional" or lights.shadowed or lights.clouded
+    return replace(
+        shining(frame, lights),
+        method="loop" if frame.method == "loop" else method_for(frame.method, lights),
+        position=frame.position if placed else "distance",
+    )
+
+
+def shining(frame: Shines, lights: LightSet) -> Shines:
+    """A frame's variant with how a set's lights fade, and what shadows they have."""
     fades = lights.kind != "directional"
     return replace(
         frame,
-        method="loop" if frame.method == "loop" else method_for(frame.method, lights),
         falloff=lights.falloff.value if fades else "ramp_squared",
         window=frame.window if fades and lights.falloff.value == "attenuation" else "karis",
         taps=frame.taps if lights.shadowed else 0,
         volume=frame.volume and lights.clouded,
-        position=frame.position if fades or lights.shadowed or lights.clouded else "distance",
     )
 
 

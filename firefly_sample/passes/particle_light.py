@@ -10,7 +10,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.particle_rows import particle_records
 from firefly_sample.passes.base import Pass
-from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table
+from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table, shining
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ParticleLightVariant
@@ -74,15 +74,9 @@ def _variant_for(
     """The frame's variant with what is a set's own."""
     if lights is None:
         return ParticleLightVariant("none", orthographic=frame.orthographic)
-    fades = lights.kind != "directional"
-    attenuated = fades and lights.falloff.value == "attenuation"
     return replace(
-        frame,
+        shining(frame, lights),
         kind=lights.kind,
-        falloff=lights.falloff.value if fades else "ramp_squared",
-        window=frame.window if attenuated else "karis",
-        taps=frame.taps if lights.shadowed else 0,
-        volume=frame.volume and lights.clouded,
         faded=lights.clouded and bool((plan.particles.fades != 1.0).any()),
         first=first,
     )
