@@ -201,7 +201,7 @@ class Settings:
         between view and light, which suits both; or as they come, which saves the sorting.
     particle_slices : int, optional
         Depths that the order tells apart, 2 to 65536, between the nearest and the farthest particle in view;
-        2^32, which is all of them, when absent.
+        all that float32 tells apart when absent.
     supersample : {1, 2}
         2 draws four samples a pixel and averages their linear radiance: four times the cost, smooth
         leaves. Keep 1 for measuring.

@@ -53,10 +53,10 @@ void main()
     sum *= place.w;
 #endif
 #if VOLUME
-    if (color.w > 0.0) {
+    if (color.w > 0.0) {  // it takes shadows
         vec3 shadowed = texelFetch(u_particles, at + ivec2(2, 0), 0).xyz;
         vec3 own = texelFetch(u_particles, at + ivec2(3, 0), 0).rgb;
-        sum *= volume_light(shadowed, own, color.w);
+        sum *= volume_light(shadowed, own);
     }
 #endif
 #endif

@@ -1,7 +1,7 @@
 #version 330 core
 // What a particle, or a dot, sends to the eye, and what it leaves of what is behind: blended one over the other.
-// A particle is a ball: as much of it counts as is before the surface, and beyond the near plane. A dot is hidden or
-// not.
+// A particle is a ball: as much of it counts as is before the surface; what planes cut off, its optical depth lacks
+// already. A dot is hidden or not.
 #if SURFACES
 #include "include/lens.glsl"
 #endif
@@ -59,7 +59,7 @@ void main()
     before = clamp(0.5 + 0.5 * gap / v_depth.y, 0.0, 1.0);
     hidden = gap >= 0.0 ? 1.0 : 0.0;
 #endif
-    if (v_optical_depth > 0.0) {
+    if (v_optical_depth >= 0.0) {
         float opacity = 1.0 - exp(-v_optical_depth * s * before);
         o_particles = vec4(v_color * opacity, opacity);
     } else {

@@ -73,7 +73,7 @@ _SETTINGS_DEFAULT = {
     "shadow_resolution": "each light's own",
     "tone": "the look's own",
     "volume_reads": "all",
-    "particle_slices": "2^32",
+    "particle_slices": "all",
     "supersample": "1; 2 to capture color alone",
 }
 

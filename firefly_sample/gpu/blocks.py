@@ -43,7 +43,7 @@ BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
         ("volume_y", "its Y, along the light"),
         ("volume_z", "its Z"),
         ("volume_scale", "texels a unit (or slope); where slices begin; slices a unit; 1 for perspective"),
-        ("volume_tiles", "texels across a tile; tiles across; slices; how many a lookup adds up"),
+        ("volume_tiles", "texels across a tile; tiles across; slices; how many a lookup adds up, 0 for sums"),
         ("volume_sums", "1 to take the exponential; 1 to interpolate; half-width of the blur; 1 if Gaussian"),
     ),
     "Shading": (
@@ -119,7 +119,7 @@ def volume_values(volume: Volume, view: View) -> NDArray[Any]:
         {
             **dict(zip(("volume_x", "volume_y", "volume_z"), rows[:3], strict=True)),
             "volume_scale": (seen.scale, seen.first, seen.per_unit, float(seen.perspective)),
-            "volume_tiles": (seen.tile, volume.grid[0], seen.slices, volume.reads if loop else 1),
+            "volume_tiles": (seen.tile, volume.grid[0], seen.slices, volume.reads if loop else 0),
             "volume_sums": (
                 float(volume.method == "optical_depth"),
                 float(volume.interpolate),

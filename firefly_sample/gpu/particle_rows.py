@@ -13,15 +13,15 @@ from firefly_sample.gpu.light_rows import dot_rows
 from firefly_sample.plan.frame_plan import SpriteSet, View
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
-from firefly_sample.plan.volume import Volume, own_shares, splats
+from firefly_sample.plan.volume import Volume, own_takings, splats
 
 __all__ = ["RECORD_TEXELS", "particle_records", "particle_rows", "splat_rows"]
 
 Float32 = NDArray[np.float32]
 
 RECORD_TEXELS = 4
-"""Of a particle: its place and fade; its colour and radius in texels; its place in the volume; its own part
-of a slice."""
+"""Of a particle: its place and fade; its colour, and 1 if it takes shadows; its place in the volume; what a
+lookup there finds of itself."""
 
 
 def splat_rows(volume: Volume) -> Float32:
@@ -41,27 +41,27 @@ def particle_records(particles: ParticleSet, volume: Volume | None) -> Float32:
     own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.fades
     own[:, 1, :3] = particles.colors
     if volume is not None and len(volume):
-        radii, factors = splats(volume)
-        seen = (particles.rows >= 0).astype(np.float64)
-        own[:, 1, 3] = radii[particles.rows] * seen  # 0: no shadow
+        own[:, 1, 3] = particles.rows >= 0
         own[:, 2, :3] = volume.places[particles.rows]
-        own[:, 3, :3] = (volume.strengths * (factors * own_shares(volume))[:, None])[particles.rows]
+        own[:, 3, :3] = own_takings(volume)[particles.rows]
     return rows.reshape(height, width * RECORD_TEXELS, 4)
 
 
 def particle_rows(particles: ParticleSet, dots: SpriteSet, view: View) -> Float32:
-    """Rows of particles and soft dots in drawing order, shape (n, 15).
+    """Rows of particles and soft dots in drawing order, shape (n, 16).
 
-    As `dot_rows`; then the optical depth through the middle, 0 for dots, and the particle's number, -1 for
-    them. A particle that would be smaller than a pixel is as large, and as much thinner.
+    As `dot_rows`, of where they are drawn; then the optical depth through the middle, the particle's number,
+    -1 for dots, and the distance of its middle. A particle that would be smaller than a pixel is as large,
+    and as much thinner.
     """
     depths = np.zeros((len(particles), 3))
     depths[:, 0] = particles.optical_depths
-    rows = dot_rows(SpriteSet(particles.positions, depths, particles.radii), view)
+    rows = dot_rows(SpriteSet(particles.drawn, depths, particles.radii), view)
     both = np.concatenate([rows, dot_rows(dots, view)])
-    more = np.zeros((len(both), 2), dtype=np.float32)
+    more = np.zeros((len(both), 3), dtype=np.float32)
     count = len(particles)
     more[:count, 0], more[:count, 1], more[count:, 1] = both[:count, 10], np.arange(count), -1.0
+    more[:count, 2], more[count:, 2] = particles.positions[:, 1], dots.positions[:, 1]
     both[:count, 10:] = 0.0
     return np.concatenate([both, more], axis=1)[particles.order]
 

@@ -32,7 +32,7 @@ class ParticlesPass(Pass):
             (gpu.fixed("square", SQUARE), "2f", "in_corner"),
             (
                 rows,
-                "4f 4f 2f 3f 2f/i",
+                "4f 4f 2f 3f 3f/i",
                 *("in_dot", "in_pixel", "in_per_radius", "in_color", "in_particle"),
             ),
         )

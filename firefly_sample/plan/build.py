@@ -115,7 +115,7 @@ class Planner:
         sprites = _sprites(snapshot, time, camera.world_to_view, planes)
         clouded = lighting.counts(clouded=True)
         volume = plan_volume(cloud, settings) if cloud is not None and clouded else None
-        particles = see_particles(cloud, camera.world_to_view, planes, sprites.positions, settings, volume)
+        particles = see_particles(cloud, camera.world_to_view, lens, sprites.positions, settings, volume)
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
         background = _background(scene)
         needs = Needs(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,16 +27,18 @@ class Cloud:
     ----------
     positions, colors : ndarray of float64, shape (n, 3)
     radii, alphas, darkness, tints : ndarray of float64, shape (n,)
+    named : ndarray of bool, shape (n,)
+        Whether a particle names the light: it fades on these.
     casts : ndarray of bool, shape (n,)
-        Whether a particle casts and receives shadows.
+        Whether it casts and receives shadows.
     shadow : VolumeShadow or None
-        How, but for darkness and tint, which are the particles' own.
+        How, but for what is the particles' own: darkness, tint, and whether they are enabled.
     shadow_net : ndarray of float64, shape (4, 4), or None
         Where that light is; None if it is not seen in the scene.
     sphere : (ndarray of shape (3,), float)
         Center and radius of what casts shadows, given or found.
-    outside : dict of str to (int, float)
-        By the names of nodes, how many particles leave a given sphere, and what radius would hold them.
+    outside : tuple of (str, int, float)
+        Names of nodes, how many of their particles leave that sphere, and what radius would hold them.
     """
 
     positions: Float64
@@ -45,11 +47,12 @@ class Cloud:
     colors: Float64
     darkness: Float64
     tints: Float64
+    named: NDArray[np.bool_]
     casts: NDArray[np.bool_]
     shadow: VolumeShadow | None
     shadow_net: Float64 | None
     sphere: tuple[Float64, float]
-    outside: dict[str, tuple[int, float]]
+    outside: tuple[tuple[str, int, float], ...]
 
     @property
     def light(self) -> ShadowLight | None:
@@ -70,7 +73,7 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
     """
     parts: list[tuple[Float64, ...]] = []
     spheres: list[tuple[Float64, float]] = []
-    outside: dict[str, tuple[int, float]] = {}
+    casting: list[tuple[str, Float64, Float64]] = []
     shadow: VolumeShadow | None = None
     owner = ""
     for node, net in snapshot.particles:
@@ -84,13 +87,10 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
             raise SceneError(f"particles {node.name!r}: a place in the world is not finite, or beyond 1e30")
         own = node.get_shadow()
         if own is not None:
-            if shadow is not None and _shared(own) != _shared(shadow):
-                raise SceneError(
-                    f"particles {owner!r} and {node.name!r} have different volume shadows, and a frame has "
-                    "one: give them the same light, blur, attenuation and interpolation"
-                )
-            shadow, owner = own, node.name
-            spheres.append(_sphere(node, net, positions, radii, outside))
+            shadow, owner = _agreed(shadow, owner, own, node.name), node.name
+            if own.enabled:
+                spheres.append(_sphere(node, net, positions, radii))
+                casting.append((node.name, positions, radii))
         count = len(useful)
         parts.append(
             (
@@ -101,13 +101,15 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
                 np.full(count, 0.0 if own is None else own.darkness),
                 np.full(count, 0.0 if own is None else own.tint),
                 np.full(count, own is not None),
+                np.full(count, own is not None and own.enabled),
             )
         )
     if not parts:
         return None
-    positions, radii, alphas, colors, darkness, tints, casts = (
+    positions, radii, alphas, colors, darkness, tints, named, casts = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
+    sphere = _around(spheres)
     return Cloud(
         positions,
         radii,
@@ -115,16 +117,31 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
         colors,
         darkness,
         tints,
+        np.asarray(named, dtype=np.bool_),
         np.asarray(casts, dtype=np.bool_),
         shadow,
         None if shadow is None else _net_of(shadow.light, snapshot),
-        _around(spheres),
-        outside,
+        sphere,
+        tuple(_outside(sphere, casting)),
     )
 
 
-def _shared(shadow: VolumeShadow) -> VolumeShadow:
-    return replace(shadow, darkness=1.0, tint=0.0)
+def _agreed(before: VolumeShadow | None, owner: str, own: VolumeShadow, name: str) -> VolumeShadow:
+    """What two nodes' shadows have in common."""
+    shown = own.show_texture or (before is not None and before.show_texture)
+    shared = replace(own, darkness=1.0, tint=0.0, enabled=True, show_texture=shown)
+    if before is not None:
+        differing = [
+            field.name
+            for field in fields(VolumeShadow)
+            if field.name != "show_texture" and getattr(before, field.name) != getattr(shared, field.name)
+        ]
+        if differing:
+            raise SceneError(
+                f"particles {owner!r} and {name!r} have different volume shadows, and a frame has one: "
+                f"give them the same {', '.join(differing)}"
+            )
+    return shared
 
 
 def _net_of(light: ShadowLight, snapshot: Snapshot) -> Float64 | None:
@@ -137,25 +154,26 @@ def _net_of(light: ShadowLight, snapshot: Snapshot) -> Float64 | None:
     return nets[0] if nets else None
 
 
-def _sphere(
-    node: ParticleNode,
-    net: Float64,
-    positions: Float64,
-    radii: Float64,
-    outside: dict[str, tuple[int, float]],
-) -> tuple[Float64, float]:
+def _sphere(node: ParticleNode, net: Float64, positions: Float64, radii: Float64) -> tuple[Float64, float]:
     """The sphere that holds a node's particles, as it says or as found."""
     given = node.get_bounding_sphere()
     if given is None:
         low, high = (positions - radii[:, None]).min(axis=0), (positions + radii[:, None]).max(axis=0)
         center = 0.5 * (low + high)
         return center, float((lengths(positions - center) + radii).max())
-    center, radius = np.array(given[0]) @ net[:3, :3] + net[3, :3], given[1]
-    ends = lengths(positions - center) + radii
-    leaving = int(np.count_nonzero(ends > radius * (1.0 + 1e-9)))
-    if leaving:
-        outside[node.name] = leaving, float(ends.max())
-    return center, radius
+    return np.array(given[0]) @ net[:3, :3] + net[3, :3], given[1]
+
+
+def _outside(
+    sphere: tuple[Float64, float], casting: Sequence[tuple[str, Float64, Float64]]
+) -> Iterator[tuple[str, int, float]]:
+    """What of each node leaves a sphere: its name, how many particles, and how far they go."""
+    center, radius = sphere
+    for name, positions, radii in casting:
+        ends = lengths(positions - center) + radii
+        leaving = int(np.count_nonzero(ends > radius * (1.0 + 1e-9)))
+        if leaving:
+            yield name, leaving, float(ends.max())
 
 
 def _around(spheres: Sequence[tuple[Float64, float]]) -> tuple[Float64, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,14 +11,16 @@ from numpy.typing import NDArray
 from firefly_sample.plan.cloud import Cloud, lengths, light_direction
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.volume import Volume, optical_depths
+from firefly_sample.scene.lens import Lens
+from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import ParticleOrder, Settings
 
 __all__ = ["ParticleSet", "see_particles"]
 
 Float64 = NDArray[np.float64]
 
-ALL_SLICES = 2**32
-"""Depths that an order tells apart where no number is given."""
+PLANE_MARGIN = 1e-5
+"""Of the near plane's distance, or of what is between the planes: so much within them a disc is drawn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +30,10 @@ class ParticleSet:
     Attributes
     ----------
     positions, colors : ndarray of float64, shape (n, 3)
+    drawn : ndarray of float64, shape (n, 3)
+        Where their discs are drawn: where they are, or on the plane that cuts them, near or far.
     radii, optical_depths : ndarray of float64, shape (n,)
+        The optical depth through the middle, as far as it is between these planes.
     fades : ndarray of float64, shape (n,)
         What distance leaves of the light that they take shadows from.
     rows : ndarray of int, shape (n,)
@@ -37,6 +43,7 @@ class ParticleSet:
     """
 
     positions: Float64
+    drawn: Float64
     radii: Float64
     optical_depths: Float64
     colors: Float64
@@ -51,7 +58,7 @@ class ParticleSet:
 def see_particles(
     cloud: Cloud | None,
     world_to_view: Float64,
-    planes: Float64,
+    lens: Lens,
     dots: Float64,
     settings: Settings,
     volume: Volume | None,
@@ -66,21 +73,38 @@ def see_particles(
     if cloud is None:
         none = np.zeros(0)
         nobody = np.zeros(0, dtype=np.intp)
-        return ParticleSet(np.zeros((0, 3)), none, none, np.zeros((0, 3)), none, nobody, nobody)
+        nowhere = np.zeros((0, 3))
+        return ParticleSet(nowhere, nowhere, none, none, nowhere, none, nobody, nobody)
     positions = cloud.positions @ world_to_view[:3, :3] + world_to_view[3, :3]
-    chosen = np.flatnonzero(spheres_in_frustum(planes, positions, cloud.radii))
+    chosen = np.flatnonzero(spheres_in_frustum(lens.frustum_planes(), positions, cloud.radii))
     positions = positions[chosen]
     rows = np.full(len(cloud), -1) if volume is None else volume.rows
     axis = _axis(settings.particle_order, cloud, world_to_view)
+    radii = cloud.radii[chosen]
+    drawn, share = _between_planes(positions, radii, lens.get_near(), lens.get_far())
     return ParticleSet(
         positions=positions,
-        radii=cloud.radii[chosen],
-        optical_depths=optical_depths(cloud.alphas[chosen]),
+        drawn=drawn,
+        radii=radii,
+        optical_depths=optical_depths(cloud.alphas[chosen]) * share,
         colors=cloud.colors[chosen],
         fades=_fades(cloud)[chosen],
         rows=np.asarray(rows[chosen], dtype=np.intp),
-        order=_order(np.concatenate([positions, dots]), axis, settings.particle_slices),
+        order=_order(positions, dots, axis, settings.particle_slices),
     )
+
+
+def _between_planes(positions: Float64, radii: Float64, near: float, far: float) -> tuple[Float64, Float64]:
+    """Places no farther than the planes, and how much of each ball lies between them."""
+    y = positions[:, 1]
+    share = np.clip(0.5 + 0.5 * (y - near) / radii, 0.0, 1.0)
+    margin = PLANE_MARGIN * (abs(near) if math.isinf(far) else max(abs(near), PLANE_MARGIN * (far - near)))
+    drawn = positions.copy()
+    drawn[:, 1] = np.maximum(y, near + margin)
+    if not math.isinf(far):
+        share *= np.clip(0.5 + 0.5 * (far - y) / radii, 0.0, 1.0)
+        drawn[:, 1] = np.minimum(drawn[:, 1], far - PLANE_MARGIN * (far - near))
+    return drawn, share
 
 
 def _fades(cloud: Cloud) -> Float64:
@@ -89,12 +113,12 @@ def _fades(cloud: Cloud) -> Float64:
     fades = np.ones(len(cloud))
     if shadow is None or net is None or shadow.attenuation == "none":
         return fades
-    offsets = cloud.positions[cloud.casts] - net[3, :3]
+    offsets = cloud.positions[cloud.named] - net[3, :3]
     if shadow.attenuation == "plane":
         distances = np.abs(offsets @ light_direction(shadow.light, net))
     else:
         distances = lengths(offsets)
-    fades[cloud.casts] = np.maximum(distances, 1.0) ** -shadow.power
+    fades[cloud.named] = np.maximum(distances, 1.0) ** -shadow.power
     return fades
 
 
@@ -105,22 +129,36 @@ def _axis(order: ParticleOrder, cloud: Cloud, world_to_view: Float64) -> Float64
     forward = np.array([0.0, 1.0, 0.0])
     if order == "view" or cloud.shadow is None or cloud.shadow_net is None:
         return forward
-    light = light_direction(cloud.shadow.light, cloud.shadow_net) @ world_to_view[:3, :3]
+    light = light_direction(cloud.shadow.light, cloud.shadow_net)
+    if isinstance(cloud.shadow.light, Spotlight) and cloud.sphere[1] > 0.0:
+        way = cloud.sphere[0] - cloud.shadow_net[3, :3]  # as slices lie
+        light = way / max(float(np.linalg.norm(way)), 1e-300)
+    light = light @ world_to_view[:3, :3]
     half = forward + (light if light[1] >= 0.0 else -light)
     return np.asarray(half / np.linalg.norm(half))
 
 
-def _order(positions: Float64, axis: Float64 | None, slices: int | None) -> NDArray[np.intp]:
-    """Indices from back to front by slices along an axis; within one, as they come.
+def _order(positions: Float64, dots: Float64, axis: Float64 | None, slices: int | None) -> NDArray[np.intp]:
+    """Indices from back to front along an axis, of particles and then dots.
 
-    By two radix sorts, which NumPy has for 16 bits: several times as fast as by comparing numbers.
+    By all digits that float32 has of a depth, whatever else is in view; or by slices between the nearest and
+    the farthest particle. What is in one slice comes as it is. By two radix sorts, which NumPy has for 16
+    bits: several times as fast as by comparing numbers.
     """
+    both = np.concatenate([positions, dots])
     if axis is None or not len(positions):
-        return np.arange(len(positions))
-    depths = positions @ axis
-    low, high = depths.min(), depths.max()
-    count = ALL_SLICES if slices is None else slices
-    share = np.minimum((high - depths) * (count / max(high - low, 1e-30)), count - 1).astype(np.uint32)
-    upper = (share >> 16).astype(np.uint16)
-    lower = np.argsort(share.astype(np.uint16), kind="stable")
+        return np.arange(len(both))
+    depths = both @ axis
+    if slices is None:
+        bits = (-depths).astype(np.float32).view(np.uint32)
+        # a float's bits are in order but for its sign: turned, those of what is below 0 are, too
+        keys = np.where(bits >> 31, ~bits, bits | np.uint32(1 << 31))
+    else:
+        low, high = depths[: len(positions)].min(), depths[: len(positions)].max()
+        share = np.floor((high - depths) * (slices / max(high - low, 1e-30)))
+        share[: len(positions)] = np.minimum(share[: len(positions)], slices - 1)
+        # dots may be before or behind all slices
+        keys = np.clip(share + 1.0, 0.0, slices + 1.0).astype(np.uint32)
+    upper = (keys >> 16).astype(np.uint16)
+    lower = np.argsort(keys.astype(np.uint16), kind="stable")
     return np.asarray(lower[np.argsort(upper[lower], kind="stable")])

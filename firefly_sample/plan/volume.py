@@ -28,7 +28,7 @@ __all__ = [
     "VolumeView",
     "blur_weights",
     "optical_depths",
-    "own_shares",
+    "own_takings",
     "plan_volume",
     "slice_grid",
     "splats",
@@ -230,7 +230,7 @@ def plan_volume(cloud: Cloud, settings: Settings) -> Volume | None:
         As `volume_view`.
     """
     shadow, net = cloud.shadow, cloud.shadow_net
-    if shadow is None or net is None or not shadow.enabled or settings.volume_shadows == "none":
+    if shadow is None or net is None or not cloud.casts.any() or settings.volume_shadows == "none":
         return None
     method: VolumeMethod = settings.volume_shadows
     light, place = shadow.light, net[3, :3]
@@ -280,18 +280,27 @@ def splats(volume: Volume) -> tuple[Float64, Float64]:
     return radii, (volume.radii / radii) ** 2
 
 
-def own_shares(volume: Volume) -> Float64:
-    """How much a blur leaves of a disc's middle, shape (n,): 1 without one."""
-    reach = math.ceil(volume.blur)
-    if not reach:
-        return np.ones(len(volume))
-    weights = blur_weights(volume.blur, volume.kernel)
-    offsets = np.arange(-reach, reach + 1.0)
-    squares = offsets[:, None] ** 2 + offsets**2
-    radii = np.geomspace(SMALLEST_SPLAT, 1e3 * SMALLEST_SPLAT, 64)
-    discs = np.maximum(1.0 - squares / radii[:, None, None] ** 2, 0.0) ** 2
-    left = np.einsum("i,j,kij->k", weights, weights, discs)
-    return np.asarray(np.interp(splats(volume)[0], radii, left))
+def own_takings(volume: Volume) -> Float64:
+    """What a lookup between texels at each particle's middle finds of the particle itself, shape (n, 3).
+
+    Its disc, weighed as the blur and the interpolation weigh texels around the middle.
+    """
+    radii, factors = splats(volume)
+    # texels that the lookup reaches, and no more than the largest disc has
+    reach = min(math.ceil(volume.blur), math.ceil(float(radii.max(initial=1.0)))) + 1
+    weights = np.pad(blur_weights(volume.blur, volume.kernel), reach + 2)
+    middle = len(weights) // 2
+    first = np.floor(volume.places[:, :2] - 0.5)
+    part = volume.places[:, :2] - 0.5 - first
+    offsets = np.arange(-reach + 1, reach + 1)  # from the texel below the middle
+    near, far = weights[middle + offsets], weights[middle + offsets - 1]
+    share = near * (1.0 - part[..., None]) + far * part[..., None]  # (n, 2, taps)
+    squares = (offsets - part[..., None]) ** 2 / radii[:, None, None] ** 2
+    found = np.zeros(len(volume))
+    for index in range(len(offsets)):
+        disc = np.maximum(1.0 - squares[:, 1, index, None] - squares[:, 0], 0.0) ** 2
+        found += share[:, 1, index] * (share[:, 0] * disc).sum(axis=1)
+    return np.asarray(volume.strengths * (factors * found)[:, None])
 
 
 def blur_weights(blur: float, kernel: BlurKernel) -> Float64:

@@ -82,7 +82,7 @@ def plan_warnings(
 def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud) -> Iterator[str]:
     """Lines on particles whose shadows are not as they should be."""
     if needs.volume is not None:
-        for name, (count, radius) in cloud.outside.items():
+        for name, count, radius in cloud.outside:
             yield (
                 f"particles {name!r}: {count:,} of them leave the bounding sphere that was given, and are "
                 "shadowed as if they lay on its rim, or not at all: give a bounding radius of "

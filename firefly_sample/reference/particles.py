@@ -83,7 +83,7 @@ def _add_particle(
     radiance: Float64, particles: ParticleSet, index: int, view: View, distance: Float64, light: Float64
 ) -> None:
     radius = float(particles.radii[index])
-    square = square_of(view, particles.positions[index], radius)
+    square = square_of(view, particles.drawn[index], radius)
     if square is None:
         return
     gap = distance[square.box] - particles.positions[index, 1]

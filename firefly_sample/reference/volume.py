@@ -12,11 +12,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.volume import Volume, blur_weights, own_shares, splats
+from firefly_sample.plan.volume import Volume, blur_weights, own_takings, splats
 
 __all__ = ["exact_taken", "light_left", "slice_sums", "sliced_light"]
 
 Float64 = NDArray[np.float64]
+
+MOST_CELLS = 256
+"""Across the discs, by which places are sorted."""
 
 
 def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None = None) -> Float64:
@@ -30,28 +33,33 @@ def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None =
         Which of the volume's particles a place is the middle of: it does not count for itself. -1 for none.
     """
     taken = np.zeros((len(places), 3))
-    known = np.flatnonzero(np.isfinite(places).all(axis=1))
-    if not len(volume) or not len(known):
+    if not len(volume):
+        return taken
+    low = (volume.places[:, :2] - volume.radii[:, None]).min(axis=0)
+    high = (volume.places[:, :2] + volume.radii[:, None]).max(axis=0)
+    with np.errstate(invalid="ignore"):
+        reached = ((places[:, :2] >= low) & (places[:, :2] <= high)).all(axis=1) & (places[:, 2] > -np.inf)
+    known = np.flatnonzero(reached)
+    if not len(known):
         return taken
     # places by cells as wide as the largest disc, row by row, so that those near one are three ranges
-    cell = max(float(volume.radii.max()), 1e-6)
-    grid = np.floor(places[known, :2] / cell).astype(np.int64)
-    low, wide = grid.min(axis=0), int(np.ptp(grid[:, 0])) + 3
-    codes = (grid[:, 1] - low[1] + 1) * wide + (grid[:, 0] - low[0] + 1)
+    cell = max(float(volume.radii.max()), float((high - low).max()) / MOST_CELLS)
+    grid = np.floor((places[known, :2] - low) / cell).astype(np.int64)
+    wide, tall = (grid.max(axis=0) + 3).tolist()
+    codes = (grid[:, 1] + 1) * wide + (grid[:, 0] + 1)
     order = known[np.argsort(codes, kind="stable")]
     codes = np.sort(codes)
     x, y, depth = places[order].T.copy()
     own = np.full(len(order), -1) if rows is None else rows[order]
     sums = np.zeros((3, len(order)))
-    middle = np.floor(volume.places[:, :2] / cell).astype(np.int64) - low + 1
-    high = int(codes[-1]) // wide + 1
-    starts = np.searchsorted(codes, np.arange((high + 3) * wide + 1))
+    middle = np.floor((volume.places[:, :2] - low) / cell).astype(np.int64) + 1
+    starts = np.searchsorted(codes, np.arange(tall * wide + 1))
     for row in range(len(volume)):
         (column, line), (u, v, d) = middle[row].tolist(), volume.places[row].tolist()
-        if not (-1 <= column <= wide and -1 <= line <= high + 1):
-            continue
         first, last = max(column - 1, 0), min(column + 1, wide - 1)
-        for there in range(max(line - 1, 0), min(line + 1, high + 1) + 1):
+        if first > last:
+            continue
+        for there in range(max(line - 1, 0), min(line + 1, tall - 1) + 1):
             part = slice(starts[there * wide + first], starts[there * wide + last + 1])
             if part.start == part.stop:
                 continue
@@ -144,20 +152,8 @@ def sliced_light(
         here = here - before
     own = np.zeros((count, 3))
     if rows is not None and len(volume):
-        own = np.where((rows >= 0)[:, None], _own(volume, rows, part), 0.0)
+        own = np.where((rows >= 0)[:, None], own_takings(volume)[rows], 0.0)
     ends = volume.interpolate | (depth >= slices)
     others = np.maximum(here - own, 0.0) * (depth - index)[:, None]
     left = light_left(volume, before + np.where(ends[:, None], others, 0.0))
     return np.where(inside[:, None], left, 1.0)
-
-
-def _own(volume: Volume, rows: NDArray[np.intp], part: Float64) -> Float64:
-    """What a lookup at a particle's middle finds of the particle itself, shape (m, 3)."""
-    radii, factors = splats(volume)
-    strengths = volume.strengths * (factors * own_shares(volume))[:, None]
-    share = np.zeros(len(rows))
-    for j, i in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        x = np.where(i, 1.0 - part[:, 0], part[:, 0])
-        y = np.where(j, 1.0 - part[:, 1], part[:, 1])
-        share += (1.0 - x) * (1.0 - y) * np.maximum(1.0 - (x * x + y * y) / radii[rows] ** 2, 0.0) ** 2
-    return np.asarray(strengths[rows] * share[:, None])

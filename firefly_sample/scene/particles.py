@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.errors import SceneError
+from firefly_sample.errors import SceneError, did_you_mean
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.random import check_seed
@@ -91,7 +91,7 @@ class VolumeShadow:
         Find a shadow between two slices by the depth in them; else shadows change in steps.
     show_texture : bool
         Draw the slices' texture into the corner of the picture: the slice that is nearest to the light is
-        lower left, the last one upper right.
+        lower left, the last one upper right, or in the top row where their number makes no full rows.
     enabled : bool
         False for no shadows; the attenuation stays.
 
@@ -129,12 +129,15 @@ class VolumeShadow:
         choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
             ("kernel", get_args(BlurKernel)),
             ("attenuation", get_args(Fading)),
+            *((name, (True, False)) for name in ("interpolate", "show_texture", "enabled")),
         )
         for name, names in choices:
-            if getattr(self, name) not in names:
+            value = getattr(self, name)
+            if value not in names or type(value) is not type(names[0]):
+                shown = ", ".join(map(str, names))
                 raise SceneError(
-                    f"volume shadow of light {self.light.name!r}: {name} must be one of {', '.join(names)}, "
-                    f"got {getattr(self, name)!r}"
+                    f"volume shadow of light {self.light.name!r}: {name} must be one of {shown}, "
+                    f"got {value!r}"
                 )
 
 
@@ -175,6 +178,8 @@ class ParticleNode(PandaNode):
         seed: int = 0,
     ) -> None:
         super().__init__(name)
+        if function is not None and not callable(function):
+            raise SceneError(f"particles {name!r}: function must be callable, got {function!r}")
         self.function, self.seed = function, check_seed(seed)
         self.arrays = self._checked(positions, radii, alphas, colors)
         self._shadow: VolumeShadow | None = None
@@ -200,7 +205,15 @@ class ParticleNode(PandaNode):
         return self._checked(*given)
 
     def set_shadow(self, shadow: VolumeShadow | None) -> None:
-        """Let the particles cast and receive shadows as `shadow` says; None for none."""
+        """Let the particles cast and receive shadows as `shadow` says; None for none.
+
+        Raises
+        ------
+        SceneError
+            If it is no `VolumeShadow`.
+        """
+        if shadow is not None and not isinstance(shadow, VolumeShadow):
+            raise SceneError(f"particles {self.name!r}: a shadow is a VolumeShadow or None, got {shadow!r}")
         self._shadow = shadow
         self.mark_changed()
 
@@ -214,10 +227,17 @@ class ParticleNode(PandaNode):
         Raises
         ------
         SceneError
-            If there is no shadow, or a value is out of its range.
+            If there is no shadow, no such attribute, or a value is out of its range.
         """
         if self._shadow is None:
             raise SceneError(f"particles {self.name!r} cast no shadows: give them some with set_shadow")
+        known = [field.name for field in fields(VolumeShadow)]
+        for name in changes:
+            if name not in known:
+                raise SceneError(
+                    f"particles {self.name!r}: a volume shadow has no {name!r}{did_you_mean(name, known)}: "
+                    f"it has {', '.join(known)}"
+                )
         self.set_shadow(replace(self._shadow, **changes))
 
     def set_bounding_sphere(self, radius: float | None, center: ArrayLike = (0.0, 0.0, 0.0)) -> None:

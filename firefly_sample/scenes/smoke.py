@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import ParameterError
+from firefly_sample.errors import ParameterError, SceneError
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight
@@ -74,6 +74,7 @@ _PARAMETERS = (
         unit="texels",
         keys=(KeyStep("b", 1.25, 0.5, help="more blur"), KeyStep("g", 0.8, -0.5, help="less blur")),
     ),
+    Parameter("shadow_kernel", str, "box", "The blur's weights: box or gaussian."),
     Parameter(
         "shadow_darkness",
         float,
@@ -113,6 +114,7 @@ _PARAMETERS = (
         minimum=-180.0,
         maximum=180.0,
         unit="degrees",
+        keys=(KeyStep("m", 1.0, 5.0, help="light around"), KeyStep("n", 1.0, -5.0, help="light back around")),
     ),
     Parameter(
         "swing",
@@ -137,8 +139,17 @@ _PARAMETERS = (
         "use_attenuation",
         bool,
         False,
-        "Let the light fade on puffs with the square of their distance from it.",
+        "Let the light fade on puffs by their distance from it.",
         keys=(KeyStep("a", help="attenuation on or off"),),
+    ),
+    Parameter("attenuation", str, "plane", "Distance from the light's plane, or its point: plane or point."),
+    Parameter(
+        "attenuation_power",
+        float,
+        2.0,
+        "Power of that distance by which the light fades.",
+        minimum=0.0,
+        maximum=16.0,
     ),
     Parameter(
         "use_interpolation",
@@ -164,6 +175,9 @@ _PARAMETERS = (
         keys=(KeyStep("e", help="show the slices"),),
     ),
 )
+
+
+_CHOICES = {"shadow_kernel": ("box", "gaussian"), "attenuation": ("plane", "point")}
 
 
 class SmokeScene(Scene):
@@ -208,7 +222,16 @@ class SmokeScene(Scene):
         declared = {parameter.name: parameter for parameter in _PARAMETERS}
         if name not in declared:
             raise ParameterError(f"scene 'smoke' has no parameter {name!r}: it has {', '.join(declared)}")
-        self._values[name] = declared[name].check(value, "smoke")
+        before = self._values
+        self._values = before | {name: declared[name].check(value, "smoke")}
+        try:
+            self._apply(name)
+        except SceneError:
+            self._values = before
+            raise
+
+    def _apply(self, name: str) -> None:
+        """Let a parameter's new value act."""
         if name in ("seed", "particles", "particle_size", "particle_alpha"):
             self._build_cloud()
             self._set_shadow()
@@ -251,13 +274,20 @@ class SmokeScene(Scene):
 
     def _set_shadow(self) -> None:
         values = self._values
+        for name, choices in _CHOICES.items():
+            if values[name] not in choices:
+                raise ParameterError(
+                    f"scene 'smoke': {name} must be {' or '.join(choices)}, got {values[name]!r}"
+                )
         self._particles.set_shadow(
             VolumeShadow(
                 self._light,
                 blur=values["shadow_blur"],
+                kernel=values["shadow_kernel"],
                 darkness=values["shadow_darkness"],
                 tint=values["shadow_tint"],
-                attenuation="plane" if values["use_attenuation"] else "none",
+                attenuation=values["attenuation"] if values["use_attenuation"] else "none",
+                power=values["attenuation_power"],
                 interpolate=values["use_interpolation"],
                 show_texture=values["show_texture"],
                 enabled=values["shadows"],

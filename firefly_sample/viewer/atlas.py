@@ -80,7 +80,10 @@ def volume_picture(taken: Float32, plan: FramePlan, size: tuple[int, int]) -> tu
     rows, columns, fitted = _fit(taken.shape[:2], picture)
     seen = taken[rows[:, None], columns]
     left = np.exp(-seen) if volume.method == "optical_depth" else 1.0 - seen
+    across, tile = volume.grid[0], volume.view.tile
+    slices = (taken.shape[0] - 1 - rows)[:, None] // tile * across + columns // tile
     fitted[...] = codes(linear_to_srgb(np.clip(left, 0.0, 1.0)))
+    fitted[slices >= volume.view.slices] = EMPTY
     return picture, (
         f"{volume.view.slices} slices of {volume.view.tile} texels, the nearest to the light lower left: "
         "white lets all light through"

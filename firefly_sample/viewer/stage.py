@@ -30,6 +30,7 @@ class Stage:
         self.plugin = plugin
         self.values = values
         self.scene: Scene = build_scene(plugin, **values)
+        self._undo: tuple[Parameter, Any] | None = None
 
     def step(self, parameter: Parameter, key: KeyStep) -> str:
         """Change a parameter by one press of a key; what came of it, for the user.
@@ -44,12 +45,29 @@ class Stage:
         if after == before:
             return f"{parameter.name} stays at {value_text(parameter, before)} ({parameter.range_text()})"
         values = self.values | {parameter.name: after}
+        self._undo = parameter, before
         if parameter.live:
             self.scene.set(parameter.name, after)
         else:
             self.scene = build_scene(self.plugin, **values)
         self.values = values
         return f"{parameter.name} {value_text(parameter, after)}"
+
+    def take_back(self) -> bool:
+        """Undo the last step, of which came a scene that cannot be drawn; False where there was none."""
+        if self._undo is None:
+            return False
+        (parameter, before), self._undo = self._undo, None
+        self.values = self.values | {parameter.name: before}
+        if parameter.live:
+            self.scene.set(parameter.name, before)
+        else:
+            self.scene = build_scene(self.plugin, **self.values)
+        return True
+
+    def drawn(self) -> None:
+        """The scene could be drawn as it is now."""
+        self._undo = None
 
     def drag(self, right: float, down: float) -> bool:
         """Let the scene answer a drag of the mouse, in heights of the window; whether it has."""

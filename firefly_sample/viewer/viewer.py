@@ -232,7 +232,7 @@ class Viewer:
         if size != self._renderer.size:
             self._renderer.resize(size)
         time = self._clock.time(now)
-        drawn = draw_view(self._renderer, self._seen_scene(), time, self._view, scale, read=self._shot)
+        drawn = self._draw_or_take_back(time, scale)
         if self._shot:
             self._save(drawn)
         self._frame = drawn.frame
@@ -242,6 +242,19 @@ class Viewer:
             self._rows = status_rows(self._stage, drawn.frame, self._meter.text, self._clock.paused, test)
             self._rows_stale = False
         self._renderer.present(drawn.plan, self._layers(drawn, size, scale))
+
+    def _draw_or_take_back(self, time: float, scale: float) -> Drawn:
+        """Draw the view; where a key has just made that impossible, say why, and undo what it did."""
+        try:
+            drawn = draw_view(self._renderer, self._seen_scene(), time, self._view, scale, read=self._shot)
+        except FireflyError as error:
+            if not self._stage.take_back():
+                raise
+            self._say(str(error))
+            self._rows_stale = True
+            drawn = draw_view(self._renderer, self._seen_scene(), time, self._view, scale, read=self._shot)
+        self._stage.drawn()
+        return drawn
 
     def _seen_scene(self) -> Scene:
         scene = self._stage.scene

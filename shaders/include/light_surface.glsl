@@ -21,7 +21,7 @@ void light_surface(Surface s, Light light)
 #endif
     STRENGTH arriving = STRENGTH(strength);
 #if VOLUME
-    arriving *= volume_light(volume_place(place_of(s)), vec3(0.0), 1.0);
+    arriving *= volume_light(volume_place(place_of(s)), vec3(0.0));
 #endif
 #if HIGHLIGHTS
     add_light(s, to_light, n_dot_l, arriving, light.color.rgb, light.specular.rgb);

@@ -30,20 +30,8 @@ vec3 volume_texels(int slice, ivec2 first, vec2 part)
     return mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
 }
 
-// How much of a disc of this radius in texels the same lookup finds at its own middle.
-float own_texels(vec2 part, float radius)
-{
-    vec2 near = part * part / (radius * radius);
-    vec2 far = (1.0 - part) * (1.0 - part) / (radius * radius);
-    float a = max(1.0 - near.x - near.y, 0.0);
-    float b = max(1.0 - far.x - near.y, 0.0);
-    float c = max(1.0 - near.x - far.y, 0.0);
-    float d = max(1.0 - far.x - far.y, 0.0);
-    return mix(mix(a * a, b * b, part.x), mix(c * c, d * d, part.x), part.y);
-}
-
-// own: what a particle has put into its slice itself, 0 for surfaces; radius: that of its disc in texels.
-vec3 volume_light(vec3 place, vec3 own, float radius)
+// own: what a lookup finds there of the particle itself, 0 for surfaces.
+vec3 volume_light(vec3 place, vec3 own)
 {
     float tile = u_volume_tiles.x;
     int slices = int(u_volume_tiles.z);
@@ -57,17 +45,17 @@ vec3 volume_light(vec3 place, vec3 own, float radius)
     float depth = min(place.z, float(slices));
     int slice = min(int(depth), slices - 1);
 
-    // sums up to slice k are in slice k - 1, and where nothing is summed, in all before
+    // where slices are summed, the one before has all before
     int reads = int(u_volume_tiles.w);
+    bool summed = reads == 0;
     vec3 before = vec3(0.0);
-    for (int k = max(slice - reads, 0); k < slice; ++k)
+    for (int k = max(slice - (summed ? 1 : reads), 0); k < slice; ++k)
         before += volume_texels(k, first, part);
     if (u_volume_sums.y > 0.5 || depth >= float(slices)) {
         vec3 here = volume_texels(slice, first, part);
-        if (reads == 1 && slice > 0)
+        if (summed)
             here -= before;
-        vec3 others = max(here - own * own_texels(part, radius), 0.0);
-        before += (depth - float(slice)) * others;
+        before += (depth - float(slice)) * max(here - own, 0.0);
     }
     return u_volume_sums.x > 0.5 ? exp(-before) : max(1.0 - before, 0.0);
 }

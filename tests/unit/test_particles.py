@@ -97,6 +97,7 @@ def test_a_copy_has_all_of_it():
         ({"tint": 1.5}, "tint must be a number of 0 to 1, got 1.5"),
         ({"power": "two"}, "power must be a number of 0 to 16, got 'two'"),
         ({"kernel": "tent"}, "kernel must be one of box, gaussian, got 'tent'"),
+        ({"interpolate": "no"}, "interpolate must be one of True, False, got 'no'"),
         ({"attenuation": "line"}, "attenuation must be one of none, point, plane, got 'line'"),
     ],
 )
@@ -110,6 +111,17 @@ def test_a_shadow_is_of_one_sun_or_spotlight():
         VolumeShadow(PointLight("bulb"))
     with pytest.raises(SceneError, match="'smoke' cast no shadows: give them some with set_shadow"):
         ParticleNode("smoke").change_shadow(blur=1.0)
+
+
+def test_what_is_no_function_and_no_shadow_is_refused():
+    with pytest.raises(SceneError, match="'smoke': function must be callable, got 5"):
+        ParticleNode("smoke", function=5)
+    with pytest.raises(SceneError, match="'smoke': a shadow is a VolumeShadow or None, got 'sun'"):
+        ParticleNode("smoke").set_shadow("sun")
+    node = ParticleNode("smoke")
+    node.set_shadow(VolumeShadow(DirectionalLight("sun")))
+    with pytest.raises(SceneError, match=r"has no 'blurr' \(did you mean 'blur'\?\)"):
+        node.change_shadow(blurr=1.0)
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, np.inf, np.nan, "wide"])

@@ -1,6 +1,7 @@
 """Where a cloud lies in the slices of its light, and what a plan has because of it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.particles import see_particles
 from firefly_sample.plan.volume import GUARD, MOST_OPAQUE, blur_weights, optical_depths, slice_grid
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode, VolumeShadow
 from firefly_sample.scene.scene import Scene
@@ -176,7 +178,9 @@ def test_several_lights_or_one_twice_are_errors():
     second = ParticleNode("steam", [(0, 0, 2)], 0.1, 0.5)
     second.set_shadow(VolumeShadow(other))
     scene.root.attach_new_node(second)
-    with pytest.raises(SceneError, match="'puff' and 'steam' have different volume shadows"):
+    with pytest.raises(
+        SceneError, match=r"'puff' and 'steam' have different volume shadows.* the same light$"
+    ):
         build_plan(scene)
     sun = scene.root.find("sun").node()
     second.set_shadow(VolumeShadow(sun, darkness=0.5, tint=0.25))  # these are each particle's own
@@ -225,6 +229,32 @@ def test_attenuation_is_by_distance_from_the_light_or_its_plane():
     np.testing.assert_allclose(fades(), 1.0)
 
 
+def test_one_node_may_do_without_shadows_that_another_has():
+    scene = cloud_scene(puff())
+    other = ParticleNode("steam", [(0, 0, 2)], 0.1, 0.5)
+    other.set_shadow(replace(scene.root.find("puff").node().get_shadow(), enabled=False, show_texture=True))
+    scene.root.attach_new_node(other)
+    plan = build_plan(scene)
+    assert len(plan.volume) == 400
+    assert plan.volume.show
+    assert (plan.volume.rows[400:] == -1).all()
+    other.change_shadow(kernel="gaussian", power=3.0)
+    with pytest.raises(SceneError, match=r"give them the same kernel, power$"):
+        build_plan(scene)
+
+
+def test_only_what_leaves_the_sphere_of_all_is_told():
+    scene = cloud_scene(puff())  # around it a sphere of about 1.1
+    for place in ((0.5, 0, 0), (9, 0, 0), (0, 9, 0)):
+        node = ParticleNode("stray", [place], 0.2, 0.5)
+        node.set_shadow(scene.root.find("puff").node().get_shadow())
+        node.set_bounding_sphere(0.1)  # too small, but the other's holds the first one
+        scene.root.attach_new_node(node)
+    warnings = build_plan(scene).warnings
+    assert len(warnings) == 2
+    assert all("'stray': 1 of them" in warning for warning in warnings)
+
+
 def test_particles_are_drawn_from_back_to_front_among_dots():
     node = ParticleNode("c", [(0, 0, 0), (0, 2, 0), (0, 1, 0)], 0.1, 0.5)
     scene = cloud_scene(node, ground=False)
@@ -253,8 +283,33 @@ def test_slices_of_the_view_are_in_order(seed, slices):
     plan = build_plan(scene, Settings(particle_slices=slices))
     depth = plan.particles.positions[plan.particles.order, 1]
     assert sorted(plan.particles.order.tolist()) == list(range(300))
-    thickness = np.ptp(depth) / (slices or 2**32)
+    thickness = np.ptp(depth) / slices if slices else 2.0**-23 * depth.max()
     assert (np.diff(depth) <= thickness * (1 + 1e-9)).all()
+
+
+def test_what_is_far_away_leaves_the_order_of_what_is_near():
+    scene = cloud_scene(ParticleNode("c", ball_of(300), 0.1, 0.5))
+    scene.camera.node().lens = PerspectiveLens(fov=45, near=0.1, far=1e13)
+    order = build_plan(scene).particles.order
+    scene.root.attach_new_node(Sprites("star", [(0, 1e12, 0)], (1, 1, 1), 1e9))
+    np.testing.assert_array_equal(build_plan(scene).particles.order, [300, *order])
+    few = build_plan(scene, Settings(particle_slices=64)).particles.order
+    assert few[0] == 300
+    assert (few[1:100] != order[:99]).any()  # 64 slices of the particles alone
+
+
+@given(st.floats(-50.0, 50.0), st.floats(0.01, 20.0))
+def test_a_ball_counts_as_far_as_it_is_between_the_planes(y, radius):
+    scene = cloud_scene(ParticleNode("c", [(0, y, 0)], radius, 0.5), ground=False)
+    scene.camera.set_pos_hpr(0, 0, 0, 0, 0, 0)
+    scene.camera.node().lens = PerspectiveLens(fov=45, near=2.0, far=30.0)
+    seen = build_plan(scene).particles
+    expected = np.clip(0.5 + 0.5 * (y - 2.0) / radius, 0, 1) * np.clip(0.5 + 0.5 * (30.0 - y) / radius, 0, 1)
+    found = seen.optical_depths.sum() / math.log(2.0)
+    assert found == pytest.approx(expected, abs=1e-12)
+    if len(seen):
+        assert 2.0 < seen.drawn[0, 1] < 30.0
+        assert seen.drawn[0, 1] == pytest.approx(np.clip(y, 2.0, 30.0), abs=1e-3)
 
 
 def test_a_scene_without_particles_has_nothing_of_them():
@@ -330,7 +385,8 @@ def test_settings_that_contradict_are_refused():
 def test_nothing_is_gathered_twice_or_lost():
     scene = cloud_scene(puff(count=1000))
     cloud = gather_particles(_snapshot(scene), 0.0)
-    seen = see_particles(cloud, np.eye(4), np.zeros((0, 4)), np.zeros((0, 3)), Settings(), None)
+    lens = OrthographicLens(film_size=(9, 9), near=-9.0, far=9.0)
+    seen = see_particles(cloud, np.eye(4), lens, np.zeros((0, 3)), Settings(), None)
     assert len(cloud) == len(seen) == 1000
     assert (seen.rows == -1).all()
 

@@ -1,5 +1,7 @@
 """The scene smoke in a real window: its keys, and the light that a drag turns."""
 
+import numpy as np
+
 FEW = ("--particles", "300", "--particle-size", "3", "--swing", "0")
 
 
@@ -41,3 +43,16 @@ def test_a_drag_with_the_right_button_turns_the_light_and_not_the_camera(open_wi
     window.changed_from(turned)
     window.drag(2, (300, 200), (330, 210))  # the middle one moves the camera
     window.settled()
+
+
+def test_a_key_that_makes_the_scene_impossible_is_taken_back(open_window):
+    """A blur for which a tile has no room: the window says so, and goes on as before."""
+    window = open_window(*FEW, "--volume-tile", "64", "--shadow-blur", "25", scene="smoke")
+    before = window.pause()
+    window.key("b")  # 31.75: no room
+    window.changed_from(before)  # the message
+    window.key("d")  # and it goes on
+    assert window.process.poll() is None
+    window.wait_until("no message", lambda: np.array_equal(window.picture()[:150], window.settled()[:150]))
+    window.key("Escape")
+    assert window.finish()[0] == 0

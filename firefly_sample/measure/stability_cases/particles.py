@@ -75,11 +75,17 @@ def _opaque(bench: Bench, method: str) -> float:
 
 
 def _alone(bench: Bench, method: str) -> float:
-    """What one particle takes of its own light."""
-    node = ParticleNode("one", [(0.1, 0.2, 0.3)], 0.5, 0.9, (1.0, 1.0, 1.0))
-    bare = bench.draw(from_above(node), Settings(volume_shadows="none"))["radiance"]
-    shadowed = bench.draw(from_above(node), _settings(method))["radiance"]
-    return float(np.abs(bare - shadowed).max() / bare.max())
+    """What one opaque particle takes of its own light, large and small, with and without a blur."""
+    worst = 0.0
+    for radius, blur in ((0.5, 0.0), (0.02, 0.0), (0.02, 1.0), (0.05, 2.0), (0.3, 8.0)):
+        node = ParticleNode("one", [(0.1, 0.2, 0.3)], radius, 1.0, (1.0, 1.0, 1.0))
+        node.set_bounding_sphere(1.0)
+        scene = from_above(node)
+        node.change_shadow(blur=blur)
+        bare = bench.draw(scene, Settings(volume_shadows="none"))["radiance"]
+        shadowed = bench.draw(scene, _settings(method))["radiance"]
+        worst = max(worst, float(np.abs(bare - shadowed).max() / bare.max()))
+    return worst
 
 
 def _many(bench: Bench, method: str) -> float:
