@@ -34,8 +34,12 @@ def splat_rows(volume: Volume) -> Float32:
 
 
 def particle_records(particles: ParticleSet, volume: Volume | None) -> Float32:
-    """What a shader needs to light particles, as texels, shape (height, width * `RECORD_TEXELS`, 4)."""
-    width, height = particle_texels(len(particles))
+    """What a shader needs to light particles, as texels, shape (rows, width * `RECORD_TEXELS`, 4).
+
+    As wide as the texture of their light, and as many rows of it as they fill.
+    """
+    width = particle_texels(len(particles))[0]
+    height = -(-len(particles) // width)
     rows = np.zeros((width * height, RECORD_TEXELS, 4), dtype=np.float32)
     own = rows[: len(particles)]
     own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.fades

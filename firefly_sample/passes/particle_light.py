@@ -26,10 +26,11 @@ class ParticleLightPass(Pass):
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
         assert isinstance(step.variant, ParticleLightVariant)
-        images.draw_into()
+        framebuffer = images.draw_into()
         gpu.ctx.enable_only(moderngl.BLEND)
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
         records = particle_records(plan.particles, plan.volume)
+        framebuffer.viewport = (0, 0, framebuffer.size[0], len(records))  # what particles fill
         table = gpu.ctx.texture(records.shape[1::-1], 4, records.tobytes(), dtype="f4")
         table.filter = moderngl.NEAREST, moderngl.NEAREST
         try:

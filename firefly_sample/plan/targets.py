@@ -149,9 +149,17 @@ def stored_fractions(form: TargetFormat, values: NDArray[Any]) -> NDArray[np.flo
 
 
 def particle_texels(count: int) -> tuple[int, int]:
-    """Width and height of a texture with a texel for each particle, row by row."""
-    width = max(1, min(count, PARTICLE_ROW))
-    return width, max(1, -(-count // width))
+    """Width and height of a texture with a texel for each particle, row by row.
+
+    Powers of two, so that it stays while particles come into view and leave it.
+    """
+    width = min(_power_of_two(count), PARTICLE_ROW)
+    return width, _power_of_two(-(-count // width))
+
+
+def _power_of_two(number: int) -> int:
+    """The next one from a number on, at least 1."""
+    return 1 << max(number - 1, 0).bit_length()
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.renderer import SoftwareDriverWarning
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.settings import Settings
+from tests.clouds import cloud_scene, puff
 from tests.conftest import make_renderer
 from tests.scenes import ball, ball_scene, geom_node, wall_scene
 from tests.shadows import shadowed_scene
@@ -43,6 +44,7 @@ def test_no_gl_object_lives_after_release():
         for size in ((40, 30), (64, 48)):
             renderer.resize(size)
             renderer.render(ball_scene(10), 0.0, ("color", "id"))
+            renderer.render(cloud_scene(puff(50), blur=1.0, tint=0.5, show_texture=True), 0.0)
     with device:
         assert device.raw.count_objects() != before
         renderer._gpu.release()
@@ -70,6 +72,20 @@ def test_models_that_are_gone_free_their_buffers():
         assert {kind: n for kind, n in after.items() if kind in ("Buffer", "VertexArray", "Texture")} == {
             kind: n for kind, n in before.items() if kind in ("Buffer", "VertexArray", "Texture")
         }
+
+
+def test_particles_that_come_and_go_leave_nothing_behind():
+    """Any count of them, drawn again and again: as many GL objects as after the first frames."""
+    node = puff(50)
+    scene, counts = cloud_scene(node, blur=1.0), []
+    with make_renderer((16, 12)) as renderer:
+        for turn in range(18):
+            node.set_arrays(node.arrays.positions[: 50 - turn % 3], 0.1, 0.2, (1, 1, 1))
+            node.change_shadow(blur=float(turn % 2))
+            renderer.render(scene)
+            with renderer._device:
+                counts.append(renderer._device.raw.count_objects())
+    assert counts[6:12] == counts[12:18]
 
 
 def test_a_scene_that_is_gone_is_kept_by_nobody():
