@@ -13,7 +13,8 @@ from firefly_sample.gpu.light_rows import dot_rows
 from firefly_sample.plan.frame_plan import SpriteSet, View
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
-from firefly_sample.plan.volume import Volume, own_takings, splats
+from firefly_sample.plan.volume import Volume
+from firefly_sample.plan.volume_discs import own_takings, splats
 
 __all__ = ["RECORD_TEXELS", "particle_records", "particle_rows", "splat_rows"]
 

@@ -26,12 +26,9 @@ __all__ = [
     "Volume",
     "VolumeMethod",
     "VolumeView",
-    "blur_weights",
     "optical_depths",
-    "own_takings",
     "plan_volume",
     "slice_grid",
-    "splats",
     "volume_view",
 ]
 
@@ -43,10 +40,6 @@ MOST_OPAQUE = 1.0 - 2.0**-24
 shows."""
 GUARD = 2
 """Texels around a cloud in its tile, besides those that a blur needs: what a lookup between texels reads."""
-SMALLEST_SPLAT = 1.5
-"""Radius in texels of a disc in a slice."""
-SMALLEST_SPLAT = 1.5
-"""Radius in texels of a disc in a slice."""
 NEAREST = 1.001
 """Radii of a cloud: how near to its middle a spotlight may be."""
 
@@ -117,8 +110,6 @@ class Volume:
         Whether each colour has sums of its own.
     show : bool
         Whether the texture is drawn into the picture's corner.
-    light_place : ndarray of float64, shape (3,)
-        Of the light's node, in volume space.
     places : ndarray of float64, shape (n, 3)
         Of all particles, seen or not: texels across and up, and slices.
     radii : ndarray of float64, shape (n,)
@@ -139,7 +130,6 @@ class Volume:
     kernel: BlurKernel
     tinted: bool
     show: bool
-    light_place: Float64
     places: Float64
     radii: Float64
     strengths: Float64
@@ -263,52 +253,8 @@ def plan_volume(cloud: Cloud, settings: Settings) -> Volume | None:
         kernel=shadow.kernel,
         tinted=bool(tints.any()),
         show=shadow.show_texture,
-        light_place=place @ view.world_to_volume[:3, :3] + view.world_to_volume[3, :3],
         places=view.place(positions),
         radii=view.radii(positions, cloud.radii[chosen]),
         strengths=strengths * cloud.darkness[chosen, None],
         rows=np.where(chosen, np.cumsum(chosen) - 1, -1),
     )
-
-
-def splats(volume: Volume) -> tuple[Float64, Float64]:
-    """Radii in texels of the discs that are drawn into slices, and factors of their strengths, shape (n,).
-
-    A disc that would be smaller than `SMALLEST_SPLAT` is as large, and as much fainter.
-    """
-    radii = np.maximum(volume.radii, SMALLEST_SPLAT)
-    return radii, (volume.radii / radii) ** 2
-
-
-def own_takings(volume: Volume) -> Float64:
-    """What a lookup between texels at each particle's middle finds of the particle itself, shape (n, 3).
-
-    Its disc, weighed as the blur and the interpolation weigh texels around the middle.
-    """
-    radii, factors = splats(volume)
-    # texels that the lookup reaches, and no more than the largest disc has
-    reach = min(math.ceil(volume.blur), math.ceil(float(radii.max(initial=1.0)))) + 1
-    weights = np.pad(blur_weights(volume.blur, volume.kernel), reach + 2)
-    middle = len(weights) // 2
-    first = np.floor(volume.places[:, :2] - 0.5)
-    part = volume.places[:, :2] - 0.5 - first
-    offsets = np.arange(-reach + 1, reach + 1)  # from the texel below the middle
-    near, far = weights[middle + offsets], weights[middle + offsets - 1]
-    share = near * (1.0 - part[..., None]) + far * part[..., None]  # (n, 2, taps)
-    squares = (offsets - part[..., None]) ** 2 / radii[:, None, None] ** 2
-    found = np.zeros(len(volume))
-    for index in range(len(offsets)):
-        disc = np.maximum(1.0 - squares[:, 1, index, None] - squares[:, 0], 0.0) ** 2
-        found += share[:, 1, index] * (share[:, 0] * disc).sum(axis=1)
-    return np.asarray(volume.strengths * (factors * found)[:, None])
-
-
-def blur_weights(blur: float, kernel: BlurKernel) -> Float64:
-    """Weights of the texels from -ceil(blur) to ceil(blur); they sum to 1."""
-    reach = math.ceil(blur)
-    offsets = np.abs(np.arange(-reach, reach + 1.0))
-    if kernel == "gaussian" and blur > 0.0:
-        weights = np.where(offsets <= blur, np.exp(-2.0 * (offsets / blur) ** 2), 0.0)
-    else:
-        weights = np.clip(blur + 1.0 - offsets, 0.0, 1.0)
-    return np.asarray(weights / weights.sum())

@@ -12,7 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.volume import Volume, blur_weights, own_takings, splats
+from firefly_sample.plan.volume import Volume
+from firefly_sample.plan.volume_discs import blur_weights, own_takings, splats
 
 __all__ = ["exact_taken", "light_left", "slice_sums", "sliced_light"]
 

@@ -12,7 +12,8 @@ from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.particles import see_particles
-from firefly_sample.plan.volume import GUARD, MOST_OPAQUE, blur_weights, optical_depths, slice_grid
+from firefly_sample.plan.volume import GUARD, MOST_OPAQUE, optical_depths, slice_grid
+from firefly_sample.plan.volume_discs import blur_weights
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode, VolumeShadow
