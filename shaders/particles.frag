@@ -32,7 +32,8 @@ float surface_distance(ivec2 texel)
 #elif POSITION == 3
     float y = texelFetch(u_position, texel, 0).y;
 #else
-    float y = distance_from_depth(texelFetch(u_depth, texel, 0).r);
+    float depth = texelFetch(u_depth, texel, 0).r;
+    float y = distance_from_depth(depth);
 #endif
 #if POSITION == 0 || POSITION == 3
 #if ORTHOGRAPHIC
@@ -40,10 +41,12 @@ float surface_distance(ivec2 texel)
 #else
     bool covered = y != 0.0;
 #endif
-    return covered ? y : 3e38;
+#elif REVERSE
+    bool covered = depth > 0.0;
 #else
-    return y;
+    bool covered = depth < 1.0;
 #endif
+    return covered ? y : 3e38;
 }
 #endif
 

@@ -196,10 +196,12 @@ def _particles(needs: Needs, frame: _Passes) -> None:
     reads = frame.there("shadow_atlas", "volume_atlas")
     writes = ("particle_light",)
     frame.add("particle_light", needs.particles_in_view, light, reads=reads, writes=writes)
+    position = _surface_position(needs) if needs.drawn else "distance"
     variant = ParticleVariant(
         surfaces=needs.drawn,
-        position=_surface_position(needs) if needs.drawn else "distance",
+        position=position,
         orthographic=needs.orthographic,
+        reverse=needs.reverse and position == "depth",
     )
     reads = ("particle_light", *(_soft_place(needs) if needs.drawn else ()))
     frame.add("particles", needs.particles_in_view, variant, reads=reads, writes=("particles",))

@@ -179,7 +179,8 @@ def _particles() -> Iterator[Variant]:
     for flat in _BOTH:
         yield ParticleVariant(False, orthographic=flat)
         for position in get_args(Position):
-            yield ParticleVariant(True, position, flat)
+            for reverse in _BOTH if position == "depth" else (False,):
+                yield ParticleVariant(True, position, flat, reverse)
 
 
 def _resolve() -> Iterator[Variant]:

@@ -228,11 +228,15 @@ class ParticleLightVariant(Variant):
 
 @dataclass(frozen=True)
 class ParticleVariant(Variant):
-    """Particles and the dots among them; `surfaces` says whether there are any to end at softly."""
+    """Particles and the dots among them; `surfaces` says whether there are any to end at softly.
+
+    `reverse` is of a depth buffer that tells where they are: it is 0 where there is none, else 1.
+    """
 
     surfaces: bool = True
     position: Position = "distance"
     orthographic: bool = False
+    reverse: bool = False
 
 
 @dataclass(frozen=True)

@@ -241,6 +241,9 @@ def plan_volume(cloud: Cloud, settings: Settings) -> Volume | None:
     positions, alphas = cloud.positions[chosen], cloud.alphas[chosen, None]
     tints = cloud.tints[chosen, None]
     taken = alphas * (1.0 - tints * cloud.colors[chosen])  # of each colour
+    places = view.place(positions)
+    # a shader has depths in float32, and must find a particle in the slice into which it was put
+    places[:, 2] = places[:, 2].astype(np.float32)
     strengths = optical_depths(taken) if method == "optical_depth" else taken
     return Volume(
         light=light.name,
@@ -253,7 +256,7 @@ def plan_volume(cloud: Cloud, settings: Settings) -> Volume | None:
         kernel=shadow.kernel,
         tinted=bool(tints.any()),
         show=shadow.show_texture,
-        places=view.place(positions),
+        places=places,
         radii=view.radii(positions, cloud.radii[chosen]),
         strengths=strengths * cloud.darkness[chosen, None],
         rows=np.where(chosen, np.cumsum(chosen) - 1, -1),

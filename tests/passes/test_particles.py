@@ -253,19 +253,24 @@ def test_unsorted_particles_are_wrong_by_many_codes():
     assert wrong > 20.0
 
 
-def test_nothing_jumps_where_a_particle_crosses_the_near_or_the_far_plane():
-    values = []
-    for y in [*np.linspace(-1.0, 1.5, 60), *np.linspace(8.5, 11.5, 60)]:
+@pytest.mark.parametrize("position", [None, "linear32f", "depth32f", "depth24", "stored32f"])
+def test_nothing_jumps_where_a_particle_crosses_the_near_or_the_far_plane(position):
+    """With no surface at all, and with a floor beside it, wherever its position comes from."""
+    values, steps = [], 20 if position else 60
+    settings = Settings(**FINE, position=position or "linear32f")
+    for y in [*np.linspace(-1.0, 1.5, steps), *np.linspace(8.5, 11.5, steps)]:
         scene = unlit(ParticleNode("p", [(0, y, 0)], 1.0, 0.9, (1, 1, 1)), (0, 0, 0))
+        if position:
+            scene.root.attach_new_node(floor())
         scene.camera.set_pos(0, 0, 0)
         scene.camera.node().lens = PerspectiveLens(fov=45, near=0.1, far=10.0)
-        drawn, expected = compared(scene, size=(33, 25))
-        np.testing.assert_allclose(drawn, expected, atol=2e-5)
+        drawn, expected = compared(scene, settings, size=(33, 25))
+        np.testing.assert_allclose(drawn, expected, atol=2e-4 if position == "depth24" else 2e-5)
         values.append(drawn[12, 16, 0])
-    near, far = values[:60], values[60:]
+    near, far = values[:steps], values[steps:]
     assert near[0] == 0.0
     assert near[-1] > 0.85
     assert far[0] > 0.85
     assert far[-1] == 0.0
-    assert np.abs(np.diff(near)).max() < 0.06
-    assert np.abs(np.diff(far)).max() < 0.08
+    assert np.abs(np.diff(near)).max() < 3.5 / steps
+    assert np.abs(np.diff(far)).max() < 4.5 / steps

@@ -194,6 +194,16 @@ def test_one_particle_does_not_shadow_itself(radius, shadow):
             np.testing.assert_allclose(shares(plan, light), 1.0, atol=2e-5)
 
 
+@pytest.mark.parametrize("slices", [8, 64])
+def test_a_particle_in_the_middle_of_its_own_sphere_does_not_shadow_itself(slices):
+    """It lies where two slices meet: rounding must not put it into one, to be looked up from the other."""
+    settings = Settings(volume_slices=slices, volume_tile=32)
+    for place in np.random.default_rng(1).normal(size=(40, 3)) * 0.4:
+        scene = cloud_scene(ParticleNode("c", [place], 0.05 + abs(place[0]), 1.0))
+        plan, _, light, _ = drawn(scene, settings, ("volume_atlas", "radiance"), (8, 6))
+        np.testing.assert_allclose(shares(plan, light), 1.0, atol=2e-5)
+
+
 def test_particles_in_one_slice_share_its_light():
     """In a sheet in a slice's middle nobody is before anybody: each keeps what half of the others leave."""
     middle = -0.5 / 32
