@@ -32,6 +32,7 @@ __all__ = [
     "VolumeShadows",
     "Window",
     "preset_with",
+    "to_number",
 ]
 
 Look = Literal["correct", "classic"]
@@ -257,7 +258,7 @@ class Settings:
             value = getattr(self, name)
             if value is None and name in _MAY_BE_ABSENT:
                 continue
-            number = _number(value)
+            number = to_number(value)
             if not low <= number <= high:
                 raise SettingsError(
                     f"setting {name!r} must be a number of {low:g} to {high:g}; got {value!r}"
@@ -271,7 +272,7 @@ class Settings:
                 raise SettingsError(
                     f"setting {name!r} must be a whole number of {first} to {last}; got {value!r}"
                 )
-        exposure = _number(self.exposure)
+        exposure = to_number(self.exposure)
         if not 0.0 < exposure <= 1e30:
             raise SettingsError(f"setting 'exposure' must be above 0, at most 1e30; got {self.exposure!r}")
         object.__setattr__(self, "exposure", exposure)
@@ -377,7 +378,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 """What differs from the defaults, which are "balanced": the fastest that looks right, the most accurate."""
 
 
-def _number(value: Any) -> float:
+def to_number(value: Any) -> float:
     """As a float; NaN where it is none."""
     try:
         return float(value)

@@ -61,6 +61,13 @@ def puff(count=400, radius=0.12, alpha=0.15, seed=0, colors=(0.8, 0.5, 0.3)):
     return ParticleNode("puff", ball_of(count, seed), radius, alpha, colors)
 
 
+def light_on(renderer, plan):
+    """The radiance of each particle of the plan that was drawn last, shape (n, 3)."""
+    with renderer._device:
+        texels = renderer._gpu.images.texture(plan, "particle_light").read()
+    return np.frombuffer(texels, np.float32).reshape(-1, 4)[: len(plan.particles), :3].astype(np.float64)
+
+
 def volume_of(scene, settings=None):
     """The volume shadow in the plan of a scene."""
     return build_plan(scene, settings or Settings(), (64, 48)).volume

@@ -10,7 +10,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.geometry import Drawable, draw_surface, make_drawable
-from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table, shining
+from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table, shadow_textures, shining
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ForwardVariant
@@ -51,16 +51,11 @@ class ForwardPass(Pass):
         ready, self._ready = self._ready, []
         for lights, variant, surfaces in ready:
             uniforms: dict[str, object] = {}
-            textures: dict[str, moderngl.Texture] = {}
+            textures = shadow_textures(gpu, plan, images, variant)
             if lights is not None:
                 textures["u_lights"] = light_table(gpu, plan, lights, variant)
                 uniforms["u_light_count"] = len(lights)
                 gpu.lights_drawn += len(lights)
-            if variant.taps:
-                textures["u_shadow_atlas"] = images.read("shadow_atlas")
-                textures["u_shadow_maps"] = gpu.shadow_table(plan)
-            if variant.volume:
-                textures["u_volume_atlas"] = images.read("volume_atlas")
             flags = moderngl.DEPTH_TEST | (moderngl.NOTHING if variant.first else moderngl.BLEND)
             framebuffer.depth_mask = variant.first
             try:

@@ -36,6 +36,7 @@ __all__ = [
     "joined_sets",
     "light_table",
     "method_for",
+    "shadow_textures",
     "shining",
     "variant_for",
 ]
@@ -164,6 +165,19 @@ def draw_volumes(
     gpu.ctx.wireframe = False
     gpu.ctx.cull_face = "back"
     gpu.ctx.depth_func = "<"
+
+
+def shadow_textures(
+    gpu: Gpu, plan: FramePlan, images: BoundImages, variant: ForwardVariant | ParticleLightVariant
+) -> dict[str, moderngl.Texture]:
+    """What a shader looks shadows up in, of surfaces and of particles, as far as its variant does."""
+    textures: dict[str, moderngl.Texture] = {}
+    if variant.taps:
+        textures["u_shadow_atlas"] = images.read("shadow_atlas")
+        textures["u_shadow_maps"] = gpu.shadow_table(plan)
+    if variant.volume:
+        textures["u_volume_atlas"] = images.read("volume_atlas")
+    return textures
 
 
 def joined_sets(plan: FramePlan, most: int) -> list[LightSet | None]:

@@ -10,7 +10,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.particle_rows import particle_records
 from firefly_sample.passes.base import Pass
-from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table, shining
+from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table, shadow_textures, shining
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ParticleLightVariant
@@ -50,14 +50,7 @@ class ParticleLightPass(Pass):
         table: moderngl.Texture,
     ) -> None:
         program = gpu.programs.get(self.name, variant, images.color_names(), vertex="fullscreen")
-        textures, uniforms = {"u_particles": table}, {}
-        if variant.taps:
-            textures |= {
-                "u_shadow_atlas": images.read("shadow_atlas"),
-                "u_shadow_maps": gpu.shadow_table(plan),
-            }
-        if variant.volume:
-            textures["u_volume_atlas"] = images.read("volume_atlas")
+        textures, uniforms = shadow_textures(gpu, plan, images, variant) | {"u_particles": table}, {}
         if lights is not None:
             textures["u_lights"] = light_table(gpu, plan, lights, variant)
             uniforms["u_light_count"] = len(lights)

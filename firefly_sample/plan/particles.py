@@ -88,7 +88,7 @@ def see_particles(
         radii=radii,
         optical_depths=optical_depths(cloud.alphas[chosen]) * share,
         colors=cloud.colors[chosen],
-        fades=_fades(cloud)[chosen],
+        fades=_fades(cloud, chosen),
         rows=np.asarray(rows[chosen], dtype=np.intp),
         order=_order(positions, dots, axis, settings.particle_slices),
     )
@@ -107,18 +107,19 @@ def _between_planes(positions: Float64, radii: Float64, near: float, far: float)
     return drawn, share
 
 
-def _fades(cloud: Cloud) -> Float64:
+def _fades(cloud: Cloud, chosen: NDArray[np.intp]) -> Float64:
     """1 / max(distance^power, 1), of the distance from the light or from the plane through it."""
     shadow, net = cloud.shadow, cloud.shadow_net
-    fades = np.ones(len(cloud))
+    fades = np.ones(len(chosen))
     if shadow is None or net is None or shadow.attenuation == "none":
         return fades
-    offsets = cloud.positions[cloud.named] - net[3, :3]
+    named = cloud.named[chosen]
+    offsets = cloud.positions[chosen[named]] - net[3, :3]
     if shadow.attenuation == "plane":
         distances = np.abs(offsets @ light_direction(shadow.light, net))
     else:
         distances = lengths(offsets)
-    fades[cloud.named] = np.maximum(distances, 1.0) ** -shadow.power
+    fades[named] = np.maximum(distances, 1.0) ** -shadow.power
     return fades
 
 

@@ -11,11 +11,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.frame_plan import FramePlan, SpriteSet, View
+from firefly_sample.plan.frame_plan import FramePlan, View
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.reference.one_light import OneLight
 from firefly_sample.reference.shade import each_light
-from firefly_sample.reference.sprites import Square, square_of
+from firefly_sample.reference.sprites import add_sprite, square_of
 from firefly_sample.reference.volume import exact_taken, light_left
 
 __all__ = ["Lit", "add_particles", "particle_light"]
@@ -74,7 +74,7 @@ def add_particles(
         order = np.argsort(-depths, kind="stable")
     for index in order.tolist():
         if index >= count:
-            _add_dot(radiance, dots, index - count, plan.view, distance)
+            add_sprite(radiance, dots, index - count, plan.view, distance)
         else:
             _add_particle(radiance, particles, index, plan.view, distance, light[index])
 
@@ -91,11 +91,3 @@ def _add_particle(
     depth = particles.optical_depths[index] * square.fainter * square.profile() * before
     opacity = -np.expm1(-depth)[..., None]
     radiance[square.box] += opacity * (light - radiance[square.box])
-
-
-def _add_dot(radiance: Float64, dots: SpriteSet, index: int, view: View, distance: Float64) -> None:
-    square: Square | None = square_of(view, dots.positions[index], float(dots.radii[index]))
-    if square is not None:
-        hidden = distance[square.box] < dots.positions[index, 1]
-        strength = np.where(hidden, 0.0, square.profile() * square.fainter)
-        radiance[square.box] += strength[..., None] * dots.colors[index]

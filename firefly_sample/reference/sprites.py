@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.frame_plan import SpriteSet, View
 
-__all__ = ["SMALLEST", "Square", "add_sprites", "square_of"]
+__all__ = ["SMALLEST", "Square", "add_sprite", "add_sprites", "square_of"]
 
 Float64 = NDArray[np.float64]
 
@@ -82,11 +82,17 @@ def add_sprites(radiance: Float64, dots: SpriteSet, view: View, distance: Float6
         Of the surfaces along the view axis, infinite where there is none: a dot is hidden by what is nearer
         than its centre.
     """
-    for place, color, radius in zip(dots.positions, dots.colors, dots.radii.tolist(), strict=True):
-        square = square_of(view, place, radius)
-        if square is not None:
-            strength = np.where(distance[square.box] >= place[1], square.profile(), 0.0)
-            radiance[square.box] += strength[..., None] * (color * square.fainter)
+    for index in range(len(dots)):
+        add_sprite(radiance, dots, index, view, distance)
+
+
+def add_sprite(radiance: Float64, dots: SpriteSet, index: int, view: View, distance: Float64) -> None:
+    """Add one of the dots; see `add_sprites`."""
+    place, color = dots.positions[index], dots.colors[index]
+    square = square_of(view, place, float(dots.radii[index]))
+    if square is not None:
+        strength = np.where(distance[square.box] >= place[1], square.profile(), 0.0)
+        radiance[square.box] += strength[..., None] * (color * square.fainter)
 
 
 def _span(middle: float, half: float, count: int) -> range:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
@@ -16,6 +15,7 @@ from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.random import check_seed
 from firefly_sample.scene.rows import Column, checked_rows
 from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.settings import to_number
 
 __all__ = [
     "BlurKernel",
@@ -119,7 +119,7 @@ class VolumeShadow:
                 f"{type(self.light).__name__}"
             )
         for name, high in (("blur", WIDEST_BLUR), ("darkness", 1e6), ("tint", 1.0), ("power", 16.0)):
-            value = _number(getattr(self, name))
+            value = to_number(getattr(self, name))
             if not 0.0 <= value <= high:
                 raise SceneError(
                     f"volume shadow of light {self.light.name!r}: {name} must be a number of 0 to {high:g}, "
@@ -261,8 +261,8 @@ class ParticleNode(PandaNode):
         if radius is None:
             self._sphere = None
         else:
-            middle = np.array([_number(value) for value in np.ravel(np.asarray(center, dtype=object))])
-            size = _number(radius)
+            middle = np.array([to_number(value) for value in np.ravel(np.asarray(center, dtype=object))])
+            size = to_number(radius)
             if not 0.0 < size <= 1e18:
                 raise SceneError(
                     f"particles {self.name!r}: bounding radius must be a number above 0, at most 1e18, "
@@ -296,11 +296,3 @@ class ParticleNode(PandaNode):
             Column("colors", colors, 3, (("color is not 0 to 1", lambda c: ~((c >= 0.0) & (c <= 1.0))),)),
         )
         return ParticleArrays(*checked_rows(f"particles {self.name!r}", SceneError, positions, columns))
-
-
-def _number(value: Any) -> float:
-    """As a float; NaN where it is none."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return math.nan

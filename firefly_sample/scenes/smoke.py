@@ -200,7 +200,6 @@ class SmokeScene(Scene):
         self._light = DirectionalLight("light", LIGHT)
         self._light_path = root.attach_new_node(self._light)
         self._values = {parameter.name: parameter.default for parameter in _PARAMETERS}
-        self._cloud: Cloud | None = None
         # the node calls what it is given, which knows no node: no cycle keeps them alive
         self._puffs = _Puffs()
         self._particles = ParticleNode("cloud", function=self._puffs.at)

@@ -12,7 +12,7 @@ from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import CHOICES, Settings
-from tests.clouds import ball_of, cloud_scene, floor, puff
+from tests.clouds import ball_of, cloud_scene, floor, light_on, puff
 from tests.conftest import make_renderer
 
 FINE = {"normals": "rgba32f", "albedo": "rgba32f"}
@@ -134,18 +134,14 @@ def test_particles_are_lit_by_every_kind_of_light():
     with make_renderer((64, 48), settings) as renderer:
         plan = renderer.plan(scene, 0.0, ("radiance",))
         renderer.draw(plan)
-        with renderer._device:
-            texels = renderer._gpu.images.texture(plan, "particle_light").read()
-    found = np.frombuffer(texels, np.float32).reshape(-1, 4)[: len(plan.particles), :3]
+        found = light_on(renderer, plan)
     expected = particle_light(plan)
     assert np.percentile(np.abs(found - expected), 90) < 0.01  # slices err a little
     scene.root.find("sun").hide()
     with make_renderer((64, 48), settings) as renderer:
         plan = renderer.plan(scene, 0.0, ("radiance",))
         renderer.draw(plan)
-        with renderer._device:
-            texels = renderer._gpu.images.texture(plan, "particle_light").read()
-    found = np.frombuffer(texels, np.float32).reshape(-1, 4)[: len(plan.particles), :3]
+        found = light_on(renderer, plan)
     np.testing.assert_allclose(found, particle_light(plan), atol=1e-6, rtol=1e-5)
 
 
@@ -166,9 +162,7 @@ def test_a_wall_keeps_a_shadow_casting_light_from_particles():
     with make_renderer((64, 48)) as renderer:
         plan = renderer.plan(scene, 0.0, ("radiance",))
         renderer.draw(plan)
-        with renderer._device:
-            texels = renderer._gpu.images.texture(plan, "particle_light").read()
-    lit, dark = np.frombuffer(texels, np.float32).reshape(-1, 4)[:2, 0]
+        lit, dark = light_on(renderer, plan)[:, 0]
     assert lit > 1.0
     assert dark < 0.1
 
@@ -223,16 +217,14 @@ def pops(settings, steps=8, start=20.0):
             orbit(scene, start + degree)
             plan = renderer.plan(scene, 0.0, ("radiance", "position"))
             frame = renderer.draw(plan)
-            with renderer._device:
-                texels = renderer._gpu.images.texture(plan, "particle_light").read()
-            light = np.frombuffer(texels, np.float32).reshape(-1, 4)[: len(plan.particles), :3]
+            light = light_on(renderer, plan)
             # the same light, and the same surfaces: the order alone differs
             layer = np.zeros((90, 120, 3))
             y = frame["position"][..., 1].astype(np.float64)
             distance = np.where(np.isfinite(y), y, np.inf)
-            add_particles(layer, plan, distance, light.astype(np.float64))
+            add_particles(layer, plan, distance, light)
             same = np.zeros((90, 120, 3))
-            add_particles(same, plan, distance, light.astype(np.float64), plan.particles.order)
+            add_particles(same, plan, distance, light, plan.particles.order)
             exact = frame["radiance"] - same + layer
             pictures.append((codes(frame["radiance"].astype(np.float64)), codes(np.maximum(exact, 0.0))))
     drawn, exact = (np.array(column) for column in zip(*pictures, strict=True))
