@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.assets import model_path
-from firefly_sample.errors import ParameterError
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
@@ -25,6 +24,7 @@ from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
 from firefly_sample.scenes.forest_mist import MIST_SEED, mist_at
 from firefly_sample.scenes.parts import find_part, set_visible
+from firefly_sample.scenes.plugin import Plugin, check_live
 
 __all__ = ["ForestScene", "scene"]
 
@@ -185,10 +185,7 @@ class ForestScene(Scene):
         ParameterError
             If there is no such parameter or the value is wrong.
         """
-        declared = {parameter.name: parameter for parameter in _PARAMETERS}
-        if name not in declared:
-            raise ParameterError(f"scene 'forest' has no parameter {name!r}: it has {', '.join(declared)}")
-        checked = declared[name].check(value, "forest")
+        checked = check_live("forest", _PARAMETERS, name, value)
         if name == "ambient":
             self._set_ambient(checked)
         elif name == "mist":
@@ -207,19 +204,7 @@ class ForestScene(Scene):
         set_visible(self._haze_path, ambient > 0.0)
 
 
-class _Plugin:
-    """What the entry point names."""
-
-    name = "forest"
-    summary = "A forest clearing at night, lit by fireflies."
-    parameters = _PARAMETERS
-
-    def build(self, **parameters: Any) -> ForestScene:
-        """A new scene; see `parameters`."""
-        return ForestScene(**parameters)
-
-
-scene = _Plugin()
+scene = Plugin("forest", "A forest clearing at night, lit by fireflies.", _PARAMETERS, ForestScene)
 
 
 def _scaled(color: tuple[float, float, float], factor: float) -> tuple[float, float, float]:

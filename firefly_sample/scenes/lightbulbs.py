@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.assets import model_path
-from firefly_sample.errors import ParameterError
 from firefly_sample.scene.falloff import Attenuation
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
@@ -28,6 +27,7 @@ from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes.parts import find_part, set_visible
+from firefly_sample.scenes.plugin import Plugin, check_live
 
 __all__ = ["LightbulbsScene", "scene"]
 
@@ -188,13 +188,7 @@ class LightbulbsScene(Scene):
         ParameterError
             If there is no such parameter, it is not live, or the value is wrong.
         """
-        live = {parameter.name: parameter for parameter in _PARAMETERS if parameter.live}
-        if name not in live:
-            raise ParameterError(
-                f"scene 'lightbulbs' has no live parameter {name!r}: it has {', '.join(live)}; "
-                "the others need a new scene"
-            )
-        checked = live[name].check(value, "lightbulbs")
+        checked = check_live("lightbulbs", _PARAMETERS, name, value)
         if name == "bulbs":
             self._bulbs.on = checked
             set_visible(self._lights, checked)
@@ -222,19 +216,12 @@ class LightbulbsScene(Scene):
                 path.set_pos(*place)
 
 
-class _Plugin:
-    """What the entry point names."""
-
-    name = "lightbulbs"
-    summary = "A grid of cats under a grid of coloured light bulbs, with planets and a sun."
-    parameters = _PARAMETERS
-
-    def build(self, **parameters: Any) -> LightbulbsScene:
-        """A new scene; see `parameters`."""
-        return LightbulbsScene(**parameters)
-
-
-scene = _Plugin()
+scene = Plugin(
+    "lightbulbs",
+    "A grid of cats under a grid of coloured light bulbs, with planets and a sun.",
+    _PARAMETERS,
+    LightbulbsScene,
+)
 
 
 def _grid(index: Any, count: int) -> Any:

@@ -17,6 +17,7 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode, VolumeShadow
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
+from firefly_sample.scenes.plugin import Plugin, check_live
 from firefly_sample.scenes.smoke_cloud import LARGEST_PUFF, REACH, Cloud
 
 __all__ = ["SmokeScene", "scene"]
@@ -218,11 +219,8 @@ class SmokeScene(Scene):
         ParameterError
             If there is no such parameter or the value is wrong.
         """
-        declared = {parameter.name: parameter for parameter in _PARAMETERS}
-        if name not in declared:
-            raise ParameterError(f"scene 'smoke' has no parameter {name!r}: it has {', '.join(declared)}")
         before = self._values
-        self._values = before | {name: declared[name].check(value, "smoke")}
+        self._values = before | {name: check_live("smoke", _PARAMETERS, name, value)}
         try:
             self._apply(name)
         except SceneError:
@@ -311,19 +309,12 @@ class _Puffs:
         return self.cloud.at(time)
 
 
-class _Plugin:
-    """What the entry point names."""
-
-    name = "smoke"
-    summary = "A cloud of smoke that shadows itself and the floor, in a light that swings."
-    parameters = _PARAMETERS
-
-    def build(self, **parameters: Any) -> SmokeScene:
-        """A new scene; see `parameters`."""
-        return SmokeScene(**parameters)
-
-
-scene = _Plugin()
+scene = Plugin(
+    "smoke",
+    "A cloud of smoke that shadows itself and the floor, in a light that swings.",
+    _PARAMETERS,
+    SmokeScene,
+)
 
 
 def _floor() -> GeomNode:
