@@ -204,7 +204,8 @@ class Frame:
     milliseconds : dict of str to float
         Time of each pass, in drawing order; see `firefly_sample.gpu.timers`.
     shaded : int or None
-        Fragments that the passes of light shaded, where the renderer was told to count them.
+        What the passes of light shaded, where the renderer was told to count: fragments, and of clusters the
+        lights in the lists of all pixels.
     lights : LightCounts
         Lights in the scene, in view and dropped.
     driver : str

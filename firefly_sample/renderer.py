@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from types import TracebackType
 
+import numpy as np
+
 from firefly_sample.errors import GpuError
 from firefly_sample.frame import Frame, LightCounts, check_size
 from firefly_sample.gpu.device import Device
@@ -39,6 +41,7 @@ from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.light_set import PASS_OF_KIND
 from firefly_sample.readback import Surface, read_images
+from firefly_sample.reference.clusters import list_lengths
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
@@ -91,7 +94,8 @@ class Renderer:
     require_gpu : bool
         Refuse a software driver instead of warning about it.
     count_fragments : bool
-        Count the fragments that the passes of light shade, in `Frame.shaded`.
+        Count what the passes of light shade, in `Frame.shaded`: fragments, and of clusters, whose fragments
+        walk lists, the lights in these. It reads the G-buffer back.
     window : bool
         Draw with the context of the window that is current in this thread.
 
@@ -217,6 +221,8 @@ class Renderer:
         with self._device:
             milliseconds, shaded = self._draw_passes(plan)
             self._drawn = plan
+            if self.count_fragments and plan.clusters:
+                shaded = (shaded or 0) + self._count_walked(plan)
             images = (
                 read_images(plan, lambda name: self._gpu.images.texture(plan, name).read()) if read else {}
             )
@@ -257,13 +263,23 @@ class Renderer:
             for step in plan.passes:
                 made, images = self._passes[step.name], BoundImages(gpu.images, plan, step)
                 made.prepare(gpu, plan, step, images)
-                counted = self.count_fragments and step.name in LIGHT_PASSES
+                walked = getattr(step.variant, "method", None) == "clustered"
+                counted = self.count_fragments and step.name in LIGHT_PASSES and not walked
                 with gpu.timers.measure(step.name, count=counted):
                     made.draw(gpu, plan, step, images)
         finally:
             gpu.end()
         self._device.check(f"the frame at time {plan.time:g}")
         return gpu.timers.collect()
+
+    def _count_walked(self, plan: FramePlan) -> int:
+        """How many lights the pixels' cells hold: what one fragment of clusters shades."""
+        every = 2 if plan.settings.light_resolution == "half" else 1
+        distance = Surface(plan, lambda name: self._gpu.images.texture(plan, name).read()).distance()
+        height, width = distance.shape
+        seen = distance[::-1][::every, ::every]
+        row, column = np.mgrid[:height:every, :width:every]
+        return sum(int(list_lengths(clusters, column, row, seen).sum()) for clusters in plan.clusters)
 
     def surface(self, plan: FramePlan) -> Surface:
         """The G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.

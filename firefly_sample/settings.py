@@ -43,7 +43,7 @@ NormalFormat = Literal["oct16", "rgb10a2", "rgba8", "oct8", "rgba16f", "rgba32f"
 AlbedoFormat = Literal["sqrt10", "sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"]
 Interpolation = Literal["rasterizer", "float64"]
 Accumulation = Literal["rgba32f", "rgba16f", "r11g11b10f", "rgba8"]
-LightMethod = Literal["volumes", "fullscreen", "loop", "forward"]
+LightMethod = Literal["auto", "volumes", "clustered", "fullscreen", "loop", "forward"]
 VolumeProxy = Literal["cube", "icosphere0", "icosphere1", "icosphere2", "icosphere3"]
 LightResolution = Literal["full", "half"]
 Tone = Literal["exponential", "none"]
@@ -137,10 +137,14 @@ class Settings:
         The target that lights are added up in. 500 lights lose 1e-6 in "rgba32f" (16 bytes a pixel), up to
         12% in "rgba16f" (8) on a driver that truncates, half in "r11g11b10f" (4), and nearly everything that
         is dim in "rgba8" (4), which also clips at 1. docs/numerics.md tells how these figures come about.
-    lights : {"volumes", "fullscreen", "loop", "forward"}
-        One instanced draw of volumes; one full-screen pass a light; one full-screen pass that loops
-        over all lights; or no G-buffer at all: every fragment is shaded by every light as it is drawn, seen
-        or not. The picture is the same; the last three are there to be measured.
+    lights : {"auto", "volumes", "clustered", "fullscreen", "loop", "forward"}
+        How lights find their pixels. "volumes" is one instanced draw of volumes, a fragment for each light.
+        "clustered" cuts the view into tiles and depth slices, lists which lights may reach each cell, and
+        walks a pixel's list at once: half the pairs of pixel and light, and one read of the G-buffer for all.
+        "auto" estimates for each frame which of the two is cheaper. "fullscreen" is a full-screen pass a
+        light; "loop" is one full-screen pass that walks all lights; "forward" has no G-buffer at all: every
+        fragment is shaded by every light as it is drawn, seen or not. The picture is the same; the last three
+        are there to be measured.
     volume_proxy : {"cube", "icosphere0", "icosphere1", "icosphere2", "icosphere3"}
         The mesh drawn for a light that reaches in all directions: 12, 20, 80, 320 or 1280 triangles, which
         cover 91, 21, 6, 1.7 or 0.4 per cent more than the sphere. The picture is the same: few triangles
@@ -224,7 +228,7 @@ class Settings:
     albedo: AlbedoFormat = "sqrt10"
     interpolation: Interpolation = "rasterizer"
     accumulation: Accumulation = "rgba32f"
-    lights: LightMethod = "volumes"
+    lights: LightMethod = "auto"
     volume_proxy: VolumeProxy = "icosphere1"
     light_resolution: LightResolution = "full"
     volume_depth_test: bool = True

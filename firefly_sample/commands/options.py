@@ -44,7 +44,7 @@ SETTINGS_HELP = {
     "albedo": "How base colours are stored.",
     "interpolation": "How normals and distances get from corners to pixels: float64 mends thin triangles.",
     "accumulation": "What lights are added up in.",
-    "lights": "Volumes, a full-screen pass a light, one pass that loops over all, or forward shading.",
+    "lights": "Volumes, cells with lists of lights, the cheaper of both, or what is there to be measured.",
     "volume_proxy": "The mesh drawn for a light's sphere: fewer triangles, or fewer fragments.",
     "light_resolution": "Light every pixel, or every second one across and down and spread it.",
     "volume_depth_test": "Shade light volumes only where they end behind the surface.",

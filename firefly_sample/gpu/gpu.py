@@ -14,6 +14,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import Images
 from firefly_sample.gpu.light_rows import shadow_rows
 from firefly_sample.gpu.programs import Program, Programs
+from firefly_sample.gpu.tables import Tables
 from firefly_sample.gpu.timers import Timers
 from firefly_sample.gpu.uploads import Uploads
 from firefly_sample.plan.frame_plan import FramePlan
@@ -30,6 +31,7 @@ class Gpu:
         self.programs = Programs(device.ctx)
         self.uploads = Uploads(device.ctx)
         self.corners = CornerTables(device.ctx)
+        self.tables = Tables(device.ctx)
         self.images = Images(device)
         self.timers = Timers(device)
         self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
@@ -41,7 +43,7 @@ class Gpu:
     def begin(self, plan: FramePlan) -> None:
         """Bring targets and uniform blocks up to date for a frame, and free what is gone."""
         self.lights_drawn = 0
-        self._drop_shadow_table()
+        self._shadow_table = None
         self.uploads.sweep()
         self.images.prepare(plan)
         blocks = {"View": view_values(plan.view), "Shading": shading_values(plan)}
@@ -91,22 +93,13 @@ class Gpu:
         return kept[1]
 
     def shadow_table(self, plan: FramePlan) -> moderngl.Texture:
-        """What shaders need to look up a frame's shadow maps, a row of texels a map; made once a frame."""
+        """What shaders need to look up a frame's shadow maps, a row of texels a map; written once a frame."""
         if self._shadow_table is None:
-            rows = shadow_rows(plan.shadows, plan.view)
-            size = (rows.shape[1], rows.shape[0])
-            self._shadow_table = self.ctx.texture(size, 4, rows.tobytes(), dtype="f4")
-            self._shadow_table.filter = moderngl.NEAREST, moderngl.NEAREST
+            self._shadow_table = self.tables.write("shadow maps", shadow_rows(plan.shadows, plan.view))
         return self._shadow_table
-
-    def _drop_shadow_table(self) -> None:
-        if self._shadow_table is not None:
-            self._shadow_table.release()
-            self._shadow_table = None
 
     def release(self) -> None:
         """Free everything but the device."""
-        self._drop_shadow_table()
         for _, array in self._arrays.values():
             array.release()
         for buffer in (*self._streams.values(), *self._blocks.values()):
@@ -114,5 +107,5 @@ class Gpu:
         self._arrays.clear()
         self._streams.clear()
         self._blocks.clear()
-        for part in (self.uploads, self.corners, self.images, self.programs, self.timers):
+        for part in (self.uploads, self.corners, self.tables, self.images, self.programs, self.timers):
             part.release()

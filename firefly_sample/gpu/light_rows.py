@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.gpu.records import record_fields
+from firefly_sample.gpu.records import ROW, record_fields
 from firefly_sample.plan.frame_plan import SpriteSet, View
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.shadows import ShadowPlan
@@ -76,14 +76,13 @@ def light_rows(record: str, defines: dict[str, int], lights: LightSet, view: Vie
         return rows.astype(np.float32)
 
 
-def light_texels(rows: Float32, width: int) -> Float32:
-    """Records as texels of a texture `width` wide, in which no record wraps: shape (height, width, 4)."""
+def light_texels(rows: Float32) -> Float32:
+    """Records as texels, `ROW` of them in a row: shape (height, ROW * fields, 4)."""
     count, fields = rows.shape[:2]
-    per_row = width // fields
-    height = max(1, -(-count // per_row))
-    texels = np.zeros((height, per_row, fields, 4), dtype=np.float32)
-    texels.reshape(-1, fields, 4)[:count] = rows
-    return texels.reshape(height, per_row * fields, 4)
+    height = max(1, -(-count // ROW))
+    texels = np.zeros((height * ROW, fields, 4), dtype=np.float32)
+    texels[:count] = rows
+    return texels.reshape(height, ROW * fields, 4)
 
 
 def _beside(values: Float64, *more: Float64) -> Float64:

@@ -14,7 +14,7 @@ from firefly_sample.plan.light_set import LightKind
 from firefly_sample.plan.variants import LightVariant
 from firefly_sample.plan.variants import defines as defines_of
 
-__all__ = ["RECORDS", "RECORD_OF_KIND", "Field", "record_dtype", "record_fields", "record_glsl"]
+__all__ = ["RECORDS", "RECORD_OF_KIND", "ROW", "Field", "record_dtype", "record_fields", "record_glsl"]
 
 
 class Field(NamedTuple):
@@ -46,7 +46,10 @@ _CONE = Field(
 )
 _SHADOW = Field("shadow", "TAPS", "first shadow map, how many")
 
-LOOP = defines_of(LightVariant(method="loop"))["METHOD"]
+ROW = 256
+"""Records in a row of their texture: a power of two, which shaders need not divide by."""
+_FETCHED = {defines_of(LightVariant(method=method))["METHOD"] for method in ("loop", "clustered")}
+"""Methods whose shaders fetch lights by their number."""
 
 RECORDS: dict[str, tuple[Field, ...]] = {
     "PointLight": (_PLACE, _PIXEL, _COLOR, _SPECULAR, _FADE, _SHADOW),
@@ -79,11 +82,11 @@ def record_glsl(record: str, defines: dict[str, int], stage: str) -> str:
     ----------
     stage : {"vert", "frag"}
         A vertex shader gets attributes ``in_<name>`` and `send_light`, which hands them on; a fragment shader
-        the struct `Light` and `receive_light` or, where the define METHOD is `LOOP`, `fetch_light`.
+        the struct `Light` and `receive_light` or, where one shader walks many lights, `fetch_light`.
     """
     fields = record_fields(record, defines)
     names = [field.name for field in fields]
-    loops = defines.get("METHOD") == LOOP
+    loops = defines.get("METHOD") in _FETCHED
     if stage == "vert":
         if loops:
             return "void send_light() { }"
@@ -100,8 +103,7 @@ def record_glsl(record: str, defines: dict[str, int], stage: str) -> str:
                 f"uniform sampler2D u_lights;  // {len(fields)} texels a light",
                 "uniform int u_light_count;",
                 "Light fetch_light(int i) {",
-                f"    int per_row = textureSize(u_lights, 0).x / {len(fields)};",
-                f"    ivec2 at = ivec2({len(fields)} * (i % per_row), i / per_row);",
+                f"    ivec2 at = ivec2({len(fields)} * (i & {ROW - 1}), i >> {ROW.bit_length() - 1});",
                 f"    return Light({texels});",
                 "}",
             ]

@@ -226,7 +226,7 @@ def _clouded(plan: FramePlan) -> bool:
 
 
 def _proxied(plan: FramePlan) -> bool:
-    volumes = plan.settings.lights == "volumes"
+    volumes = plan.culling.method == "volumes"
     return volumes and any(lights.proxy == "sphere" for lights in plan.lights)
 
 

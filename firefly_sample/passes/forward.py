@@ -49,21 +49,17 @@ class ForwardPass(Pass):
         gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
         ready, self._ready = self._ready, []
-        for lights, variant, surfaces in ready:
+        for index, (lights, variant, surfaces) in enumerate(ready):
             uniforms: dict[str, object] = {}
             textures = shadow_textures(gpu, plan, images, variant)
             if lights is not None:
-                textures["u_lights"] = light_table(gpu, plan, lights, variant)
+                textures["u_lights"] = light_table(gpu, plan, lights, variant, f"{self.name} {index}")
                 uniforms["u_light_count"] = len(lights)
                 gpu.lights_drawn += len(lights)
             flags = moderngl.DEPTH_TEST | (moderngl.NOTHING if variant.first else moderngl.BLEND)
             framebuffer.depth_mask = variant.first
-            try:
-                for made in surfaces:
-                    draw_surface(gpu, made, flags, dict(uniforms), textures)
-            finally:
-                if lights is not None:
-                    textures["u_lights"].release()
+            for made in surfaces:
+                draw_surface(gpu, made, flags, dict(uniforms), textures)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
 

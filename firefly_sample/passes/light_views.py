@@ -8,8 +8,8 @@ import moderngl
 
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.passes.base import Pass
-from firefly_sample.passes.lights import draw_volumes, method_for
+from firefly_sample.passes.base import Pass, textures_of
+from firefly_sample.passes.lights import draw_clustered, draw_volumes, method_for
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import PASS_OF_KIND
 from firefly_sample.plan.variants import DrawMethod, LightViewVariant
@@ -27,9 +27,18 @@ class _LightViewPass(Pass):
         assert isinstance(step.variant, LightViewVariant)
         images.draw_into()
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        chosen: DrawMethod = "sphere" if plan.settings.lights == "volumes" else "fullscreen"
+        by_cells = step.variant.method == "clustered"
+        if by_cells:
+            gpu.ctx.enable_only(moderngl.BLEND)
+            textures = textures_of(images, step.reads)
+            program = gpu.programs.get("light_views", step.variant, images.color_names(), "fullscreen")
+            for index, clusters in enumerate(plan.clusters):
+                draw_clustered(gpu, plan, program, textures, clusters, f"light view {index}")
+        chosen: DrawMethod = "sphere" if plan.culling.method in ("volumes", "clustered") else "fullscreen"
         for index, lights in enumerate(plan.lights):
-            variant = replace(step.variant, method=method_for(chosen, lights))
+            if by_cells and lights.kind != "directional":
+                continue
+            variant = replace(step.variant, method=method_for(chosen, lights), position="distance")
             vertex = PASS_OF_KIND[lights.kind]
             program = gpu.programs.get("light_views", variant, images.color_names(), vertex)
             program.use()

@@ -10,7 +10,10 @@ from dataclasses import replace
 from typing import TypeVar
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
+from firefly_sample.gpu.cluster_rows import cluster_lists
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.light_rows import light_rows, light_texels
@@ -18,6 +21,7 @@ from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.proxies import proxy_mesh
 from firefly_sample.gpu.records import RECORD_OF_KIND, record_dtype
 from firefly_sample.passes.base import Pass, textures_of
+from firefly_sample.plan.clusters import Clusters
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightKind, LightSet
 from firefly_sample.plan.variants import (
@@ -32,6 +36,7 @@ from firefly_sample.plan.variants import (
 __all__ = [
     "MOST_LOOPED",
     "LightPass",
+    "draw_clustered",
     "draw_volumes",
     "joined_sets",
     "light_table",
@@ -43,7 +48,6 @@ __all__ = [
 
 _OUTPUTS = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
-_TEXTURE_WIDTH = 2048
 MOST_LOOPED = 32768
 """Lights that one draw walks: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
 BEHIND = 4.0
@@ -64,10 +68,13 @@ class LightPass(Pass):
         assert isinstance(step.variant, LightVariant)
         images.draw_into()
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        for index, lights in enumerate(plan.lights):
+        clusters = plan.clusters if step.variant.method == "clustered" else ()
+        drawn = tuple(cells.lights for cells in clusters) or plan.lights
+        for index, lights in enumerate(drawn):
             if lights.kind != self.kind:
                 continue
             variant = variant_for(step.variant, lights)
+            key = f"{self.name} {index}"
             outputs = tuple(_OUTPUTS.get(name, name) for name in images.color_names())
             program = gpu.programs.get(self.name, variant, outputs)
             needless = set() if variant.taps else {"shadow_atlas"}
@@ -78,17 +85,22 @@ class LightPass(Pass):
             if variant.taps:
                 textures["u_shadow_maps"] = gpu.shadow_table(plan)
             if variant.method == "loop":
-                _draw_loop(gpu, plan, program, textures, lights, variant)
+                _draw_loop(gpu, plan, program, textures, lights, variant, key)
+            elif variant.method == "clustered":
+                gpu.ctx.enable_only(moderngl.BLEND)
+                # a record for each bit: to look the light's number up first would cost a tenth of the pass
+                table = light_table(gpu, plan, lights, variant, key, clusters[index].members)
+                draw_clustered(gpu, plan, program, textures | {"u_lights": table}, clusters[index], key)
             else:
                 program.use(None, textures)
                 tested = bool({"depth", "half_depth"} & set(step.updates))
-                draw_volumes(gpu, plan, program, lights, variant, f"{self.name} {index}", tested)
+                draw_volumes(gpu, plan, program, lights, variant, key, tested)
             gpu.lights_drawn += len(lights)
 
 
 def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
-    """How a set is drawn where volumes, or full-screen passes, were chosen."""
-    return lights.proxy if chosen == "sphere" else "fullscreen"
+    """How a set is drawn by what was chosen: volumes are spheres, cones, or the full screen."""
+    return lights.proxy if chosen == "sphere" else chosen
 
 
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
@@ -96,7 +108,7 @@ def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
     placed = lights.kind != "directional" or lights.shadowed or lights.clouded
     return replace(
         shining(frame, lights),
-        method="loop" if frame.method == "loop" else method_for(frame.method, lights),
+        method=method_for(frame.method, lights),
         position=frame.position if placed else "distance",
     )
 
@@ -167,6 +179,22 @@ def draw_volumes(
     gpu.ctx.depth_func = "<"
 
 
+def draw_clustered(
+    gpu: Gpu,
+    plan: FramePlan,
+    program: Program,
+    textures: dict[str, moderngl.Texture],
+    clusters: Clusters,
+    key: str,
+) -> None:
+    """One full-screen triangle whose shader walks the lights of each pixel's cell; `key` names the lists."""
+    lists = cluster_lists(clusters, plan.view.lens.perspective)
+    table = gpu.tables.write(f"clusters {key}", lists.texels)
+    uniforms = {"u_tiling": lists.tiling, "u_parts": lists.parts, "u_slicing": lists.slicing}
+    program.use(uniforms, textures | {"u_lists": table})
+    gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+
+
 def shadow_textures(
     gpu: Gpu, plan: FramePlan, images: BoundImages, variant: ForwardVariant | ParticleLightVariant
 ) -> dict[str, moderngl.Texture]:
@@ -182,21 +210,23 @@ def shadow_textures(
 
 def joined_sets(plan: FramePlan, most: int) -> list[LightSet | None]:
     """The plan's sets, those that differ in their proxies alone joined, very large ones in pieces."""
-    found: dict[tuple[object, ...], list[LightSet]] = {}
-    for lights in plan.lights:
-        key = (lights.kind, lights.falloff, lights.shadowed, lights.clouded)
-        found.setdefault(key, []).append(lights)
-    return [part for sets in found.values() for part in LightSet.joined(sets).parts(most)]
+    return [part for lights in LightSet.alike(plan.lights) for part in lights.parts(most)]
 
 
-def light_table(gpu: Gpu, plan: FramePlan, lights: LightSet, variant: Variant) -> moderngl.Texture:
-    """The records of lights as a texture for shaders that walk all of them; the caller's to release."""
+def light_table(
+    gpu: Gpu,
+    plan: FramePlan,
+    lights: LightSet,
+    variant: Variant,
+    key: str,
+    order: NDArray[np.int32] | None = None,
+) -> moderngl.Texture:
+    """The records of lights as a texture, for shaders that fetch them by their number; `key` names it.
+
+    With `order`, shape (n,), the number is a place in that, which has the light's own.
+    """
     rows = light_rows(RECORD_OF_KIND[lights.kind], defines(variant), lights, plan.view)
-    texels = light_texels(rows, _TEXTURE_WIDTH)
-    height, width = texels.shape[:2]
-    table = gpu.ctx.texture((width, height), 4, texels.tobytes(), dtype="f4")
-    table.filter = moderngl.NEAREST, moderngl.NEAREST
-    return table
+    return gpu.tables.write(f"lights {key}", light_texels(rows if order is None else rows[order]))
 
 
 def _draw_loop(
@@ -206,13 +236,11 @@ def _draw_loop(
     textures: dict[str, moderngl.Texture],
     lights: LightSet,
     variant: LightVariant,
+    key: str,
 ) -> None:
     """One full-screen triangle whose shader walks all lights, read from a texture; several for very many."""
     gpu.ctx.enable_only(moderngl.BLEND)
-    for part in lights.parts(MOST_LOOPED):
-        table = light_table(gpu, plan, part, variant)
-        try:
-            program.use({"u_light_count": len(part)}, textures | {"u_lights": table})
-            gpu.array("loop", program).render(moderngl.TRIANGLES, vertices=3)
-        finally:
-            table.release()
+    for index, part in enumerate(lights.parts(MOST_LOOPED)):
+        table = light_table(gpu, plan, part, variant, f"{key} {index}")
+        program.use({"u_light_count": len(part)}, textures | {"u_lights": table})
+        gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)

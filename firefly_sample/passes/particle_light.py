@@ -31,35 +31,16 @@ class ParticleLightPass(Pass):
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
         records = particle_records(plan.particles, plan.volume)
         framebuffer.viewport = (0, 0, framebuffer.size[0], len(records))  # what particles fill
-        table = gpu.ctx.texture(records.shape[1::-1], 4, records.tobytes(), dtype="f4")
-        table.filter = moderngl.NEAREST, moderngl.NEAREST
-        try:
-            for index, lights in enumerate(joined_sets(plan, MOST_LOOPED) or [None]):
-                variant = _variant_for(step.variant, plan, lights, first=index == 0)
-                self._add(gpu, plan, variant, images, lights, table)
-        finally:
-            table.release()
-
-    def _add(
-        self,
-        gpu: Gpu,
-        plan: FramePlan,
-        variant: ParticleLightVariant,
-        images: BoundImages,
-        lights: LightSet | None,
-        table: moderngl.Texture,
-    ) -> None:
-        program = gpu.programs.get(self.name, variant, images.color_names(), vertex="fullscreen")
-        textures, uniforms = shadow_textures(gpu, plan, images, variant) | {"u_particles": table}, {}
-        if lights is not None:
-            textures["u_lights"] = light_table(gpu, plan, lights, variant)
-            uniforms["u_light_count"] = len(lights)
-        try:
+        table = gpu.tables.write(self.name, records)
+        for index, lights in enumerate(joined_sets(plan, MOST_LOOPED) or [None]):
+            variant = _variant_for(step.variant, plan, lights, first=index == 0)
+            program = gpu.programs.get(self.name, variant, images.color_names(), vertex="fullscreen")
+            textures, uniforms = shadow_textures(gpu, plan, images, variant) | {"u_particles": table}, {}
+            if lights is not None:
+                textures["u_lights"] = light_table(gpu, plan, lights, variant, f"{self.name} {index}")
+                uniforms["u_light_count"] = len(lights)
             program.use(uniforms, textures)
             gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
-        finally:
-            if lights is not None:
-                textures["u_lights"].release()
 
 
 def _variant_for(

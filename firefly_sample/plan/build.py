@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
-from firefly_sample.plan.batches import make_batches, visible_instances, visible_materials
+from firefly_sample.plan.batches import VisiblePart, make_batches, visible_instances, visible_materials
 from firefly_sample.plan.camera import camera_matrices, lens_for
 from firefly_sample.plan.cloud import gather_particles
+from firefly_sample.plan.clusters import plan_clusters
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
+from firefly_sample.plan.culling import choose_culling
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
-from firefly_sample.plan.frame_plan import Background, Capabilities, FramePlan, SpriteSet, View
+from firefly_sample.plan.frame_plan import Background, Capabilities, FramePlan, SpriteSet
 from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.particles import see_particles
 from firefly_sample.plan.position_warning import position_warning
 from firefly_sample.plan.shadows import ShadowPlanner
+from firefly_sample.plan.view import View
 from firefly_sample.plan.volume import plan_volume
 from firefly_sample.plan.warnings import plan_warnings
 from firefly_sample.scene.lens import PerspectiveLens
@@ -118,8 +123,20 @@ class Planner:
         particles = see_particles(cloud, camera.world_to_view, lens, sprites.positions, settings, volume)
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
         background = _background(scene)
+        view = View(
+            size=(size[0] * settings.supersample, size[1] * settings.supersample),
+            lens=lens.constants("zero_to_one" if reverse else "gl", reverse),
+            reverse=reverse,
+            near=lens.get_near(),
+            far=lens.get_far(),
+            world_to_view=camera.world_to_view,
+            view_to_world=camera.view_to_world,
+        )
+        surfaces = _distances(seen)
+        culling = choose_culling(settings, lighting.sets, view, *surfaces)
         needs = Needs(
             settings=settings,
+            method=culling.method,
             outputs=outputs,
             capabilities=capabilities,
             geometry=sum(len(part.ids) for part in seen),
@@ -148,15 +165,7 @@ class Planner:
         targets = choose_targets(needs)
         passes = choose_passes(needs, targets)
         check_passes(passes, targets)
-        view = View(
-            size=(size[0] * settings.supersample, size[1] * settings.supersample),
-            lens=lens.constants("zero_to_one" if reverse else "gl", reverse),
-            reverse=reverse,
-            near=lens.get_near(),
-            far=lens.get_far(),
-            world_to_view=camera.world_to_view,
-            view_to_world=camera.view_to_world,
-        )
+        by_cells = culling.method == "clustered" and (needs.lit or needs.counts_cells)
         return FramePlan(
             size=size,
             settings=settings,
@@ -166,6 +175,8 @@ class Planner:
             batches=make_batches(seen, geometry_variant(needs, targets)),
             ambient=ambient,
             lights=lighting.sets,
+            culling=culling,
+            clusters=plan_clusters(lighting.sets, view, *surfaces) if by_cells else (),
             shadows=lighting.shadows,
             sprites=sprites,
             particles=particles,
@@ -191,6 +202,12 @@ class Planner:
         if kept is None or not kept.is_current(scene.root, mask):
             kept = self._snapshots[mask] = collect(scene.root, mask)
         return kept
+
+
+def _distances(seen: Sequence[VisiblePart]) -> tuple[float, float]:
+    """Of the nearest and the farthest geometry in view, along the view axis."""
+    nearest = min((float(part.nearest.min()) for part in seen), default=np.inf)
+    return nearest, max((float(part.farthest.max()) for part in seen), default=-np.inf)
 
 
 def _background(scene: Scene) -> Background:

@@ -39,7 +39,12 @@ GBUFFER = (
     *("depth", "albedo", "normal", "distance", "position", "ambient_albedo", "specular", "emission"),
     *("id", "visibility"),
 )
-_METHODS: dict[str, DrawMethod] = {"volumes": "sphere", "fullscreen": "fullscreen", "loop": "loop"}
+_METHODS: dict[str, DrawMethod] = {
+    "volumes": "sphere",
+    "clustered": "clustered",
+    "fullscreen": "fullscreen",
+    "loop": "loop",
+}
 _STORED: dict[str, Stored] = {"rgba32f": "full", "rgba16f": "half"}
 
 
@@ -241,9 +246,9 @@ def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ..
     settings = needs.settings
     clouded = kind in needs.clouded and needs.volume_shadow
     placed = kind != "directional" or kind in needs.shadowed or clouded
-    method = _METHODS[settings.lights]
+    method = _METHODS[needs.method]
     variant = LightVariant(
-        method="fullscreen" if kind == "directional" and method == "sphere" else method,
+        method="loop" if method == "loop" else "fullscreen" if kind == "directional" else method,
         window=settings.window if kind != "directional" else "karis",
         highlights=settings.specular if needs.highlights else "none",
         clamp_light=settings.clamp_light and not needs.classic,
@@ -314,10 +319,13 @@ def _forward(needs: Needs, frame: _Passes, because: str) -> None:
 
 def _light_view(needs: Needs, frame: _Passes, name: Any) -> None:
     because = f"output {name}: {', '.join(needs.all_lights())}"
+    flat = needs.orthographic
+    if name == "overdraw" and needs.counts_cells:
+        variant = LightViewVariant(name, "clustered", flat, _position(needs))
+        frame.add(name, because, variant, reads=_place(needs, frame), writes=(name,))
+        return
     tests = ("depth",) if needs.volume_test or name == "wireframe" else ()
-    frame.add(
-        name, because, LightViewVariant(name, orthographic=needs.orthographic), writes=(name,), tests=tests
-    )
+    frame.add(name, because, LightViewVariant(name, orthographic=flat), writes=(name,), tests=tests)
 
 
 def _resolve(needs: Needs, frame: _Passes) -> None:

@@ -14,15 +14,17 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import PlanError
 from firefly_sample.frame import LightCounts
+from firefly_sample.plan.clusters import Clusters
+from firefly_sample.plan.culling import Culling
 from firefly_sample.plan.instances import Factors
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.shadows import ShadowPlan
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant, Variant
+from firefly_sample.plan.view import View
 from firefly_sample.plan.volume import Volume
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.material import Texture
 from firefly_sample.settings import Settings
 
@@ -56,33 +58,6 @@ class Background:
 
     horizon: tuple[float, float, float]
     zenith: tuple[float, float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """The camera of one frame.
-
-    Attributes
-    ----------
-    size : (int, int)
-        Samples across and down: the picture's size times the supersampling.
-    lens : LensConstants
-        Of the clip range and direction that this frame draws with.
-    reverse : bool
-        True if near is depth 1, far 0, in the [0, 1] clip range; False for OpenGL's own.
-    near, far : float
-        Scene units; far may be infinite.
-    world_to_view, view_to_world : ndarray of float64, shape (4, 4)
-        For row vectors.
-    """
-
-    size: tuple[int, int]
-    lens: LensConstants
-    reverse: bool
-    near: float
-    far: float
-    world_to_view: Float64
-    view_to_world: Float64
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +147,10 @@ class FramePlan:
         The sum of all ambient lights.
     lights : tuple of LightSet
         In drawing order.
+    culling : Culling
+        How the passes of light find their pixels.
+    clusters : tuple of Clusters
+        Where that is by clusters: the lights again, those together that one draw shades.
     shadows : ShadowPlan
     particles : ParticleSet
     volume : Volume or None
@@ -192,6 +171,8 @@ class FramePlan:
     batches: tuple[Batch, ...]
     ambient: Float64
     lights: tuple[LightSet, ...]
+    culling: Culling
+    clusters: tuple[Clusters, ...]
     shadows: ShadowPlan
     sprites: SpriteSet
     particles: ParticleSet

@@ -91,6 +91,7 @@ def _add_gbuffer(needs: Needs, targets: _Targets) -> None:
         reasons = [f"{light} (position={settings.position})" for light in needs.placed_lights()]
         reasons = (reasons if needs.placed else []) + asked(outputs, PLACE_OUTPUTS)
         reasons += [_SOFT] if needs.hazy else []
+        reasons += asked(outputs, ("overdraw",)) if needs.counts_cells else []
         reasons += ["light_resolution=half finds neighbours on the same surface"] if needs.half else []
         targets.add(needs.place_target, form, reasons)
     own = [f"ambient colours of {needs.own_ambient}"] if needs.own_ambient_lit else []
@@ -104,7 +105,7 @@ def _add_gbuffer(needs: Needs, targets: _Targets) -> None:
     if needs.float64 and targets.have(INTERPOLATED):
         reasons.append("interpolation=float64 looks corners up")
     targets.add("visibility", "rg32ui", reasons)
-    if needs.placed and needs.place_target == "depth" and not needs.half:
+    if needs.placed and needs.volume_test and needs.place_target == "depth" and not needs.half:
         reason = f"position={settings.position} samples the depth that the volumes are tested against"
         depth, far = _depth_format(needs)
         targets.add("depth_copy", depth, [reason], far)

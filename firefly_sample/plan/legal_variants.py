@@ -198,8 +198,13 @@ def _resolve() -> Iterator[Variant]:
                     yield ResolveVariant(*flags, tone, supersample, marked, particles)  # type: ignore[arg-type]
 
 
-def _light_views(view: View) -> list[Variant]:
-    return [LightViewVariant(view, method, flat) for method in get_args(DrawMethod)[:3] for flat in _BOTH]
+def _light_views(view: View) -> Iterator[Variant]:
+    for flat in _BOTH:
+        for method in get_args(DrawMethod)[:3]:
+            yield LightViewVariant(view, method, flat)
+        if view == "overdraw":
+            for position in get_args(Position):
+                yield LightViewVariant(view, "clustered", flat, position)
 
 
 _VOLUME_PASSES = (*("volume_slices", "volume_sums", "volume_blur_x", "volume_blur_y"),)
@@ -215,8 +220,8 @@ _LEGAL: dict[str, Callable[[], Iterable[Variant]]] = {
     "half_depth": lambda: [Variant()],
     "ambient": _ambient,
     "directional_lights": lambda: _lights("directional", ("fullscreen", "loop")),
-    "point_lights": lambda: _lights("point", ("sphere", "fullscreen", "loop")),
-    "spotlights": lambda: _lights("spot", ("sphere", "cone", "fullscreen", "loop")),
+    "point_lights": lambda: _lights("point", ("sphere", "fullscreen", "loop", "clustered")),
+    "spotlights": lambda: _lights("spot", get_args(DrawMethod)),
     "upsample": _upsample,
     "particle_light": _particle_light,
     "particles": _particles,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
@@ -109,6 +110,15 @@ class LightSet:
             name: np.concatenate([getattr(part, name) for part in sets]) for name in _COLUMNS
         }
         return replace(first, **columns)
+
+    @classmethod
+    def alike(cls, sets: Iterable[LightSet]) -> list[LightSet]:
+        """Sets that differ in their proxies alone, joined: what one shader can walk."""
+        found: dict[tuple[object, ...], list[LightSet]] = {}
+        for lights in sets:
+            key = (lights.kind, lights.falloff, lights.shadowed, lights.clouded)
+            found.setdefault(key, []).append(lights)
+        return [cls.joined(same) for same in found.values()]
 
     def take(self, chosen: NDArray[Any], **changes: Any) -> LightSet:
         """The lights that a mask or an array of indices chooses, with some fields changed."""

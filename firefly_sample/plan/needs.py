@@ -42,6 +42,8 @@ class Needs:
 
     Attributes
     ----------
+    method : str
+        How the passes of light find their pixels: the setting "lights", or what "auto" came to.
     geometry, sprites : int
         Counts in view.
     lights : dict of LightKind to int
@@ -68,6 +70,7 @@ class Needs:
     """
 
     settings: Settings
+    method: str
     outputs: tuple[str, ...]
     capabilities: Capabilities
     geometry: int
@@ -152,6 +155,12 @@ class Needs:
         return self.lit and (any(kind != "directional" for kind in self.lights) or shadows)
 
     @property
+    def counts_cells(self) -> bool:
+        """Whether the lights that a pixel's cell holds are counted: the output "overdraw" of clusters."""
+        near = any(kind != "directional" for kind in self.lights)
+        return self.method == "clustered" and "overdraw" in self.outputs and near and self.drawn
+
+    @property
     def hazy(self) -> bool:
         """Whether particles are drawn."""
         return self.picture and self.particles > 0
@@ -200,7 +209,7 @@ class Needs:
     @property
     def forward(self) -> bool:
         """Whether surfaces are shaded as they are drawn."""
-        return self.settings.lights == "forward"
+        return self.method == "forward"
 
     @property
     def float64(self) -> bool:
@@ -247,7 +256,7 @@ class Needs:
     @property
     def volume_test(self) -> bool:
         """Whether light volumes are tested against the depth buffer."""
-        return self.settings.lights == "volumes" and self.settings.volume_depth_test
+        return self.method == "volumes" and self.settings.volume_depth_test
 
     def lights_of(self, kind: LightKind) -> str:
         """How many lights of a kind there are, in words."""

@@ -20,9 +20,11 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
     -------
     dict
         ``passes`` (name, reads, writes, updates, because) in drawing order, ``targets`` (name, format,
-        bytes_per_pixel, because, and size where it is not the picture's), ``lights`` (drawn, culled) and
-        ``warnings``. What the frame does not have is not mentioned. With supersampling a target's bytes are
-        those of one sample.
+        bytes_per_pixel, because, and size where it is not the picture's), ``lights`` (drawn, culled),
+        ``culling`` and ``warnings``. What the frame does not have is not mentioned. With supersampling a
+        target's bytes are those of one sample. ``culling`` is how lights find their pixels: ``method``,
+        ``because``, ``shaded`` where the method was chosen (about how many pairs of a pixel and a light each
+        method would shade), and of clusters ``tile``, ``tiles`` and ``slices``.
     """
     return {
         "passes": [
@@ -50,8 +52,20 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
             for target in plan.targets
         ],
         "lights": {"drawn": plan.counts.in_view, "culled": plan.counts.in_scene - plan.counts.in_view},
+        **({"culling": _culling(plan)} if plan.counts.in_view else {}),
         "warnings": list(plan.warnings),
     }
+
+
+def _culling(plan: FramePlan) -> dict[str, Any]:
+    culling = plan.culling
+    told: dict[str, Any] = {"method": culling.method, "because": culling.because}
+    if culling.shaded:
+        told["shaded"] = {name: round(pairs) for name, pairs in culling.shaded.items()}
+    if plan.clusters:
+        grid = plan.clusters[0].grid
+        told |= {"tile": grid.tile, "tiles": list(grid.tiles), "slices": grid.slices}
+    return told
 
 
 def plan_as_dot(plan: FramePlan) -> str:
@@ -102,10 +116,21 @@ def plan_as_text(plan: FramePlan) -> str:
         align([("TARGET", "FORMAT", f"BYTES A {unit.upper()}", "BECAUSE"), *targets]),
         f"{total:g} bytes a pixel, {total * width * height / 2**20:.1f} MiB at {width}x{height}"
         f"{'' if unit == 'pixel' else f', supersample {plan.settings.supersample}'}{''.join(own)}; "
-        f"lights: {counts.in_view} drawn, {counts.in_scene - counts.in_view} culled",
+        f"lights: {counts.in_view} drawn, {counts.in_scene - counts.in_view} culled{_in_words(plan)}",
         *(f"warning: {warning}" for warning in plan.warnings),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _in_words(plan: FramePlan) -> str:
+    """How lights find their pixels."""
+    if not plan.counts.in_view:
+        return ""
+    method = plan.culling.method
+    if plan.clusters:
+        grid = plan.clusters[0].grid
+        method += f" in {grid.tiles[0]}x{grid.tiles[1]} tiles of {grid.tile} by {grid.slices} slices"
+    return f"; {method} ({plan.culling.because})"
 
 
 def _names(names: Iterable[str]) -> str:

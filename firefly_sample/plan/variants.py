@@ -59,7 +59,7 @@ PASS_ORDER = (
 )
 """Every pass there is, in drawing order."""
 
-DrawMethod = Literal["sphere", "cone", "fullscreen", "loop"]
+DrawMethod = Literal["sphere", "cone", "fullscreen", "loop", "clustered"]
 Highlights = Literal["none", "phong", "blinn_phong"]
 Fading = Literal["ramp_squared", "attenuation"]
 Ending = Literal["karis", "gltf"]
@@ -248,11 +248,15 @@ class PlainVariant(Variant):
 
 @dataclass(frozen=True)
 class LightViewVariant(Variant):
-    """What is drawn in place of light: how often a pixel is shaded, or the volumes themselves."""
+    """What is drawn in place of light: how often a pixel is shaded, or the volumes themselves.
+
+    `position` is where the distance that a cell is found by comes from.
+    """
 
     view: View = "overdraw"
     method: DrawMethod = "sphere"
     orthographic: bool = False
+    position: Position = "distance"
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def _draw_buffers(
     Forward shading has none: those that deferred shading would have are drawn.
     """
     settings, window = renderer.settings, renderer.size
-    lights = "volumes" if settings.lights == "forward" else settings.lights
+    lights = "auto" if settings.lights == "forward" else settings.lights
     renderer.settings = settings.with_changes(supersample=1, lights=lights)
     renderer.resize(size)
     try:

@@ -1,6 +1,10 @@
-// Provides main of a light's pass, for after arrives. One light a fragment; METHOD 3: all.
+// Provides main of a light's pass, for after arrives. One light a fragment; METHOD 3: all; METHOD 4: those of its cell.
 // A pixel out of reach adds 0: discard would cost more.
 #include "include/light_surface.glsl"
+#if METHOD == 4
+#include "include/clusters.glsl"
+#include "include/sums.glsl"
+#endif
 
 #if RADIANCE
 out vec4 o_radiance;
@@ -19,6 +23,15 @@ void main()
 #if METHOD == 3
     for (int i = 0; i < u_light_count; ++i)
         light_surface(s, fetch_light(i));
+#elif METHOD == 4
+    Cell cell = find_cell(s);
+    for (int word = cell.word; word < cell.end; ++word) {
+        uint bits = listed(cell.base + word);
+        while (bits != 0u)
+            light_surface(s, fetch_light(next_light(word, bits)));
+        carry_sums(word);
+    }
+    close_sums();
 #else
     light_surface(s, receive_light());
 #endif

@@ -1,6 +1,6 @@
 // Provides fullscreen_corner, on_sphere, on_cone: where a vertex of a light's proxy goes.
 // METHOD 0: a sphere, circumscribed so that its flat faces miss nothing. METHOD 1: a cone, its tip at the origin and
-// its base at y = 1, circumscribed likewise. METHOD 2: one full-screen triangle a light. METHOD 3: one for all.
+// its base at y = 1, circumscribed likewise. METHOD 2: one full-screen triangle a light. METHOD 3, 4: one for all.
 // HALF: onto a target of every second pixel, so that a fragment's centre lies where its pixel's does.
 #include "include/lens.glsl"
 #ifndef HALF

@@ -1,4 +1,4 @@
-// Provides Surface and read_surface: what a light needs to know of the surface behind a pixel; and way_to_light.
+// Provides Surface, read_place and read_surface: what a light needs to know of what is behind a pixel; and way_to_light.
 // PLACED 0 means that nobody asks where it is. POSITION 0: from its distance. POSITION 1: from the depth buffer.
 // POSITION 2: from the depth buffer through the inverse of the view-projection matrix. POSITION 3: as stored.
 // HALF: a fragment stands for every second pixel across and down.
@@ -42,7 +42,8 @@ float finite(float value)
     return abs(value) < 1e37 ? value : 1e37;
 }
 
-Surface read_surface(ivec2 texel)
+// All but what the surface is made of.
+Surface read_place(ivec2 texel)
 {
     Surface s;
     s.pixel = vec2(texel) + 0.5;
@@ -64,6 +65,12 @@ Surface read_surface(ivec2 texel)
     s.y = s.place.y;
 #endif
 #endif
+    return s;
+}
+
+Surface read_surface(ivec2 texel)
+{
+    Surface s = read_place(texel);
     s.normal = decode_normal(texelFetch(u_normal, texel, 0));
 #if RADIANCE && !HALF
     s.albedo = decode_albedo(texelFetch(u_albedo, texel, 0).rgb);

@@ -14,7 +14,7 @@ from tests.cli.command import GLADE
 
 WHOLE = {
     "capture": {"scene", "parameters", "settings", "seed", "driver", "software", "version", "frames"},
-    "plan": {"passes", "targets", "lights", "warnings"},
+    "plan": {"passes", "targets", "lights", "culling", "warnings"},
 }
 
 
@@ -59,6 +59,8 @@ def test_plan(capsys):
     for target in plan["targets"]:
         assert target.keys() == {"name", "format", "bytes_per_pixel", "because"}
     assert plan["lights"].keys() == {"drawn", "culled"}
+    assert {"method", "because", "shaded"} <= plan["culling"].keys()
+    assert "culling" not in told(capsys, "plan", GLADE, "--fireflies", "0", "--no-dusk")
 
 
 def test_measure_speed(capsys):

@@ -35,8 +35,11 @@ def test_the_dictionary_is_the_plan(plan):
         target.name: target.bytes_per_pixel for target in plan.targets
     }
     lights = next(step for step in told["passes"] if step["name"] == "point_lights")
-    assert lights["reads"] == ["albedo", "normal", "depth_copy"]
-    assert lights["updates"] == ["radiance", "depth"]
+    assert lights["reads"] == ["albedo", "normal", "depth"]
+    assert lights["updates"] == ["radiance"]
+    assert told["culling"]["method"] == plan.culling.method == "clustered"
+    assert told["culling"]["shaded"].keys() == {"volumes", "clustered", "fullscreen"}
+    assert (told["culling"]["tiles"], told["culling"]["tile"]) == ([4, 3], 16)
     assert told["lights"]["drawn"] + told["lights"]["culled"] == 60
     assert all(entry["because"] for entry in told["passes"] + told["targets"])
 

@@ -61,10 +61,12 @@ def outputs_of(name, variant):
     return tuple(target for target in ("radiance", "light") if getattr(variant, target))
 
 
-def shaders_of(name):
+def shaders_of(name, method=""):
     """The stems of a pass's fragment shader and of the vertex shaders that it is drawn with."""
     if name in ("overdraw", "volumes", "wireframe"):
-        return "light_views", ("point_lights", "spotlights", "directional_lights")
+        kinds = ("point_lights", "spotlights", "directional_lights")
+        kinds = kinds[1:2] if method == "cone" else kinds
+        return "light_views", ("fullscreen",) if method == "clustered" else kinds
     if name == "forward":
         return name, ("geometry",)
     return name, ("fullscreen",) if name in FULLSCREEN else (name,)
@@ -99,7 +101,6 @@ def covering(variants):
 @pytest.mark.parametrize("name", [name for name in PASS_ORDER if name not in NOT_SHADERS])
 def test_the_legal_variants_compile(device, name, request):
     """Every three choices together; with --all-variants, every variant that a plan can hold."""
-    stem, vertices = shaders_of(name)
     variants = legal_variants(name)
     assert variants
     assert len(set(variants)) == len(variants)
@@ -109,9 +110,9 @@ def test_the_legal_variants_compile(device, name, request):
         for first in range(0, len(variants), 500):  # compiled programs are kept in memory
             programs = Programs(device.ctx)
             for variant in variants[first : first + 500]:
+                stem, vertices = shaders_of(name, getattr(variant, "method", ""))
                 for vertex in vertices:
-                    if vertex != "point_lights" or getattr(variant, "method", "") != "cone":
-                        programs.get(stem, variant, outputs_of(name, variant), vertex)
+                    programs.get(stem, variant, outputs_of(name, variant), vertex)
             programs.release()
         device.check("compiling")
 

@@ -1,0 +1,55 @@
+"""Textures of numbers that shaders look up: they are written anew each frame and made once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Tables"]
+
+
+class Tables:
+    """Textures by name. They grow and never shrink, so that a steady frame makes none."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._kept: dict[str, moderngl.Texture] = {}
+
+    def write(self, name: str, texels: NDArray[Any]) -> moderngl.Texture:
+        """The texture of that name with these texels, its first rows; what else is in it is not for reading.
+
+        Parameters
+        ----------
+        texels : ndarray of float32 or uint32, shape (height, width) or (height, width, 4)
+        """
+        height, width = texels.shape[:2]
+        components = texels.shape[2] if texels.ndim == 3 else 1
+        dtype = f"{texels.dtype.kind}4"
+        kept = self._kept.get(name)
+        if (
+            kept is None
+            or kept.height < height
+            or (kept.width, kept.components, kept.dtype)
+            != (
+                *(width, components),
+                dtype,
+            )
+        ):
+            if kept is not None:
+                kept.release()
+                height = max(height, min(2 * height, self._ctx.info["GL_MAX_TEXTURE_SIZE"]))
+            kept = self._ctx.texture((width, max(height, 1)), components, dtype=dtype)
+            kept.filter = moderngl.NEAREST, moderngl.NEAREST
+            self._kept[name] = kept
+        if texels.size:
+            kept.write(np.ascontiguousarray(texels), viewport=(0, 0, width, len(texels)))
+        return kept
+
+    def release(self) -> None:
+        """Free all textures."""
+        for texture in self._kept.values():
+            texture.release()
+        self._kept.clear()

@@ -1,0 +1,105 @@
+"""Which way to find the pixels that lights reach: what each would shade, and the cheapest of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.plan.clusters import TILE, common_range, tile_bounds
+from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.view import View
+from firefly_sample.settings import Settings
+
+__all__ = ["Culling", "choose_culling"]
+
+Float64 = NDArray[np.float64]
+
+PROXY = 1.06
+"""Area of a volume's outline over its light's."""
+BEHIND = 2.0 / 3.0
+"""Of the reach: how far a ball's back lies behind its centre, averaged over its outline."""
+COST = {"volumes": 1.0, "clustered": 0.5, "fullscreen": 1.0}
+"""Of one shaded pair: a volume's fragment reads the G-buffer and blends, a cluster's does so once for all."""
+ONCE = {"volumes": 0.0, "clustered": 2.0, "fullscreen": 0.0}
+"""What each pixel of the picture costs by itself, in shaded pairs: to read the G-buffer and find a cell."""
+
+
+@dataclass(frozen=True)
+class Culling:
+    """How the passes of light find their pixels.
+
+    Attributes
+    ----------
+    method : {"volumes", "clustered", "fullscreen", "loop", "forward"}
+    shaded : dict of str to float
+        How many pairs of a pixel and a light each method would shade, about; empty where nothing was
+        estimated because the settings name the method.
+    because : str
+        Why this one.
+    """
+
+    method: str
+    shaded: dict[str, float] = field(default_factory=dict)
+    because: str = ""
+
+
+def choose_culling(
+    settings: Settings, sets: Sequence[LightSet], view: View, nearest: float, farthest: float
+) -> Culling:
+    """The method that the settings name or, for "auto", the one that costs least.
+
+    A plan does not know where surfaces are behind each pixel. They are taken to be spread evenly, all over
+    the picture, between the distances that both surfaces and lights have: on the scenes of this package that
+    is within a factor of three of what is shaded.
+
+    Parameters
+    ----------
+    nearest, farthest : float
+        Of the geometry in view, along the view axis.
+    """
+    if settings.lights != "auto":
+        return Culling(settings.lights, because=f"lights={settings.lights}")
+    if settings.look == "classic":
+        return Culling("volumes", because="look=classic adds each light into 8 bits, as the original does")
+    pixels = float(math.prod(view.size)) / (4.0 if settings.light_resolution == "half" else 1.0)
+    fading = [lights for lights in sets if lights.kind != "directional"]
+    count = sum(map(len, fading))
+    if not count:
+        return Culling("volumes", because="no light ends")
+    shaded = {"volumes": 0.0, "clustered": 0.0, "fullscreen": count * pixels}
+    share = pixels / math.prod(view.size)
+    low, high = common_range(fading, view, nearest, farthest)
+    for lights in fading:
+        volumes, clustered = _shaded(lights, view, low, high)
+        if not settings.volume_depth_test or lights.proxy == "fullscreen":
+            volumes = _outlines(lights, view, 0.0)
+        shaded["volumes"] += share * PROXY * float(volumes.sum())
+        shaded["clustered"] += share * float(clustered.sum())
+    costs = {name: pixels * ONCE[name] + COST[name] * pairs for name, pairs in shaded.items()}
+    best = min(costs, key=lambda name: costs[name])
+    told = ", ".join(f"{name} {pairs / 1e6:.3g}" for name, pairs in shaded.items())
+    return Culling(best, shaded, f"about {told} million shaded pairs")
+
+
+def _shaded(lights: LightSet, view: View, low: float, high: float) -> tuple[Float64, Float64]:
+    """About how many pixels each light's volume covers that end behind the surface, and its cells."""
+    y, reach = lights.positions[:, 1], BEHIND * np.minimum(lights.reaches, 1e30)
+    deep = max(high - low, 1e-30)
+    back = np.clip((y + reach - low) / deep, 0.0, 1.0)
+    front = np.clip((y - reach - low) / deep, 0.0, 1.0)
+    return _outlines(lights, view, 0.0) * back, _outlines(lights, view, TILE / 2.0) * (back - front)
+
+
+def _outlines(lights: LightSet, view: View, wider: float) -> Float64:
+    """Pixels within each light's outline, made wider by some; a round one's share of its rectangle."""
+    sides = []
+    for axis, size in enumerate(view.size):
+        low, high = tile_bounds(lights, view, axis)
+        sides.append(np.clip(high + wider, 0.0, size) - np.clip(low - wider, 0.0, size))
+    area = np.maximum(sides[0], 0.0) * np.maximum(sides[1], 0.0)
+    full = area >= 0.999 * math.prod(view.size)
+    return np.where(full, area, math.pi / 4.0 * area)

@@ -1,0 +1,55 @@
+"""The twin of ``shaders/include/clusters.glsl``: which lights a pixel's cell holds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.plan.clusters import BITS, Clusters
+
+__all__ = ["cell_lights", "list_lengths"]
+
+Float64 = NDArray[np.float64]
+
+
+def list_lengths(
+    clusters: Clusters, column: NDArray[Any], row: NDArray[Any], y: Float64
+) -> NDArray[np.int64]:
+    """How many lights are in the cells of some pixels.
+
+    Parameters
+    ----------
+    column, row : ndarray of int, shape (...,)
+        Samples from the left and from the bottom.
+    y : ndarray of float64, shape (...,)
+        Distances along the view axis; those that are not finite have no cell.
+    """
+    words = clusters.words
+    before = np.zeros((*words.shape[:2], words.shape[2] + 1), dtype=np.int64)
+    np.cumsum(np.bitwise_count(words), axis=2, out=before[..., 1:])
+    grid = clusters.grid
+    inside, k = _slice(clusters, y)
+    tile = row // grid.tile, column // grid.tile
+    lengths = before[(*tile, clusters.first[k + 1])] - before[(*tile, clusters.first[k])]
+    return np.where(inside, lengths, 0)
+
+
+def cell_lights(clusters: Clusters, column: int, row: int, y: float) -> NDArray[np.int64]:
+    """The lights of one pixel's cell, indices into the set, rising."""
+    inside, k = _slice(clusters, np.array(y))
+    if not inside:
+        return np.zeros(0, dtype=np.int64)
+    first, end = int(clusters.first[k]), int(clusters.first[k + 1])
+    words = clusters.words[row // clusters.grid.tile, column // clusters.grid.tile, first:end]
+    bits = np.unpackbits(words.view(np.uint8), bitorder="little")
+    return np.sort(clusters.members[BITS * first : BITS * end][bits.astype(bool)]).astype(np.int64)
+
+
+def _slice(clusters: Clusters, y: Float64) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+    """Whether distances lie in the grid, and in which slice: a slice begins with its nearer edge."""
+    edges = clusters.grid.edges
+    inside = (y >= edges[0]) & (y <= edges[-1])
+    k = np.searchsorted(edges, np.where(inside, y, edges[0]), side="right") - 1
+    return inside, np.clip(k, 0, clusters.grid.slices - 1)

@@ -1,0 +1,66 @@
+// Provides Cell, find_cell, next_light: the lights that may reach what is behind a pixel. For after surface.glsl.
+// A cell has a bit for each light of its depth slice: firefly_sample/plan/clusters.py.
+// Float64 twin: firefly_sample/reference/clusters.py
+
+uniform usampler2D u_lists;  // firefly_sample/gpu/cluster_rows.py
+uniform ivec4 u_tiling;      // samples along a tile's side, tiles across and up, words a tile
+uniform ivec3 u_parts;       // slices; where first words, and where words begin
+uniform vec4 u_slicing;      // from log2 of the distance, orthographic the distance, to slices; first and last edge
+
+struct Cell {
+    int word;   // the next one
+    int end;
+    int base;   // of this tile's words
+};
+
+uint listed(int i)
+{
+    return texelFetch(u_lists, ivec2(i & 2047, i >> 11), 0).r;
+}
+
+float slice_edge(int k)
+{
+    return uintBitsToFloat(listed(k));
+}
+
+ivec2 tile_of(Surface s)
+{
+#if HAS_PLACE
+    // which need not lie on the way through its pixel
+    vec4 clip = view_to_clip(s.place);
+    vec2 pixel = clip.xy / clip.w * u_size.zw + u_size.zw;
+#else
+    vec2 pixel = s.pixel;
+#endif
+    return clamp(ivec2(pixel / float(u_tiling.x)), ivec2(0), u_tiling.yz - 1);
+}
+
+Cell find_cell(Surface s)
+{
+    int slices = u_parts.x;
+    if (!(s.y >= u_slicing.z && s.y <= u_slicing.w))
+        return Cell(0, 0, 0);  // what no light reaches, and the background
+#if ORTHOGRAPHIC
+    float guess = s.y * u_slicing.x + u_slicing.y;
+#else
+    float guess = log2(s.y) * u_slicing.x + u_slicing.y;
+#endif
+    int k = clamp(int(floor(guess)), 0, slices - 1);
+    // drivers' logarithms differ in their last digits: the edges themselves decide
+    if (s.y < slice_edge(k))
+        --k;
+    else if (k + 1 < slices && s.y >= slice_edge(k + 1))
+        ++k;
+    ivec2 tile = tile_of(s);
+    int base = u_parts.z + (tile.y * u_tiling.y + tile.x) * u_tiling.w;
+    return Cell(int(listed(u_parts.y + k)), int(listed(u_parts.y + k + 1)), base);
+}
+
+// The number of a word's next light; the word's bits are taken off one by one.
+int next_light(int word, inout uint bits)
+{
+    uint lowest = bits & (~bits + 1u);
+    bits &= bits - 1u;
+    int bit = int(floatBitsToUint(float(lowest)) >> 23) - 127;  // of a power of two, exactly
+    return 32 * word + bit;
+}

@@ -1,0 +1,242 @@
+"""Every way to find the pixels that lights reach gives the same picture, on the real driver."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from firefly_sample.plan.build import build_plan
+from firefly_sample.reference.clusters import list_lengths
+from firefly_sample.scene.falloff import Falloff
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.settings import Settings
+from tests.conftest import make_renderer
+from tests.lit_scenes import lit_scene
+from tests.scenes import ball_scene, wall_scene
+
+METHODS = ("clustered", "fullscreen", "loop")
+SIZE = (96, 72)
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    with make_renderer(SIZE) as made:
+        yield made
+
+
+def pictures(renderer, scene, time=0.0, **changes):
+    """The radiance by each method, volumes first."""
+    found = []
+    for method in ("volumes", *METHODS):
+        renderer.settings = Settings(lights=method, **changes)
+        frame = renderer.render(scene, time, ("radiance",))
+        assert frame.lights.dropped == 0
+        found.append(frame["radiance"].astype(np.float64))
+    return found
+
+
+def assert_same(found):
+    bound = 5e-6 * max(np.percentile(found[0], 99.9), 1e-30)
+    for name, other in zip(METHODS, found[1:], strict=True):
+        where = np.unravel_index(np.abs(found[0] - other).argmax(), other.shape)
+        assert np.abs(found[0] - other).max() <= bound, (name, where, found[0][where], other[where])
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("forest", {"fireflies": 60}),
+        ("forest", {"fireflies": 40, "mist": True}),
+        ("lightbulbs", {"columns": 6, "rows": 6, "sun": True}),
+        ("smoke", {}),
+    ],
+    ids=str,
+)
+def test_all_methods_agree_on_every_scene(name, parameters):
+    scene = build_scene(find_scene(name), **parameters)
+    with make_renderer((160, 120)) as renderer:
+        assert_same(pictures(renderer, scene, 5.0))
+
+
+def random_scene(seed, lens):
+    """Balls on a floor among lights of all kinds: inside and outside the view, across its planes."""
+    rng = np.random.default_rng(seed)
+    scene = ball_scene(40, seed % 1000, radius=float(rng.uniform(0.5, 6.0)))
+    scene.camera.node().lens = lens
+    scene.camera.set_pos(*rng.uniform((-3, -6, 0), (3, 6, 5)))
+    scene.camera.set_hpr(*rng.uniform((-40, -40, -20), (40, 20, 20)))
+    for index in range(6):
+        spot = Spotlight(f"spot {index}", rng.uniform(0.2, 1.0, 3))
+        spot.get_lens().set_fov(float(rng.choice([1.0, 20.0, 70.0, 150.0])))
+        spot.set_attenuation(tuple(rng.uniform(0.1, 1.0, 3)))
+        spot.set_max_distance(float(rng.choice([2.0, 8.0, 40.0])))
+        path = scene.root.attach_new_node(spot)
+        path.set_pos(*rng.uniform((-6, -2, 0), (6, 16, 5)))
+        path.look_at(*rng.uniform((-3, 6, -1), (3, 14, 1)))
+    lamp = PointLight("endless", rng.uniform(0.1, 0.5, 3))
+    lamp.set_attenuation((1.0, 0.1, 0.0))
+    scene.root.attach_new_node(lamp).set_pos(*rng.uniform((-3, 0, 1), (3, 12, 4)))
+    scene.root.attach_new_node(DirectionalLight("sun", (0.1, 0.1, 0.05))).set_hpr(20, -50, 0)
+    return scene
+
+
+LENSES = st.one_of(
+    st.builds(
+        lambda fov, near, far: PerspectiveLens(fov=fov, near=near, far=far),
+        st.sampled_from([15.0, 60.0, 130.0]),
+        st.sampled_from([1e-2, 1.0, 4.0]),
+        st.sampled_from([12.0, 100.0, np.inf]),
+    ),
+    st.builds(
+        lambda width, near: OrthographicLens(film_size=width, near=near, far=40.0),
+        st.sampled_from([6.0, 24.0]),
+        st.sampled_from([-5.0, 1.0]),
+    ),
+)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(LENSES, st.integers(0, 2**32 - 1))
+def test_all_methods_agree_on_generated_scenes(renderer, lens, seed):
+    assert_same(pictures(renderer, random_scene(seed, lens)))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"light_resolution": "half"},
+        {"position": "depth32f"},
+        {"position": "stored32f"},
+        {"specular": "blinn_phong"},
+        {"clamp_light": True},
+        {"supersample": 2},
+        {"interpolation": "float64", "normals": "rgba32f", "albedo": "rgba32f"},
+    ],
+    ids=str,
+)
+def test_all_methods_agree_under_every_setting(renderer, changes):
+    assert_same(pictures(renderer, lit_scene(material="everything"), **changes))
+
+
+def shadowed_scene(shadows):
+    scene = ball_scene(10)
+    for index, node in enumerate((PointLight("lamp", (1, 1, 1)), Spotlight("spot", (1, 0.8, 0.6)))):
+        node.set_attenuation((1.0, 0.0, 0.02))
+        node.set_max_distance(12.0)
+        if isinstance(node, Spotlight):
+            node.get_lens().set_fov(60.0)
+        if shadows:
+            node.set_shadow_caster(True, 128)
+        path = scene.root.attach_new_node(node)
+        path.set_pos(3.0 * index - 1.0, 7, 4)
+        path.look_at(0, 10, 0)
+    return scene
+
+
+@pytest.mark.parametrize("taps", [1, 4, 16])
+def test_lights_with_shadows_take_part(renderer, taps):
+    found = pictures(renderer, shadowed_scene(True), shadow_taps=taps)
+    assert_same(found)
+    assert np.abs(pictures(renderer, shadowed_scene(False))[1] - found[1]).max() > 0.01
+
+
+@pytest.mark.parametrize("count", [1, 64, 256, 1000, 10_000])
+def test_a_pile_of_lights_is_one_light_to_2e6_however_many(renderer, count):
+    """max_distance is fixed: the same reach for each, so that nothing is cut off that one light has."""
+
+    def drawn(many):
+        scene = wall_scene()
+        spot = np.tile([0.3, 8, 0.2], (many, 1))
+        lights = PointLights("many", spot, np.array([1, 0.8, 0.6]) / many, 6.0, attenuation=(1.0, 0.2, 0.3))
+        scene.root.attach_new_node(lights)
+        renderer.settings = Settings(lights="clustered", cutoff_budget=0.0)
+        frame = renderer.render(scene, 0.0, ("radiance",))
+        assert (frame.lights.in_view, frame.lights.dropped) == (many, 0)
+        return frame["radiance"].astype(np.float64)
+
+    one, pile = drawn(1), drawn(count)
+    lit = one > 0
+    assert lit.any()
+    assert np.array_equal(lit, pile > 0)
+    assert (np.abs(pile - one)[lit] / one[lit]).max() <= 2e-6
+
+
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(LENSES, st.integers(0, 2**32 - 1))
+def test_a_pixels_list_is_its_twins(renderer, lens, seed):
+    """What the driver finds in a cell, by its own logarithm, is what NumPy finds by the edges."""
+    renderer.settings = Settings(lights="clustered")
+    plan = renderer.plan(random_scene(seed, lens), 0.0, ("overdraw", "depth"))
+    frame = renderer.draw(plan)
+    if not plan.batches:
+        return
+    distance = renderer.surface(plan).distance()
+    row, column = np.mgrid[: SIZE[1], : SIZE[0]]
+    expected = sum(list_lengths(cells, column, SIZE[1] - 1 - row, distance) for cells in plan.clusters)
+    suns = sum(len(lights) for lights in plan.lights if lights.kind == "directional")
+    drawn = np.isfinite(distance)  # in perspective nothing else is walked; orthographic, 0 is a distance too
+    assert np.array_equal(frame["overdraw"][drawn], (expected + suns)[drawn])
+
+
+def test_the_background_costs_nothing():
+    """Where nothing is drawn no light is walked, whatever reaches there."""
+    scene = ball_scene(60)
+    with make_renderer((160, 120), Settings(lights="clustered")) as renderer:
+        frame = renderer.render(scene, 0.0, ("overdraw", "depth"))
+    drawn = np.isfinite(frame["depth"])
+    assert drawn.any()
+    assert not drawn.all()
+    assert frame["overdraw"][drawn].max() > 0
+    assert not frame["overdraw"][~drawn].any()
+
+
+def test_the_forests_cells_shade_few_pairs_in_vain():
+    """Per lit pair at most 1.6; volumes with a depth test shade more than twice as many."""
+    from firefly_sample.reference.shade import count_pairs
+
+    scene = build_scene(find_scene("forest"))
+    with make_renderer((800, 600), count_fragments=True) as renderer:
+        plan = renderer.plan(scene, 5.0, ("color", "position", "overdraw"))
+        assert plan.culling.method == "clustered"
+        frame = renderer.draw(plan)
+        pairs = count_pairs(renderer.surface(plan).position(), plan.lights)
+        assert frame.shaded == frame["overdraw"].sum(dtype=np.float64)
+        assert pairs < frame.shaded <= 1.6 * pairs
+        renderer.settings = Settings(lights="volumes")
+        assert renderer.render(scene, 5.0).shaded > 2 * frame.shaded
+
+
+# --- auto ---
+
+
+def test_one_light_is_drawn_as_a_volume_and_many_by_cells():
+    few, many = build_plan(ball_scene(1)), build_plan(ball_scene(500))
+    assert few.culling.method == "volumes"
+    assert not few.clusters
+    assert many.culling.method == "clustered"
+    assert sum(len(c.lights) for c in many.clusters) == many.counts.in_view
+    for plan in few, many:
+        assert plan.culling.shaded.keys() == {"volumes", "clustered", "fullscreen"}
+        assert plan.culling.shaded["fullscreen"] == plan.counts.in_view * 800 * 600
+
+
+def test_the_original_look_adds_light_by_light():
+    assert build_plan(ball_scene(500), Settings(look="classic")).culling.method == "volumes"
+
+
+@pytest.mark.parametrize("method", ["volumes", "clustered", "fullscreen", "loop", "forward"])
+def test_a_named_method_is_taken_as_it_is(method):
+    plan = build_plan(ball_scene(3), Settings(lights=method))
+    assert (plan.culling.method, plan.culling.shaded) == (method, {})
+
+
+def test_falloffs_of_both_kinds_have_lists_of_their_own():
+    scene = ball_scene(20)
+    lamp = PointLight("lamp", (1, 1, 1))
+    lamp.set_attenuation((1, 0, 1))
+    scene.root.attach_new_node(lamp).set_pos(0, 8, 2)
+    plan = build_plan(scene, Settings(lights="clustered"))
+    assert {cells.lights.falloff for cells in plan.clusters} == {Falloff.RAMP_SQUARED, Falloff.ATTENUATION}
