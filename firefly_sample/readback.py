@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 from firefly_sample.frame import OUTPUTS, Image
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.targets import FORMATS, stored_dtype, stored_fractions
-from firefly_sample.reference.gbuffer import decode_albedo, decode_normal, decode_specular
+from firefly_sample.reference.gbuffer import (
+    decode_albedo,
+    decode_normal,
+    decode_specular,
+    unpack_ten_bits,
+)
 from firefly_sample.reference.shade import GBuffer
 from firefly_sample.srgb import srgb_to_linear
 
@@ -137,6 +142,8 @@ class Surface:
     def _colors(self, target: str) -> Float64:
         made = self._plan.target(target)
         assert made is not None
+        if made.packing == "root10":
+            return decode_albedo(unpack_ten_bits(self.raw(target, np.uint32, 1)))
         stored = self._floats(target, 4)[..., :3]
         return stored if made.packing == "linear" else decode_albedo(stored)
 
@@ -175,7 +182,10 @@ class Surface:
         """Where something was drawn."""
         if self._plan.target("coverage") is not None:
             return np.asarray(self.raw("coverage", np.uint8, 1) > 0)
-        if self._plan.target("albedo") is not None:
+        albedo = self._plan.target("albedo")
+        if albedo is not None and albedo.packing == "root10":
+            return np.asarray(self.raw("albedo", np.uint32, 1) != 0)
+        if albedo is not None:
             return np.asarray(self._floats("albedo", 4)[..., 3] > 0)
         return np.asarray(self.raw("distance", np.float32, 1) != 0)
 

@@ -7,9 +7,9 @@
 #if RADIANCE
 #if LIT
 #if OWN
-uniform sampler2D u_ambient_albedo;
+uniform COLOR_SAMPLER u_ambient_albedo;
 #else
-uniform sampler2D u_albedo;
+uniform COLOR_SAMPLER u_albedo;
 #endif
 #endif
 #if EMISSION
@@ -28,9 +28,9 @@ void main()
     vec3 sum = vec3(0.0);
 #if LIT
 #if OWN
-    sum += decode_albedo(texelFetch(u_ambient_albedo, texel, 0).rgb) * u_ambient.rgb;
+    sum += unpack_color(texelFetch(u_ambient_albedo, texel, 0)) * u_ambient.rgb;
 #else
-    sum += decode_albedo(texelFetch(u_albedo, texel, 0).rgb) * u_ambient.rgb;
+    sum += unpack_color(texelFetch(u_albedo, texel, 0)) * u_ambient.rgb;
 #endif
 #endif
 #if EMISSION

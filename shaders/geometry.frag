@@ -12,7 +12,7 @@ flat in uint v_instance;
 #endif
 
 #if ALBEDO
-out vec4 o_albedo;
+out COLOR_TEXEL o_albedo;
 #endif
 #if NORMAL
 out vec4 o_normal;
@@ -24,7 +24,7 @@ out float o_distance;
 out vec4 o_position;
 #endif
 #if AMBIENT
-out vec4 o_ambient;
+out COLOR_TEXEL o_ambient;
 #endif
 #if SPECULAR
 out vec4 o_specular;
@@ -62,7 +62,7 @@ void main()
     vec3 view = surface_view();
 #endif
 #if ALBEDO
-    o_albedo = vec4(encode_albedo(made.albedo), 1.0);  // alpha marks what was drawn
+    o_albedo = pack_color(made.albedo);
 #endif
 #if NORMAL
     o_normal = encode_normal(surface_normal(view));
@@ -76,7 +76,7 @@ void main()
     o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
 #endif
 #if AMBIENT
-    o_ambient = vec4(encode_albedo(made.ambient), 1.0);
+    o_ambient = pack_color(made.ambient);
 #endif
 #if SPECULAR
     o_specular = encode_specular(v_specular.rgb, v_specular.a);

@@ -22,7 +22,11 @@ uniform sampler2D u_position;
 uniform sampler2D u_depth;
 #endif
 #if ORTHOGRAPHIC && (POSITION == 0 || POSITION == 3)
+#if PACKED
+uniform usampler2D u_albedo;
+#else
 uniform sampler2D u_albedo;
+#endif
 #endif
 
 float surface_distance(ivec2 texel)
@@ -37,7 +41,11 @@ float surface_distance(ivec2 texel)
 #endif
 #if POSITION == 0 || POSITION == 3
 #if ORTHOGRAPHIC
+#if PACKED
+    bool covered = texelFetch(u_albedo, texel, 0).r != 0u;
+#else
     bool covered = texelFetch(u_albedo, texel, 0).a > 0.0;
+#endif
 #else
     bool covered = y != 0.0;
 #endif

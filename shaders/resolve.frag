@@ -16,8 +16,13 @@ uniform sampler2D u_particles;
 uniform sampler2D u_coverage;
 #define COVERED texelFetch(u_coverage, texel, 0).r
 #elif MASKED
+#if PACKED
+uniform usampler2D u_albedo;
+#define COVERED float(texelFetch(u_albedo, texel, 0).r)
+#else
 uniform sampler2D u_albedo;
 #define COVERED texelFetch(u_albedo, texel, 0).a
+#endif
 #endif
 #if COLOR
 out vec4 o_color;

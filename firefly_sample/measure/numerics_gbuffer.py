@@ -160,14 +160,19 @@ def _dark_bound(name: str, value: float) -> float | None:
 
 
 def _through_albedo(device: Device, values: Float64, target: str, packing: str) -> Float64:
+    inputs = np.repeat(values[:, None], 4, axis=1)
+    given = {"NORMALS": 0, "COLORS": get_args(ColorPacking).index(packing)}
+    if packing == "root10":  # a whole number, which every target keeps as it is
+        body = "result = vec4(unpack_color(uvec4(pack_color(a.rgb))), 1.0);"
+        return evaluate(device, ["gbuffer"], body, inputs, given)[:, 0].astype(np.float64)
     result = evaluate(
         device,
         ["gbuffer"],
-        "result = vec4(encode_albedo(a.rgb), 1.0);",
-        np.repeat(values[:, None], 4, axis=1),
-        {"NORMALS": 0, "COLORS": get_args(ColorPacking).index(packing)},
+        "result = pack_color(a.rgb);",
+        inputs,
+        given,
         target=target,
-        then="result.rgb = decode_albedo(a.rgb);",
+        then="result.rgb = unpack_color(a);",
         encode=FORMATS[target].srgb,
     )
     return result[:, 0].astype(np.float64)

@@ -207,6 +207,7 @@ def _particles(needs: Needs, frame: _Passes) -> None:
         position=position,
         orthographic=needs.orthographic,
         reverse=needs.reverse and position == "depth",
+        packed=needs.drawn and needs.packed and needs.orthographic and position in ("distance", "stored"),
     )
     reads = ("particle_light", *(_soft_place(needs) if needs.drawn else ()))
     frame.add("particles", needs.particles_in_view, variant, reads=reads, writes=("particles",))
@@ -342,6 +343,7 @@ def _resolve(needs: Needs, frame: _Passes) -> None:
         tone=settings.tone_curve,
         supersample=settings.supersample,  # type: ignore[arg-type]
         particles="particles" in frame.names,
+        packed="albedo" in frame.names and needs.packed,
     )
     because = "; ".join(asked(needs.outputs, ("color", "radiance")))
     reads = frame.there("radiance", "particles", "albedo", "coverage")

@@ -180,7 +180,8 @@ def _particles() -> Iterator[Variant]:
         yield ParticleVariant(False, orthographic=flat)
         for position in get_args(Position):
             for reverse in _BOTH if position == "depth" else (False,):
-                yield ParticleVariant(True, position, flat, reverse)
+                for packed in _BOTH if flat and position in ("distance", "stored") else (False,):
+                    yield ParticleVariant(True, position, flat, reverse, packed)
 
 
 def _resolve() -> Iterator[Variant]:
@@ -195,7 +196,9 @@ def _resolve() -> Iterator[Variant]:
                     _BOTH if gradient else (False,), (False,) if classic else _BOTH
                 ):
                     flags = (radiance, masked, color, final, gradient, flat, classic)
-                    yield ResolveVariant(*flags, tone, supersample, marked, particles)  # type: ignore[arg-type]
+                    for packed in _BOTH if masked and not (marked or classic) else (False,):
+                        own = (tone, supersample, marked, particles, packed)
+                        yield ResolveVariant(*flags, *own)  # type: ignore[arg-type]
 
 
 def _light_views(view: View) -> Iterator[Variant]:

@@ -236,6 +236,11 @@ class Needs:
         return ("rgba8", "linear") if self.classic else ALBEDO_FORMATS[self.settings.albedo]
 
     @property
+    def packed(self) -> bool:
+        """Whether colours are stored as bits of whole numbers."""
+        return self.albedo_format[1] == "root10"
+
+    @property
     def accumulation_format(self) -> str:
         """Format of what light is added up in."""
         return "rgba8" if self.classic else ACCUMULATION_FORMATS[self.settings.accumulation]

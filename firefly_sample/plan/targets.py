@@ -96,7 +96,7 @@ NORMAL_FORMATS: dict[str, tuple[str, str]] = {
 """Format and packing of each setting `normals`; `UNSIGNED` where a driver cannot draw into signed targets."""
 UNSIGNED = ("rg16", "unorm16")
 ALBEDO_FORMATS: dict[str, tuple[str, str]] = {
-    "sqrt10": ("rgb10_a2", "root10"),
+    "sqrt10": ("r32ui", "root10"),
     "sqrt8": ("rgba8", "root"),
     "srgb8": ("srgb8_alpha8", "linear"),
     "rgba8": ("rgba8", "linear"),

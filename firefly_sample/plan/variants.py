@@ -230,13 +230,15 @@ class ParticleLightVariant(Variant):
 class ParticleVariant(Variant):
     """Particles and the dots among them; `surfaces` says whether there are any to end at softly.
 
-    `reverse` is of a depth buffer that tells where they are: it is 0 where there is none, else 1.
+    `reverse` is of a depth buffer that tells where they are: it is 0 where there is none, else 1. `packed` is
+    of colours that tell: whole numbers.
     """
 
     surfaces: bool = True
     position: Position = "distance"
     orthographic: bool = False
     reverse: bool = False
+    packed: bool = False
 
 
 @dataclass(frozen=True)
@@ -261,7 +263,10 @@ class LightViewVariant(Variant):
 
 @dataclass(frozen=True)
 class ResolveVariant(Variant):
-    """What the last pass reads and writes; `marked` says that a target of its own tells what is covered."""
+    """What the last pass reads and writes; `marked` says that a target of its own tells what is covered.
+
+    Without that colours tell, which are whole numbers where they are `packed`.
+    """
 
     radiance: bool = True
     masked: bool = True
@@ -274,6 +279,7 @@ class ResolveVariant(Variant):
     supersample: Literal[1, 2] = 1
     marked: bool = False
     particles: bool = False
+    packed: bool = False
 
 
 _NUMBERS = {

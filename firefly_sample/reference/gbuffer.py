@@ -17,6 +17,7 @@ __all__ = [
     "encode_normal",
     "encode_specular",
     "quantise_snorm16",
+    "unpack_ten_bits",
 ]
 
 Float64 = NDArray[np.float64]
@@ -30,6 +31,11 @@ def encode_albedo(albedo: ArrayLike) -> Float64:
 def decode_albedo(stored: ArrayLike) -> Float64:
     """The inverse of `encode_albedo`."""
     return np.asarray(stored, dtype=np.float64) ** 2
+
+
+def unpack_ten_bits(texels: NDArray[np.uint32]) -> Float64:
+    """Three fractions of 1 for each whole number, ten bits each from the lowest on, shape (..., 3)."""
+    return (texels[..., None] >> np.array([0, 10, 20], dtype=np.uint32) & np.uint32(1023)) / 1023.0
 
 
 def encode_normal(normal: ArrayLike) -> Float64:

@@ -7,7 +7,7 @@
 
 uniform sampler2D u_normal;
 #if RADIANCE && !HALF
-uniform sampler2D u_albedo;
+uniform COLOR_SAMPLER u_albedo;
 #endif
 #if HIGHLIGHTS
 uniform sampler2D u_specular;
@@ -73,7 +73,7 @@ Surface read_surface(ivec2 texel)
     Surface s = read_place(texel);
     s.normal = decode_normal(texelFetch(u_normal, texel, 0));
 #if RADIANCE && !HALF
-    s.albedo = decode_albedo(texelFetch(u_albedo, texel, 0).rgb);
+    s.albedo = unpack_color(texelFetch(u_albedo, texel, 0));
 #else
     s.albedo = vec3(0.0);
 #endif
