@@ -96,6 +96,9 @@ class Renderer:
     count_fragments : bool
         Count what the passes of light shade, in `Frame.shaded`: fragments, and of clusters, whose fragments
         walk lists, the lights in these. It reads the G-buffer back.
+    reuse : bool
+        Keep the G-buffer while neither camera nor geometry changes; the attribute can be changed. False draws
+        all of it in every frame, for measuring.
     window : bool
         Draw with the context of the window that is current in this thread.
 
@@ -121,11 +124,13 @@ class Renderer:
         device: int | None = None,
         require_gpu: bool = False,
         count_fragments: bool = False,
+        reuse: bool = True,
         window: bool = False,
     ) -> None:
         self.settings = settings or Settings()
         self.size = check_size(size)
         self.count_fragments = count_fragments
+        self.reuse = reuse
         self._planner = Planner()
         self._passes = {made.name: made for made in (kind() for kind in PASSES)}
         self._device = Device(device, window=window)
@@ -258,6 +263,7 @@ class Renderer:
 
     def _draw_passes(self, plan: FramePlan) -> tuple[dict[str, float], int | None]:
         gpu = self._gpu
+        gpu.reuse = self.reuse
         gpu.begin(plan)
         try:
             for step in plan.passes:

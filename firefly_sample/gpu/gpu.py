@@ -29,13 +29,14 @@ class Gpu:
         self.device = device
         self.ctx = device.ctx
         self.programs = Programs(device.ctx)
-        self.uploads = Uploads(device.ctx)
+        self.uploads = Uploads(device)
         self.corners = CornerTables(device.ctx)
         self.tables = Tables(device.ctx)
         self.images = Images(device)
         self.timers = Timers(device)
         self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
         self.lights_drawn = 0
+        self.reuse = True
         self._shadow_table: moderngl.Texture | None = None
         self._streams: dict[str, moderngl.Buffer] = {}
         self._arrays: dict[tuple[str, Program], tuple[tuple[moderngl.Buffer, ...], moderngl.VertexArray]] = {}
@@ -44,7 +45,7 @@ class Gpu:
         """Bring targets and uniform blocks up to date for a frame, and free what is gone."""
         self.lights_drawn = 0
         self._shadow_table = None
-        self.uploads.sweep()
+        self.uploads.sweep(plan.batches)
         self.images.prepare(plan)
         blocks = {"View": view_values(plan.view), "Shading": shading_values(plan)}
         if plan.volume is not None:

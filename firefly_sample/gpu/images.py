@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import moderngl
 
@@ -41,7 +42,7 @@ class Images:
         self._device = device
         self._textures: dict[tuple[str, str, tuple[int, int]], moderngl.Texture] = {}
         self._framebuffers: dict[tuple[str, tuple[str, ...]], moderngl.Framebuffer] = {}
-        self._size: tuple[int, int] | None = None
+        self._writers: dict[tuple[str, str, tuple[int, int]], str] = {}
 
     def prepare(self, plan: FramePlan) -> None:
         """Forget everything of another size or format, so that memory follows what is drawn."""
@@ -51,6 +52,7 @@ class Images:
         self._release_framebuffers()
         for key in self._textures.keys() - wanted:
             self._textures.pop(key).release()
+            self._writers.pop(key, None)
         try:
             for target in plan.targets:
                 key = self._key(plan, target)
@@ -98,6 +100,18 @@ class Images:
                 raise self._no_memory(plan) from error
         return self._framebuffers[key]
 
+    def note_writer(self, plan: FramePlan, step: PassPlan, names: Iterable[str]) -> None:
+        """Remember which pass wrote some targets last."""
+        for name in names:
+            target = plan.target(name)
+            assert target is not None
+            self._writers[self._key(plan, target)] = step.name
+
+    def writer(self, plan: FramePlan, name: str) -> str | None:
+        """The pass that wrote a target last, in this frame or one before; None where none did."""
+        target = plan.target(name)
+        return None if target is None else self._writers.get(self._key(plan, target))
+
     def _release_framebuffers(self) -> None:
         self._device.unbind()
         for framebuffer in self._framebuffers.values():
@@ -110,6 +124,7 @@ class Images:
         for texture in self._textures.values():
             texture.release()
         self._textures.clear()
+        self._writers.clear()
 
 
 def _format(plan: FramePlan, name: str) -> str:
@@ -150,6 +165,10 @@ class BoundImages:
             raise PlanError(f"pass {self._step.name!r} does not declare that it writes {name!r}")
         return self._images.texture(self._plan, name)
 
+    def writer(self, name: str) -> str | None:
+        """The pass that wrote a target last, in this frame or one before; None where none did."""
+        return self._images.writer(self._plan, name)
+
     def color_names(self) -> tuple[str, ...]:
         """The colour targets that the pass draws into, in attachment order."""
         names = (*self._step.writes, *self._step.updates)
@@ -167,6 +186,7 @@ class BoundImages:
         written = [self._plan.target(name) for name in self._step.writes]
         depth = next((made for made in written if made and FORMATS[made.format].depth), None)
         framebuffer.depth_mask = depth is not None
+        self._images.note_writer(self._plan, self._step, (*self._step.writes, *self.color_names()))
         if written:
             framebuffer.clear(0.0, 0.0, 0.0, 0.0, depth=depth.clear[0] if depth else 1.0)
         return framebuffer
@@ -181,6 +201,7 @@ class BoundImages:
         framebuffer = self.framebuffer_of(name)
         framebuffer.use()
         framebuffer.depth_mask = True
+        self._images.note_writer(self._plan, self._step, (name,))
         return self._images.texture(self._plan, name), framebuffer
 
     def framebuffer_of(self, name: str) -> moderngl.Framebuffer:

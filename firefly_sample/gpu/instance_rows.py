@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -33,19 +34,25 @@ CASTER_DTYPE = np.dtype([*((f"in_clip_{axis}", np.float32, 4) for axis in "xyzw"
 """One caster of a shadow: the columns of model-to-clip, and the factor of its alpha."""
 
 
-def instance_rows(batch: Batch) -> NDArray[Any]:
-    """The instances of a batch; normals go through the cofactor matrix, which needs no inverse."""
-    m = batch.model_to_view
-    rows = np.zeros(len(m), dtype=INSTANCE_DTYPE)
-    cofactors = normal_columns(m)
+def instance_rows(batches: Sequence[Batch]) -> NDArray[Any]:
+    """The instances of batches, one batch after the other.
+
+    Normals go through the cofactor matrix, which needs no inverse.
+    """
+    rows = np.zeros(sum(len(batch.ids) for batch in batches), dtype=INSTANCE_DTYPE)
+    if not len(rows):
+        return rows
+    matrices = np.concatenate([batch.model_to_view for batch in batches])
+    cofactors = normal_columns(matrices)
     for column, axis in enumerate("xyz"):
-        rows[f"in_view_{axis}"] = m[:, :, column]
+        rows[f"in_view_{axis}"] = matrices[:, :, column]
         rows[f"in_normal_{axis}"] = cofactors[:, :, column]
-    rows["in_base_color"] = batch.factors.base_colors
-    rows["in_ambient"] = batch.factors.ambients
-    rows["in_emission"] = batch.factors.emissions
-    rows["in_specular"] = batch.factors.speculars
-    rows["in_id"] = batch.ids.astype(np.uint32) + 1
+    factors = [batch.factors for batch in batches]
+    rows["in_base_color"] = np.concatenate([own.base_colors for own in factors])
+    rows["in_ambient"] = np.concatenate([own.ambients for own in factors])
+    rows["in_emission"] = np.concatenate([own.emissions for own in factors])
+    rows["in_specular"] = np.concatenate([own.speculars for own in factors])
+    rows["in_id"] = np.concatenate([batch.ids for batch in batches]).astype(np.uint32) + 1
     return rows
 
 

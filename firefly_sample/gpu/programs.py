@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import moderngl
 import numpy as np
 
 from firefly_sample.errors import GpuError, ShaderError
 from firefly_sample.gpu.blocks import BLOCKS, binding
+from firefly_sample.gpu.raw import Pointer
 from firefly_sample.gpu.shader_source import ShaderSource, load_source
 from firefly_sample.plan.variants import Variant, defines
 
@@ -36,6 +37,7 @@ class Program:
             if isinstance(block, moderngl.UniformBlock):
                 block.binding = binding(name)
         self._units: dict[str, int] = {}
+        self._pointers: dict[np.dtype[Any], tuple[Pointer, ...]] = {}
 
     def use(
         self,
@@ -94,6 +96,22 @@ class Program:
                 formats.append(f"{count * 4}x")
         rate = "/i" if per_instance else ""
         return (buffer, " ".join(formats) + rate, *names) if names else None
+
+    def pointers(self, dtype: np.dtype[Any]) -> tuple[Pointer, ...]:
+        """Where the program's attributes are in a row of a dtype whose fields are called as they are."""
+        if dtype not in self._pointers:
+            assert dtype.names is not None
+            self._pointers[dtype] = tuple(
+                Pointer(
+                    cast(moderngl.Attribute, self.mgl[name]).location,
+                    int(np.prod(dtype[name].shape, initial=1)),
+                    dtype[name].base.kind == "u",
+                    int(dtype.fields[name][1]),  # type: ignore[index]
+                )
+                for name in dtype.names
+                if name in self.attributes
+            )
+        return self._pointers[dtype]
 
     def release(self) -> None:
         """Free the GL program."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
-__all__ = ["RawGL"]
+__all__ = ["Pointer", "RawGL"]
 
 LOWER_LEFT = 0x8CA1
 NEGATIVE_ONE_TO_ONE = 0x935E
@@ -15,6 +16,8 @@ FRAMEBUFFER_SRGB = 0x8DB9
 TEXTURE_2D = 0x0DE1
 DEPTH_COMPONENT = 0x1902
 FLOAT = 0x1406
+UNSIGNED_INT = 0x1405
+ARRAY_BUFFER = 0x8892
 READ_FRAMEBUFFER = 0x8CA8
 DRAW_FRAMEBUFFER = 0x8CA9
 DEPTH_BUFFER_BIT = 0x0100
@@ -24,6 +27,15 @@ SAMPLES_PASSED = 0x8914
 QUERY_RESULT = 0x8866
 
 _KINDS = ("Buffer", "Framebuffer", "Program", "Query", "Sampler", "Shader", "Texture", "VertexArray")
+
+
+class Pointer(NamedTuple):
+    """An attribute in a row: location, how many 32-bit numbers, whole ones or floats, and where, in bytes."""
+
+    location: int
+    components: int
+    whole: bool
+    offset: int
 
 
 class RawGL:
@@ -55,6 +67,22 @@ class RawGL:
         self._call(
             "glTexImage2D", TEXTURE_2D, 0, internal_format, width, height, 0, DEPTH_COMPONENT, FLOAT, None
         )
+
+    def point_attributes(
+        self, array: int, buffer: int, pointers: Iterable[Pointer], stride: int, first: int
+    ) -> None:
+        """Let a vertex array object take attributes from a buffer of rows, from row `first` on."""
+        self._call("glBindVertexArray", array)
+        self._call("glBindBuffer", ARRAY_BUFFER, buffer)
+        for pointer in pointers:
+            start = ctypes.c_void_p(first * stride + pointer.offset)
+            if pointer.whole:
+                numbers = (pointer.location, pointer.components, UNSIGNED_INT, stride)
+                self._call("glVertexAttribIPointer", *numbers, start)
+            else:
+                self._call(
+                    "glVertexAttribPointer", pointer.location, pointer.components, FLOAT, 0, stride, start
+                )
 
     def copy_texels(self, source: int, texture: int, corner: tuple[int, int], size: tuple[int, int]) -> None:
         """Copy texels of a framebuffer object's image, from `corner` on, into a texture of this size."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import GpuError
+from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
 from firefly_sample.gpu.programs import Program
 from firefly_sample.mipmaps import texture_levels
@@ -60,16 +61,6 @@ class _Mesh:
 
 
 @dataclass(eq=False)
-class _Instances:
-    buffer: moderngl.Buffer
-    rows: NDArray[Any]
-    used: int = 0
-
-    def release(self) -> None:
-        self.buffer.release()
-
-
-@dataclass(eq=False)
 class _Image:
     revision: int
     texture: moderngl.Texture
@@ -81,10 +72,11 @@ class _Image:
 
 @dataclass(eq=False)
 class _Drawable:
-    """A vertex array over a mesh and its instances, for one program."""
+    """A vertex array over a mesh and instances from `first` on, for one program."""
 
     parts: tuple[object, ...]
     array: moderngl.VertexArray
+    first: int = 0
     used: int = 0
 
     def release(self) -> None:
@@ -94,13 +86,17 @@ class _Drawable:
 class Uploads:
     """Everything of the scene that lives on the GPU."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
+    def __init__(self, device: Device) -> None:
+        self._raw = device.raw
+        self._ctx = device.ctx
         self._frame = 0
         self._owners: dict[int, weakref.ref[Any]] = {}
         self._meshes: dict[tuple[int, bool], _Mesh] = {}
         self._images: dict[tuple[int, float | None, bool], _Image] = {}
-        self._instances: dict[tuple[int, object], _Instances] = {}
+        self._instances: moderngl.Buffer | None = None
+        self._rows: NDArray[Any] = np.zeros(0, dtype=INSTANCE_DTYPE)
+        self._batches: tuple[Batch, ...] = ()
+        self._first: dict[int, int] = {}
         self._drawables: dict[tuple[int, object, int], _Drawable] = {}
         self._casters: moderngl.Buffer | None = None
         self._caster_arrays: dict[tuple[int, int], _Drawable] = {}
@@ -112,9 +108,11 @@ class Uploads:
             self._owners[owner] = weakref.ref(thing)
         return owner
 
-    def sweep(self) -> None:
-        """Free what is gone or long unused; call it once a frame, with the context current."""
+    def sweep(self, batches: tuple[Batch, ...] = ()) -> None:
+        """Free what is gone or long unused; call it once a frame, in the context, with its batches."""
         self._frame += 1
+        if batches is not self._batches:
+            self._batches, self._first = (), {}  # it would keep alive what has left the scene
         self._evict()
         dead = {key for key, reference in self._owners.items() if reference() is None}
         if not dead:
@@ -128,7 +126,7 @@ class Uploads:
     def _evict(self) -> None:
         """Free what belongs to a colour or a cut-off that is no longer drawn."""
         oldest = self._frame - KEEP_FRAMES
-        tables: tuple[dict[Any, Any], ...] = (self._drawables, self._caster_arrays, self._instances)
+        tables: tuple[dict[Any, Any], ...] = (self._drawables, self._caster_arrays)
         for table in tables:
             for key in [key for key, entry in table.items() if entry.used < oldest]:
                 table.pop(key).release()
@@ -139,16 +137,45 @@ class Uploads:
 
     def _tables(self) -> tuple[dict[Any, Any], ...]:
         """Every table; its keys begin with their owner's id."""
-        return (self._drawables, self._caster_arrays, self._instances, self._meshes, self._images)
+        return (self._drawables, self._caster_arrays, self._meshes, self._images)
+
+    def prepare(self, batches: tuple[Batch, ...]) -> None:
+        """Bring the instances of a frame's batches up to date: one after the other in one buffer."""
+        if batches is self._batches and self._instances is not None:
+            return
+        rows = instance_rows(batches)
+        if self._instances is None or self._instances.size < rows.nbytes:
+            if self._instances is not None:
+                self._instances.release()
+            self._instances = self._ctx.buffer(reserve=2 * max(rows.nbytes, 64), dynamic=True)
+            self._rows = rows[:0]
+        if not np.array_equal(self._rows, rows):
+            self._instances.write(rows)
+            self._rows = rows
+        counts = [len(batch.ids) for batch in batches]
+        starts = np.cumsum([0, *counts]).tolist()
+        self._first = {id(batch): start for batch, start in zip(batches, starts, strict=False)}
+        self._batches = batches
 
     def drawable(self, batch: Batch, program: Program) -> moderngl.VertexArray:
-        """The vertex array that draws `batch` with `program`, its instances up to date."""
+        """The vertex array that draws one of the batches that were prepared with `program`."""
+        assert self._instances is not None
         mesh = self._mesh(batch.geom, batch.variant.vertex_color)
-        instances = self._instance_buffer(batch)
-        key = (id(batch.geom), batch.key, id(program))
-        array = self._array(self._drawables, key, mesh, instances.buffer, INSTANCE_DTYPE, program)
-        array.instances = len(batch.ids)
-        return array
+        key = (self._own(batch.geom), batch.key, id(program))
+        kept = self._array(self._drawables, key, mesh, self._instances, INSTANCE_DTYPE, program)
+        first = self._first[id(batch)]
+        if kept.first != first:
+            # OpenGL 3.3 has no draw that begins with another instance than 0: the attributes do
+            self._raw.point_attributes(
+                kept.array.glo,
+                self._instances.glo,
+                program.pointers(INSTANCE_DTYPE),
+                INSTANCE_DTYPE.itemsize,
+                first,
+            )
+            kept.first = first
+        kept.array.instances = len(batch.ids)
+        return kept.array
 
     def caster_array(self, batch: CasterBatch, program: Program) -> moderngl.VertexArray:
         """The vertex array that draws `batch` into a shadow map; it holds until the next call."""
@@ -160,7 +187,7 @@ class Uploads:
         self._casters.write(rows)
         mesh = self._mesh(batch.geom, batch.geom.colors is not None)
         key = (id(batch.geom), id(program))
-        array = self._array(self._caster_arrays, key, mesh, self._casters, CASTER_DTYPE, program)
+        array = self._array(self._caster_arrays, key, mesh, self._casters, CASTER_DTYPE, program).array
         array.instances = len(rows)
         return array
 
@@ -172,7 +199,7 @@ class Uploads:
         instances: moderngl.Buffer,
         dtype: np.dtype[Any],
         program: Program,
-    ) -> moderngl.VertexArray:
+    ) -> _Drawable:
         """A mesh and its instances for a program, made anew where one of them was."""
         kept = table.get(key)
         if kept is None or kept.parts != (mesh, instances):
@@ -187,7 +214,7 @@ class Uploads:
             )
             kept = table[key] = _Drawable((mesh, instances), array)
         kept.used = self._frame
-        return kept.array
+        return kept
 
     def _mesh(self, geom: MeshSource, colors: bool) -> _Mesh:
         """A Geom's vertices, with or without its colours, and its triangles."""
@@ -207,20 +234,6 @@ class Uploads:
         mesh = _Mesh(geom.revision, colors, self._ctx.buffer(rows), self._ctx.buffer(triangles))
         self._meshes[key] = mesh
         return mesh
-
-    def _instance_buffer(self, batch: Batch) -> _Instances:
-        key = (self._own(batch.geom), batch.key)
-        rows = instance_rows(batch)
-        kept = self._instances.get(key)
-        if kept is None or kept.buffer.size < rows.nbytes:
-            if kept is not None:
-                kept.release()
-            kept = self._instances[key] = _Instances(self._ctx.buffer(rows, dynamic=True), rows)
-        elif len(kept.rows) != len(rows) or not np.array_equal(kept.rows, rows):
-            kept.buffer.write(rows)
-            kept.rows = rows
-        kept.used = self._frame
-        return kept
 
     def texture(self, image: TextureSource, cutoff: float | None, stored: bool = False) -> moderngl.Texture:
         """A base colour texture with its mipmaps.
@@ -265,6 +278,10 @@ class Uploads:
         if self._casters is not None:
             self._casters.release()
             self._casters = None
+        if self._instances is not None:
+            self._instances.release()
+            self._instances = None
+        self._batches = ()
         self._owners.clear()
 
 

@@ -74,7 +74,7 @@ class Bench:
     Parameters
     ----------
     renderer : Renderer
-        Of the size to measure; its settings are this object's from now on.
+        Of the size to measure; its settings are this object's from now on, and it reuses nothing.
     scene : Scene
     time : float
         Seconds.
@@ -108,6 +108,7 @@ class Bench:
         samples: int = 1,
     ) -> None:
         self.renderer, self.scene, self.time, self.base = renderer, scene, time, base
+        renderer.reuse = False  # a kept G-buffer has no time
         self._samples = samples
         finest = base.with_changes(**FINEST, lights="volumes", light_resolution="full", supersample=1)
         self.reference: ReferenceFrame = reference_frame(renderer, scene, finest, time, progress)

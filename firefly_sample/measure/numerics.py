@@ -112,7 +112,7 @@ def measure_numerics(
         if require_gpu:
             made.require_gpu()
         if _FRAMES.keys() & set(chosen):
-            renderer = held.enter_context(Renderer(device=device, count_fragments=True))
+            renderer = held.enter_context(Renderer(device=device, count_fragments=True, reuse=False))
         tables = []
         for done, name in enumerate(chosen):
             if progress is not None:

@@ -114,7 +114,9 @@ def measure_speed(
     draws = {name: _Draws() for name in METHODS}
     total, done = len(variations) * (rounds + 1) * len(METHODS), 0
     pairs, lights = 0, 0
-    with Renderer(size, base, device=device, require_gpu=require_gpu, count_fragments=True) as renderer:
+    with Renderer(
+        size, base, device=device, require_gpu=require_gpu, count_fragments=True, reuse=False
+    ) as renderer:
         for variation, changed in enumerate(variations):
             built = build_scene(plugin, **changed)
             for round_index in range(rounds + 1):

@@ -34,6 +34,7 @@ class ForwardPass(Pass):
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
         assert isinstance(step.variant, ForwardVariant)
         self._ready.clear()
+        gpu.uploads.prepare(plan.batches)
         outputs = images.color_names()
         for index, lights in enumerate(joined_sets(plan, MOST_LOOPED) or [None]):
             frame = _variant_for(step.variant, lights, first=index == 0)

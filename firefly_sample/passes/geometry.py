@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import moderngl
 
@@ -26,23 +27,35 @@ class Drawable:
 
 
 class GeometryPass(Pass):
-    """Draws the batches in the plan's order: opaque before cut-out, front to back."""
+    """Draws the batches in the plan's order: opaque before cut-out, front to back.
+
+    What the last frame left is kept where it would be drawn again: the same draws from the same place.
+    """
 
     name = "geometry"
 
     def __init__(self) -> None:
         self._ready: list[Drawable] = []
+        self._drawn: tuple[Any, ...] | None = None
+        self._same = False
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
         self._ready.clear()  # a frame before may have failed half-way
+        self._same = gpu.reuse and self._drawn == _state(plan) and _untouched(step, images)
+        if self._same:
+            return
         outputs = images.color_names()
+        gpu.uploads.prepare(plan.batches)
         for batch in plan.batches:
             program = gpu.programs.get(self.name, batch.variant, outputs)
             self._ready.append(make_drawable(gpu, plan, batch, program))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
+        if self._same:
+            return
+        self._drawn = None
         images.draw_into()
         # less-equal: strict less would drop geometry whose depth rounds to the clear value
         gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
@@ -61,6 +74,31 @@ class GeometryPass(Pass):
                 gpu.device.set_srgb_encoding(False)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
+        self._drawn = _state(plan)
+
+
+class _Same:
+    """Equal to itself alone: what is compared by identity, and kept alive so that nothing else becomes it."""
+
+    def __init__(self, thing: object) -> None:
+        self.thing = thing
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.thing is self.thing
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _state(plan: FramePlan) -> tuple[Any, ...]:
+    """All that decides what the pass draws, beside the textures that it draws into."""
+    images = tuple(batch.texture.revision for batch in plan.batches if batch.texture is not None)
+    view = (plan.view.lens, plan.view.size, plan.view.reverse, plan.view.near)
+    return (_Same(plan.batches), images, view, plan.settings.look)
+
+
+def _untouched(step: PassPlan, images: BoundImages) -> bool:
+    """Whether no other pass has written since; interpolation does so each time anew, and the same."""
+    return all(images.writer(name) in ("geometry", "interpolation") for name in step.writes)
 
 
 def make_drawable(gpu: Gpu, plan: FramePlan, batch: Batch, program: Program) -> Drawable:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,19 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.frame_plan import Batch
-from firefly_sample.plan.instances import Factors, Group
+from firefly_sample.plan.instances import Factors, Group, Instances
 from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.scene.material import Material
 
-__all__ = ["VisiblePart", "make_batches", "visible_instances", "visible_materials"]
+__all__ = ["Visible", "VisiblePart", "make_batches"]
 
 Float64 = NDArray[np.float64]
+
+
+ZONES = 8
+"""Depths that draws are cut at, so that what is near in one hides what is far in another."""
+SHARE = 32
+"""Instances in view for each zone, and two groups of many: what one draw draws is in order by itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +51,7 @@ class VisiblePart:
     ids: NDArray[np.int32]
     factors: Factors
 
+    @cached_property
     def box(self) -> tuple[Float64, Float64]:
         """Least and largest coordinates of all instances' bounding boxes in view space, shape (3,) each."""
         low, high = self.group.geom.bounds
@@ -57,46 +65,70 @@ class VisiblePart:
         return least.min(axis=0), largest.max(axis=0)
 
 
-def visible_instances(groups: Iterable[Group], world_to_view: Float64, planes: Float64) -> list[VisiblePart]:
-    """A part for each group of which something is in view."""
-    parts = []
-    for group in groups:
-        centers = group.centers @ world_to_view[:3, :3] + world_to_view[3, :3]
-        seen = np.flatnonzero(spheres_in_frustum(planes, centers, group.radii))
-        if not len(seen):
-            continue
-        nearest = centers[seen, 1] - group.radii[seen]
-        order = np.argsort(nearest, kind="stable")
-        chosen = seen[order]
-        parts.append(
-            VisiblePart(
-                group,
-                chosen,
-                nearest[order],
-                centers[chosen, 1] + group.radii[chosen],
-                group.model_to_world[chosen] @ world_to_view,
-                group.ids[chosen],
-                group.factors().take(chosen),
-            )
-        )
-    return parts
+class Visible:
+    """What is in view of one snapshot from one place.
+
+    Attributes
+    ----------
+    parts : tuple of VisiblePart
+        One for each group of which something is in view.
+    nearest, farthest : float
+        Of everything along the view axis; infinity and minus infinity where nothing is in view.
+    """
+
+    def __init__(self, instances: Instances, world_to_view: Float64, planes: Float64) -> None:
+        centers = instances.centers @ world_to_view[:3, :3] + world_to_view[3, :3]
+        seen = np.flatnonzero(spheres_in_frustum(planes, centers, instances.radii))
+        near = centers[seen, 1] - instances.radii[seen]
+        order = np.lexsort((near, instances.which[seen]))
+        chosen, near = seen[order], near[order]
+        far = centers[chosen, 1] + instances.radii[chosen]
+        matrices = (instances.model_to_world[chosen].reshape(-1, 4) @ world_to_view).reshape(-1, 4, 4)
+        ids, factors = instances.ids[chosen], instances.factors().take(chosen)
+        self.nearest, self.farthest = float(near.min(initial=np.inf)), float(far.max(initial=-np.inf))
+        bounds = np.searchsorted(instances.which[chosen], np.arange(len(instances.groups) + 1))
+        parts = []
+        for group, start, first, end in zip(
+            instances.groups, instances.starts[:-1], bounds[:-1], bounds[1:], strict=True
+        ):
+            if first < end:
+                part = slice(first, end)
+                own = (chosen[part] - start, near[part], far[part], matrices[part], ids[part])
+                parts.append(VisiblePart(group, *own, factors.take(part)))
+        self.parts = tuple(parts)
+
+    def __len__(self) -> int:
+        return sum(len(part.ids) for part in self.parts)
+
+    @cached_property
+    def materials(self) -> tuple[Material, ...]:
+        """The materials in view, each once."""
+        found: dict[int, Material] = {}
+        for part in self.parts:
+            materials = part.group.materials
+            indices = (0,) if len(materials) == 1 else np.unique(part.group.which[part.chosen])
+            found.update((id(materials[index]), materials[index]) for index in indices)
+        return tuple(found.values())
 
 
-def visible_materials(parts: Iterable[VisiblePart]) -> list[Material]:
-    """The materials in view, each once."""
-    found: dict[int, Material] = {}
-    for part in parts:
-        materials = part.group.materials
-        indices = (0,) if len(materials) == 1 else np.unique(part.group.which[part.chosen])
-        found.update((id(materials[index]), materials[index]) for index in indices)
-    return list(found.values())
+def make_batches(visible: Visible, frame: GeometryVariant, near: float) -> tuple[Batch, ...]:
+    """Draws, opaque ones first, then cut-outs, each front to back.
 
+    Groups are cut at some depths, and what lies between two of these is drawn before what lies behind. What
+    surrounds the eye, like a ground, is last among its kind: everything stands before it.
 
-def make_batches(parts: Iterable[VisiblePart], frame: GeometryVariant) -> tuple[Batch, ...]:
-    """Draws, opaque ones first, then cut-outs, each front to back by their nearest instance."""
+    Parameters
+    ----------
+    near : float
+        Of the lens.
+    """
+    distances = np.concatenate([np.zeros(0), *(part.nearest for part in visible.parts)])
+    many = sum(len(part.ids) >= ZONES for part in visible.parts)
+    zones = min(ZONES, len(distances) // SHARE, many // 2)
+    edges = np.quantile(distances, np.arange(1, zones) / zones) if zones > 1 else np.zeros(0)
     keyed = []
-    for index, part in enumerate(parts):
-        group = part.group
+    for index, part in enumerate(visible.parts):
+        group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
         variant = replace(
             frame,
@@ -105,16 +137,21 @@ def make_batches(parts: Iterable[VisiblePart], frame: GeometryVariant) -> tuple[
             cutout=cutout,
             double_sided=group.double_sided,
         )
-        batch = Batch(
-            key=group.key,
-            geom=group.geom,
-            texture=group.texture,
-            alpha_cutoff=group.cutoff or 0.0,
-            mirrored=group.mirrored,
-            model_to_view=part.model_to_view,
-            ids=part.ids,
-            factors=part.factors,
-            variant=variant,
-        )
-        keyed.append(((cutout, part.nearest[0], index), batch))
+        cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
+        for zone, (first, end) in enumerate(pairwise(cuts)):
+            if first == end:
+                continue
+            cut = slice(first, end)
+            batch = Batch(
+                key=(group.key, zone),
+                geom=group.geom,
+                texture=group.texture,
+                alpha_cutoff=group.cutoff or 0.0,
+                mirrored=group.mirrored,
+                model_to_view=part.model_to_view[cut],
+                ids=part.ids[cut],
+                factors=part.factors.take(cut),
+                variant=variant,
+            )
+            keyed.append(((cutout, around and zone == 0, zone, float(part.nearest[first]), index), batch))
     return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))

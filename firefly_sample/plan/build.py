@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
-from firefly_sample.plan.batches import VisiblePart, make_batches, visible_instances, visible_materials
+from firefly_sample.plan.batches import Visible, make_batches
 from firefly_sample.plan.camera import camera_matrices, lens_for
 from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.clusters import plan_clusters
@@ -17,13 +17,14 @@ from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.culling import choose_culling
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
-from firefly_sample.plan.frame_plan import Background, Capabilities, FramePlan, SpriteSet
+from firefly_sample.plan.frame_plan import Background, Batch, Capabilities, FramePlan, SpriteSet
 from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.particles import see_particles
 from firefly_sample.plan.position_warning import position_warning
 from firefly_sample.plan.shadows import ShadowPlanner
+from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
 from firefly_sample.plan.volume import plan_volume
 from firefly_sample.plan.warnings import plan_warnings
@@ -74,12 +75,14 @@ def build_plan(
 
 
 class Planner:
-    """Builds plans and keeps what did not change between them: walks of the scene graph, shadow maps."""
+    """Builds plans and keeps what did not change between them: walks of the graph, shadow maps, draws."""
 
     def __init__(self) -> None:
         self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
         self._shadows = ShadowPlanner()
+        self._seen: tuple[tuple[Any, ...], Visible] | None = None
+        self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
 
     def plan(
         self,
@@ -100,7 +103,7 @@ class Planner:
         snapshot = self._snapshot(scene, scene.camera_node.camera_mask)
         lens, camera = lens_for(scene.lens, size), camera_matrices(scene)
         planes = lens.frustum_planes()
-        seen = visible_instances(snapshot.groups, camera.world_to_view, planes)
+        seen = self._visible(snapshot, camera.world_to_view, planes)
         exposure = _exposure(scene, settings)
         cloud = gather_particles(snapshot, time) if settings.look != "classic" else None
         reverse = reverses_depth(settings, capabilities)
@@ -132,14 +135,14 @@ class Planner:
             world_to_view=camera.world_to_view,
             view_to_world=camera.view_to_world,
         )
-        surfaces = _distances(seen)
+        surfaces = seen.nearest, seen.farthest
         culling = choose_culling(settings, lighting.sets, view, *surfaces)
         needs = Needs(
             settings=settings,
             method=culling.method,
             outputs=outputs,
             capabilities=capabilities,
-            geometry=sum(len(part.ids) for part in seen),
+            geometry=len(seen),
             sprites=len(sprites),
             lights=lighting.counts(),
             endless=lighting.endless(),
@@ -151,7 +154,7 @@ class Planner:
             clouded=clouded,
             ambient=bool(ambient.any()),
             gradient=background.horizon != background.zenith,
-            materials=tuple(visible_materials(seen)),
+            materials=seen.materials,
             orthographic=not isinstance(lens, PerspectiveLens),
         )
         for name in outputs:
@@ -172,7 +175,7 @@ class Planner:
             outputs=outputs,
             time=float(time),
             view=view,
-            batches=make_batches(seen, geometry_variant(needs, targets)),
+            batches=self._batches(seen, geometry_variant(needs, targets), view.near),
             ambient=ambient,
             lights=lighting.sets,
             culling=culling,
@@ -196,18 +199,30 @@ class Planner:
             ),
         )
 
+    def _visible(self, snapshot: Snapshot, world_to_view: Float64, planes: Float64) -> Visible:
+        """What is in view; found anew only when the camera, the graph or a material has changed."""
+        instances = snapshot.instances
+        state = (instances, instances.revisions(), world_to_view.tobytes(), planes.tobytes())
+        if self._seen is None or self._seen[0] != state:
+            self._seen = state, Visible(instances, world_to_view, planes)
+        return self._seen[1]
+
+    def _batches(self, seen: Visible, variant: GeometryVariant, near: float) -> tuple[Batch, ...]:
+        """The draws of what is in view; the same object while nothing of them has changed."""
+        state = (seen, variant, near)
+        if self._drawn is None or self._drawn[0] != state:
+            self._drawn = state, make_batches(seen, variant, near)
+        return self._drawn[1]
+
     def _snapshot(self, scene: Scene, mask: int) -> Snapshot:
         """What a camera with a mask sees, walked anew only when something has changed."""
         kept = self._snapshots.get(mask)
-        if kept is None or not kept.is_current(scene.root, mask):
-            kept = self._snapshots[mask] = collect(scene.root, mask)
-        return kept
-
-
-def _distances(seen: Sequence[VisiblePart]) -> tuple[float, float]:
-    """Of the nearest and the farthest geometry in view, along the view axis."""
-    nearest = min((float(part.nearest.min()) for part in seen), default=np.inf)
-    return nearest, max((float(part.farthest.max()) for part in seen), default=-np.inf)
+        if kept is not None and kept.is_current(scene.root, mask):
+            return kept
+        found = self._snapshots[mask] = collect(scene.root, mask)
+        if kept is not None and found.instances.draws_as(kept.instances):
+            found.instances = kept.instances  # a light has moved: what is seen has not
+        return found
 
 
 def _background(scene: Scene) -> Background:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.instances import Group, look_of, make_groups
+from firefly_sample.plan.instances import Group, Instances, look_of, make_groups
 from firefly_sample.plan.light_views import Spheres
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
@@ -56,11 +56,14 @@ class Snapshot:
     camera_mask: int = 0
 
     @cached_property
+    def instances(self) -> Instances:
+        """The instances of all groups."""
+        return Instances(self.groups)
+
+    @cached_property
     def spheres(self) -> Spheres:
         """The bounding spheres of all instances, world space."""
-        none: tuple[Float64, Float64] = np.zeros((0, 3)), np.zeros(0)
-        parts = [(group.centers, group.radii) for group in self.groups]
-        return Spheres(*(np.concatenate(column) for column in zip(none, *parts, strict=True)))
+        return Spheres(self.instances.centers, self.instances.radii)
 
     def alpha_state(self) -> tuple[int, ...]:
         """Changes when what cuts out does: revisions of its textures and materials, in the walk's order."""

@@ -13,7 +13,7 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import Color
 
-__all__ = ["Factors", "Group", "look_of", "make_groups"]
+__all__ = ["Factors", "Group", "Instances", "look_of", "make_groups"]
 
 Float64 = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class Factors:
     emissions: Float64
     speculars: Float64
 
-    def take(self, chosen: NDArray[Any]) -> Factors:
+    def take(self, chosen: NDArray[Any] | slice) -> Factors:
         """Those of the chosen instances."""
         return Factors(
             self.base_colors[chosen],
@@ -119,6 +119,75 @@ class Group:
             column([material.emission for material in self.materials]),
             column([(*material.specular, material.shininess) for material in self.materials]),
         )
+
+
+class Instances:
+    """The instances of some groups as columns, group by group: what is computed of all of them at once.
+
+    Attributes
+    ----------
+    groups : tuple of Group
+    starts : ndarray of int, shape (groups + 1,)
+        Where each group's instances begin.
+    which : ndarray of int, shape (n,)
+        Each instance's group.
+    model_to_world : ndarray of float64, shape (n, 4, 4)
+    ids : ndarray of int32, shape (n,)
+    centers, radii : ndarray of float64, shapes (n, 3) and (n,)
+        Of the bounding spheres, world space.
+    """
+
+    def __init__(self, groups: Sequence[Group]) -> None:
+        self.groups = tuple(groups)
+        counts = [len(group.ids) for group in groups]
+        self.starts = np.concatenate([[0], np.cumsum(counts, dtype=np.intp)])
+        self.which = np.repeat(np.arange(len(counts)), counts)
+        self.model_to_world = _joined([group.model_to_world for group in groups], (4, 4))
+        self.ids = _joined([group.ids for group in groups], (), np.int32)
+        self.centers = _joined([group.centers for group in groups], (3,))
+        self.radii = _joined([group.radii for group in groups], ())
+        self._identity = [
+            (group.key, group.geom.revision, group.mirrored, *map(id, group.materials)) for group in groups
+        ]
+        self._materials = tuple(material for group in groups for material in group.materials)
+        self._factors: tuple[tuple[int, ...], Factors] | None = None
+
+    def draws_as(self, other: Instances) -> bool:
+        """Whether the same would be drawn: walks of a graph in which something else has changed."""
+        return (
+            self._identity == other._identity
+            and self.revisions() == other.revisions()
+            and np.array_equal(self.model_to_world, other.model_to_world)
+            and np.array_equal(self.ids, other.ids)
+            and all(
+                np.array_equal(getattr(self.factors(), name), getattr(other.factors(), name))
+                for name in ("base_colors", "ambients", "emissions", "speculars")
+            )
+        )
+
+    def revisions(self) -> tuple[int, ...]:
+        """Changes when one of the groups' materials or textures does."""
+        return tuple(material.revision for material in self._materials)
+
+    def factors(self) -> Factors:
+        """Of all instances, now; made anew only when a material has changed."""
+        revisions = self.revisions()
+        if self._factors is None or self._factors[0] != revisions:
+            parts = [group.factors() for group in self.groups]
+            self._factors = (
+                revisions,
+                Factors(
+                    _joined([part.base_colors for part in parts], (4,)),
+                    _joined([part.ambients for part in parts], (3,)),
+                    _joined([part.emissions for part in parts], (3,)),
+                    _joined([part.speculars for part in parts], (4,)),
+                ),
+            )
+        return self._factors[1]
+
+
+def _joined(parts: list[NDArray[Any]], shape: tuple[int, ...], dtype: Any = np.float64) -> NDArray[Any]:
+    return np.concatenate([np.zeros((0, *shape), dtype=dtype), *parts])
 
 
 def make_groups(

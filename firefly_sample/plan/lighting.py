@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firefly_sample.plan.batches import VisiblePart
+from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.camera import CameraMatrices
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.cull import frustum_corners
@@ -68,7 +68,7 @@ def light_scene(
     time: float,
     lens: Lens,
     camera: CameraMatrices,
-    seen: Sequence[VisiblePart],
+    seen: Visible,
     exposure: tuple[float, float, float],
     reverse: bool,
     dimmed: Light | None = None,
@@ -83,7 +83,7 @@ def light_scene(
         Gives what a camera with a mask sees.
     planner : ShadowPlanner
         Keeps shadow maps from frame to frame.
-    seen : sequence of VisiblePart
+    seen : Visible
         The geometry in view.
     reverse : bool
         Whether depth is reversed in the [0, 1] clip range.
@@ -96,17 +96,17 @@ def light_scene(
         If a light's place or direction is not finite, or the shadow maps do not fit their atlas.
     """
     world, sources = world_lights(snapshot, time, dimmed)
-    shiny = any(material.specular.any() for group in snapshot.groups for material in group.materials)
+    shiny = bool(snapshot.instances.factors().speculars[:, :3].any())
     world = cut_off(world, settings, exposure, shiny)
     planes = lens.frustum_planes()
     visible = [in_view(lights, camera.world_to_view, planes) for lights in world]
     shadows, maps = ShadowPlan(), no_maps(len(sources))
-    if sources and seen and settings.look != "classic":
+    if sources and len(seen) and settings.look != "classic":
         sight = Sight(
             view_to_world=camera.view_to_world,
             lens=lens,
-            nearest=max(lens.get_near(), min(float(part.nearest.min()) for part in seen)),
-            farthest=min(lens.get_far(), max(float(part.farthest.max()) for part in seen)),
+            nearest=max(lens.get_near(), seen.nearest),
+            farthest=min(lens.get_far(), seen.farthest),
             receivers=snapshot.spheres,
         )
         wanted = {int(index) for lights in visible for index in lights.casters if index >= 0}

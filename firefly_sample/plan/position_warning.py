@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.plan.batches import VisiblePart
+from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.camera import CameraMatrices
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import Needs
@@ -31,7 +31,7 @@ def position_warning(
     needs: Needs,
     lens: Lens,
     camera: CameraMatrices,
-    seen: Sequence[VisiblePart],
+    seen: Visible,
     sets: Sequence[LightSet],
     exposure: float = 1.0,
 ) -> str | None:
@@ -50,9 +50,9 @@ def position_warning(
         return _worst(needs, lens, from_origin, lamps, min(lens.get_far(), distance))
 
     # bounding spheres are known, and mostly enough; boxes are tighter, and take a while
-    if method != "stored16f" and worst_up_to(max(float(part.farthest.max()) for part in seen)).codes() <= 1.0:
+    if method != "stored16f" and worst_up_to(seen.farthest).codes() <= 1.0:
         return None
-    farthest = max(float(part.box()[1][1]) for part in seen)
+    farthest = max(float(part.box[1][1]) for part in seen.parts)
     place = worst_up_to(farthest)
     if not place.distance > 0.0:
         return None
@@ -204,9 +204,9 @@ def _worst(needs: Needs, lens: Lens, from_origin: float, lamps: _Lamps, farthest
     )
 
 
-def _across(lens: Lens, seen: Sequence[VisiblePart], distance: float) -> float:
+def _across(lens: Lens, seen: Visible, distance: float) -> float:
     """How far to a side something may be seen, up to a distance along the view axis."""
-    boxes = [np.abs(part.box()) for part in seen]
+    boxes = [np.abs(part.box) for part in seen.parts]
     constants = lens.constants()
     wide = (1.0 + abs(constants.x_offset)) / constants.a
     high = (1.0 + abs(constants.z_offset)) / constants.c
