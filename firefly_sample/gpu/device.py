@@ -103,6 +103,10 @@ class Device:
         """Encode what is drawn into sRGB targets, or write it as it is."""
         (self.ctx.enable_direct if on else self.ctx.disable_direct)(FRAMEBUFFER_SRGB)
 
+    def flush(self) -> None:
+        """Let the driver begin with what it was given."""
+        self.raw.flush()
+
     def check(self, where: str) -> None:
         """Raise `GpuError` if the driver noted an error since the last check.
 

@@ -42,10 +42,9 @@ class Gpu:
         self._arrays: dict[tuple[str, Program], tuple[tuple[moderngl.Buffer, ...], moderngl.VertexArray]] = {}
 
     def begin(self, plan: FramePlan) -> None:
-        """Bring targets and uniform blocks up to date for a frame, and free what is gone."""
+        """Bring targets and uniform blocks up to date for a frame."""
         self.lights_drawn = 0
         self._shadow_table = None
-        self.uploads.sweep(plan.batches)
         self.images.prepare(plan)
         blocks = {"View": view_values(plan.view), "Shading": shading_values(plan)}
         if plan.volume is not None:
@@ -57,11 +56,12 @@ class Gpu:
             self.device.raw.set_clip_range(plan.view.reverse)
 
     def end(self) -> None:
-        """Leave the context as OpenGL starts it."""
+        """Leave the context as OpenGL starts it, and free what is gone."""
         if self.device.capabilities.clip_control:
             self.device.raw.set_clip_range(False)
         self.ctx.enable_only(moderngl.NOTHING)
         self.device.unbind()
+        self.uploads.sweep()
 
     def stream(self, name: str, rows: NDArray[Any]) -> moderngl.Buffer:
         """A buffer whose content changes from frame to frame; it grows and never shrinks."""

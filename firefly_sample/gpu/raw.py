@@ -111,6 +111,10 @@ class RawGL:
                 return int(handle)
         return 0
 
+    def flush(self) -> None:
+        """Let the driver begin with what it was given."""
+        self._call("glFlush")
+
     def use_program(self, program: int) -> None:
         """Make a program current, or none with 0."""
         self._call("glUseProgram", program)

@@ -108,11 +108,9 @@ class Uploads:
             self._owners[owner] = weakref.ref(thing)
         return owner
 
-    def sweep(self, batches: tuple[Batch, ...] = ()) -> None:
-        """Free what is gone or long unused; call it once a frame, in the context, with its batches."""
+    def sweep(self) -> None:
+        """Free what is gone or long unused; call it once a frame, with the context current."""
         self._frame += 1
-        if batches is not self._batches:
-            self._batches, self._first = (), {}  # it would keep alive what has left the scene
         self._evict()
         dead = {key for key, reference in self._owners.items() if reference() is None}
         if not dead:

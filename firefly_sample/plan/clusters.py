@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.plan.light_bounds import ROUNDING, Bodies, pixel_scales
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 
@@ -35,10 +36,10 @@ __all__ = [
     "find_clusters",
     "make_grid",
     "plan_clusters",
-    "tile_bounds",
 ]
 
 Float64 = NDArray[np.float64]
+Spans = tuple[Float64, Float64]
 
 BITS = 32
 """Of a word."""
@@ -51,12 +52,8 @@ MOST_WORDS = 1 << 21
 """Where there would be more, 8 MiB to make and upload each frame, cells are made larger."""
 MOST_TOGETHER = 32768
 """Lights of one draw: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
-ROUNDING = 2e-6
-"""Of distances, by which everything is taken larger: what a shader's float32 may be off, with room."""
 EDGE = 1e-4
 """Of a tile: the same of a light's place on the screen."""
-SLANTS = (0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0)
-"""How much of the view axis is mixed in where bounds of a cone's part of a slice are looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,12 +135,13 @@ def make_grid(
     tile : int
         Samples along a tile's side, if there is room.
     """
-    spans = [_distances(lights) for lights in sets]
-    low, high = _widened(*_common(spans, view, nearest, farthest), view.lens.perspective)
+    perspective = view.lens.perspective
+    low, high = _widened(*common_range(sets, view, nearest, farthest), perspective)
+    spans = [_in_range(lights.spans, low, high, perspective) for lights in sets]
     depth, most = DEPTH, MOST_SLICES
     while True:
         grid = _cut(view, low, high, tile, depth, most)
-        words = sum(-(-int(_slices_of(grid, *span)[1].sum()) // BITS) + grid.slices // 2 for span in spans)
+        words = sum(-(-_count(*span, grid.slices) // BITS) + grid.slices // 2 for span in spans)
         if words * math.prod(grid.tiles) <= MOST_WORDS or grid.tiles == (1, 1):
             return grid
         # in turn, to keep cells in shape: twice as deep is half as many words, twice as wide a quarter
@@ -157,12 +155,7 @@ def common_range(
     sets: Sequence[LightSet], view: View, nearest: float, farthest: float
 ) -> tuple[float, float]:
     """The distances that both what lights reach and what is in view have; a range of length 0 where none."""
-    return _common([_distances(lights) for lights in sets], view, nearest, farthest)
-
-
-def _common(
-    spans: Sequence[tuple[Float64, Float64]], view: View, nearest: float, farthest: float
-) -> tuple[float, float]:
+    spans = [lights.spans for lights in sets]
     first = min((float(low.min(initial=np.inf)) for low, _ in spans), default=0.0)
     last = max((float(high.max(initial=-np.inf)) for _, high in spans), default=0.0)
     low = max(nearest, view.near, first)
@@ -189,6 +182,20 @@ def _cut(view: View, low: float, high: float, tile: int, depth: float, most: int
     return Grid(tile, (-(-across // tile), -(-up // tile)), edges.astype(np.float32).astype(np.float64))
 
 
+def _in_range(spans: Spans, low: float, high: float, perspective: bool) -> Spans:
+    """Where ranges of distances begin and end in a range that is cut evenly, as shares of it."""
+    first, last = (np.clip(ends, low, high) for ends in spans)
+    if perspective:
+        scale = math.log(high / low)
+        return np.log(first / low) / scale, np.log(last / low) / scale
+    return (first - low) / (high - low), (last - low) / (high - low)
+
+
+def _count(first: Float64, last: Float64, slices: int) -> int:
+    """About how many slices all ranges meet together."""
+    return int((np.floor(last * slices) - np.floor(first * slices)).sum()) + len(first)
+
+
 def _slices_of(grid: Grid, low: Float64, high: Float64) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """The first slice that each range of distances meets, and how many."""
     first = np.searchsorted(grid.edges, low, side="right") - 1
@@ -201,7 +208,7 @@ def _slices_of(grid: Grid, low: Float64, high: Float64) -> tuple[NDArray[np.intp
 def find_clusters(lights: LightSet, grid: Grid, view: View) -> Clusters:
     """The cells that each light of a set may reach; spotlights as cones."""
     slices = grid.slices
-    first, counts = _slices_of(grid, *_distances(lights))
+    first, counts = _slices_of(grid, *lights.spans)
     light = np.repeat(np.arange(len(lights), dtype=np.int32), counts)
     started = np.cumsum(counts) - counts
     slice_of = np.arange(len(light)) - np.repeat(started - first, counts)
@@ -228,7 +235,7 @@ def _words(
     near, far = grid.edges[slice_of], grid.edges[slice_of + 1]
     columns, rows = grid.tiles
     size = -(-(int(bit[-1]) + 1) // BITS) * BITS if len(bit) else 0
-    (x, x0), (z, z0) = ((scale / grid.tile, center / grid.tile) for scale, center in _pixels(view))
+    (x, x0), (z, z0) = ((scale / grid.tile, center / grid.tile) for scale, center in pixel_scales(view))
     # along columns, rows, and the two diagonals: which way, where 0 is, how many places, how wide each is
     ways = (
         (x, 0.0, x0, columns, 1.0),
@@ -236,7 +243,7 @@ def _words(
         (x, z, x0 + z0, columns + rows - 1, 2.0),
         (x, -z, x0 - z0 + rows, columns + rows - 1, 2.0),
     )
-    body = _Bodies(lights, light, near, far, view.lens.perspective)
+    body = Bodies(lights, light, near, far, view.lens.perspective)
     planes = []
     for along_x, along_z, center, count, width in ways:
         least, most = body.bounds(along_x, along_z)
@@ -262,95 +269,3 @@ def _bits(
     places = np.arange(1, count + 1, dtype=small)[:, None]
     held = (places >= low) & (places <= high)
     return np.packbits(held, axis=1, bitorder="little").view("<u4")
-
-
-def _distances(lights: LightSet) -> tuple[Float64, Float64]:
-    """From where to where along the view axis each light may reach."""
-    reach = _reaches(lights)
-    y = lights.positions[:, 1]
-    if lights.kind != "spot":
-        return y - reach, y + reach
-    forward = np.array([0.0, 1.0, 0.0])
-    high = y + reach * _share(lights.directions @ forward, lights.cones[:, 1])
-    low = y - reach * _share(lights.directions @ -forward, lights.cones[:, 1])
-    return low, high
-
-
-def _reaches(lights: LightSet) -> Float64:
-    """The reaches, a little longer, as what float32 may be off needs it; finite."""
-    size = np.abs(lights.positions).max(axis=1, initial=0.0)
-    return np.asarray(np.minimum(lights.reaches * (1.0 + ROUNDING) + ROUNDING * size, 1e150))
-
-
-def _share(cosine: Float64, opening: Float64) -> Float64:
-    """How far a spherical sector of radius 1 goes along a unit vector with this cosine to its axis.
-
-    1 where the vector lies within the cone; else the rim's, the cosine of the angle to the cone's side; 0,
-    the tip's, where even that is beyond a right angle. A little more than that, as angles are rounded.
-    """
-    within = 1.0 - np.clip(opening, 0.0, 2.0)
-    sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
-    side = np.sqrt(np.maximum(1.0 - within * within, 0.0))
-    rim = np.maximum(cosine * within + sine * side, 0.0)
-    return np.asarray(np.where(cosine >= within - 1e-9, 1.0, np.minimum(rim + 1e-6, 1.0)))
-
-
-class _Bodies:
-    """Parts of lights' balls, or cones, between two distances."""
-
-    def __init__(self, lights: LightSet, light: NDArray[Any], near: Float64, far: Float64, perspective: bool):
-        self._perspective = perspective
-        self._near, self._far = near, far
-        self._places = lights.positions[light]
-        self._reach = _reaches(lights)[light]
-        y = self._places[:, 1]
-        away = np.maximum(np.maximum(near - y, y - far), 0.0)
-        self._radius = np.sqrt(np.maximum((self._reach - away) * (self._reach + away), 0.0))
-        self._axes = lights.directions[light] if lights.kind == "spot" else None
-        self._openings = lights.cones[light, 1]
-
-    def bounds(self, x: float, z: float) -> tuple[Float64, Float64]:
-        """The least and the largest value of ``x*X/Y + z*Z/Y``, orthographic ``x*X + z*Z``; not too tight."""
-        most = self._slope(self._support(x, z))
-        least = -self._slope(self._support(-x, -z))
-        return np.clip(least, -1e9, 1e9), np.clip(most, -1e9, 1e9)
-
-    def _slope(self, value: Float64) -> Float64:
-        if not self._perspective:
-            return value
-        return value / np.where(value >= 0.0, self._near, self._far)
-
-    def _support(self, x: float, z: float) -> Float64:
-        """The largest value of ``x*X + z*Z``."""
-        length = math.hypot(x, z)
-        across = self._places[:, 0] * x + self._places[:, 2] * z
-        largest = across + self._radius * length
-        if self._axes is None:
-            return np.asarray(largest)
-        # A sum of half-spaces: for any s, x*X + z*Z = (x*X + s*Y + z*Z) - s*Y, whose first part is the whole
-        # cone's largest and whose second is known from the slice. The least of some such bounds is one, too.
-        for slant in SLANTS:
-            s = slant * length
-            n = np.array([x, s, z])
-            size = float(np.linalg.norm(n))
-            share = _share(self._axes @ n / size, self._openings)
-            whole = across + s * self._places[:, 1] + self._reach * size * share
-            largest = np.minimum(largest, whole - s * (self._near if s >= 0.0 else self._far))
-        return np.asarray(largest)
-
-
-def _pixels(view: View) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Samples a slope (orthographic: a unit), and the sample of 0, across and up."""
-    lens, (width, height) = view.lens, view.size
-    across = 0.5 * width * lens.a, 0.5 * width * (1.0 + lens.x_offset)
-    return across, (0.5 * height * lens.c, 0.5 * height * (1.0 + lens.z_offset))
-
-
-def tile_bounds(lights: LightSet, view: View, axis: int) -> tuple[Float64, Float64]:
-    """From where to where each light may reach on the screen, in samples across (axis 0) or up (1)."""
-    low, high = _distances(lights)
-    low = np.maximum(low, view.near)
-    body = _Bodies(lights, np.arange(len(lights)), low, np.maximum(high, low), view.lens.perspective)
-    scale, center = _pixels(view)[axis]
-    least, most = body.bounds(*((scale, 0.0) if axis == 0 else (0.0, scale)))
-    return center + least, center + most

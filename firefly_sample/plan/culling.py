@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import TILE, common_range, tile_bounds
+from firefly_sample.plan.clusters import TILE, common_range
+from firefly_sample.plan.light_bounds import screen_bounds
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.settings import Settings
@@ -17,6 +18,7 @@ from firefly_sample.settings import Settings
 __all__ = ["Culling", "choose_culling"]
 
 Float64 = NDArray[np.float64]
+Bounds = tuple[tuple[Float64, Float64], tuple[Float64, Float64]]
 
 PROXY = 1.06
 """Area of a volume's outline over its light's."""
@@ -74,32 +76,31 @@ def choose_culling(
     share = pixels / math.prod(view.size)
     low, high = common_range(fading, view, nearest, farthest)
     for lights in fading:
-        volumes, clustered = _shaded(lights, view, low, high)
+        behind, between = _shares(lights, low, high)
+        bounds = screen_bounds(lights, view)
         if not settings.volume_depth_test or lights.proxy == "fullscreen":
-            volumes = _outlines(lights, view, 0.0)
-        shaded["volumes"] += share * PROXY * float(volumes.sum())
-        shaded["clustered"] += share * float(clustered.sum())
+            behind = np.ones(len(lights))
+        shaded["volumes"] += share * PROXY * float(_outlines(bounds, view, 0.0) @ behind)
+        shaded["clustered"] += share * float(_outlines(bounds, view, TILE / 2.0) @ between)
     costs = {name: pixels * ONCE[name] + COST[name] * pairs for name, pairs in shaded.items()}
     best = min(costs, key=lambda name: costs[name])
     told = ", ".join(f"{name} {pairs / 1e6:.3g}" for name, pairs in shaded.items())
     return Culling(best, shaded, f"about {told} million shaded pairs")
 
 
-def _shaded(lights: LightSet, view: View, low: float, high: float) -> tuple[Float64, Float64]:
-    """About how many pixels each light's volume covers that end behind the surface, and its cells."""
+def _shares(lights: LightSet, low: float, high: float) -> tuple[Float64, Float64]:
+    """The share of surfaces before each light's back, and of those between its front and its back."""
     y, reach = lights.positions[:, 1], BEHIND * np.minimum(lights.reaches, 1e30)
     deep = max(high - low, 1e-30)
     back = np.clip((y + reach - low) / deep, 0.0, 1.0)
-    front = np.clip((y - reach - low) / deep, 0.0, 1.0)
-    return _outlines(lights, view, 0.0) * back, _outlines(lights, view, TILE / 2.0) * (back - front)
+    return back, back - np.clip((y - reach - low) / deep, 0.0, 1.0)
 
 
-def _outlines(lights: LightSet, view: View, wider: float) -> Float64:
+def _outlines(bounds: Bounds, view: View, wider: float) -> Float64:
     """Pixels within each light's outline, made wider by some; a round one's share of its rectangle."""
-    sides = []
-    for axis, size in enumerate(view.size):
-        low, high = tile_bounds(lights, view, axis)
-        sides.append(np.clip(high + wider, 0.0, size) - np.clip(low - wider, 0.0, size))
-    area = np.maximum(sides[0], 0.0) * np.maximum(sides[1], 0.0)
-    full = area >= 0.999 * math.prod(view.size)
-    return np.where(full, area, math.pi / 4.0 * area)
+    across, up = (
+        np.maximum(np.clip(high + wider, 0.0, size) - np.clip(low - wider, 0.0, size), 0.0)
+        for (low, high), size in zip(bounds, view.size, strict=True)
+    )
+    area = across * up
+    return np.where(area >= 0.999 * math.prod(view.size), area, math.pi / 4.0 * area)

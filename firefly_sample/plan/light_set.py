@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.plan.light_bounds import safe_reaches, spans_of
 from firefly_sample.scene.falloff import Falloff
 
 __all__ = ["PASS_OF_KIND", "LightKind", "LightSet", "Proxy"]
@@ -130,6 +132,16 @@ class LightSet:
         if len(self) <= most:
             return [self]
         return [self.take(np.arange(len(self))[first : first + most]) for first in range(0, len(self), most)]
+
+    @cached_property
+    def safe_reaches(self) -> Float64:
+        """The reaches, a little longer, so that nothing is missed; of lights in view space, finite."""
+        return safe_reaches(self)
+
+    @cached_property
+    def spans(self) -> tuple[Float64, Float64]:
+        """From where to where along the view axis each light may reach; of lights in view space."""
+        return spans_of(self)
 
     @property
     def clouded(self) -> bool:

@@ -203,7 +203,10 @@ def in_view(lights: LightSet, world_to_view: Float64, planes: Float64) -> LightS
 
 def choose_proxies(lights: LightSet, corners: Float64) -> list[LightSet]:
     """A set by proxy, shadow maps, and whether particles dim it; `corners` are those of the view."""
-    farthest = farthest_corner(corners, lights.positions)
+    # of a point anywhere, the farthest corner is at least half as far as two corners are apart
+    farthest = np.full(len(lights), np.inf)
+    large = lights.reaches >= 0.5 * np.linalg.norm(corners[0] - corners[-1])
+    farthest[large] = farthest_corner(corners, lights.positions[large])
     heights = np.minimum(lights.reaches, farthest)
     endless = heights >= FULLSCREEN_RADIUS
     holds_view = endless | (lights.reaches >= farthest)

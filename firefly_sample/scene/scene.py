@@ -10,6 +10,7 @@ from firefly_sample.scene.lens import Lens, PerspectiveLens
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter
+from firefly_sample.scene.transform_state import TransformState
 
 __all__ = ["Camera", "Scene", "ScenePlugin", "VerticalGradient"]
 
@@ -45,6 +46,17 @@ class Camera(PandaNode):
         super().__init__(name)
         self.lens: Lens = lens if lens is not None else PerspectiveLens()
         self.camera_mask = camera_mask
+
+    def set_transform(self, transform: TransformState) -> None:
+        """Put the camera somewhere else in its parents.
+
+        Nothing is seen of a camera: where nothing hangs below it, nothing that is seen has changed.
+        """
+        if self._children:
+            super().set_transform(transform)
+        else:
+            self.transform = transform
+            self.revision += 1
 
     def make_copy(self) -> Camera:
         """A new camera with the same (shared) lens, transform and attributes."""

@@ -16,6 +16,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.renderer import SoftwareDriverWarning
 from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.clouds import cloud_scene, puff
 from tests.conftest import make_renderer
@@ -115,6 +116,25 @@ def test_a_thousand_frames_keep_memory_flat():
 
         settled = frames(200)
         assert frames(1000) - settled < 4 * 1024
+
+
+def test_a_thousand_steady_frames_make_no_object():
+    """Fireflies fly and the camera goes round; what shaders look up is in textures that are made once."""
+    scene = build_scene(find_scene("forest"), fireflies=200)
+    with make_renderer((64, 48)) as renderer:
+
+        def objects_after(frames):
+            for frame in frames:
+                scene.camera.set_h(3.0 * np.sin(0.1 * frame))
+                renderer.draw(renderer.plan(scene, 0.05 * frame), read=False)
+            with renderer._device:
+                return renderer._device.raw.count_objects(8192)
+
+        settled = objects_after(range(300))
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # KiB on Linux
+        for first in range(300, 1300, 250):
+            assert objects_after(range(first, first + 250)) == settled
+        assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < 4 * 1024
 
 
 def test_two_renderers_take_turns(render):

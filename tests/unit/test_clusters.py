@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.plan import clusters as module
-from firefly_sample.plan.clusters import find_clusters, make_grid, plan_clusters, tile_bounds
+from firefly_sample.plan.clusters import find_clusters, make_grid, plan_clusters
+from firefly_sample.plan.light_bounds import screen_bounds
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.reference.clusters import cell_lights, list_lengths
@@ -226,7 +227,7 @@ def test_bounds_on_the_screen_are_those_of_a_ball():
     """Seen from the front, to the width of what perspective adds: tangents from the eye."""
     view = view_of(perspective())
     lights = balls([(0.0, 20.0, 0.0)], 4.0)
-    low, high = tile_bounds(lights, view, 0)
+    (low, high), _ = screen_bounds(lights, view)
     tangent = math.tan(math.asin(4.0 / 20.0))
     middle, scale = SIZE[0] / 2, SIZE[0] / 2 * view.lens.a
     assert low[0] <= middle - scale * tangent
