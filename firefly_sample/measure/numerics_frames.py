@@ -36,7 +36,7 @@ def frames(renderer: Renderer, moments: int = 24, size: tuple[int, int] = (80, 6
     scene = build_scene(find_scene("forest"))
     for moment in range(moments):
         for name in POSITIONS:
-            renderer.settings = Settings(position=name)
+            renderer.settings = Settings(position=name, lights="volumes")
             errors[name].append(_error(renderer, renderer.plan(scene, APART * moment, _OUTPUTS)))
     rows: list[tuple[Value, ...]] = [
         (name, max(found), statistics.median(found)) for name, found in errors.items()
@@ -58,7 +58,7 @@ def _error(renderer: Renderer, plan: FramePlan) -> float:
 
 
 def fragments(renderer: Renderer, moments: int = 4, size: tuple[int, int] = (320, 240)) -> Table:
-    """Fragments that the pass of lights shades, over (pixel, light) pairs that are in range.
+    """What the pass of lights shades, over (pixel, light) pairs in range: fragments, or lists' lengths.
 
     Parameters
     ----------
@@ -70,18 +70,24 @@ def fragments(renderer: Renderer, moments: int = 4, size: tuple[int, int] = (320
         Pixels.
     """
     renderer.resize(size)
-    shaded = {"with": 0, "without": 0}
+    ways = {
+        "volumes, depth test": Settings(lights="volumes"),
+        "volumes without": Settings(lights="volumes", volume_depth_test=False),
+        "clusters": Settings(lights="clustered"),
+    }
+    shaded = dict.fromkeys(ways, 0)
     pairs = 0
     scene = build_scene(find_scene("forest"))
     for moment in range(moments):
         for name in shaded:
-            renderer.settings = Settings(volume_depth_test=name == "with")
+            renderer.settings = ways[name]
             plan = renderer.plan(scene, APART * moment, ("light", "position"))
             shaded[name] += renderer.draw(plan, read=False).shaded or 0
         pairs += count_pairs(renderer.surface(plan).position(), plan.lights)
     rows: list[tuple[Value, ...]] = [(name, count, pairs, count / pairs) for name, count in shaded.items()]
     about = (
-        f"Fragments that the volumes of 500 fireflies shade in {moments} frames of the forest, over the "
-        "pairs of a pixel and a light that reaches it: with a depth test and without."
+        f"How often 500 fireflies shade a pixel in {moments} frames of the forest, over the pairs of a pixel "
+        "and a light that reaches it: fragments of volumes with a depth test and without, and the lights in "
+        "the lists of the pixels' cells."
     )
-    return Table("fragments", about, ("depth test", "shaded", "pairs", "a pair"), rows)
+    return Table("fragments", about, ("lights", "shaded", "pairs", "a pair"), rows)

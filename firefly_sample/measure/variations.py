@@ -42,6 +42,7 @@ COMBINATIONS: dict[str, dict[str, Any]] = {
         "normals": "rgba32f",
         "albedo": "rgba8",
         "cutoff_threshold": 5.0 / 256.0,
+        "lights": "volumes",
         "volume_depth_test": False,
     },
     "as the assignment": {
@@ -55,6 +56,7 @@ COMBINATIONS: dict[str, dict[str, Any]] = {
         "normals": "rgba8",
         "albedo": "rgba8",
         "accumulation": "rgba8",
+        "lights": "volumes",
         "volume_depth_test": False,
     },
     "half, else accurate": {"light_resolution": "half", "normals": "rgba32f", "albedo": "rgba32f"},
@@ -132,10 +134,13 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
         own = {name: value for name, value in NOT_FORWARD.items() if getattr(base, name) != value}
         found += [Variation("forward shading", "baseline", {"lights": "forward", **own})]
         found += [
-            Variation(f"lights={name}", "baseline", {"lights": name}) for name in ("loop", "fullscreen")
+            Variation(f"lights={name}", "baseline", {"lights": name})
+            for name in ("volumes", "clustered", "loop", "fullscreen")
+            if name != plan.culling.method
         ]
-        if _proxied(plan):
-            found.append(Variation("volume_depth_test=false", "baseline", {"volume_depth_test": False}))
+        if any(lights.proxy == "sphere" for lights in plan.lights):
+            untested = {"lights": "volumes", "volume_depth_test": False}
+            found.append(Variation("volumes without depth test", "baseline", untested))
     if _clouded(plan):
         found.append(Variation("blend, 8 bits", "baseline", EIGHT_BITS))
         found.append(Variation("loop, nearest ten", "baseline", NEAREST_TEN))

@@ -69,7 +69,7 @@ def test_what_is_claimed_of_the_presets_holds(measured):
     assert accurate["percentile_99"] <= 2e-5
     assert abs(accurate["bias"]) <= 1e-5
     # what gives the same picture, gives the same errors
-    for same in ("volume_proxy=cube", "volume_proxy=icosphere3", "volume_depth_test=false"):
+    for same in ("volume_proxy=cube", "volume_proxy=icosphere3", "volumes without depth test"):
         assert rows[same]["errors"] == default
     assert abs(rows["lights=loop"]["errors"]["largest"] - default["largest"]) <= 1e-6  # another order of sums
     assert rows["preset fast"]["bytes_per_pixel"] > 0

@@ -157,7 +157,7 @@ def _time_of_scene(name: str) -> Case:
 
 
 CASES = (
-    *(_background(lights, 100.0) for lights in ("volumes", "fullscreen", "loop")),
+    *(_background(lights, 100.0) for lights in ("volumes", "clustered", "fullscreen", "loop")),
     _background("volumes", math.inf),
     *(_size(size) for size in ((1, 1), (33, 17), (1, 4096), (4096, 1))),
     Case("time of 1e9 s either way, circling lights", _time_of_circling, 1e-6),

@@ -37,7 +37,7 @@ FLOAT_STEP = 2.0**-24
 
 
 def missed(bench: Bench, scene: Scene, settings: Settings, capabilities: Capabilities | None = None) -> float:
-    """Share of pixels where volumes and full-screen passes differ; 1 if none is lit, which proves nothing.
+    """Share of pixels where volumes or clusters differ from full-screen passes; 1 if none is lit: no proof.
 
     A method whose positions are noise lights by chance: only accurate ones must light anything.
     """
@@ -47,7 +47,8 @@ def missed(bench: Bench, scene: Scene, settings: Settings, capabilities: Capabil
     accurate = settings.position != "depth32f" if capabilities else True
     if accurate and bench.law_of(settings.position) in ACCURATE and not everywhere.any():
         return 1.0
-    return float((volumes != everywhere).any(axis=2).mean())
+    cells = bench.draw(scene, settings.with_changes(lights="clustered"), **given)["radiance"]
+    return float(((volumes != everywhere) | (cells != everywhere)).any(axis=2).mean())
 
 
 def _light(kind: str, reach: float | None) -> PointLight | Spotlight:
