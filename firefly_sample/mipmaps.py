@@ -7,14 +7,32 @@ Colour is averaged with alpha as weight, so that the colour of what is cut away 
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.derived import derived_folder, fingerprint, load_derived, save_derived
 from firefly_sample.srgb import srgb_to_linear
 
-__all__ = ["alpha_coverage", "mip_chain", "texture_levels"]
+__all__ = ["Picture", "alpha_coverage", "kept_texture_levels", "mip_chain", "texture_levels"]
 
 Float32 = NDArray[np.float32]
+
+VERSION = 1
+"""Of the levels' numbers: counts up whenever one bit of them changes, or those that were kept stay in use."""
+
+
+class Picture(Protocol):
+    """What has levels: a scene's Texture is one."""
+
+    size: tuple[int, int]
+    digest: str | None
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """As `texture_levels` takes them."""
 
 
 def texture_levels(
@@ -33,11 +51,49 @@ def texture_levels(
     stored : bool
         Keep colours as they are stored, not decoded: the classic look.
     """
-    values = pixels[::-1].astype(np.float32) / np.float32(255.0)
-    if not stored:
-        decoded = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
-        values[..., :3] = decoded[pixels[::-1, :, :3]]
-    return [np.round(level * np.float32(65535.0)).astype(np.uint16) for level in mip_chain(values, cutoff)]
+    colors, alphas = _decoded(stored)
+    rows = np.ascontiguousarray(pixels[::-1])
+    values, first = colors.take(rows), _as_texels(colors).take(rows)
+    values[..., 3], first[..., 3] = alphas.take(rows[..., 3]), _as_texels(alphas).take(rows[..., 3])
+    return [first, *map(_as_texels, mip_chain(values, cutoff)[1:])]
+
+
+def kept_texture_levels(
+    image: Picture, cutoff: float | None, stored: bool = False
+) -> list[NDArray[np.uint16]]:
+    """`texture_levels` of an image; of one that has a digest they are kept: see `firefly_sample.derived`."""
+    if image.digest is None or derived_folder() is None:
+        return texture_levels(image.pixels, cutoff, stored)
+    key = f"texture-{fingerprint(VERSION, np.__version__, image.digest, cutoff, stored)}"
+    kept = load_derived(key)
+    if kept is not None:
+        levels = list(kept.arrays.values())
+        whole = all(level.dtype == np.uint16 for level in levels)
+        if whole and [level.shape for level in levels] == _shapes(image.size):
+            return levels
+    levels = texture_levels(image.pixels, cutoff, stored)
+    save_derived(key, {}, {str(number): level for number, level in enumerate(levels)})
+    return levels
+
+
+def _shapes(size: tuple[int, int]) -> list[tuple[int, ...]]:
+    """Of every level's array."""
+    width, height = size
+    count = max(width, height).bit_length()
+    return [(max(height >> level, 1), max(width >> level, 1), 4) for level in range(count)]
+
+
+@cache
+def _decoded(stored: bool) -> tuple[Float32, Float32]:
+    """What the 256 codes of a colour and of alpha are in 0..1: one look-up is cheaper than arithmetic."""
+    alphas = np.arange(256, dtype=np.float32) / np.float32(255.0)
+    return alphas if stored else srgb_to_linear(np.arange(256) / 255.0).astype(np.float32), alphas
+
+
+def _as_texels(values: Float32) -> NDArray[np.uint16]:
+    scaled = values * np.float32(65535.0)
+    np.rint(scaled, out=scaled)
+    return scaled.astype(np.uint16)
 
 
 def alpha_coverage(alpha: NDArray[np.floating], cutoff: float) -> float:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 
 import pytest
 from hypothesis import settings as search
 
+from firefly_sample.derived import VARIABLE
 from firefly_sample.gpu.device import Device
 from firefly_sample.renderer import Renderer, SoftwareDriverWarning
 
 # the same examples each run, and no clock, since machines differ
 search.register_profile("repeatable", deadline=None, derandomize=True)
 search.load_profile("repeatable")
+
+
+# what is tested is made here and now, not by another version in the user's cache
+os.environ.setdefault(VARIABLE, "off")
 
 
 def pytest_addoption(parser):

@@ -19,7 +19,7 @@ from firefly_sample.errors import GpuError
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
 from firefly_sample.gpu.programs import Program
-from firefly_sample.mipmaps import texture_levels
+from firefly_sample.mipmaps import kept_texture_levels
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows import CasterBatch
 
@@ -45,7 +45,12 @@ class TextureSource(Protocol):
 
     name: str
     revision: int
-    pixels: NDArray[np.uint8]
+    size: tuple[int, int]
+    digest: str | None
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """As a `Texture` has them."""
 
 
 @dataclass(eq=False)
@@ -251,14 +256,14 @@ class Uploads:
             return kept.texture
         if kept is not None:
             kept.release()
-        height, width = image.pixels.shape[:2]
+        width, height = image.size
         limit = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
         if max(width, height) > limit:
             raise GpuError(
                 f"texture {image.name!r} is {width}x{height}, above the driver's limit of "
                 f"{limit} a side: scale it down"
             )
-        levels = texture_levels(image.pixels, cutoff, stored)
+        levels = kept_texture_levels(image, cutoff, stored)
         texture = self._ctx.texture((width, height), 4, dtype="nu2")
         texture.build_mipmaps(0, len(levels) - 1)
         for level, values in enumerate(levels):

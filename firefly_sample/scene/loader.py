@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError, SceneError
 from firefly_sample.scene.axes import matrix_from_gltf, vectors_from_gltf
-from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.material import AlphaMode, Material, Texture
+from firefly_sample.scene.material import AlphaMode
+from firefly_sample.scene.model_data import GeomData, ImageData, MaterialData, ModelData, NodeData
+from firefly_sample.scene.model_store import load_kept, model_key, save_kept
 from firefly_sample.scene.nodepath import NodePath
 
 __all__ = ["load_model"]
@@ -38,6 +39,8 @@ def load_model(path: str | Path) -> NodePath:
     becomes Geoms that they share. Diffuse base colour, its texture, cut-out alpha, sidedness and vertex
     colours are read; the other things a glTF material can say are not drawn by this package.
 
+    A file that was read before is not parsed again: see `firefly_sample.derived`.
+
     Parameters
     ----------
     path : str or Path
@@ -54,6 +57,22 @@ def load_model(path: str | Path) -> NodePath:
     """
     path = Path(path)
     data, header = _read_container(path)
+    key = model_key(path.stem, data)
+    model = load_kept(key, lambda: _parse(path, data, header)) if key else None
+    fresh = model is None
+    if model is None:
+        model = _parse(path, data, header)
+    try:
+        root = model.as_tree(digests=key is not None)
+    except SceneError as error:
+        raise ModelError(f"model {path}: {error}") from error
+    if fresh and key:
+        save_kept(key, model)
+    return root
+
+
+def _parse(path: Path, data: bytes, header: dict[str, Any]) -> ModelData:
+    """What is in a file, through trimesh."""
     with _interrupted_afterwards():
         import trimesh
 
@@ -63,7 +82,7 @@ def load_model(path: str | Path) -> NodePath:
             raise ModelError(f"model {path}: damaged glTF ({_one_line(error)}): export it again") from error
     if not any(isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) for mesh in scene.geometry.values()):
         raise ModelError(f"model {path}: holds no triangle mesh, so there is nothing to draw")
-    return _Builder(path, header, scene).build()
+    return _Reader(path, header, scene).read()
 
 
 def _read_container(path: Path) -> tuple[bytes, dict[str, Any]]:
@@ -117,15 +136,16 @@ def _interrupted_afterwards() -> Iterator[None]:
             before(*heard[0])
 
 
-class _Builder:
-    """Turns a trimesh scene into nodes; Geoms, materials and textures are made once and shared."""
+class _Reader:
+    """Turns a trimesh scene into data; geoms, materials and images are there once, and shared."""
 
     def __init__(self, path: Path, header: dict[str, Any], scene: Any) -> None:
         self.path = path
         self.scene = scene
-        self.geoms: dict[str, tuple[Geom, Material]] = {}
-        self.materials: dict[int, Material] = {}
-        self.textures: dict[int, Texture] = {}
+        self.model = ModelData(path.stem)
+        self.geoms: dict[str, int] = {}
+        self.materials: dict[int, int] = {}
+        self.images: dict[int, int] = {}
         self.header_materials = self._unique_materials(header)
         self.children: dict[str, list[str]] = {}
         self.edges: dict[str, dict[str, Any]] = {}
@@ -133,24 +153,23 @@ class _Builder:
             self.children.setdefault(parent, []).append(child)
             self.edges[child] = edge
 
-    def build(self) -> NodePath:
-        root = NodePath(self.path.stem)
+    def read(self) -> ModelData:
         base = self.scene.graph.base_frame
-        waiting = [(root, name) for name in self.children.get(base, [])]
+        waiting = [(-1, name) for name in self.children.get(base, [])]
         seen: set[str] = set()
         while waiting:
             parent, name = waiting.pop(0)
             if name in seen:
                 raise ModelError(f"model {self.path}: node {name!r} has two parents or is its own ancestor")
             seen.add(name)
-            node = parent.attach_new_node(self._node(name))
+            geoms = self._geoms_of(name)
             matrix = matrix_from_gltf(self.edges[name].get("matrix", np.eye(4)))
             if not np.isfinite(matrix).all():
                 raise ModelError(f"model {self.path}: node {name!r} has a transform that is not finite")
-            if not np.array_equal(matrix, np.eye(4)):
-                node.set_mat(matrix)
-            waiting.extend((node, child) for child in self._own_children(name))
-        return root
+            moved = not np.array_equal(matrix, np.eye(4))
+            self.model.nodes.append(NodeData(name, parent, matrix if moved else None, geoms))
+            waiting.extend((len(self.model.nodes) - 1, child) for child in self._own_children(name))
+        return self.model
 
     def _is_primitive(self, name: str) -> bool:
         """True for the nodes that trimesh invents, one for each primitive of a mesh with several."""
@@ -161,55 +180,56 @@ class _Builder:
     def _own_children(self, name: str) -> list[str]:
         return [child for child in self.children.get(name, []) if not self._is_primitive(child)]
 
-    def _node(self, name: str) -> GeomNode:
-        node = GeomNode(name)
+    def _geoms_of(self, name: str) -> tuple[int, ...]:
         geometries = [self.edges[name].get("geometry")]
         geometries += [
             self.edges[child]["geometry"]
             for child in self.children.get(name, [])
             if self._is_primitive(child)
         ]
-        for geometry in geometries:
-            if geometry is not None and hasattr(self.scene.geometry[geometry], "faces"):
-                node.add_geom(*self._geom(geometry))
-        return node
+        return tuple(
+            self._geom(geometry)
+            for geometry in geometries
+            if geometry is not None and hasattr(self.scene.geometry[geometry], "faces")
+        )
 
-    def _geom(self, name: str) -> tuple[Geom, Material]:
+    def _geom(self, name: str) -> int:
         if name not in self.geoms:
             mesh = self.scene.geometry[name]
             # A computed normal would be trimesh's; Geom computes its own where the file has none.
             normals = mesh.vertex_normals if "vertex_normals" in mesh._cache.cache else None
-            try:
-                geom = Geom(
-                    vectors_from_gltf(mesh.vertices),
-                    mesh.faces,
-                    normals=None if normals is None else _unit(vectors_from_gltf(normals)),
-                    texcoords=getattr(mesh.visual, "uv", None),
-                    colors=_vertex_colors(mesh),
-                    name=name,
-                )
-                self.geoms[name] = (geom, self._material(getattr(mesh.visual, "material", None)))
-            except SceneError as error:
-                raise ModelError(f"model {self.path}: {error}") from error
+            arrays = {
+                "vertices": vectors_from_gltf(mesh.vertices),
+                "triangles": mesh.faces,
+                "normals": None if normals is None else _unit(vectors_from_gltf(normals)),
+                "texcoords": getattr(mesh.visual, "uv", None),
+                "colors": _vertex_colors(mesh),
+            }
+            given = {what: np.asarray(array) for what, array in arrays.items() if array is not None}
+            material = self._material(getattr(mesh.visual, "material", None))
+            self.geoms[name] = len(self.model.geoms)
+            self.model.geoms.append(GeomData(name, material, given))
         return self.geoms[name]
 
-    def _material(self, source: Any) -> Material:
+    def _material(self, source: Any) -> int:
         key = id(source)
         if key not in self.materials:
             name = getattr(source, "name", None) or f"{self.path.stem} material {len(self.materials)}"
             header = self.header_materials.get(getattr(source, "name", None), {})
             cutoff = getattr(source, "alphaCutoff", None)
-            self.materials[key] = Material(
+            made = MaterialData(
                 name,
-                base_color=_base_color(source, header),
-                texture=self._texture(source, header, name),
+                base_color=_base_color(source, header).tolist(),
+                image=self._image(source, header, name),
                 alpha_mode=_ALPHA_MODES.get(getattr(source, "alphaMode", None) or "OPAQUE", "opaque"),
-                alpha_cutoff=0.5 if cutoff is None else cutoff,
+                alpha_cutoff=0.5 if cutoff is None else float(cutoff),
                 double_sided=bool(getattr(source, "doubleSided", False)),
             )
+            self.materials[key] = len(self.model.materials)
+            self.model.materials.append(made)
         return self.materials[key]
 
-    def _texture(self, source: Any, header: dict[str, Any], name: str) -> Texture | None:
+    def _image(self, source: Any, header: dict[str, Any], name: str) -> int | None:
         image = getattr(source, "baseColorTexture", None)
         if image is None:
             # trimesh leaves out without a word what it cannot decode.
@@ -217,15 +237,16 @@ class _Builder:
                 raise ModelError(f"model {self.path}: material {name!r} has a texture that cannot be read")
             return None
         key = id(image)
-        if key not in self.textures:
+        if key not in self.images:
             try:
                 pixels = np.asarray(image.convert("RGBA"))
             except (OSError, ValueError, SyntaxError) as error:
                 raise ModelError(
                     f"model {self.path}: the texture of material {name!r} is damaged ({_one_line(error)})"
                 ) from error
-            self.textures[key] = Texture(pixels, name=name)
-        return self.textures[key]
+            self.images[key] = len(self.model.images)
+            self.model.images.append(ImageData.of(pixels, name))
+        return self.images[key]
 
     @staticmethod
     def _unique_materials(header: dict[str, Any]) -> dict[Any, dict[str, Any]]:

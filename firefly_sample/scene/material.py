@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -34,13 +35,56 @@ class Texture:
     ----------
     serial, revision : int
         As a `Geom` has them.
+    size : (int, int)
+        Width and height.
+    digest : str or None
+        Digits that change with the pixels, where the image came from a file, so that what is derived from it
+        may be kept: see `firefly_sample.derived`.
     """
+
+    digest: str | None
+    size: tuple[int, int]
+    _pixels: NDArray[np.uint8] | None
+    _decode: Callable[[], NDArray[np.uint8]] | None
 
     def __init__(self, pixels: ArrayLike, name: str = "texture") -> None:
         self.name = name
         self.serial = next(_SERIALS)
         self.revision = 0
         self.set_pixels(pixels)
+
+    @classmethod
+    def from_file(
+        cls, decode: Callable[[], NDArray[np.uint8]], size: tuple[int, int], digest: str | None, name: str
+    ) -> Texture:
+        """A texture whose pixels are decoded when somebody asks for them: drawing may have no need to.
+
+        Parameters
+        ----------
+        decode : callable
+            Gives the pixels, of this size; called once at most.
+        size : (int, int)
+            Width and height.
+        digest, name : see the class
+        """
+        texture = cls.__new__(cls)
+        texture.name = name
+        texture.serial = next(_SERIALS)
+        texture.revision = 1
+        texture.digest = digest
+        texture.size = size
+        texture._pixels = None
+        texture._decode = decode
+        return texture
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """The image, read-only."""
+        if self._pixels is None:
+            assert self._decode is not None
+            self._pixels = self._checked(self._decode())
+            self._decode = None
+        return self._pixels
 
     def set_pixels(self, pixels: ArrayLike) -> None:
         """Replace the image, of any size; `pixels` is copied and then read-only.
@@ -50,18 +94,24 @@ class Texture:
         SceneError
             If it has another shape.
         """
+        image = self._checked(pixels)
+        self._pixels = image
+        self._decode = None
+        self.digest = None
+        self.size = (image.shape[1], image.shape[0])
+        self.revision += 1
+
+    def _checked(self, pixels: ArrayLike) -> NDArray[np.uint8]:
         image: NDArray[np.uint8] = np.array(pixels, dtype=np.uint8, order="C")
         if image.ndim != 3 or image.shape[2] != 4 or 0 in image.shape:
             raise SceneError(
                 f"texture {self.name!r}: pixels must have shape (height, width, 4), got {image.shape}"
             )
         image.setflags(write=False)
-        self.pixels = image
-        self.revision += 1
+        return image
 
     def __repr__(self) -> str:
-        height, width = self.pixels.shape[:2]
-        return f"Texture({self.name!r}, {width}x{height})"
+        return f"Texture({self.name!r}, {self.size[0]}x{self.size[1]})"
 
 
 class Material:

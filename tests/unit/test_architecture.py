@@ -18,7 +18,7 @@ import firefly_sample
 PACKAGE = Path(firefly_sample.__file__).parent
 
 LAYERS = (
-    ({"errors", "settings", "assets", "frame", "columns", "srgb", "mipmaps"},),
+    ({"errors", "settings", "assets", "frame", "columns", "srgb", "mipmaps", "derived"},),
     ({"scene"},),
     ({"scenes"}, {"plan"}),
     ({"gpu"}, {"reference"}),
