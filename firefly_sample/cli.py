@@ -31,14 +31,21 @@ _COMMANDS: dict[Words, str] = {
     ("run",): "Open a window on a scene.",
     ("plan",): "Show the passes and targets of a frame, and what asked for each.",
     ("measure", "speed"): "Time each pass, and light volumes against other methods.",
+    ("measure", "start"): "How soon the first picture is there, with a cache and without.",
     ("measure", "trade"): "What each setting costs in time and in error.",
     ("measure", "stability"): "Draw numerical extremes, and hold each to its bound.",
     ("measure", "numerics"): "What numbers lose on this driver: the figures that the defaults rest on.",
     ("doctor",): "Show driver, devices and versions, and how to install what is missing.",
     ("scenes",): "List the installed scenes and their parameters.",
 }
-_WITHOUT_SCENE = ("measure", "stability"), ("measure", "numerics"), ("doctor",), ("scenes",)
-_OPERANDS: dict[Words, str] = {("measure", "numerics"): "[TABLE...] "}
+_WITHOUT_SCENE = (
+    ("measure", "start"),
+    ("measure", "stability"),
+    ("measure", "numerics"),
+    ("doctor",),
+    ("scenes",),
+)
+_OPERANDS: dict[Words, str] = {("measure", "numerics"): "[TABLE...] ", ("measure", "start"): "[SCENE] "}
 _WITH_SCENE = [words for words in _COMMANDS if words not in _WITHOUT_SCENE]
 
 

@@ -1,0 +1,63 @@
+"""``firefly measure start``: how soon the first picture is there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from firefly_sample.capture.sequence import DEFAULT_TIME
+from firefly_sample.columns import align
+from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time, Whole
+from firefly_sample.commands.terminal import print_json, progress_bar
+
+__all__ = ["start"]
+
+
+def start(
+    scene: SceneName = DEFAULT_SCENE,
+    *,
+    time: Time = DEFAULT_TIME,
+    size: Size = (800, 600),
+    rounds: Whole = 5,
+    device: Whole | None = None,
+    json: Flag = False,
+) -> int:
+    """Time fresh processes to their first picture, with what is derived from models kept or not.
+
+    Parameters
+    ----------
+    time
+        Seconds, of the picture.
+    rounds
+        How often each kind of process runs.
+    device
+        Which EGL device to draw with (see firefly doctor).
+    json
+        Print JSON.
+    """
+    from firefly_sample.measure.start import measure_start
+
+    with progress_bar("processes") as progress:
+        result = measure_start(scene, size=size, time=time, rounds=rounds, device=device, progress=progress)
+    if json:
+        print_json(result)
+    else:
+        print(start_as_text(result))
+    return 0
+
+
+def start_as_text(result: dict[str, Any]) -> str:
+    """A measurement as a table: a row for each state of the cache."""
+    table = [("CACHE", "SECONDS", "RATIO", "SPREAD")]
+    table += [
+        (row["cache"], f"{row['seconds']:.2f}", f"{row['ratio']:.2f}", f"{row['spread']:.2f}")
+        for row in result["rows"]
+    ]
+    size = "x".join(map(str, result["size"]))
+    return "\n".join(
+        [
+            f"{result['scene']}, {size}, {result['driver']}; from a process's start to its first picture",
+            align(table),
+            f"ratios are to importing the libraries and opening a context: {result['dependencies']:.2f} s",
+            "all pictures are the same",
+        ]
+    )
