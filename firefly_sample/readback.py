@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from firefly_sample.reference.gbuffer import (
 from firefly_sample.reference.shade import GBuffer
 from firefly_sample.srgb import srgb_to_linear
 
-__all__ = ["Surface", "read_images"]
+__all__ = ["Surface", "read_images", "targets_read"]
 
 Float64 = NDArray[np.float64]
 Read = Callable[[str], bytes]
@@ -31,6 +32,8 @@ _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id":
 """Where nothing was drawn; 0 in the others."""
 _OCTAHEDRAL = {"snorm16": (1.0, 0.0), "unorm16": (2.0, 1.0), "unorm8": (255.0 / 127.0, 1.0)}
 """From stored fractions to -1..1."""
+_WIDEST = 16
+"""Bytes of a texel of the widest format."""
 
 
 def read_images(plan: FramePlan, read: Read) -> dict[str, Image]:
@@ -47,6 +50,24 @@ def read_images(plan: FramePlan, read: Read) -> dict[str, Image]:
         dtype = OUTPUTS[name].dtype
         images[name] = np.ascontiguousarray(surface.image(name).astype(dtype, copy=False))
     return images
+
+
+def targets_read(plan: FramePlan) -> tuple[str, ...]:
+    """The targets that `read_images` asks for, whatever is in them: found by reading a pixel of zeros."""
+    names: list[str] = []
+
+    def read(name: str) -> bytes:
+        names.append(name)
+        return bytes(_WIDEST)
+
+    pixel = replace(
+        plan,
+        size=(1, 1),
+        view=replace(plan.view, size=(1, 1)),
+        targets=tuple(replace(target, size=None) for target in plan.targets),
+    )
+    read_images(pixel, read)
+    return tuple(names)
 
 
 class Surface:

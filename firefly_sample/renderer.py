@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
-from dataclasses import replace
+from collections import deque
+from collections.abc import Iterable, Iterator
 from types import TracebackType
 
-import numpy as np
-
+from firefly_sample.drawn import LIGHT_PASSES, Drawn, count_walked
 from firefly_sample.errors import GpuError
-from firefly_sample.frame import Frame, LightCounts, check_size
+from firefly_sample.frame import Frame, check_size
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
+from firefly_sample.gpu.limits import check_plan_limits, check_size_limit
 from firefly_sample.gpu.presenter import Layer, Presenter
 from firefly_sample.passes.ambient import AmbientPass
 from firefly_sample.passes.base import Pass
@@ -39,9 +39,7 @@ from firefly_sample.passes.volume_sums import VolumeSumsPass
 from firefly_sample.passes.volume_texture import VolumeTexturePass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.light_set import PASS_OF_KIND
-from firefly_sample.readback import Surface, read_images
-from firefly_sample.reference.clusters import list_lengths
+from firefly_sample.readback import Surface
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
@@ -74,7 +72,8 @@ PASSES: tuple[type[Pass], ...] = (
 )
 """Every pass in drawing order; a plan holds those that its frame needs."""
 
-LIGHT_PASSES = frozenset(PASS_OF_KIND.values())
+_AHEAD = 1
+"""How many frames are drawn before `Renderer.render_many` reads one: enough to keep CPU and GPU busy."""
 
 
 class SoftwareDriverWarning(UserWarning):
@@ -170,27 +169,12 @@ class Renderer:
             If it is below 1, or above what the driver can draw.
         """
         size = check_size(size)
-        self._check_limit(size, self.settings.supersample)
+        check_size_limit(size, self.settings.supersample, self._device.max_size)
         self.size = size
-
-    def _check_limit(self, size: tuple[int, int], samples: int) -> None:
-        limit = self._device.max_size
-        if max(size) * samples > limit:
-            scaled = f" at supersample {samples}" if samples > 1 else ""
-            raise GpuError(
-                f"size {size[0]}x{size[1]}{scaled} is above this driver's limit of {limit} pixels a side: "
-                "choose a smaller one"
-            )
 
     def _check_open(self) -> None:
         if not self._open:
             raise GpuError("this renderer is closed: make a new one")
-
-    def _count_lights(self, plan: FramePlan) -> LightCounts:
-        """The plan's counts, with what the passes of light really drew."""
-        if not any(step.name in LIGHT_PASSES | {"forward"} for step in plan.passes):
-            return plan.counts
-        return replace(plan.counts, dropped=plan.counts.in_view - self._gpu.lights_drawn)
 
     def plan(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> FramePlan:
         """What `render` would draw."""
@@ -210,39 +194,55 @@ class Renderer:
     def draw(self, plan: FramePlan, read: bool = True) -> Frame:
         """Draw a plan that `plan` made and read back its outputs; without `read`, the Frame has no images."""
         self._check_open()
-        self._check_limit(plan.size, plan.settings.supersample)
-        if max(plan.shadows.size) > self._device.max_size:
-            raise GpuError(
-                f"the shadow maps need {plan.shadows.size[0]}x{plan.shadows.size[1]} texels, above this "
-                f"driver's limit of {self._device.max_size} a side: set shadow_atlas to that"
-            )
-        if plan.volume is not None and max(plan.volume.size) > self._device.max_size:
-            width, height = plan.volume.size
-            raise GpuError(
-                f"the slices of particles' shadow need {width}x{height} texels, above this driver's limit of "
-                f"{self._device.max_size} a side: choose a smaller volume_tile, or fewer volume_slices"
-            )
-        self._drawn = None
         with self._device:
-            milliseconds, shaded = self._draw_passes(plan)
-            self._drawn = plan
-            if self.count_fragments and plan.clusters:
-                shaded = (shaded or 0) + self._count_walked(plan)
-            images = (
-                read_images(plan, lambda name: self._gpu.images.texture(plan, name).read()) if read else {}
-            )
-        return Frame(
-            images=images,
-            time=plan.time,
-            size=plan.size,
-            milliseconds=milliseconds,
-            lights=self._count_lights(plan),
-            driver=self.driver,
-            software=self.software,
-            shaded=shaded,
-            id_names=plan.id_names,
-            warnings=plan.warnings,
-        )
+            return self._draw_passes(plan).read(self._gpu, images=read)
+
+    def render_many(
+        self, scene: Scene, times: Iterable[float], outputs: Iterable[str] = ("color",)
+    ) -> Iterator[Frame]:
+        """Draw `scene` at each of `times` (seconds), and read each frame back while the next one is drawn.
+
+        Gives what `render` would give, one Frame after the other. Each comes when the next one is drawn, so
+        that a change of the scene or the settings between two of them shows one frame later.
+
+        Raises
+        ------
+        FireflyError
+            As `render`, when the frames before have come.
+        """
+        names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+        waiting: deque[Drawn] = deque()
+        try:
+            for time in times:
+                try:
+                    waiting.append(self._draw_ahead(self.plan(scene, time, names)))
+                except Exception:
+                    while waiting:
+                        yield self._read_behind(waiting.popleft())
+                    raise
+                if len(waiting) > _AHEAD:
+                    yield self._read_behind(waiting.popleft())
+            while waiting:
+                yield self._read_behind(waiting.popleft())
+        finally:
+            for drawn in waiting:
+                drawn.give_back(self._gpu)
+
+    def _draw_ahead(self, plan: FramePlan) -> Drawn:
+        self._check_open()
+        with self._device:
+            drawn = self._draw_passes(plan)
+            drawn.copy(self._gpu)
+            self._device.raw.flush()
+            return drawn
+
+    def _read_behind(self, drawn: Drawn) -> Frame:
+        try:
+            self._check_open()
+            with self._device:
+                return drawn.read(self._gpu)
+        finally:
+            drawn.give_back(self._gpu)
 
     def present(self, plan: FramePlan, layers: Iterable[Layer] = ()) -> None:
         """Put the output "color" of the plan that was drawn last on the window, and `layers` over it.
@@ -261,8 +261,10 @@ class Renderer:
             self._presenter.show(plan.size, color, layers)
             self._device.check("the window")
 
-    def _draw_passes(self, plan: FramePlan) -> tuple[dict[str, float], int | None]:
+    def _draw_passes(self, plan: FramePlan) -> Drawn:
         gpu = self._gpu
+        check_plan_limits(plan, self._device.max_size)
+        self._drawn = None
         gpu.reuse = self.reuse
         gpu.begin(plan)
         try:
@@ -276,16 +278,9 @@ class Renderer:
         finally:
             gpu.end()
         self._device.check(f"the frame at time {plan.time:g}")
-        return gpu.timers.collect()
-
-    def _count_walked(self, plan: FramePlan) -> int:
-        """How many lights the pixels' cells hold: what one fragment of clusters shades."""
-        every = 2 if plan.settings.light_resolution == "half" else 1
-        distance = Surface(plan, lambda name: self._gpu.images.texture(plan, name).read()).distance()
-        height, width = distance.shape
-        seen = distance[::-1][::every, ::every]
-        row, column = np.mgrid[:height:every, :width:every]
-        return sum(int(list_lengths(clusters, column, row, seen).sum()) for clusters in plan.clusters)
+        self._drawn = plan
+        walked = count_walked(plan, gpu) if self.count_fragments and plan.clusters else None
+        return Drawn(plan, gpu.lights_drawn, gpu.timers.end(), walked)
 
     def surface(self, plan: FramePlan) -> Surface:
         """The G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.

@@ -13,6 +13,7 @@ from firefly_sample.gpu.corner_tables import CornerTables
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import Images
 from firefly_sample.gpu.light_rows import shadow_rows
+from firefly_sample.gpu.pixel_buffers import PixelBuffers
 from firefly_sample.gpu.programs import Program, Programs
 from firefly_sample.gpu.tables import Tables
 from firefly_sample.gpu.timers import Timers
@@ -34,6 +35,7 @@ class Gpu:
         self.tables = Tables(device.ctx)
         self.images = Images(device)
         self.timers = Timers(device)
+        self.pixels = PixelBuffers(device)
         self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
         self.lights_drawn = 0
         self.reuse = True
@@ -44,6 +46,7 @@ class Gpu:
     def begin(self, plan: FramePlan) -> None:
         """Bring targets and uniform blocks up to date for a frame."""
         self.lights_drawn = 0
+        self.timers.give_back(self.timers.end())  # of a frame that failed
         self._shadow_table = None
         self.images.prepare(plan)
         blocks = {"View": view_values(plan.view), "Shading": shading_values(plan)}
@@ -108,5 +111,13 @@ class Gpu:
         self._arrays.clear()
         self._streams.clear()
         self._blocks.clear()
-        for part in (self.uploads, self.corners, self.tables, self.images, self.programs, self.timers):
+        for part in (
+            self.uploads,
+            self.corners,
+            self.tables,
+            self.images,
+            self.programs,
+            self.timers,
+            self.pixels,
+        ):
             part.release()

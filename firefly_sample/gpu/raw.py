@@ -24,6 +24,8 @@ DEPTH_BUFFER_BIT = 0x0100
 NEAREST = 0x2600
 TIME_ELAPSED = 0x88BF
 SAMPLES_PASSED = 0x8914
+PIXEL_PACK_BUFFER = 0x88EB
+STREAM_READ = 0x88E1
 QUERY_RESULT = 0x8866
 
 _KINDS = ("Buffer", "Framebuffer", "Program", "Query", "Sampler", "Shader", "Texture", "VertexArray")
@@ -83,6 +85,13 @@ class RawGL:
                 self._call(
                     "glVertexAttribPointer", pointer.location, pointer.components, FLOAT, 0, stride, start
                 )
+
+    def allocate_for_reading(self, buffer: int, size: int) -> None:
+        """Give a buffer object `size` bytes anew, where the GPU writes once and the CPU reads."""
+        self._call("glBindBuffer", PIXEL_PACK_BUFFER, buffer)
+        # a pointer is as wide as the size is
+        self._call("glBufferData", PIXEL_PACK_BUFFER, ctypes.c_void_p(size), None, STREAM_READ)
+        self._call("glBindBuffer", PIXEL_PACK_BUFFER, 0)
 
     def copy_texels(self, source: int, texture: int, corner: tuple[int, int], size: tuple[int, int]) -> None:
         """Copy texels of a framebuffer object's image, from `corner` on, into a texture of this size."""

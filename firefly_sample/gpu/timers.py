@@ -1,9 +1,9 @@
 """Time of each pass and fragments shaded.
 
-A GPU is asked with timer queries, whose results are read after the frame, when nobody waits for them. On
-a software driver the CPU's own clock around a `finish` tells the time: llvmpipe's timer queries leave out
-vertices and, in a frame of one pass, nearly everything. Queries are made by raw calls because moderngl
-never frees its own.
+A GPU is asked with timer queries, whose results are read when the frame, or the one after it, is drawn and
+nobody waits for them. On a software driver the CPU's own clock around a `finish` tells the time: llvmpipe's
+timer queries leave out vertices and, in a frame of one pass, nearly everything. Queries are made by raw
+calls because moderngl never frees its own.
 """
 
 from __future__ import annotations
@@ -11,66 +11,94 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.raw import SAMPLES_PASSED, TIME_ELAPSED
 
-__all__ = ["Timers"]
+__all__ = ["Measured", "Timers"]
+
+
+@dataclass(eq=False)
+class Measured:
+    """What one frame measures.
+
+    Attributes
+    ----------
+    clocked : dict of str to float
+        Milliseconds by pass, where the CPU's clock tells them.
+    timed : dict of str to int
+        Else the query that knows them.
+    counted : list of int
+        Queries that know how many fragments were shaded.
+    """
+
+    clocked: dict[str, float] = field(default_factory=dict)
+    timed: dict[str, int] = field(default_factory=dict)
+    counted: list[int] = field(default_factory=list)
 
 
 class Timers:
-    """Measures passes of one frame at a time."""
+    """Measures passes. A frame's queries are its own until they are collected or given back."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._queries: dict[tuple[str, int], int] = {}
-        self._clocked: dict[str, float] = {}
-        self._timed: list[str] = []
-        self._counted: list[str] = []
+        self._queries: list[int] = []
+        self._idle: dict[int, list[int]] = {TIME_ELAPSED: [], SAMPLES_PASSED: []}
+        self._frame = Measured()
 
-    def _query(self, name: str, kind: int) -> int:
-        if (name, kind) not in self._queries:
-            self._queries[name, kind] = self._device.raw.create_query()
-        return self._queries[name, kind]
+    def _query(self, kind: int) -> int:
+        if not self._idle[kind]:
+            self._queries.append(self._device.raw.create_query())
+            return self._queries[-1]
+        return self._idle[kind].pop()
 
     @contextmanager
     def measure(self, name: str, count: bool = False) -> Iterator[None]:
         """Time what is drawn inside; with `count`, also count the fragments that pass the depth test."""
         raw, clocked = self._device.raw, self._device.software
-        kinds = (() if clocked else (TIME_ELAPSED,)) + ((SAMPLES_PASSED,) if count else ())
+        queries = {}
+        if not clocked:
+            queries[TIME_ELAPSED] = self._frame.timed[name] = self._query(TIME_ELAPSED)
+        if count:
+            queries[SAMPLES_PASSED] = self._query(SAMPLES_PASSED)
+            self._frame.counted.append(queries[SAMPLES_PASSED])
         if clocked:
             self._device.ctx.finish()
         start = time.perf_counter()
-        for kind in kinds:
-            raw.begin_query(kind, self._query(name, kind))
+        for kind, query in queries.items():
+            raw.begin_query(kind, query)
         try:
             yield
         finally:
-            for kind in kinds:
+            for kind in queries:
                 raw.end_query(kind)
         if clocked:
             self._device.ctx.finish()
-            self._clocked[name] = (time.perf_counter() - start) * 1e3
-        self._timed.append(name)
-        if count:
-            self._counted.append(name)
+            self._frame.clocked[name] = (time.perf_counter() - start) * 1e3
 
-    def collect(self) -> tuple[dict[str, float], int | None]:
-        """Milliseconds of each pass since the last call, and the fragments counted (None if none was)."""
-        times = {name: self._milliseconds(name) for name in self._timed}
-        counts = [self._device.raw.query_result(self._query(name, SAMPLES_PASSED)) for name in self._counted]
-        self._timed.clear()
-        self._counted.clear()
-        self._clocked.clear()
+    def end(self) -> Measured:
+        """What was measured since the last call; nobody waits for it."""
+        measured, self._frame = self._frame, Measured()
+        return measured
+
+    def collect(self, measured: Measured) -> tuple[dict[str, float], int | None]:
+        """Milliseconds of each pass of a frame, and its fragments (None if none were counted); waits."""
+        result = self._device.raw.query_result
+        times = measured.clocked | {name: result(query) / 1e6 for name, query in measured.timed.items()}
+        counts = [result(query) for query in measured.counted]
+        self.give_back(measured)
         return times, sum(counts) if counts else None
 
-    def _milliseconds(self, name: str) -> float:
-        if name in self._clocked:
-            return self._clocked[name]
-        return self._device.raw.query_result(self._query(name, TIME_ELAPSED)) / 1e6
+    def give_back(self, measured: Measured) -> None:
+        """Let later frames have the queries of one that nobody will collect."""
+        self._idle[TIME_ELAPSED] += measured.timed.values()
+        self._idle[SAMPLES_PASSED] += measured.counted
+        measured.timed.clear()
+        measured.counted.clear()
 
     def release(self) -> None:
         """Free the queries."""
-        for query in self._queries.values():
+        for query in self._queries:
             self._device.raw.delete_query(query)
         self._queries.clear()

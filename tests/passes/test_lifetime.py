@@ -46,6 +46,7 @@ def test_no_gl_object_lives_after_release():
             renderer.resize(size)
             renderer.render(ball_scene(10), 0.0, ("color", "id"))
             renderer.render(cloud_scene(puff(50), blur=1.0, tint=0.5, show_texture=True), 0.0)
+            next(renderer.render_many(ball_scene(10), (0.0, 1.0), ("color", "depth")))
     with device:
         assert device.raw.count_objects() != before
         renderer._gpu.release()

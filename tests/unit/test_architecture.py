@@ -22,7 +22,7 @@ LAYERS = (
     ({"scene"},),
     ({"scenes"}, {"plan"}),
     ({"gpu"}, {"reference"}),
-    ({"passes"}, {"readback"}),
+    ({"passes"}, {"readback", "drawn"}),
     ({"renderer"},),
     ({"measure", "capture", "viewer", "interop"},),
     ({"cli", "commands"},),

@@ -1,0 +1,44 @@
+"""What a driver's limit of pixels a side refuses."""
+
+from __future__ import annotations
+
+from firefly_sample.errors import GpuError
+from firefly_sample.plan.frame_plan import FramePlan
+
+__all__ = ["check_plan_limits", "check_size_limit"]
+
+
+def check_size_limit(size: tuple[int, int], samples: int, limit: int) -> None:
+    """Refuse a picture with more than `limit` samples a side, at `samples` a pixel across and down.
+
+    Raises
+    ------
+    GpuError
+    """
+    if max(size) * samples > limit:
+        scaled = f" at supersample {samples}" if samples > 1 else ""
+        raise GpuError(
+            f"size {size[0]}x{size[1]}{scaled} is above this driver's limit of {limit} pixels a side: "
+            "choose a smaller one"
+        )
+
+
+def check_plan_limits(plan: FramePlan, limit: int) -> None:
+    """Refuse a plan whose picture, shadow maps or slices are above `limit` a side.
+
+    Raises
+    ------
+    GpuError
+    """
+    check_size_limit(plan.size, plan.settings.supersample, limit)
+    if max(plan.shadows.size) > limit:
+        raise GpuError(
+            f"the shadow maps need {plan.shadows.size[0]}x{plan.shadows.size[1]} texels, above this "
+            f"driver's limit of {limit} a side: set shadow_atlas to that"
+        )
+    if plan.volume is not None and max(plan.volume.size) > limit:
+        width, height = plan.volume.size
+        raise GpuError(
+            f"the slices of particles' shadow need {width}x{height} texels, above this driver's limit of "
+            f"{limit} a side: choose a smaller volume_tile, or fewer volume_slices"
+        )
