@@ -7,22 +7,14 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from firefly_sample.capture.manifest import (
-    FrameEntry,
-    Manifest,
-    pixel_hash,
-    remove_manifest,
-    write_manifest,
-)
-from firefly_sample.capture.writers import file_name, output_folder, write_image
+from firefly_sample.capture.frame_writer import FrameWriter
+from firefly_sample.capture.manifest import FrameEntry, Manifest, remove_manifest, write_manifest
+from firefly_sample.capture.writers import output_folder
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import check_outputs
 from firefly_sample.settings import Settings
-
-if TYPE_CHECKING:
-    from firefly_sample.frame import Frame
 
 __all__ = [
     "DEFAULT_TIME",
@@ -58,7 +50,8 @@ def capture_frames(
     """Render frames of a scene into files, and describe them in ``manifest.json``.
 
     Every file is written whole or not at all. The manifest comes last and lists only what is there; when
-    the run fails or is interrupted, the frames that are complete stay and there is no manifest.
+    the run fails or is interrupted, the frames that are complete stay and there is no manifest. Files are
+    written by a few threads while the next frames are drawn.
 
     Parameters
     ----------
@@ -82,7 +75,7 @@ def capture_frames(
         The scene's parameters; those left out have their defaults.
     device, require_gpu : see `firefly_sample.Renderer`
     progress : callable, optional
-        Called with (frames done, frames in all), first with (0, all).
+        Called with (frames on disk, frames in all), first with (0, all).
 
     Returns
     -------
@@ -117,22 +110,28 @@ def capture_frames(
         from firefly_sample.renderer import Renderer
 
         built = build_scene(plugin, **resolved)
-        with Renderer(size, settings, device=device, require_gpu=require_gpu) as renderer:
+        with (
+            Renderer(size, settings, device=device, require_gpu=require_gpu) as renderer,
+            FrameWriter(folder) as writer,
+        ):
             manifest = _new_manifest(scene, resolved, settings, renderer.driver, renderer.software)
+            tell = progress or (lambda done, total: None)
+            tell(0, len(numbers))
+            times = (time + index / fps for index in numbers)
             warned: set[str] = set()
-            if progress is not None:
-                progress(0, len(numbers))
-            for done, index in enumerate(numbers, start=1):
-                frame = renderer.render(built, time + index / fps, names)
-                if done == 1:
+            for index, frame in zip(numbers, renderer.render_many(built, times, names), strict=True):
+                if index == numbers[0]:
                     remove_manifest(folder)
-                _add_frame(manifest, folder, index, frame)
                 for warning in dict.fromkeys(frame.warnings):
                     if warning not in warned:
                         warned.add(warning)
                         warnings.warn(warning, stacklevel=2)
-                if progress is not None:
-                    progress(done, len(numbers))
+                for entry in writer.put(index, frame):
+                    _add_frame(manifest, entry)
+                    tell(len(manifest["frames"]), len(numbers))
+            for entry in writer.finish():
+                _add_frame(manifest, entry)
+                tell(len(manifest["frames"]), len(numbers))
         write_manifest(folder, manifest)
     return manifest
 
@@ -223,26 +222,8 @@ def _new_manifest(
     }
 
 
-def _add_frame(manifest: Manifest, folder: Path, index: int, frame: Frame) -> None:
-    """Write a frame's images and its entry."""
-    entry: FrameEntry = {
-        "index": index,
-        "time": frame.time,
-        "lights": {
-            "in_scene": frame.lights.in_scene,
-            "in_view": frame.lights.in_view,
-            "dropped": frame.lights.dropped,
-        },
-        "files": {},
-        "sha256": {},
-    }
-    for output, image in frame.images.items():
-        name = file_name(output, index)
-        write_image(folder / name, output, image)
-        entry["files"][output] = name
-        entry["sha256"][output] = pixel_hash(image)
-    if "id" in frame.images:
-        names = list(frame.id_names)
-        if manifest.setdefault("id_names", names) != names:
-            entry["id_names"] = names
+def _add_frame(manifest: Manifest, entry: FrameEntry) -> None:
+    """Append a frame; names behind its ids stand with it only where they differ from those of the first."""
+    if "id_names" in entry and manifest.setdefault("id_names", entry["id_names"]) == entry["id_names"]:
+        del entry["id_names"]
     manifest["frames"].append(entry)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from firefly_sample.errors import SceneError
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.loader import load_model
@@ -109,6 +110,21 @@ class Ticking(Empty):
         return _TickingScene()
 
 
+class Failing(Empty):
+    """Cannot be drawn from the third second on."""
+
+    name = "failing"
+
+    def build(self) -> Scene:
+        return _FailingScene()
+
+
+class _FailingScene(Scene):
+    def update(self, time: float) -> None:
+        if time >= 3.0:
+            raise SceneError("no fourth frame")
+
+
 class _TickingScene(Scene):
     def update(self, time: float) -> None:
         print("tick", flush=True)
@@ -128,4 +144,4 @@ class _GrowingScene(Scene):
 
 
 glade, statue, empty, growing = Glade(), Statue(), Empty(), Growing()
-crowded, doubled, ticking = Crowded(), Doubled(), Ticking()
+crowded, doubled, ticking, failing = Crowded(), Doubled(), Ticking(), Failing()

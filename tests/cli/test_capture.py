@@ -7,6 +7,7 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from PIL import Image
 
 import firefly_sample
 from firefly_sample.capture.sequence import capture_frames, capture_settings, parse_frames
+from firefly_sample.capture.writers import write_image
 from firefly_sample.cli import main
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS
@@ -167,8 +169,42 @@ def test_a_failure_between_frames_leaves_whole_frames_and_no_manifest(tmp_path):
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        capture_frames(GLADE, tmp_path, frames="0:9", size=(4, 3), progress=stop)
-    assert names_in(tmp_path) == {"color_000000.png", "color_000001.png"}
+        capture_frames(GLADE, tmp_path, frames="0:30", size=(4, 3), progress=stop)
+    left = len(names_in(tmp_path))
+    assert 2 <= left < 30  # what was drawn before it was known
+    assert names_in(tmp_path) == {f"color_{index:06d}.png" for index in range(left)}
+
+
+def test_frames_before_one_that_cannot_be_drawn_are_whole(tmp_path):
+    with pytest.raises(FireflyError, match="no fourth frame"):
+        capture_frames("tests.cli.glade:failing", tmp_path, frames="0:9", fps=1, time=0, size=(4, 3))
+    assert names_in(tmp_path) == {f"color_{index:06d}.png" for index in range(3)}
+
+
+def test_a_file_that_cannot_be_written_is_one_line(tmp_path, capsys):
+    (tmp_path / "color_000001.png").mkdir()
+    options = ("--size", "8x6", "--frames", "0:9", "-q", "-o", str(tmp_path))
+    assert main(["capture", GLADE, *options]) == 1
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert error.startswith(f"firefly: cannot write {tmp_path / 'color_000001.png'}: ")
+    assert "color_000000.png" in names_in(tmp_path)
+    assert not [name for name in names_in(tmp_path) if not name.endswith(".png")]
+
+
+def test_images_are_encoded_while_the_next_frames_are_drawn(tmp_path, monkeypatch):
+    """By other threads, so that the one that draws goes on."""
+    from firefly_sample.capture import frame_writer
+
+    threads = set()
+
+    def write(*arguments):
+        threads.add(threading.get_ident())
+        write_image(*arguments)
+
+    monkeypatch.setattr(frame_writer, "write_image", write)
+    capture_frames(GLADE, tmp_path, frames="0:4", size=(8, 6))
+    assert threads
+    assert threading.get_ident() not in threads
 
 
 def test_a_failure_before_the_first_frame_leaves_nothing(tmp_path):
