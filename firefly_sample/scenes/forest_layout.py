@@ -7,12 +7,11 @@ the terrain's texture was darkened under, so a change here wants the models made
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.scene.random import uniform
 from firefly_sample.scenes.forest_ground import (
@@ -24,10 +23,6 @@ from firefly_sample.scenes.forest_ground import (
 )
 
 __all__ = ["CAMERA", "SPECIES", "Placement", "Species", "place_forest"]
-
-Float64 = NDArray[np.float64]
-_Thrown = tuple[str, float, float, float, float]
-"""Species, x, y, heading and scale."""
 
 CAMERA = (-9.112, -211.077, 46.951)
 """The original's point of view; nothing may stand between it and the near plane."""
@@ -124,7 +119,7 @@ class Placement:
         return SPECIES[self.species].foot * self.scale
 
 
-_COMPOSED: tuple[_Thrown, ...] = (
+_COMPOSED: tuple[tuple[str, float, float, float, float], ...] = (
     # Trunks that frame the view, then what the eye finds in the clearing: species, x, y, heading, scale.
     ("pine", -39.0, -118.0, 40.0, 1.0),
     ("birch", 24.5, -112.0, 200.0, 0.95),
@@ -152,7 +147,7 @@ _COMPOSED: tuple[_Thrown, ...] = (
     ("fern", 27.0, -66.0, 200.0, 0.85),
     ("fern", -30.0, -56.0, 300.0, 0.8),
 )
-_FALLEN: _Thrown = ("fallen trunk", -22.0, -4.0, 24.0, 1.0)
+_FALLEN = ("fallen trunk", -22.0, -4.0, 24.0, 1.0)
 _FALLEN_FEET = tuple(
     (-22.0 + t * 0.914, -4.0 + t * 0.407, 3.6) for t in (-23, -18, -12, -6, 0, 6, 12, 18, 23)
 )
@@ -185,7 +180,7 @@ class _Strewing:
     tries: int
     gap: float
     scales: tuple[float, float]
-    where: Callable[[float, float, float], float]
+    where: Callable[[float, float], float]
     x_range: tuple[float, float] = (X_RANGE[0] + 12.0, X_RANGE[1] - 12.0)
     y_range: tuple[float, float] = (Y_RANGE[0] + 12.0, Y_RANGE[1] - 12.0)
 
@@ -203,9 +198,9 @@ def _glade(x: float, y: float) -> bool:
     return -60.0 < y < 178.0 and -0.20 < (x - CAMERA[0]) / (y - CAMERA[1]) < 0.13
 
 
-def _wood(x: float, y: float, rim: float) -> float:
+def _wood(x: float, y: float) -> float:
     """Chance of a tree: none in clearing and glade, none before the camera, fewer where nobody looks."""
-    if rim < 1.08 or _glade(x, y) or (y < -60.0 and _in_view(x, y, 22.0)):
+    if _rim(x, y) < 1.08 or _glade(x, y) or (y < -60.0 and _in_view(x, y, 22.0)):
         return 0.0
     return 1.0 if _in_view(x, y, 15.0) else 0.30
 
@@ -229,31 +224,33 @@ def _tree_weights(x: float, y: float) -> tuple[float, ...]:
     )
 
 
-def _undergrowth(x: float, y: float, rim: float) -> float:
+def _undergrowth(x: float, y: float) -> float:
+    rim = _rim(x, y)
     if not _in_view(x, y) or y < -104.0 or y > 190.0 or (y < -40.0 and -18.0 < x < 26.0):
         return 0.0
     patches = 0.5 + 0.5 * float(ground_noise(x, y, 22, 26.0))
     return max(0.0, min(1.0, (rim - 0.62) / 0.4)) * patches
 
 
-def _young(x: float, y: float, rim: float) -> float:
+def _young(x: float, y: float) -> float:
+    rim = _rim(x, y)
     return 1.0 if _in_view(x, y) and 0.9 < rim < 1.9 and y > -60.0 else 0.0
 
 
-def _ridge(x: float, y: float, _: float) -> float:
+def _ridge(x: float, y: float) -> float:
     return 0.8 if _glade(x, 0.65 * y) else 0.0
 
 
-def _stones(x: float, y: float, rim: float) -> float:
-    return 0.7 if _in_view(x, y) and -104.0 < y < 170.0 and rim > 0.5 else 0.0
+def _stones(x: float, y: float) -> float:
+    return 0.7 if _in_view(x, y) and -104.0 < y < 170.0 and _rim(x, y) > 0.5 else 0.0
 
 
-def _meadow(x: float, y: float, rim: float) -> float:
+def _meadow(x: float, y: float) -> float:
     """Chance of a tuft: in patches, denser in the clearing and in front, none on the trodden path."""
     if not _in_view(x, y, 4.0) or y > 150.0:
         return 0.0
     patches = 0.55 + 0.45 * float(ground_noise(x, y, 23, 19.0)) + 0.25 * float(ground_noise(x, y, 24, 7.0))
-    open_ = 1.0 if rim < 1.05 else 0.55
+    open_ = 1.0 if _rim(x, y) < 1.05 else 0.55
     return open_ * max(0.0, patches) * (1.0 if y < 70.0 else 0.5)
 
 
@@ -295,26 +292,25 @@ def place_forest() -> tuple[Placement, ...]:
     simplest way to a Poisson-disc pattern).
     """
     ground = _Ground()
-    thrown = [_FALLEN]
+    placed = [_settle(*_FALLEN)]
     for x, y, radius in _FALLEN_FEET:
         ground.take(x, y, radius)
     for species, x, y, heading, scale in _COMPOSED:
         ground.take(x, y, SPECIES[species].foot * scale)
-        thrown.append((species, x, y, heading, scale))
+        placed.append(_settle(species, x, y, heading, scale))
     for stream, rule in enumerate(_STREWN):
-        thrown.extend(_strew(rule, stream, ground, take=True))
-    thrown.extend(_strew(_TUFTS, len(_STREWN), ground, take=False))
-    return _settle(thrown)
+        placed.extend(_strew(rule, stream, ground, take=True))
+    placed.extend(_strew(_TUFTS, len(_STREWN), ground, take=False))
+    return tuple(placed)
 
 
-def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[_Thrown]:
+def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[Placement]:
     draws = uniform(_SEED, 8 * stream + np.arange(6)[:, None], np.arange(rule.tries)[None, :])
-    draws[0] = rule.x_range[0] + (rule.x_range[1] - rule.x_range[0]) * draws[0]
-    draws[1] = rule.y_range[0] + (rule.y_range[1] - rule.y_range[0]) * draws[1]
-    rims = clearing_distance(draws[0], draws[1]).tolist()
-    found: list[_Thrown] = []
-    for (x, y, chance, which, turn, size), rim in zip(draws.T.tolist(), rims, strict=True):
-        if chance >= rule.where(x, y, rim):
+    found: list[Placement] = []
+    for u, v, chance, which, turn, size in draws.T.tolist():
+        x = rule.x_range[0] + (rule.x_range[1] - rule.x_range[0]) * u
+        y = rule.y_range[0] + (rule.y_range[1] - rule.y_range[0]) * v
+        if chance >= rule.where(x, y):
             continue
         weights = np.cumsum(rule.weights(x, y))
         species = rule.species[min(int(np.searchsorted(weights, which * weights[-1])), len(weights) - 1)]
@@ -327,36 +323,23 @@ def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[_T
             continue
         if take:
             ground.take(x, y, foot)
-        found.append((species, x, y, 360.0 * turn, scale))
+        found.append(_settle(species, x, y, 360.0 * turn, scale))
     return found
 
 
-def _settle(thrown: Sequence[_Thrown]) -> tuple[Placement, ...]:
-    """All on the ground, sunk and tilted as their species want; the ground is asked once, for all of them."""
-    kinds = [SPECIES[species] for species, *_ in thrown]
-    x, y, heading = np.array([place[1:4] for place in thrown]).T
-    turns = [math.radians(degrees) for degrees in heading.tolist()]
+def _settle(species: str, x: float, y: float, heading: float, scale: float) -> Placement:
+    """On the ground at (x, y), sunk and tilted as its species wants."""
+    kind = SPECIES[species]
+    turn = math.radians(heading)
     # Heading turns the thing's own +X into (cos, sin) and its +Y into (-sin, cos).
-    cos, sin = np.array([(math.cos(turn), math.sin(turn)) for turn in turns]).T
-    rises_x, middles = _lie(x, y, cos, sin, np.array([kind.length for kind in kinds]))
-    rises_y, _ = _lie(x, y, -sin, cos, np.ones(len(kinds)))
-    return tuple(
-        Placement(
-            *place[:3],
-            middle - kind.sink * place[4],
-            place[3],
-            math.degrees(math.atan(kind.tilt * rise_y)),
-            -math.degrees(math.atan(kind.tilt * rise_x)),
-            place[4],
-        )
-        for place, kind, rise_x, rise_y, middle in zip(
-            thrown, kinds, rises_x.tolist(), rises_y.tolist(), middles.tolist(), strict=True
-        )
-    )
+    rise_x, middle = _lie(x, y, math.cos(turn), math.sin(turn), kind.length)
+    rise_y, _ = _lie(x, y, -math.sin(turn), math.cos(turn), 1.0)
+    pitch, roll = math.degrees(math.atan(kind.tilt * rise_y)), -math.degrees(math.atan(kind.tilt * rise_x))
+    return Placement(species, x, y, middle - kind.sink * scale, heading, pitch, roll, scale)
 
 
-def _lie(x: Float64, y: Float64, dx: Float64, dy: Float64, length: Float64) -> tuple[Float64, Float64]:
-    """Slope and height at the middle of sticks that lie on the ground along (dx, dy)."""
-    t = 0.5 * length * np.array([-1.0, 0.0, 1.0])[:, None]
-    low, middle, high = ground_height(x + t * dx, y + t * dy)
-    return (high - low) / length, np.minimum(middle, 0.5 * (low + high))
+def _lie(x: float, y: float, dx: float, dy: float, length: float) -> tuple[float, float]:
+    """Slope and height at the middle of a stick that lies on the ground along (dx, dy)."""
+    t = 0.5 * length * np.array([-1.0, 0.0, 1.0])
+    low, middle, high = (float(z) for z in ground_height(x + t * dx, y + t * dy))
+    return (high - low) / length, min(middle, 0.5 * (low + high))
