@@ -7,11 +7,12 @@ the terrain's texture was darkened under, so a change here wants the models made
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.scene.random import uniform
 from firefly_sample.scenes.forest_ground import (
@@ -23,6 +24,12 @@ from firefly_sample.scenes.forest_ground import (
 )
 
 __all__ = ["CAMERA", "SPECIES", "Placement", "Species", "place_forest"]
+
+Float64 = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+_Stand = tuple[str, float, float, float, float]
+"""What stands where, not yet on the ground: species, x, y, heading, scale."""
 
 CAMERA = (-9.112, -211.077, 46.951)
 """The original's point of view; nothing may stand between it and the near plane."""
@@ -119,7 +126,7 @@ class Placement:
         return SPECIES[self.species].foot * self.scale
 
 
-_COMPOSED: tuple[tuple[str, float, float, float, float], ...] = (
+_COMPOSED: tuple[_Stand, ...] = (
     # Trunks that frame the view, then what the eye finds in the clearing: species, x, y, heading, scale.
     ("pine", -39.0, -118.0, 40.0, 1.0),
     ("birch", 24.5, -112.0, 200.0, 0.95),
@@ -173,47 +180,44 @@ class _Ground:
 
 @dataclass(frozen=True)
 class _Strewing:
-    """A rule for one round of throwing: what, how many tries, where, how far apart."""
+    """A rule for one round of throwing: what, how many tries, where, how far apart.
+
+    `weights` and `where` take the x and the y of all throws at once: thousands of calls for one point each
+    would take most of the time that the forest takes.
+    """
 
     species: tuple[str, ...]
-    weights: Callable[[float, float], tuple[float, ...]]
+    weights: Callable[[Float64, Float64], tuple[ArrayLike, ...]]
     tries: int
     gap: float
     scales: tuple[float, float]
-    where: Callable[[float, float], float]
+    where: Callable[[Float64, Float64], Float64]
     x_range: tuple[float, float] = (X_RANGE[0] + 12.0, X_RANGE[1] - 12.0)
     y_range: tuple[float, float] = (Y_RANGE[0] + 12.0, Y_RANGE[1] - 12.0)
 
 
-def _rim(x: float, y: float) -> float:
-    return float(clearing_distance(x, y))
+def _in_view(x: Float64, y: Float64, margin: float = 10.0) -> Bools:
+    return np.abs(x - CAMERA[0]) < 0.36 * (y - CAMERA[1]) + margin
 
 
-def _in_view(x: float, y: float, margin: float = 10.0) -> bool:
-    return abs(x - CAMERA[0]) < 0.36 * (y - CAMERA[1]) + margin
-
-
-def _glade(x: float, y: float) -> bool:
+def _glade(x: Float64, y: Float64) -> Bools:
     """The gap behind the clearing through which the sky is seen, a wedge from the camera."""
-    return -60.0 < y < 178.0 and -0.20 < (x - CAMERA[0]) / (y - CAMERA[1]) < 0.13
+    slope = (x - CAMERA[0]) / (y - CAMERA[1])
+    return (y > -60.0) & (y < 178.0) & (slope > -0.20) & (slope < 0.13)
 
 
-def _wood(x: float, y: float) -> float:
+def _wood(x: Float64, y: Float64) -> Float64:
     """Chance of a tree: none in clearing and glade, none before the camera, fewer where nobody looks."""
-    if _rim(x, y) < 1.08 or _glade(x, y) or (y < -60.0 and _in_view(x, y, 22.0)):
-        return 0.0
-    return 1.0 if _in_view(x, y, 15.0) else 0.30
+    none = (clearing_distance(x, y) < 1.08) | _glade(x, y) | ((y < -60.0) & _in_view(x, y, 22.0))
+    return np.where(none, 0.0, np.where(_in_view(x, y, 15.0), 1.0, 0.30))
 
 
-def _tree_weights(x: float, y: float) -> tuple[float, ...]:
+def _tree_weights(x: Float64, y: Float64) -> tuple[ArrayLike, ...]:
     """Oaks and birches about the clearing, spruces behind and in groups."""
-    if y > 170.0 and _glade(x, 0.9 * y - 20.0):
-        # Behind the glade stand spires alone: they leave the sky between them.
-        return (0.0, 0.0, 0.0, 0.12, 0.25, 1.0, 0.0)
-    far = min(max((_rim(x, y) - 1.1) / 1.2, 0.0), 1.0)
-    group = 0.5 + 0.5 * float(ground_noise(x, y, 21, 70.0))
+    far = np.clip((clearing_distance(x, y) - 1.1) / 1.2, 0.0, 1.0)
+    group = 0.5 + 0.5 * ground_noise(x, y, 21, 70.0)
     near = 1.0 - far
-    return (
+    mixed = (
         1.1 * near,
         1.2 * near + 0.25 * far,
         1.1 * near + 0.5 * far * group,
@@ -222,36 +226,39 @@ def _tree_weights(x: float, y: float) -> tuple[float, ...]:
         0.2 + 2.6 * far * (1.0 - group),
         0.5,
     )
+    # Behind the glade stand spires alone: they leave the sky between them.
+    spires = (0.0, 0.0, 0.0, 0.12, 0.25, 1.0, 0.0)
+    behind = (y > 170.0) & _glade(x, 0.9 * y - 20.0)
+    columns = zip(spires, np.broadcast_arrays(*mixed), strict=True)
+    return tuple(np.where(behind, alone, other) for alone, other in columns)
 
 
-def _undergrowth(x: float, y: float) -> float:
-    rim = _rim(x, y)
-    if not _in_view(x, y) or y < -104.0 or y > 190.0 or (y < -40.0 and -18.0 < x < 26.0):
-        return 0.0
-    patches = 0.5 + 0.5 * float(ground_noise(x, y, 22, 26.0))
-    return max(0.0, min(1.0, (rim - 0.62) / 0.4)) * patches
+def _undergrowth(x: Float64, y: Float64) -> Float64:
+    none = ~_in_view(x, y) | (y < -104.0) | (y > 190.0) | ((y < -40.0) & (x > -18.0) & (x < 26.0))
+    patches = 0.5 + 0.5 * ground_noise(x, y, 22, 26.0)
+    return np.where(none, 0.0, np.clip((clearing_distance(x, y) - 0.62) / 0.4, 0.0, 1.0) * patches)
 
 
-def _young(x: float, y: float) -> float:
-    rim = _rim(x, y)
-    return 1.0 if _in_view(x, y) and 0.9 < rim < 1.9 and y > -60.0 else 0.0
+def _young(x: Float64, y: Float64) -> Float64:
+    rim = clearing_distance(x, y)
+    return np.where(_in_view(x, y) & (rim > 0.9) & (rim < 1.9) & (y > -60.0), 1.0, 0.0)
 
 
-def _ridge(x: float, y: float) -> float:
-    return 0.8 if _glade(x, 0.65 * y) else 0.0
+def _ridge(x: Float64, y: Float64) -> Float64:
+    return np.where(_glade(x, 0.65 * y), 0.8, 0.0)
 
 
-def _stones(x: float, y: float) -> float:
-    return 0.7 if _in_view(x, y) and -104.0 < y < 170.0 and _rim(x, y) > 0.5 else 0.0
+def _stones(x: Float64, y: Float64) -> Float64:
+    here = _in_view(x, y) & (y > -104.0) & (y < 170.0) & (clearing_distance(x, y) > 0.5)
+    return np.where(here, 0.7, 0.0)
 
 
-def _meadow(x: float, y: float) -> float:
+def _meadow(x: Float64, y: Float64) -> Float64:
     """Chance of a tuft: in patches, denser in the clearing and in front, none on the trodden path."""
-    if not _in_view(x, y, 4.0) or y > 150.0:
-        return 0.0
-    patches = 0.55 + 0.45 * float(ground_noise(x, y, 23, 19.0)) + 0.25 * float(ground_noise(x, y, 24, 7.0))
-    open_ = 1.0 if _rim(x, y) < 1.05 else 0.55
-    return open_ * max(0.0, patches) * (1.0 if y < 70.0 else 0.5)
+    patches = 0.55 + 0.45 * ground_noise(x, y, 23, 19.0) + 0.25 * ground_noise(x, y, 24, 7.0)
+    open_ = np.where(clearing_distance(x, y) < 1.05, 1.0, 0.55)
+    chance = open_ * np.maximum(0.0, patches) * np.where(y < 70.0, 1.0, 0.5)
+    return np.where(_in_view(x, y, 4.0) & (y <= 150.0), chance, 0.0)
 
 
 _STREWN: tuple[_Strewing, ...] = (
@@ -292,54 +299,77 @@ def place_forest() -> tuple[Placement, ...]:
     simplest way to a Poisson-disc pattern).
     """
     ground = _Ground()
-    placed = [_settle(*_FALLEN)]
     for x, y, radius in _FALLEN_FEET:
         ground.take(x, y, radius)
-    for species, x, y, heading, scale in _COMPOSED:
+    for species, x, y, _, scale in _COMPOSED:
         ground.take(x, y, SPECIES[species].foot * scale)
-        placed.append(_settle(species, x, y, heading, scale))
+    found = [_FALLEN, *_COMPOSED]
     for stream, rule in enumerate(_STREWN):
-        placed.extend(_strew(rule, stream, ground, take=True))
-    placed.extend(_strew(_TUFTS, len(_STREWN), ground, take=False))
-    return tuple(placed)
+        found.extend(_strew(rule, stream, ground, take=True))
+    found.extend(_strew(_TUFTS, len(_STREWN), ground, take=False))
+    return _settle(found)
 
 
-def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[Placement]:
+def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[_Stand]:
     draws = uniform(_SEED, 8 * stream + np.arange(6)[:, None], np.arange(rule.tries)[None, :])
-    found: list[Placement] = []
-    for u, v, chance, which, turn, size in draws.T.tolist():
-        x = rule.x_range[0] + (rule.x_range[1] - rule.x_range[0]) * u
-        y = rule.y_range[0] + (rule.y_range[1] - rule.y_range[0]) * v
-        if chance >= rule.where(x, y):
-            continue
-        weights = np.cumsum(rule.weights(x, y))
-        species = rule.species[min(int(np.searchsorted(weights, which * weights[-1])), len(weights) - 1)]
-        scale = rule.scales[0] + (rule.scales[1] - rule.scales[0]) * size
-        foot = SPECIES[species].foot * scale
-        if ground.room(x, y) < foot + rule.gap:
-            continue
-        crown = SPECIES[species].crown * scale
-        if not 62.0 + crown < math.hypot(x - CAMERA[0], y - CAMERA[1]) < 492.0 - crown:
-            continue
-        if take:
-            ground.take(x, y, foot)
-        found.append(_settle(species, x, y, 360.0 * turn, scale))
-    return found
+    u, v, chance, which, turn, size = draws
+    x = rule.x_range[0] + (rule.x_range[1] - rule.x_range[0]) * u
+    y = rule.y_range[0] + (rule.y_range[1] - rule.y_range[0]) * v
+    kept = np.flatnonzero(chance < rule.where(x, y))
+    x, y = x[kept], y[kept]
+    weights = np.cumsum([np.broadcast_to(weight, x.shape) for weight in rule.weights(x, y)], axis=0)
+    species = np.minimum((weights < which[kept] * weights[-1]).sum(axis=0), len(weights) - 1)
+    scales = rule.scales[0] + (rule.scales[1] - rule.scales[0]) * size[kept]
+    throws = zip(*(column.tolist() for column in (x, y, species, 360.0 * turn[kept], scales)), strict=True)
+    return [
+        (rule.species[number], px, py, heading, scale)
+        for px, py, number, heading, scale in throws
+        if _stands(SPECIES[rule.species[number]], px, py, scale, rule.gap, ground, take)
+    ]
 
 
-def _settle(species: str, x: float, y: float, heading: float, scale: float) -> Placement:
-    """On the ground at (x, y), sunk and tilted as its species wants."""
-    kind = SPECIES[species]
-    turn = math.radians(heading)
+def _stands(
+    species: Species, x: float, y: float, scale: float, gap: float, ground: _Ground, take: bool
+) -> bool:
+    """Whether there is room for it, which it then takes if it should."""
+    foot, crown = species.foot * scale, species.crown * scale
+    if ground.room(x, y) < foot + gap:
+        return False
+    if not 62.0 + crown < math.hypot(x - CAMERA[0], y - CAMERA[1]) < 492.0 - crown:
+        return False
+    if take:
+        ground.take(x, y, foot)
+    return True
+
+
+def _settle(stands: Sequence[_Stand]) -> tuple[Placement, ...]:
+    """All of them on the ground, sunk and tilted as their species want."""
+    kinds = [SPECIES[stand[0]] for stand in stands]
+    x, y = np.array([stand[1:3] for stand in stands]).T
+    turns = [math.radians(stand[3]) for stand in stands]
+    cos, sin = np.array([math.cos(turn) for turn in turns]), np.array([math.sin(turn) for turn in turns])
     # Heading turns the thing's own +X into (cos, sin) and its +Y into (-sin, cos).
-    rise_x, middle = _lie(x, y, math.cos(turn), math.sin(turn), kind.length)
-    rise_y, _ = _lie(x, y, -math.sin(turn), math.cos(turn), 1.0)
-    pitch, roll = math.degrees(math.atan(kind.tilt * rise_y)), -math.degrees(math.atan(kind.tilt * rise_x))
-    return Placement(species, x, y, middle - kind.sink * scale, heading, pitch, roll, scale)
+    rise_x, middle = _lie(x, y, cos, sin, np.array([kind.length for kind in kinds]))
+    rise_y, _ = _lie(x, y, -sin, cos, np.ones(len(kinds)))
+    return tuple(
+        Placement(
+            species,
+            px,
+            py,
+            height - kind.sink * scale,
+            heading,
+            math.degrees(math.atan(kind.tilt * along_y)),
+            -math.degrees(math.atan(kind.tilt * along_x)),
+            scale,
+        )
+        for (species, px, py, heading, scale), kind, height, along_x, along_y in zip(
+            stands, kinds, middle.tolist(), rise_x.tolist(), rise_y.tolist(), strict=True
+        )
+    )
 
 
-def _lie(x: float, y: float, dx: float, dy: float, length: float) -> tuple[float, float]:
-    """Slope and height at the middle of a stick that lies on the ground along (dx, dy)."""
-    t = 0.5 * length * np.array([-1.0, 0.0, 1.0])
-    low, middle, high = (float(z) for z in ground_height(x + t * dx, y + t * dy))
-    return (high - low) / length, min(middle, 0.5 * (low + high))
+def _lie(x: Float64, y: Float64, dx: Float64, dy: Float64, length: Float64) -> tuple[Float64, Float64]:
+    """Slope and height at the middle of sticks that lie on the ground along (dx, dy)."""
+    t = 0.5 * length * np.array([[-1.0], [0.0], [1.0]])
+    low, middle, high = ground_height(x + t * dx, y + t * dy)
+    return (high - low) / length, np.minimum(middle, 0.5 * (low + high))

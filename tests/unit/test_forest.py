@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import hashlib
 import math
 import weakref
 from collections import Counter
@@ -88,6 +89,17 @@ def test_models_are_under_20_megabytes() -> None:
     sizes = {path.name: path.stat().st_size for path in asset_dir("models").glob("*.glb")}
     assert {f"{species.file}.glb" for species in SPECIES.values()} | {"terrain.glb"} <= set(sizes)
     assert sum(sizes.values()) < 20e6
+
+
+def test_the_layout_is_the_one_that_the_terrain_was_darkened_under() -> None:
+    """To a hundredth of a millimetre, if a unit is a metre; see models/builder/terrain.py."""
+    lines = [
+        f"{p.species} {p.x:.5f} {p.y:.5f} {p.z:.5f} {p.heading:.4f} {p.pitch:.4f} {p.roll:.4f} {p.scale:.6f}"
+        for p in place_forest()
+    ]
+    assert lines[1] == "pine -39.00000 -118.00000 2.45173 40.0000 -0.0000 0.0000 1.000000"
+    digest = hashlib.sha256("\n".join(lines).encode()).hexdigest()
+    assert digest == "c031b2802afdd208ae01b6b99ef91456b769ab75248a1b5b2fc514ea8fcacb23"
 
 
 def test_layout_is_the_same_every_time() -> None:
