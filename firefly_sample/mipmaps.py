@@ -7,8 +7,9 @@ Colour is averaged with alpha as weight, so that the colour of what is cut away 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,10 @@ Float32 = NDArray[np.float32]
 
 VERSION = 1
 """Of the levels' numbers: counts up whenever one bit of them changes, or those that were kept stay in use."""
+
+_HALF = np.float32(0.5)
+_STRIP = 2**16
+"""Texels that are decoded at once: what is computed of them stays in the processor's cache."""
 
 
 class Picture(Protocol):
@@ -51,11 +56,20 @@ def texture_levels(
     stored : bool
         Keep colours as they are stored, not decoded: the classic look.
     """
-    colors, alphas = _decoded(stored)
-    rows = np.ascontiguousarray(pixels[::-1])
-    values, first = colors.take(rows), _as_texels(colors).take(rows)
-    values[..., 3], first[..., 3] = alphas.take(rows[..., 3]), _as_texels(alphas).take(rows[..., 3])
-    return [first, *map(_as_texels, mip_chain(values, cutoff)[1:])]
+    kept, decoded = _tables(stored)
+    image = pixels[::-1]
+    height, width = image.shape[:2]
+    level = np.empty((height, width, 4), dtype=np.uint16)
+    halved = np.empty((max(height // 2, 1), max(width // 2, 1), 4), dtype=np.float32)
+    for rows in _strips(height, width):
+        pairs = np.ascontiguousarray(image[rows]).view(np.uint16).astype(np.intp)
+        level[rows] = _look_up(pairs, kept)
+        into = slice(rows.start // 2, max(rows.stop // 2, 1))
+        halved[into] = _halve(_look_up(pairs, decoded), weighted=cutoff is not None)
+    if level.shape[:2] == (1, 1):
+        return [level]
+    coverage = None if cutoff is None else alpha_coverage(_alphas().take(image[..., 3]), cutoff)
+    return [level, *map(_as_texels, _smaller(halved, cutoff, coverage))]
 
 
 def kept_texture_levels(
@@ -83,17 +97,50 @@ def _shapes(size: tuple[int, int]) -> list[tuple[int, ...]]:
     return [(max(height >> level, 1), max(width >> level, 1), 4) for level in range(count)]
 
 
+def _strips(height: int, width: int) -> Iterator[slice]:
+    """Rows in even numbers, so that each strip is halved by itself; all of an odd number of rows at once."""
+    step = height if height % 2 else max(_STRIP // width, 2) // 2 * 2
+    for start in range(0, height, step):
+        yield slice(start, min(start + step, height))
+
+
+def _alphas() -> Float32:
+    return np.arange(256, dtype=np.float32) / np.float32(255.0)
+
+
 @cache
-def _decoded(stored: bool) -> tuple[Float32, Float32]:
-    """What the 256 codes of a colour and of alpha are in 0..1: one look-up is cheaper than arithmetic."""
-    alphas = np.arange(256, dtype=np.float32) / np.float32(255.0)
-    return alphas if stored else srgb_to_linear(np.arange(256) / 255.0).astype(np.float32), alphas
+def _tables(stored: bool) -> tuple[_Table, _Table]:
+    """What codes become, as 16 bits and as float32, by two codes at once: half the look-ups."""
+    alphas = _alphas()
+    colors = alphas if stored else srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
+    pairs = np.arange(2**16, dtype=np.uint16).view(np.uint8).reshape(-1, 2)
+    red_green = colors[pairs]
+    blue_alpha = np.stack([colors[pairs[:, 0]], alphas[pairs[:, 1]]], axis=1)
+    kept = _as_texels(red_green).view(np.uint32), _as_texels(blue_alpha).view(np.uint32)
+    decoded = red_green.view(np.uint64), blue_alpha.view(np.uint64)
+    return _Table(*kept, np.uint16), _Table(*decoded, np.float32)
+
+
+class _Table(NamedTuple):
+    """By a pair of 8-bit codes, a pair of numbers of `dtype`, which stand beside each other as one."""
+
+    red_green: NDArray[Any]
+    blue_alpha: NDArray[Any]
+    dtype: type[np.generic]
+
+
+def _look_up(pairs: NDArray[np.intp], table: _Table) -> NDArray[Any]:
+    """The four numbers of each texel, from its two pairs of codes."""
+    found = np.empty(pairs.shape, dtype=table.red_green.dtype)
+    found[..., 0] = table.red_green.take(pairs[..., 0])
+    found[..., 1] = table.blue_alpha.take(pairs[..., 1])
+    return found.view(table.dtype)
 
 
 def _as_texels(values: Float32) -> NDArray[np.uint16]:
     scaled = values * np.float32(65535.0)
     np.rint(scaled, out=scaled)
-    return scaled.astype(np.uint16)
+    return scaled.astype(np.uint16, order="C")
 
 
 def alpha_coverage(alpha: NDArray[np.floating], cutoff: float) -> float:
@@ -111,29 +158,55 @@ def mip_chain(pixels: Float32, cutoff: float | None) -> list[Float32]:
     cutoff : float or None
         Keep the coverage at this alpha; None for opaque textures, whose alpha does not matter.
     """
-    levels = [pixels]
+    if max(pixels.shape[:2]) == 1:
+        return [pixels]
     coverage = None if cutoff is None else alpha_coverage(pixels[..., 3], cutoff)
-    current = pixels
-    while max(current.shape[:2]) > 1:
-        current = _halve(current, weighted=cutoff is not None)
+    return [pixels, *_smaller(_halve(pixels, weighted=cutoff is not None), cutoff, coverage)]
+
+
+def _smaller(current: Float32, cutoff: float | None, coverage: float | None) -> Iterator[Float32]:
+    """The first level that is halved, as it is kept, and all below it."""
+    while True:
         level = current
         if cutoff is not None and coverage is not None:
             level = current.copy()
             level[..., 3] = _rescale_alpha(current[..., 3], coverage, cutoff)
-        levels.append(level)
-    return levels
+        yield level
+        if max(current.shape[:2]) == 1:
+            return
+        current = _halve(current, weighted=cutoff is not None)
+
+
+# Below, channels are computed one by one: four numbers beside each other are too short a loop for NumPy.
 
 
 def _halve(pixels: Float32, weighted: bool) -> Float32:
     """The next level: each texel the average of the area that it covers."""
-    if weighted:
-        weight = pixels[..., 3:] + np.float32(1e-4)
-        pixels = np.concatenate([pixels[..., :3] * weight, pixels[..., 3:]], axis=2)
-    pixels = _halve_rows(_halve_rows(pixels).swapaxes(0, 1)).swapaxes(0, 1)
-    if weighted:
-        weight = pixels[..., 3:] + np.float32(1e-4)
-        pixels = np.concatenate([pixels[..., :3] / weight, pixels[..., 3:]], axis=2)
-    return pixels
+    if not weighted:
+        return _halve_columns(_halve_rows(pixels))
+    halved = _halve_columns(_halve_rows(_weigh(np.multiply, pixels)))
+    return _weigh(np.divide, halved)
+
+
+def _weigh(function: np.ufunc, pixels: Float32) -> Float32:
+    """Colours times alpha, or by alpha again."""
+    weight = pixels[..., 3] + np.float32(1e-4)
+    weighed = np.empty_like(pixels)
+    for channel in range(3):
+        function(pixels[..., channel], weight, out=weighed[..., channel])
+    weighed[..., 3] = pixels[..., 3]
+    return weighed
+
+
+def _halve_columns(pixels: Float32) -> Float32:
+    rows, columns, channels = pixels.shape
+    if columns == 1 or columns % 2:
+        return _halve_rows(pixels.swapaxes(0, 1)).swapaxes(0, 1)
+    halved = np.empty((rows, columns // 2, channels), dtype=np.float32)
+    for channel in range(channels):
+        np.add(pixels[:, 0::2, channel], pixels[:, 1::2, channel], out=halved[..., channel])
+    halved *= _HALF
+    return halved
 
 
 def _halve_rows(pixels: Float32) -> Float32:
@@ -142,7 +215,9 @@ def _halve_rows(pixels: Float32) -> Float32:
     if rows == 1:
         return pixels
     if rows % 2 == 0:
-        return np.asarray(np.float32(0.5) * (pixels[0::2] + pixels[1::2]))
+        halved = pixels[0::2] + pixels[1::2]
+        halved *= _HALF
+        return np.asarray(halved)
     half = rows // 2
     before = ((half - np.arange(half)) / rows).astype(np.float32)[:, None, None]
     after = ((np.arange(half) + 1) / rows).astype(np.float32)[:, None, None]
@@ -155,14 +230,15 @@ def _rescale_alpha(alpha: Float32, coverage: float, cutoff: float) -> Float32:
     passing = round(coverage * alpha.size)
     if passing == 0:
         return np.minimum(alpha, np.float32(cutoff * 0.5))
-    ranked = np.sort(alpha, axis=None)
-    threshold = ranked[alpha.size - passing]
+    place = alpha.size - passing
+    threshold = np.partition(alpha, place, axis=None)[place]
     # texels of equal alpha pass together: take them all or none, whichever comes closer
-    first, end = np.searchsorted(ranked, threshold, "left"), np.searchsorted(ranked, threshold, "right")
+    below, above = alpha < threshold, alpha > threshold
+    first, end = np.count_nonzero(below), alpha.size - np.count_nonzero(above)
     if end < alpha.size and alpha.size - first - passing > passing - (alpha.size - end):
-        first, threshold = end, ranked[end]
+        below, threshold = ~above, alpha[above].min()
     if threshold <= 0:
         return alpha
     # the cut-off comes to lie between the last texel that passes and the first that does not
-    pivot = 0.5 * (threshold + ranked[first - 1]) if first > 0 else threshold
+    pivot = 0.5 * (threshold + alpha[below].max()) if below.any() else threshold
     return np.asarray(np.clip(alpha * np.float32(cutoff / pivot), 0.0, 1.0), dtype=np.float32)
