@@ -1,12 +1,17 @@
-"""What scenes are put together with: parts of model files, and what is seen of them."""
+"""What scenes are put together with: parts of model files, what is seen of them, and round things."""
 
 from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.nodepath import NodePath
 
-__all__ = ["find_part", "set_visible"]
+__all__ = ["find_part", "icosphere", "set_visible"]
 
 
 def find_part(file: NodePath, name: str) -> GeomNode:
@@ -37,3 +42,42 @@ def set_visible(path: NodePath, visible: bool) -> None:
         path.show()
     else:
         path.hide()
+
+
+def icosphere(subdivisions: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """An icosahedron whose triangles are quartered again and again, its corners on the unit sphere.
+
+    Returns
+    -------
+    corners : ndarray of float64, shape (10 * 4**subdivisions + 2, 3)
+        Also the sphere's normals there.
+    triangles : ndarray of int32, shape (20 * 4**subdivisions, 3)
+        Counter-clockwise from outside; neighbours share corners.
+    """
+    golden = (1.0 + 5.0**0.5) / 2.0
+    flat = np.array([(a, b * golden, 0.0) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+    corners = np.concatenate([np.roll(flat, shift, axis=1) for shift in range(3)])
+    # an edge is 2 long, and a face three corners that are that far apart, in the order that faces outwards
+    near = np.abs(np.linalg.norm(corners[:, None] - corners, axis=2) - 2.0) < 1e-9
+    triangles = [
+        (a, b, c) if np.linalg.det(corners[[a, b, c]]) > 0.0 else (a, c, b)
+        for a, b, c in itertools.combinations(range(12), 3)
+        if near[a, b] and near[b, c] and near[c, a]
+    ]
+    points = [corner / np.linalg.norm(corner) for corner in corners]
+    for _ in range(subdivisions):
+        middles: dict[tuple[int, int], int] = {}
+        quarters = []
+        for a, b, c in triangles:
+            found = []
+            for one, other in ((a, b), (b, c), (c, a)):
+                edge = min(one, other), max(one, other)
+                if edge not in middles:
+                    middles[edge] = len(points)
+                    middle = points[one] + points[other]
+                    points.append(middle / np.linalg.norm(middle))
+                found.append(middles[edge])
+            ab, bc, ca = found
+            quarters += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = quarters
+    return np.array(points), np.array(triangles, dtype=np.int32)

@@ -68,9 +68,10 @@ def test_entry_point_of_another_package(folder: Path) -> None:
     assert set(names) >= {"forest", "glade"}
 
 
-def test_forest_is_installed() -> None:
-    assert find_scene("forest").name == "forest"
-    assert "forest" in [scene.name for scene in list_scenes()]
+@pytest.mark.parametrize("name", ["forest", "lightbulbs", "smoke", "spheres"])
+def test_the_scenes_of_this_package_are_installed(name: str) -> None:
+    assert find_scene(name).name == name
+    assert name in [scene.name for scene in list_scenes()]
 
 
 def test_build_resolves_parameters(folder: Path) -> None:

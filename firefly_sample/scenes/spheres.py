@@ -1,0 +1,226 @@
+"""A field of spheres under any number of coloured lights: the scene plugin "spheres".
+
+It is made to be measured. The geometry never changes, every light reaches equally far, and one number says
+how many there are; so what a frame costs is a function of that number. 24 times a second one light takes a
+step, and the others stay: what a renderer could keep of the frame before, it may.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.scene.geom import Geom, GeomNode
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, PointLights
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.random import uniform
+from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
+from firefly_sample.scenes.parts import icosphere
+from firefly_sample.scenes.plugin import Plugin, check_live
+
+__all__ = ["SpheresScene", "light_power", "scene"]
+
+Float64 = NDArray[np.float64]
+
+SIDE = 32.0
+"""Of the square ground, around the origin, in scene units."""
+ROWS = 16
+"""Spheres along a side."""
+RADIUS = 0.6
+SUBDIVISIONS = 2
+"""Of an icosahedron's triangles: 320 a sphere."""
+REACH = 3.2
+"""How far each light reaches, in scene units."""
+HEIGHTS = 0.4, 2.4
+"""Of the lights above the ground."""
+EYE, FOV = (0.0, -24.0, 14.0), 45.0
+"""The angle is up and down, whatever the picture's shape: a lens of one angle is square, and a frame keeps
+its vertical angle."""
+POWER, POWER_LIGHTS = 2.6, 256
+"""What a light's colour is multiplied by where there are that many or fewer; see `light_power`."""
+STEPS_A_SECOND = 24
+"""Of all lights together, and of each light around its circle."""
+CIRCLE = 0.5
+"""Radius of the level circle that each light walks around. Where the circle is comes from (seed, k), how far
+along it light k is, from the time and how many lights take turns."""
+AMBIENT = (0.010, 0.012, 0.020)
+SKY = VerticalGradient(horizon=(0.0042, 0.0036, 0.0085), zenith=(0.0008, 0.0009, 0.003))
+EXPOSURE = 1.2
+GROUND = (0.27, 0.26, 0.28, 1.0)
+
+_CELLS = 32
+"""Of the ground along a side: triangles that are no larger than what stands on them."""
+_PAINTS = (
+    (0.84, 0.82, 0.79, 1.0),
+    (0.80, 0.66, 0.46, 1.0),
+    (0.50, 0.64, 0.80, 1.0),
+    (0.82, 0.54, 0.52, 1.0),
+)
+"""The first one is that of half of the spheres."""
+_SLACK = 1e-6
+"""Of steps: k / 24 s, rounded, is no step too early."""
+
+_PARAMETERS = (
+    Parameter(
+        "seed",
+        int,
+        7,
+        "Which lights: every random number about light k comes from (seed, k).",
+        minimum=0,
+        maximum=2**63 - 1,
+    ),
+    Parameter(
+        "lights",
+        int,
+        256,
+        "How many lights; the circles of the first ones stay where they are when there are more.",
+        minimum=0,
+        maximum=100_000,
+        keys=(KeyStep("up", 1.25, help="more lights"), KeyStep("down", 0.8, help="fewer lights")),
+    ),
+)
+
+
+def light_power(count: int) -> float:
+    """What the colours of `count` lights are multiplied by.
+
+    Up to 256 lights, each is as bright as it is. From there on their strength falls by 1/count, so that the
+    light on all surfaces together, and so the picture's mean radiance, stays about what it was.
+    """
+    return POWER * min(1.0, POWER_LIGHTS / max(count, 1))
+
+
+class _Lights:
+    """Where the lights are; it knows no node, so no cycle keeps nodes alive."""
+
+    def __init__(self, seed: int, count: int) -> None:
+        self.seed, self.count = seed, count
+        u = uniform(seed, np.arange(6)[:, None], np.arange(count)[None, :])
+        low, high = HEIGHTS
+        self._home: Float64 = np.stack(
+            [SIDE * (u[0] - 0.5), SIDE * (u[1] - 0.5), low + (high - low) * u[2]], axis=1
+        )
+        self._start: Float64 = STEPS_A_SECOND * u[3]
+        self._colors = light_power(count) * _colors(self._home, u[4], u[5])
+
+    def at(self, time: float) -> tuple[Float64, Float64, float]:
+        """Positions, colours and the reach of the lights at `time` (seconds).
+
+        Light k takes the step s, the s-th of all since time 0, when s mod count is k: one light moves from
+        one step to the next, and where it is follows from how many of the steps were its own.
+        """
+        step = math.floor(time * STEPS_A_SECOND + _SLACK)
+        own = (step - np.arange(self.count)) // max(self.count, 1) + 1
+        angle = 2.0 * math.pi * (self._start + own % STEPS_A_SECOND) / STEPS_A_SECOND
+        places = self._home.copy()
+        places[:, 0] += CIRCLE * np.cos(angle)
+        places[:, 1] += CIRCLE * np.sin(angle)
+        return places, self._colors, REACH
+
+
+class SpheresScene(Scene):
+    """The spheres, their ground and the lights.
+
+    Parameters
+    ----------
+    seed, lights
+        See ``scene.parameters``; both can be changed later by `set`.
+    """
+
+    def __init__(self, seed: int = 7, lights: int = 256) -> None:
+        root = NodePath("spheres")
+        camera = root.attach_new_node(Camera("camera", PerspectiveLens(fov=FOV, near=1.0, far=100.0)))
+        camera.set_pos(*EYE)
+        camera.look_at(0.0, 0.0, 0.0)
+        super().__init__(root, camera, background=SKY, exposure=EXPOSURE, focus=(0.0, 0.0, 0.0))
+        root.attach_new_node(_ground())
+        _place_spheres(root)
+        root.attach_new_node(AmbientLight("sky", AMBIENT))
+        # the node calls what it is given, which knows no node: no cycle keeps them alive
+        self._swarm = _Swarm(_Lights(seed, lights))
+        root.attach_new_node(PointLights("lights", function=self._swarm.at))
+
+    def set(self, name: str, value: Any) -> None:
+        """Change a parameter of the running scene.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such parameter or the value is wrong.
+        """
+        checked = check_live("spheres", _PARAMETERS, name, value)
+        before = self._swarm.lights
+        given = {"seed": before.seed, "count": before.count}
+        self._swarm.lights = _Lights(**given | {"count" if name == "lights" else name: checked})
+
+
+class _Swarm:
+    """What the node of the lights calls."""
+
+    def __init__(self, lights: _Lights) -> None:
+        self.lights = lights
+
+    def at(self, time: float) -> tuple[Float64, Float64, float]:
+        return self.lights.at(time)
+
+
+scene = Plugin(
+    "spheres",
+    "A field of spheres under any number of coloured lights, made to be measured.",
+    _PARAMETERS,
+    SpheresScene,
+)
+
+
+def _colors(place: Float64, one: Float64, other: Float64) -> Float64:
+    """Linear colours, the largest channel 1, of hues that drift over the ground and scatter a little.
+
+    Many lights of random hues would add up to the same grey everywhere; neighbours of like hue do not.
+    """
+    drift = 0.78 + 0.019 * place[:, 0] + 0.15 * np.sin(0.23 * place[:, 1] - 0.08 * place[:, 0])
+    hue = drift + 0.26 * (one - 0.5)
+    # the closed form of hue: f(n) = 1 - s max(0, min(q, 4 - q, 1)), q = (n + 6 h) mod 6
+    q = (np.array([5.0, 3.0, 1.0]) + 6.0 * hue[:, None]) % 6.0
+    fall = np.clip(np.minimum(q, 4.0 - q), 0.0, 1.0)
+    return np.asarray(1.0 - (0.55 + 0.4 * other[:, None]) * fall)
+
+
+def _ground() -> GeomNode:
+    """A level square of many triangles: at a giant one's far corners, rasterisers lose digits."""
+    line = SIDE * (np.arange(_CELLS + 1) / _CELLS - 0.5)
+    x, y = np.meshgrid(line, line)
+    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    row, column = (index.ravel() for index in np.mgrid[:_CELLS, :_CELLS])
+    corner = row * (_CELLS + 1) + column
+    right, above, across = corner + 1, corner + _CELLS + 1, corner + _CELLS + 2
+    triangles = np.concatenate(
+        [np.stack([corner, right, across], axis=1), np.stack([corner, across, above], axis=1)]
+    )
+    node = GeomNode("ground")
+    node.add_geom(
+        Geom(vertices, triangles, np.tile((0.0, 0.0, 1.0), (len(vertices), 1)), name="ground"),
+        Material("ground", GROUND),
+    )
+    return node
+
+
+def _place_spheres(root: NodePath) -> None:
+    """Sixteen rows of sixteen, which share their triangles: one draw."""
+    directions, triangles = icosphere(SUBDIVISIONS)
+    geom = Geom(RADIUS * directions, triangles, directions, name="sphere")
+    paints = [Material(f"paint {index}", color) for index, color in enumerate(_PAINTS)]
+    u = uniform(1931, np.arange(2)[:, None], np.arange(ROWS * ROWS)[None, :])
+    chosen = np.where(u[0] < 0.5, 0, 1 + np.floor(u[1] * (len(paints) - 1)).astype(int))
+    group = root.attach_new_node("balls")
+    line = SIDE * ((np.arange(ROWS) + 0.5) / ROWS - 0.5)
+    for k, paint in enumerate(chosen):
+        node = GeomNode("ball")
+        node.add_geom(geom, paints[paint])
+        path = group.attach_new_node(node)
+        path.set_pos(line[k % ROWS], line[k // ROWS], RADIUS)
