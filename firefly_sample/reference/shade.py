@@ -16,6 +16,7 @@ from firefly_sample.plan.light_set import LightSet
 from firefly_sample.reference.chunks import Progress, run_all, tiles_of
 from firefly_sample.reference.cone import opening
 from firefly_sample.reference.one_light import GBuffer, LitChunk, OneLight, Shadows, lengths
+from firefly_sample.reference.pairs import pairs_in_reach
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
 
@@ -97,15 +98,21 @@ def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
     place = position.reshape(-1, 3)
     place = place[np.isfinite(place).all(axis=1)]
     total = 0
-    for one in each_light(sets):
-        near = one.in_reach(place)
-        if one.lights.kind == "spot":
-            to_light, _ = one.ways(place[near])
-            opened = opening(to_light, one.lights.directions[one.row])
-            total += int(np.count_nonzero(opened <= one.lights.cones[one.row, 1]))
+    for lights in sets:
+        if lights.kind == "point":
+            total += pairs_in_reach(position, lights)
+        elif lights.kind == "directional":
+            total += len(lights) * len(place)
         else:
-            total += int(np.count_nonzero(near))
+            total += sum(_within_cone(one, place) for one in each_light([lights]))
     return total
+
+
+def _within_cone(one: OneLight, place: Float64) -> int:
+    """How many positions (n, 3) a spotlight reaches."""
+    to_light, _ = one.ways(place[one.in_reach(place)])
+    opened = opening(to_light, one.lights.directions[one.row])
+    return int(np.count_nonzero(opened <= one.lights.cones[one.row, 1]))
 
 
 def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = np.inf) -> Float64:
