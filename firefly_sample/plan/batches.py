@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,13 @@ from firefly_sample.plan.instances import Factors, Group, Instances
 from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.scene.material import Material
 
-__all__ = ["Visible", "VisiblePart", "make_batches"]
+__all__ = ["Looks", "Visible", "VisiblePart", "make_batches"]
 
 Float64 = NDArray[np.float64]
 
 
+MOST_NAMES = 4
+"""Of materials in a reason."""
 ZONES = 8
 """Depths that draws are cut at, so that what is near in one hides what is far in another."""
 SHARE = 32
@@ -65,6 +68,14 @@ class VisiblePart:
         return least.min(axis=0), largest.max(axis=0)
 
 
+class Looks(NamedTuple):
+    """Names of materials in view with an ambient colour of their own, that shine, with highlights."""
+
+    own_ambient: str
+    emissive: str
+    shiny: str
+
+
 class Visible:
     """What is in view of one snapshot from one place.
 
@@ -101,14 +112,26 @@ class Visible:
         return sum(len(part.ids) for part in self.parts)
 
     @cached_property
-    def materials(self) -> tuple[Material, ...]:
-        """The materials in view, each once."""
+    def looks(self) -> Looks:
+        """What there is of materials that asks for more than a colour."""
         found: dict[int, Material] = {}
         for part in self.parts:
             materials = part.group.materials
             indices = (0,) if len(materials) == 1 else np.unique(part.group.which[part.chosen])
             found.update((id(materials[index]), materials[index]) for index in indices)
-        return tuple(found.values())
+        each = found.values()
+        return Looks(
+            _names(material for material in each if material.ambient is not None),
+            _names(material for material in each if material.emission.any()),
+            _names(material for material in each if material.specular.any()),
+        )
+
+
+def _names(materials: Iterable[Material]) -> str:
+    """Names, each once, and not too many of them; empty if there is none."""
+    names = list(dict.fromkeys(material.name for material in materials))
+    shown = ", ".join(names[:MOST_NAMES])
+    return shown if len(names) <= MOST_NAMES else f"{shown} and {len(names) - MOST_NAMES} more"
 
 
 def make_batches(visible: Visible, frame: GeometryVariant, near: float) -> tuple[Batch, ...]:

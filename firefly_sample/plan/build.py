@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from firefly_sample.errors import OutputError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.plan.batches import Visible, make_batches
-from firefly_sample.plan.camera import camera_matrices, lens_for
+from firefly_sample.plan.camera import Eye, eye_state
 from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.clusters import plan_clusters
 from firefly_sample.plan.collect import Snapshot, collect
@@ -81,6 +81,7 @@ class Planner:
         self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
         self._shadows = ShadowPlanner()
+        self._eye: tuple[tuple[Any, ...], Eye] | None = None
         self._seen: tuple[tuple[Any, ...], Visible] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
 
@@ -101,9 +102,9 @@ class Planner:
         if self._root != scene.root:  # what was kept is another scene's
             self._root, self._snapshots, self._shadows = scene.root, {}, ShadowPlanner()
         snapshot = self._snapshot(scene, scene.camera_node.camera_mask)
-        lens, camera = lens_for(scene.lens, size), camera_matrices(scene)
-        planes = lens.frustum_planes()
-        seen = self._visible(snapshot, camera.world_to_view, planes)
+        eye = self._look(scene, size)
+        lens, camera, planes = eye.lens, eye.camera, eye.planes
+        seen = self._visible(snapshot, eye)
         exposure = _exposure(scene, settings)
         cloud = gather_particles(snapshot, time) if settings.look != "classic" else None
         reverse = reverses_depth(settings, capabilities)
@@ -113,8 +114,7 @@ class Planner:
             self._shadows,
             settings,
             time,
-            lens,
-            camera,
+            eye,
             seen,
             exposure,
             reverse,
@@ -154,7 +154,7 @@ class Planner:
             clouded=clouded,
             ambient=bool(ambient.any()),
             gradient=background.horizon != background.zenith,
-            materials=seen.materials,
+            looks=seen.looks,
             orthographic=not isinstance(lens, PerspectiveLens),
         )
         for name in outputs:
@@ -199,12 +199,19 @@ class Planner:
             ),
         )
 
-    def _visible(self, snapshot: Snapshot, world_to_view: Float64, planes: Float64) -> Visible:
+    def _look(self, scene: Scene, size: tuple[int, int]) -> Eye:
+        """The scene's camera, with what follows from it."""
+        state = eye_state(scene, size)
+        if self._eye is None or self._eye[0] != state:
+            self._eye = state, Eye(scene, size)
+        return self._eye[1]
+
+    def _visible(self, snapshot: Snapshot, eye: Eye) -> Visible:
         """What is in view; found anew only when the camera, the graph or a material has changed."""
         instances = snapshot.instances
-        state = (instances, instances.revisions(), world_to_view.tobytes(), planes.tobytes())
+        state = (instances, instances.revisions(), eye)
         if self._seen is None or self._seen[0] != state:
-            self._seen = state, Visible(instances, world_to_view, planes)
+            self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
         return self._seen[1]
 
     def _batches(self, seen: Visible, variant: GeometryVariant, near: float) -> tuple[Batch, ...]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import NodeError
+from firefly_sample.plan.cull import frustum_corners
 from firefly_sample.scene.lens import Lens
 from firefly_sample.scene.scene import Scene
 
-__all__ = ["CameraMatrices", "camera_matrices", "lens_for"]
+__all__ = ["CameraMatrices", "Eye", "camera_matrices", "eye_state", "lens_for"]
 
 Float64 = NDArray[np.float64]
 
@@ -29,6 +30,30 @@ def lens_for(lens: Lens, size: tuple[int, int]) -> Lens:
     if abs(lens.get_aspect_ratio() / aspect - 1.0) < 1e-4:
         return lens
     return lens.with_aspect_ratio(aspect)
+
+
+class Eye:
+    """A scene's camera for a picture's shape, and what follows from it alone.
+
+    Attributes
+    ----------
+    lens : Lens
+    camera : CameraMatrices
+    planes, corners : ndarray of float64
+        See `Lens.frustum_planes` and `firefly_sample.plan.cull.frustum_corners`.
+    """
+
+    def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
+        self.lens = lens_for(scene.lens, size)
+        self.camera = camera_matrices(scene)
+        self.planes = self.lens.frustum_planes()
+        self.corners = frustum_corners(self.lens.constants(), self.lens.get_near(), self.lens.get_far())
+
+
+def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
+    """What an `Eye` is made of: equal for those that are equal."""
+    lens = scene.lens
+    return lens, lens.revision, size, scene.camera.get_net_transform().get_mat().tobytes()
 
 
 def camera_matrices(scene: Scene) -> CameraMatrices:

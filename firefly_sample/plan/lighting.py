@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from firefly_sample.plan.batches import Visible
-from firefly_sample.plan.camera import CameraMatrices
+from firefly_sample.plan.camera import Eye
 from firefly_sample.plan.collect import Snapshot
-from firefly_sample.plan.cull import frustum_corners
 from firefly_sample.plan.light_set import LightKind, LightSet
 from firefly_sample.plan.light_views import Sight
 from firefly_sample.plan.lights import choose_proxies, cut_off, in_view, world_lights
 from firefly_sample.plan.shadows import ShadowPlan, ShadowPlanner, no_maps
-from firefly_sample.scene.lens import Lens
 from firefly_sample.scene.light import Light
 from firefly_sample.settings import Settings
 
@@ -66,8 +64,7 @@ def light_scene(
     planner: ShadowPlanner,
     settings: Settings,
     time: float,
-    lens: Lens,
-    camera: CameraMatrices,
+    eye: Eye,
     seen: Visible,
     exposure: tuple[float, float, float],
     reverse: bool,
@@ -83,6 +80,8 @@ def light_scene(
         Gives what a camera with a mask sees.
     planner : ShadowPlanner
         Keeps shadow maps from frame to frame.
+    eye : Eye
+        Of the camera.
     seen : Visible
         The geometry in view.
     reverse : bool
@@ -98,8 +97,8 @@ def light_scene(
     world, sources = world_lights(snapshot, time, dimmed)
     shiny = bool(snapshot.instances.factors().speculars[:, :3].any())
     world = cut_off(world, settings, exposure, shiny)
-    planes = lens.frustum_planes()
-    visible = [in_view(lights, camera.world_to_view, planes) for lights in world]
+    lens, camera = eye.lens, eye.camera
+    visible = [in_view(lights, camera.world_to_view, eye.planes) for lights in world]
     shadows, maps = ShadowPlan(), no_maps(len(sources))
     if sources and len(seen) and settings.look != "classic":
         sight = Sight(
@@ -120,10 +119,9 @@ def light_scene(
             reverse,
             snapshot_for,
         )
-    corners = frustum_corners(lens.constants(), lens.get_near(), lens.get_far())
     sets: list[LightSet] = []
     for lights in visible:
         # the index -1, of lights that cast none, finds the row that is appended
         casters, count = np.concatenate([maps, no_maps(1)])[lights.casters].T
-        sets.extend(choose_proxies(replace(lights, casters=casters, maps=count), corners))
+        sets.extend(choose_proxies(replace(lights, casters=casters, maps=count), eye.corners))
     return Lighting(sum(map(len, world)), tuple(sets), shadows)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
 
+from firefly_sample.plan.batches import Looks
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.light_set import LightKind
 from firefly_sample.plan.targets import (
@@ -17,7 +16,6 @@ from firefly_sample.plan.targets import (
     UNSIGNED,
 )
 from firefly_sample.plan.volume import Volume
-from firefly_sample.scene.material import Material
 from firefly_sample.settings import Settings
 
 __all__ = ["NORMAL_OUTPUTS", "PLACE_OUTPUTS", "VOLUME_OUTPUTS", "Needs", "asked", "reverses_depth"]
@@ -25,9 +23,6 @@ __all__ = ["NORMAL_OUTPUTS", "PLACE_OUTPUTS", "VOLUME_OUTPUTS", "Needs", "asked"
 PLACE_OUTPUTS = ("depth", "position", "position_world")
 NORMAL_OUTPUTS = ("normal", "normal_world")
 VOLUME_OUTPUTS = ("overdraw", "volumes", "wireframe")
-
-MOST_NAMES = 4
-"""Of materials in a reason."""
 
 _NOUNS: dict[LightKind, str] = {
     "directional": "directional light",
@@ -64,8 +59,8 @@ class Needs:
         The light in view that particles take some of, if there is one.
     ambient, gradient : bool
         Whether there is ambient light that is not black, and whether the background is a gradient.
-    materials : tuple of Material
-        Those in view.
+    looks : Looks
+        Of the materials in view.
     orthographic : bool
     """
 
@@ -85,23 +80,23 @@ class Needs:
     clouded: dict[LightKind, int]
     ambient: bool
     gradient: bool
-    materials: tuple[Material, ...]
+    looks: Looks
     orthographic: bool
 
-    @cached_property
+    @property
     def own_ambient(self) -> str:
         """Names of materials in view that reflect ambient light in a colour of its own."""
-        return _names(m for m in self.materials if m.ambient is not None)
+        return self.looks.own_ambient
 
-    @cached_property
+    @property
     def emissive(self) -> str:
         """Names of materials in view that shine."""
-        return _names(m for m in self.materials if m.emission.any())
+        return self.looks.emissive
 
-    @cached_property
+    @property
     def shiny(self) -> str:
         """Names of materials in view that have highlights."""
-        return _names(m for m in self.materials if m.specular.any())
+        return self.looks.shiny
 
     @property
     def picture(self) -> bool:
@@ -303,13 +298,6 @@ class Needs:
 def reverses_depth(settings: Settings, capabilities: Capabilities) -> bool:
     """Whether depth is reversed in the [0, 1] clip range."""
     return capabilities.clip_control and settings.position not in COARSE_DEPTH
-
-
-def _names(materials: Iterable[Material]) -> str:
-    """Names, each once, and not too many of them; empty if there is none."""
-    names = list(dict.fromkeys(material.name for material in materials))
-    shown = ", ".join(names[:MOST_NAMES])
-    return shown if len(names) <= MOST_NAMES else f"{shown} and {len(names) - MOST_NAMES} more"
 
 
 def _count(number: int, noun: str) -> str:
