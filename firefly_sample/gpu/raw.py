@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["Pointer", "RawGL"]
 
@@ -17,6 +20,9 @@ TEXTURE_2D = 0x0DE1
 DEPTH_COMPONENT = 0x1902
 FLOAT = 0x1406
 UNSIGNED_INT = 0x1405
+UNSIGNED_SHORT = 0x1403
+RGBA = 0x1908
+RGBA16 = 0x805B
 ARRAY_BUFFER = 0x8892
 READ_FRAMEBUFFER = 0x8CA8
 DRAW_FRAMEBUFFER = 0x8CA9
@@ -69,6 +75,21 @@ class RawGL:
         self._call(
             "glTexImage2D", TEXTURE_2D, 0, internal_format, width, height, 0, DEPTH_COMPONENT, FLOAT, None
         )
+
+    def upload_levels(self, texture: int, levels: Sequence[NDArray[np.uint16]]) -> None:
+        """Give a texture all its levels, arrays of shape (height, width, 4) in C order, as RGBA16.
+
+        Writing a level that is not there yet would need them all to be generated first, for nothing. The
+        texture must have a filter between levels, so that the driver makes room for them; it does when the
+        first level changes its size.
+        """
+        self._call("glBindTexture", TEXTURE_2D, texture)
+        self._call("glTexImage2D", TEXTURE_2D, 0, RGBA16, 1, 1, 0, RGBA, UNSIGNED_SHORT, None)
+        for number, level in enumerate(levels):
+            height, width = level.shape[:2]
+            texels = ctypes.c_void_p(level.ctypes.data)
+            size = (width, height, 0)
+            self._call("glTexImage2D", TEXTURE_2D, number, RGBA16, *size, RGBA, UNSIGNED_SHORT, texels)
 
     def point_attributes(
         self, array: int, buffer: int, pointers: Iterable[Pointer], stride: int, first: int

@@ -265,10 +265,8 @@ class Uploads:
             )
         levels = kept_texture_levels(image, cutoff, stored)
         texture = self._ctx.texture((width, height), 4, dtype="nu2")
-        texture.build_mipmaps(0, len(levels) - 1)
-        for level, values in enumerate(levels):
-            texture.write(values, level=level)
         texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        self._raw.upload_levels(texture.glo, levels)
         self._images[key] = _Image(image.revision, texture, self._frame)
         return texture
 
