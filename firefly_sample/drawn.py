@@ -30,6 +30,7 @@ class Drawn:
     plan : FramePlan
     lights_drawn : int
         By the passes themselves.
+    draw_calls : int
     measured : Measured
         Of the passes.
     walked : int or None
@@ -40,6 +41,7 @@ class Drawn:
 
     plan: FramePlan
     lights_drawn: int
+    draw_calls: int
     measured: Measured
     walked: int | None = None
     copies: Copies | None = None
@@ -72,6 +74,7 @@ class Drawn:
             driver=gpu.device.renderer,
             software=gpu.device.software,
             shaded=shaded,
+            draw_calls=self.draw_calls,
             id_names=plan.id_names,
             warnings=plan.warnings,
         )

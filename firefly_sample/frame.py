@@ -212,6 +212,8 @@ class Frame:
         The GL renderer string.
     software : bool
         True if that is a software rasteriser.
+    draw_calls : int
+        How often OpenGL was told to draw.
     id_names : tuple of str
         Name of the geometry instance behind each value of the output "id".
     warnings : tuple of str
@@ -226,6 +228,7 @@ class Frame:
     driver: str
     software: bool
     shaded: int | None = None
+    draw_calls: int = 0
     id_names: tuple[str, ...] = ()
     warnings: tuple[str, ...] = field(default=())
 

@@ -280,7 +280,7 @@ class Renderer:
         self._device.check(f"the frame at time {plan.time:g}")
         self._drawn = plan
         walked = count_walked(plan, gpu) if self.count_fragments and plan.clusters else None
-        return Drawn(plan, gpu.lights_drawn, gpu.timers.end(), walked)
+        return Drawn(plan, gpu.lights_drawn, gpu.draw_calls, gpu.timers.end(), walked)
 
     def surface(self, plan: FramePlan) -> Surface:
         """The G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.

@@ -38,6 +38,7 @@ class Gpu:
         self.pixels = PixelBuffers(device)
         self._blocks = {name: device.ctx.buffer(reserve=block_dtype(name).itemsize) for name in BLOCKS}
         self.lights_drawn = 0
+        self.draw_calls = 0
         self.reuse = True
         self._shadow_table: moderngl.Texture | None = None
         self._streams: dict[str, moderngl.Buffer] = {}
@@ -47,6 +48,7 @@ class Gpu:
         """Bring targets and uniform blocks up to date for a frame."""
         self.lights_drawn = 0
         self.timers.give_back(self.timers.end())  # of a frame that failed
+        self.draw_calls = 0
         self._shadow_table = None
         self.images.prepare(plan)
         blocks = {"View": view_values(plan.view), "Shading": shading_values(plan)}
@@ -95,6 +97,16 @@ class Gpu:
             kept = (buffers, self.ctx.vertex_array(program.mgl, used))
             self._arrays[(name, program)] = kept
         return kept[1]
+
+    def render(
+        self, array: moderngl.VertexArray, mode: int, *, vertices: int = -1, instances: int = -1
+    ) -> None:
+        """Draw a vertex array; every draw call of a frame is made, and counted, here.
+
+        -1 is all that the array has of vertices, and as many instances as it was made for.
+        """
+        array.render(mode, vertices, instances=instances)
+        self.draw_calls += 1
 
     def shadow_table(self, plan: FramePlan) -> moderngl.Texture:
         """What shaders need to look up a frame's shadow maps, a row of texels a map; written once a frame."""

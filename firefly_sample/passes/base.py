@@ -46,7 +46,7 @@ def draw_fullscreen(
     gpu.ctx.enable_only(flags)
     program = gpu.programs.get(step.name, step.variant, images.color_names(), vertex="fullscreen")
     program.use(None, textures_of(images, step.reads) | dict(textures or {}))
-    gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+    gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
 
 
 def textures_of(images: BoundImages, names: Iterable[str]) -> dict[str, moderngl.Texture]:

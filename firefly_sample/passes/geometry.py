@@ -134,4 +134,4 @@ def draw_surface(
     if batch.variant.cutout:
         uniforms["u_alpha_cutoff"] = batch.alpha_cutoff
     made.program.use(uniforms, made.textures | textures)
-    made.array.render(moderngl.TRIANGLES)
+    gpu.render(made.array, moderngl.TRIANGLES)

@@ -157,7 +157,7 @@ def draw_volumes(
     content = program.attributes_of(buffer, record_dtype(record, given), per_instance=True)
     if method == "fullscreen":
         gpu.ctx.enable_only(moderngl.BLEND)
-        gpu.array(key, program, content).render(moderngl.TRIANGLES, vertices=3, instances=len(lights))
+        gpu.render(gpu.array(key, program, content), moderngl.TRIANGLES, vertices=3, instances=len(lights))
         return
     name = plan.settings.volume_proxy if method == "sphere" else "cone"
     mesh = proxy_mesh(name)
@@ -171,7 +171,7 @@ def draw_volumes(
         gpu.ctx.polygon_offset = 0.0, -BEHIND if plan.view.reverse else BEHIND
     gpu.device.set_depth_clamp(True)
     array = gpu.array(key, program, (corners, "3f", "in_position"), content)
-    array.render(moderngl.TRIANGLES, vertices=len(mesh), instances=len(lights))
+    gpu.render(array, moderngl.TRIANGLES, vertices=len(mesh), instances=len(lights))
     gpu.device.set_depth_clamp(False)
     gpu.ctx.polygon_offset = 0.0, 0.0
     gpu.ctx.wireframe = False
@@ -192,7 +192,7 @@ def draw_clustered(
     table = gpu.tables.write(f"clusters {key}", lists.texels)
     uniforms = {"u_tiling": lists.tiling, "u_parts": lists.parts, "u_slicing": lists.slicing}
     program.use(uniforms, textures | {"u_lists": table})
-    gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+    gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
 
 
 def shadow_textures(
@@ -243,4 +243,4 @@ def _draw_loop(
     for index, part in enumerate(lights.parts(MOST_LOOPED)):
         table = light_table(gpu, plan, part, variant, f"{key} {index}")
         program.use({"u_light_count": len(part)}, textures | {"u_lights": table})
-        gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+        gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)

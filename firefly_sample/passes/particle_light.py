@@ -40,7 +40,7 @@ class ParticleLightPass(Pass):
                 textures["u_lights"] = light_table(gpu, plan, lights, variant, f"{self.name} {index}")
                 uniforms["u_light_count"] = len(lights)
             program.use(uniforms, textures)
-            gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+            gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
 
 
 def _variant_for(

@@ -36,5 +36,5 @@ class ParticlesPass(Pass):
                 *("in_dot", "in_pixel", "in_per_radius", "in_color", "in_particle"),
             ),
         )
-        array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(plan.particles.order))
+        gpu.render(array, moderngl.TRIANGLE_STRIP, vertices=4, instances=len(plan.particles.order))
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE

@@ -36,5 +36,5 @@ class PlainPass(Pass):
             (corners, "2f", "in_corner"),
             (rows, "4f 4f 2f 3f/i", "in_dot", "in_pixel", "in_per_radius", "in_color"),
         )
-        array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(dots))
+        gpu.render(array, moderngl.TRIANGLE_STRIP, vertices=4, instances=len(dots))
         gpu.ctx.depth_func = "<"

@@ -68,4 +68,4 @@ class ShadowMapsPass(Pass):
         else:
             texture = gpu.uploads.texture(batch.texture, batch.cutoff)
             program.use({"u_alpha_cutoff": batch.cutoff}, {"u_texture": texture})
-        gpu.uploads.caster_array(batch, program).render(moderngl.TRIANGLES)
+        gpu.render(gpu.uploads.caster_array(batch, program), moderngl.TRIANGLES)

@@ -33,4 +33,4 @@ class VolumeSlicesPass(Pass):
             (gpu.fixed("square", SQUARE), "2f", "in_corner"),
             (rows, "4f 3f/i", "in_disc", "in_strength"),
         )
-        array.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(plan.volume))
+        gpu.render(array, moderngl.TRIANGLE_STRIP, vertices=4, instances=len(plan.volume))

@@ -34,4 +34,4 @@ class VolumeSumsPass(Pass):
             gpu.device.raw.copy_texels(atlas.glo, sums.glo, before, (tile, tile))
             atlas.viewport = (*corner, tile, tile)
             program.use({"u_corner": corner}, {"u_volume_sum": sums})
-            array.render(moderngl.TRIANGLES, vertices=3)
+            gpu.render(array, moderngl.TRIANGLES, vertices=3)

@@ -31,4 +31,4 @@ class VolumeTexturePass(Pass):
         gpu.ctx.enable_only(moderngl.NOTHING)
         program = gpu.programs.get(self.name, step.variant, images.color_names(), vertex="fullscreen")
         program.use({"u_corner_size": size}, textures_of(images, step.reads))
-        gpu.array("fullscreen", program).render(moderngl.TRIANGLES, vertices=3)
+        gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
