@@ -30,7 +30,7 @@ _COMMANDS: dict[Words, str] = {
     ("capture",): "Render frames of a scene to files.",
     ("run",): "Open a window on a scene.",
     ("plan",): "Show the passes and targets of a frame, and what asked for each.",
-    ("measure", "speed"): "Time each pass, and light volumes against other methods.",
+    ("measure", "speed"): "Time frames with more and more lights, by each method of drawing them.",
     ("measure", "start"): "How soon the first picture is there, with a cache and without.",
     ("measure", "trade"): "What each setting costs in time and in error.",
     ("measure", "stability"): "Draw numerical extremes, and hold each to its bound.",

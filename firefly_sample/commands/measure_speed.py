@@ -1,16 +1,20 @@
-"""``firefly measure speed``: what frames cost."""
+"""``firefly measure speed``: what frames cost, by how many lights they have and how these are drawn."""
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
 
 from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.columns import align
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
     Flag,
+    Names,
     SceneName,
-    Size,
+    Sizes,
     Time,
     Whole,
     Wholes,
@@ -26,23 +30,44 @@ __all__ = ["speed"]
 def speed(
     scene: SceneName = DEFAULT_SCENE,
     *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"], metavar="DIR")] = None,
+    lights: Wholes | None = None,
+    sizes: Sizes = ((800, 600),),
+    methods: Names | None = None,
     time: Time = DEFAULT_TIME,
     seeds: Wholes | None = None,
-    size: Size = (800, 600),
+    rounds: Whole = 5,
+    longest: float = 5.0,
     device: Whole | None = None,
     require_gpu: Flag = False,
     json: Flag = False,
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Time each pass, and compare light volumes with full-screen passes and the original's method.
+    """Time frames with more and more lights, drawn as volumes, full-screen passes and the original's method.
+
+    Each frame is drawn by all methods in turn, and ratios are taken within a round. Counts go with the times:
+    what was shaded, over what is in range.
 
     Parameters
     ----------
+    output
+        Folder for speed.json, a table (speed.md) and a plot (growth.png); made if need be.
+    lights
+        How many lights, separated by commas: of a scene that can have any number. When absent, what the
+        scene's own option says, or 1,4,16,64,256,500,1000,4000,10000.
+    sizes
+        Widths and heights in pixels, separated by commas; a whole sweep is 640x360,800x600,1920x1080.
+    methods
+        Which to measure, separated by commas, from: volumes, original, fullscreen, loop. All when absent.
     time
         Seconds.
     seeds
         Measure the frames of these seeds, separated by commas; the scene's own when absent.
+    rounds
+        How often each frame is drawn by each method.
+    longest
+        Seconds that a frame may take; what takes longer, or would, is left out, and said to be.
     device
         Which EGL device to draw with (see firefly doctor).
     require_gpu
@@ -55,11 +80,16 @@ def speed(
     with progress_bar("frames") as progress:
         result = measure_speed(
             scene,
+            output,
             parameters=parameters,
-            size=size,
+            lights=lights,
+            sizes=sizes,
+            methods=methods,
             settings=Settings().with_changes(**settings),
             time=time,
             seeds=seeds,
+            rounds=rounds,
+            longest=longest,
             device=device,
             require_gpu=require_gpu,
             progress=progress,
@@ -72,33 +102,40 @@ def speed(
 
 
 def speed_as_text(result: dict[str, Any]) -> str:
-    """A measurement as a table: a row a method, with a column for each pass that any of them has."""
+    """A measurement as tables, one a size: a row a count of lights and method, a column for each pass."""
     rows = result["rows"]
     passes = list(dict.fromkeys(name for row in rows for name in row["passes"]))
-    shown = (name.upper() for name in passes)
-    head = ("METHOD", "LIGHTS", "MS", "SPREAD", "RATIO", *shown, "SHADED", "PAIRS", "PER PAIR")
-    table = [
-        (
-            row["method"],
-            str(row["lights"]),
-            _number(row["ms"]),
-            _number(row["spread"]),
-            _number(row["ratio"]),
-            *(_number(row["passes"].get(name)) for name in passes),
-            _number(row["shaded"], 0),
-            _number(row["pairs"], 0),
-            _number(row["shaded_per_pair"]),
-        )
-        for row in rows
-    ]
-    size = "x".join(map(str, result["size"]))
-    return "\n".join(
-        [
-            f"{result['scene']}, {size}, {result['driver']}; milliseconds of a frame and of each pass",
-            align([head, *table]),
-            f"chosen: {result['chosen']}; ratios are to its time",
-        ]
+    head = (
+        *("METHOD", "LIGHTS", "MS", "SPREAD", "RATIO", *(name.upper() for name in passes)),
+        *("HOST", "CALLS", "SHADED", "PAIRS", "PER PAIR", "US A LIGHT", "GROWTH"),
     )
+    several = isinstance(result["size"][0], list)
+    lines = []
+    for size in result["size"] if several else [result["size"]]:
+        table = [_cells(row, passes) for row in rows if row["size"] == size]
+        shape = "x".join(map(str, size))
+        lines += [
+            f"{result['scene']}, {shape}, {result['driver']}; milliseconds of a frame and of each pass",
+            align([head, *table]),
+        ]
+    lines.append(f"chosen: {result['chosen']}; ratios are to its time")
+    for left in result["left_out"]:
+        shape = "x".join(map(str, left["size"]))
+        lines.append(f"left out: {left['method']} with {left['lights']:,} at {shape}: {left['because']}")
+    return "\n".join(lines)
+
+
+def _cells(row: dict[str, Any], passes: list[str]) -> list[str]:
+    return [
+        row["method"],
+        str(row["lights"]),
+        *(_number(row[name]) for name in ("ms", "spread", "ratio")),
+        *(_number(row["passes"].get(name)) for name in passes),
+        _number(row["host_ms"]),
+        str(row["draw_calls"]),
+        *(_number(row[name], 0) for name in ("shaded", "pairs")),
+        *(_number(row[name]) for name in ("shaded_per_pair", "slope", "growth")),
+    ]
 
 
 def _number(value: float | None, digits: int = 2) -> str:

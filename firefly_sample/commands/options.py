@@ -27,6 +27,7 @@ __all__ = [
     "Patterns",
     "SceneName",
     "Size",
+    "Sizes",
     "Time",
     "Whole",
     "Wholes",
@@ -87,7 +88,14 @@ def _patterns(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
 
 
 def _size(_: Any, tokens: Sequence[Token]) -> tuple[int, int]:
-    text = tokens[0].value
+    return _to_size(tokens[0].value)
+
+
+def _sizes(_: Any, tokens: Sequence[Token]) -> tuple[tuple[int, int], ...]:
+    return tuple(_to_size(text) for token in tokens for text in token.value.split(","))
+
+
+def _to_size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,9})[x×](\d{1,9})", text.strip(), re.ASCII)
     if match is None:
         raise ValueError(f"a size is WIDTHxHEIGHT in pixels, for example 800x600, got {text!r}")
@@ -144,6 +152,18 @@ Size = Annotated[
         allow_leading_hyphen=True,
     ),
 ]
+Sizes = Annotated[
+    tuple[tuple[int, int], ...],
+    Parameter(
+        name=["--sizes", "--size"],
+        converter=_sizes,
+        n_tokens=1,
+        metavar="WxH,...",
+        show_default=lambda sizes: ",".join(f"{width}x{height}" for width, height in sizes),
+        allow_leading_hyphen=True,
+        negative=(),
+    ),
+]
 Whole = Annotated[int, Parameter(converter=_whole, metavar="INT")]
 Wholes = Annotated[tuple[int, ...], Parameter(converter=_wholes, n_tokens=1, metavar="INTS", negative=())]
 Names = Annotated[tuple[str, ...], Parameter(converter=_outputs, n_tokens=1, metavar="NAMES", negative=())]
@@ -183,7 +203,8 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     """
     signature = inspect.signature(command, eval_str=True)
     own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
-    taken = {p.name for p in own} | {field.name for field in fields(Settings)} | {"help", "version", "preset"}
+    taken = {name for p in own for name in _names_of(p)} | {field.name for field in fields(Settings)}
+    taken |= {"help", "version", "preset"}
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
     added = _settings_options(left_out) + _scene_options(plugin, taken)
 
@@ -213,6 +234,13 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     run.__signature__ = signature.replace(parameters=own + added)  # type: ignore[attr-defined]
     run.__annotations__ = {p.name: p.annotation for p in own + added}
     return run
+
+
+def _names_of(parameter: inspect.Parameter) -> list[str]:
+    """What an argument's options are called, as parameters of scenes are."""
+    metadata = getattr(parameter.annotation, "__metadata__", ())
+    given = [name for part in metadata if isinstance(part, Parameter) for name in part.name or ()]
+    return [parameter.name, *(name.lstrip("-").replace("-", "_") for name in given)]
 
 
 def _option(key: str, name: str, hint: Any, about: str, default: str, group: Group) -> inspect.Parameter:

@@ -1,4 +1,4 @@
-"""How fast lights are drawn, by four methods on the same frames, and how much of that work is needed.
+"""How fast lights are drawn, by several methods on the same frames, and how much of that work is needed.
 
 Times on a shared machine mean little by themselves, so each frame is drawn by every method in turn and
 the ratios are taken within a frame. What does not depend on the machine is counted: fragments that the
@@ -7,55 +7,70 @@ light pass shades, over (pixel, light) pairs that are really in range, counted i
 
 from __future__ import annotations
 
-import statistics
+import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 
+from firefly_sample.capture.writers import open_whole, output_folder
 from firefly_sample.errors import SceneError, SettingsError
-from firefly_sample.measure.bench import quartile_spread
-from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.reference.shade import count_pairs
+from firefly_sample.frame import check_size
+from firefly_sample.measure.errors import require
+from firefly_sample.measure.speed_limit import LeftOut
+from firefly_sample.measure.speed_methods import METHODS, check_methods
+from firefly_sample.measure.speed_report import growth_figure, speed_as_markdown
+from firefly_sample.measure.speed_rows import with_slopes
+from firefly_sample.measure.speed_steps import LIGHTS, steps_of
+from firefly_sample.measure.speed_sweep import Sweep
 from firefly_sample.renderer import Renderer
-from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.scenes import find_scene
 from firefly_sample.settings import Settings
 
-__all__ = ["METHODS", "measure_speed"]
+__all__ = ["LIGHTS", "METHODS", "NAME", "SIZES", "measure_speed"]
 
-METHODS: dict[str, dict[str, Any]] = {
-    "volumes": {"lights": "volumes", "volume_depth_test": True},
-    "original": {"lights": "volumes", "volume_depth_test": False},
-    "fullscreen": {"lights": "fullscreen"},
-    "loop": {"lights": "loop"},
-}
-"""Settings of each method: our volumes; the original's, without a depth test; a full-screen pass for each
-light; and one full-screen pass that loops over all lights."""
+SIZES = ((640, 360), (800, 600), (1920, 1080))
+"""What to measure a whole sweep at; one of them, the second, is measured when nothing is said."""
+NAME = "speed.json"
 
-CHOSEN = "volumes"
+Size = tuple[int, int]
 
 
 def measure_speed(
     scene: str = "forest",
+    folder: str | Path | None = None,
     *,
     parameters: Mapping[str, Any] | None = None,
-    size: tuple[int, int] = (800, 600),
+    lights: Sequence[int] | None = None,
+    sizes: Sequence[Size] = (SIZES[1],),
+    methods: Sequence[str] | None = None,
     settings: Settings | None = None,
     time: float = 5.0,
     seeds: Sequence[int] | None = None,
     rounds: int = 5,
+    longest: float = 5.0,
     device: int | None = None,
     require_gpu: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Draw the same frames by every method of `METHODS`.
+    """Draw the same frames by every method of `METHODS`, with more and more lights.
 
     Parameters
     ----------
     scene : str
         Name of a scene plugin, or "package.module:object".
+    folder : path, optional
+        Where ``speed.json``, a table (``speed.md``) and a plot (``growth.png``) go; nowhere when absent.
     parameters : mapping, optional
         The scene's parameters.
-    size : (int, int)
+    lights : sequence of int, optional
+        Values of the parameter that counts the scene's lights, see
+        `firefly_sample.scenes.plugin.lights_parameter`. When absent: its value in `parameters`, or those of
+        `LIGHTS` that it may have. A scene without such a parameter is measured as it is.
+    sizes : sequence of (int, int)
         Pixels.
+    methods : sequence of str, optional
+        Of `METHODS`; all of them when absent.
     settings : Settings, optional
         What all methods share; "lights" and "volume_depth_test" are each method's own, and "supersample"
         must be 1.
@@ -65,118 +80,104 @@ def measure_speed(
         One frame for each, through the scene's parameter "seed"; the scene as it is when absent.
     rounds : int
         How often each frame is drawn by each method, after a first round that compiles and is not timed.
+    longest : float
+        Seconds that one frame may take. A method whose frame took longer, twice, or would by the line through
+        its last two steps, is left out from that step on, also at sizes with as many pixels or more.
     device, require_gpu : see `firefly_sample.Renderer`
     progress : callable, optional
-        Called with (draws done, draws in all).
+        Called with (draws done or left out, draws in all).
 
     Returns
     -------
     dict
-        What ``firefly measure speed --json`` prints: "scene", the plugin's name; "size", [width, height];
-        "driver", the GL renderer string; "chosen", the method that the ratios refer to; and "rows", one a
-        method, each with
+        What ``firefly measure speed --json`` prints: "scene", the plugin's name; "size", [width, height], or
+        a list of these if there are several; "driver", the GL renderer string; "chosen", the method that the
+        ratios refer to; "left_out", what was not drawn ("size", "lights" that were asked for, "method" and
+        "because"); and "rows", one a size, count of lights and method, each with
 
-        "method" : str
-            A key of `METHODS`.
+        "size" : [int, int]
         "lights" : int
             Lights in the scene (of the last seed).
+        "method" : str
+            A key of `METHODS`.
         "ms" : float
             Milliseconds of a frame, all passes: the median over seeds and rounds.
         "spread" : float
             Interquartile range over median of one seed's rounds; the median of this over the seeds.
         "ratio" : float or None
-            This method's time over the chosen one's in the same round: the median over seeds and rounds.
+            This method's time over the chosen one's in the same round: the median over seeds and rounds. None
+            where that was left out.
         "passes" : dict
             Milliseconds of each pass by its name, medians as of "ms".
+        "host_ms", "plan_ms" : float
+            Milliseconds of Python a frame, medians likewise: what planning and drawing it took by the clock,
+            less its passes; and the part of planning in that.
+        "draw_calls" : int
+        "bytes_per_pixel" : float
+            Of all targets, see `firefly_sample.plan.frame_plan.FramePlan`.
         "shaded" : int
-            Fragments that the light pass shaded, summed over the seeds' frames. The loop shades every light
-            in one fragment: its fragments count once for each light.
+            Fragments that the light pass shaded, summed over the seeds' frames. A fragment that walks several
+            lights counts once for each: in the loop all, in clusters those in its cell's list.
         "pairs" : int
             (Pixel, light) pairs in range, summed likewise; the same for all methods.
         "shaded_per_pair" : float or None
             "shaded" over "pairs", None where no pixel is in range of a light.
+        "slope", "growth" : float or None
+            Microseconds that a light more costs, from the count before to this one, and that over the same of
+            the step before; see `firefly_sample.measure.speed_rows.with_slopes`.
 
     Raises
     ------
     FireflyError
-        If the scene, a parameter, a setting, the size or the driver is not as it must be.
+        If the scene, a parameter, a method, a setting, a size, the folder or the driver is not as it must be.
     """
     plugin = find_scene(scene)
-    given = dict(parameters or {})
-    if seeds is not None and not any(parameter.name == "seed" for parameter in plugin.parameters):
-        raise SceneError(f"scene {plugin.name!r} has no parameter 'seed': leave the seeds out")
-    if rounds < 1 or (seeds is not None and not seeds):
-        raise SceneError("there is nothing to measure: give at least one round and one seed")
-    variations = [given] if seeds is None else [{**given, "seed": seed} for seed in seeds]
     base = settings or Settings()
+    if rounds < 1 or (seeds is not None and not seeds) or not sizes:
+        raise SceneError("there is nothing to measure: give at least one round, one seed and one size")
     if base.supersample != 1:
         raise SettingsError(f"setting 'supersample' must be 1 to measure speed; got {base.supersample}")
-    draws = {name: _Draws() for name in METHODS}
-    total, done = len(variations) * (rounds + 1) * len(METHODS), 0
-    pairs, lights = 0, 0
-    with Renderer(
-        size, base, device=device, require_gpu=require_gpu, count_fragments=True, reuse=False
-    ) as renderer:
-        for variation, changed in enumerate(variations):
-            built = build_scene(plugin, **changed)
-            for round_index in range(rounds + 1):
-                for name, changes in METHODS.items():
-                    renderer.settings = base.with_changes(**changes)
-                    plan = renderer.plan(built, time, ("color", "position"))
-                    frame = renderer.draw(plan, read=False)
-                    if round_index == 0:
-                        draws[name].shaded += _shaded(name, frame.shaded or 0, plan)
-                        if name == CHOSEN:
-                            lights = frame.lights.in_scene
-                            if plan.batches:
-                                pairs += count_pairs(renderer.surface(plan).position(), plan.lights)
-                    else:
-                        draws[name].add(variation, frame.milliseconds)
-                    done += 1
-                    if progress is not None:
-                        progress(done, total)
-        driver = renderer.driver
-    rows = [_row(name, draws, lights, pairs) for name in METHODS]
-    return {"scene": plugin.name, "size": list(size), "driver": driver, "rows": rows, "chosen": CHOSEN}
+    if not longest > 0.0:
+        raise SettingsError(f"the longest frame must be a number of seconds above 0, got {longest!r}")
+    names = check_methods(methods)
+    steps = steps_of(plugin, dict(parameters or {}), lights, seeds)
+    wanted = list(dict.fromkeys(check_size(size) for size in sizes))
+    if folder is not None:
+        require("matplotlib")
+    with (
+        output_folder(Path(folder)) if folder is not None else nullcontext(),
+        Renderer(wanted[0], base, device=device, require_gpu=require_gpu, reuse=False) as renderer,
+    ):
+        for size in wanted:
+            renderer.resize(size)  # what is too large is told before anything is measured
+        draws = len(wanted) * sum(len(step.variations) for step in steps) * (rounds + 1) * len(names)
+        sweep = Sweep(plugin, renderer, base, time, rounds, names, LeftOut(longest), draws, progress)
+        result: dict[str, Any] = {
+            "scene": plugin.name,
+            "size": list(wanted[0]) if len(wanted) == 1 else [list(size) for size in wanted],
+            "driver": renderer.driver,
+            "rows": [],
+            "chosen": sweep.chosen,
+            "left_out": sweep.left_out.rows,
+        }
+        for size in wanted:
+            renderer.resize(size)
+            for step in steps:
+                result["rows"] = with_slopes([*result["rows"], *sweep.measure(size, step)])
+                if folder is not None:  # whoever is interrupted keeps what was measured
+                    _write(Path(folder), result)
+        if folder is not None:
+            _write_report(Path(folder), result)
+    return result
 
 
-def _shaded(method: str, fragments: int, plan: FramePlan) -> int:
-    """Fragments times the lights that each stands for: the loop has one full-screen pass for each set."""
-    if method != "loop" or not plan.lights:
-        return fragments
-    return fragments // len(plan.lights) * sum(map(len, plan.lights))
+def _write(folder: Path, result: dict[str, Any]) -> None:
+    with open_whole(folder / NAME) as file:
+        file.write(json.dumps(result, indent=1, allow_nan=False).encode() + b"\n")
 
 
-class _Draws:
-    """What one method's draws took."""
-
-    def __init__(self) -> None:
-        self.by_variation: dict[int, list[float]] = {}
-        self.passes: dict[str, list[float]] = {}
-        self.shaded = 0
-
-    @property
-    def totals(self) -> list[float]:
-        return [total for totals in self.by_variation.values() for total in totals]
-
-    def add(self, variation: int, milliseconds: Mapping[str, float]) -> None:
-        self.by_variation.setdefault(variation, []).append(sum(milliseconds.values()))
-        for name, value in milliseconds.items():
-            self.passes.setdefault(name, []).append(value)
-
-
-def _row(name: str, draws: Mapping[str, _Draws], lights: int, pairs: int) -> dict[str, Any]:
-    own, chosen = draws[name], draws[CHOSEN]
-    # a GPU's clock may tell 0 for a frame with next to nothing in it
-    ratios = [a / b for a, b in zip(own.totals, chosen.totals, strict=True) if b]
-    return {
-        "method": name,
-        "lights": lights,
-        "ms": statistics.median(own.totals),
-        "spread": statistics.median(map(quartile_spread, own.by_variation.values())),
-        "ratio": statistics.median(ratios) if ratios else None,
-        "passes": {step: statistics.median(values) for step, values in own.passes.items()},
-        "shaded": own.shaded,
-        "pairs": pairs,
-        "shaded_per_pair": own.shaded / pairs if pairs else None,
-    }
+def _write_report(folder: Path, result: dict[str, Any]) -> None:
+    with open_whole(folder / "speed.md") as file:
+        file.write(speed_as_markdown(result).encode())
+    with open_whole(folder / "growth.png") as file:
+        growth_figure(result, file)

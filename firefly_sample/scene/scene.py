@@ -146,7 +146,11 @@ class Scene:
 
 
 class ScenePlugin(Protocol):
-    """What an entry point of the group ``firefly_sample.scenes`` names."""
+    """What an entry point of the group ``firefly_sample.scenes`` names.
+
+    It may have an attribute ``lights_parameter`` as well: the name of the parameter that says how many lights
+    there are, where that is not "lights". ``firefly measure speed`` varies it.
+    """
 
     name: str
     summary: str

@@ -204,7 +204,9 @@ class ForestScene(Scene):
         set_visible(self._haze_path, ambient > 0.0)
 
 
-scene = Plugin("forest", "A forest clearing at night, lit by fireflies.", _PARAMETERS, ForestScene)
+scene = Plugin(
+    "forest", "A forest clearing at night, lit by fireflies.", _PARAMETERS, ForestScene, "fireflies"
+)
 
 
 def _scaled(color: tuple[float, float, float], factor: float) -> tuple[float, float, float]:

@@ -6,21 +6,51 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from firefly_sample.errors import ParameterError
+from firefly_sample.errors import ParameterError, SceneError
 from firefly_sample.scene.parameter import Parameter
-from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.scene import Scene, ScenePlugin
 
-__all__ = ["Plugin", "check_live"]
+__all__ = ["Plugin", "check_live", "lights_parameter"]
 
 
 @dataclass(frozen=True)
 class Plugin:
-    """What an entry point names: see `firefly_sample.scene.scene.ScenePlugin`."""
+    """What an entry point names: see `firefly_sample.scene.scene.ScenePlugin`.
+
+    Attributes
+    ----------
+    lights_parameter : str, optional
+        The parameter that says how many lights there are, where it is not called "lights"; any plugin may
+        have this attribute. See the function of the same name.
+    """
 
     name: str
     summary: str
     parameters: tuple[Parameter, ...]
     build: Callable[..., Scene]
+    lights_parameter: str | None = None
+
+
+def lights_parameter(plugin: ScenePlugin) -> Parameter | None:
+    """The parameter that says how many lights a scene has.
+
+    It is the one that the plugin's attribute ``lights_parameter`` names, or else a whole number called
+    "lights"; None where there is neither.
+
+    Raises
+    ------
+    SceneError
+        If the attribute names no parameter that is a whole number.
+    """
+    named = getattr(plugin, "lights_parameter", None)
+    for parameter in plugin.parameters:
+        if parameter.name == (named or "lights") and parameter.type is int:
+            return parameter
+    if named is None:
+        return None
+    raise SceneError(
+        f"scene {plugin.name!r}: lights_parameter must name a parameter that is a whole number, got {named!r}"
+    )
 
 
 def check_live(scene: str, parameters: tuple[Parameter, ...], name: str, value: Any) -> Any:

@@ -21,6 +21,7 @@ class Glade:
 
     name = "glade"
     summary = "Three balls and circling lights."
+    lights_parameter = "fireflies"
     parameters = (
         Parameter("fireflies", int, 40, "How many lights.", 0, 20_000),
         Parameter("seed", int, 7, "Chooses where they are.", 0),

@@ -66,15 +66,29 @@ def test_plan(capsys):
 def test_measure_speed(capsys):
     options = ("--size", "16x12", "--fireflies", "5", "--seeds", "1,2")
     result = told(capsys, "measure", "speed", GLADE, *options)
-    assert result.keys() == {"scene", "size", "driver", "rows", "chosen"}
+    assert result.keys() == {"scene", "size", "driver", "rows", "chosen", "left_out"}
     assert result["size"] == [16, 12]
+    assert result["left_out"] == []
     assert result["chosen"] in [row["method"] for row in result["rows"]]
     for row in result["rows"]:
         assert row.keys() == {
-            *("lights", "method", "ms", "spread", "ratio", "passes"),
-            *("shaded", "pairs", "shaded_per_pair"),
+            *("size", "lights", "method", "ms", "spread", "ratio", "passes", "host_ms", "plan_ms"),
+            *("draw_calls", "bytes_per_pixel", "shaded", "pairs", "shaded_per_pair", "slope", "growth"),
         }
+        assert row["size"] == [16, 12]
         assert all(milliseconds >= 0 for milliseconds in row["passes"].values())
+
+
+def test_measure_speed_at_several_sizes(capsys):
+    options = ("--sizes", "16x12,8x6", "--lights", "2,3", "--rounds", "1", "--longest", "1e-9")
+    result = told(capsys, "measure", "speed", GLADE, *options)
+    assert result["size"] == [[16, 12], [8, 6]]
+    assert result["rows"] == []
+    assert result["left_out"]
+    for left in result["left_out"]:
+        assert left.keys() == {"size", "lights", "method", "because"}
+        assert left["size"] in result["size"]
+        assert left["lights"] in (2, 3)
 
 
 def test_performance_test(capsys):
@@ -94,18 +108,31 @@ def test_performance_test(capsys):
 
 
 def test_a_table_of_measured_speed():
-    row = {"lights": 500, "spread": 0.013, "passes": {"geometry": 3.0}, "shaded": 1234567, "pairs": 411522}
+    row = {
+        "size": [800, 600],
+        "lights": 500,
+        "spread": 0.013,
+        "passes": {"geometry": 3.0},
+        "shaded": 1234567,
+        "pairs": 411522,
+        "host_ms": 4.0,
+        "draw_calls": 15,
+        "slope": None,
+        "growth": None,
+    }
     result = {
         "scene": "forest",
         "size": [800, 600],
         "driver": "llvmpipe",
         "rows": [
             {"method": "volumes", "ms": 12.345, "ratio": 1.0, "shaded_per_pair": 3.0, **row},
-            {"method": "loop", "ms": 99.0, "ratio": 8.02, "shaded_per_pair": 0.5, **row, "passes": {}},
+            {"method": "loop", "ms": 99.0, "ratio": 8.02, "shaded_per_pair": 0.5, **row}
+            | {"passes": {}, "slope": 182.51, "growth": 1.0},
         ],
         "chosen": "volumes",
+        "left_out": [{"size": [800, 600], "lights": 1000, "method": "loop", "because": "it would take long"}],
     }
-    title, head, volumes, loop, chosen = speed_as_text(result).splitlines()
+    title, head, volumes, loop, chosen, left_out = speed_as_text(result).splitlines()
     assert title == "forest, 800x600, llvmpipe; milliseconds of a frame and of each pass"
     assert head.split() == [
         "METHOD",
@@ -114,10 +141,16 @@ def test_a_table_of_measured_speed():
         "SPREAD",
         "RATIO",
         "GEOMETRY",
+        "HOST",
+        "CALLS",
         "SHADED",
         "PAIRS",
         "PER",
         "PAIR",
+        "US",
+        "A",
+        "LIGHT",
+        "GROWTH",
     ]
     assert volumes.split() == [
         "volumes",
@@ -126,9 +159,22 @@ def test_a_table_of_measured_speed():
         "0.01",
         "1.00",
         "3.00",
+        "4.00",
+        "15",
         "1,234,567",
         "411,522",
         "3.00",
+        "-",
+        "-",
     ]
-    assert loop.split() == ["loop", "500", "99.00", "0.01", "8.02", "-", "1,234,567", "411,522", "0.50"]
+    assert loop.split() == [
+        *("loop", "500", "99.00", "0.01", "8.02", "-", "4.00", "15", "1,234,567", "411,522", "0.50"),
+        *("182.51", "1.00"),
+    ]
     assert chosen == "chosen: volumes; ratios are to its time"
+    assert left_out == "left out: loop with 1,000 at 800x600: it would take long"
+    result["size"] = [[800, 600], [16, 12]]
+    lines = speed_as_text(result).splitlines()
+    assert lines[:4] == [title, head, volumes, loop]
+    assert lines[4].startswith("forest, 16x12, llvmpipe; ")
+    assert lines[6:] == [chosen, left_out]
