@@ -82,7 +82,8 @@ def measure_speed(
         How often each frame is drawn by each method, after a first round that compiles and is not timed.
     longest : float
         Seconds that one frame may take. A method whose frame took longer, twice, or would by the line through
-        its last two steps, is left out from that step on, also at sizes with as many pixels or more.
+        the quickest frames of its last two steps, is left out from that step on, also at sizes with as many
+        pixels or more.
     device, require_gpu : see `firefly_sample.Renderer`
     progress : callable, optional
         Called with (draws done or left out, draws in all).

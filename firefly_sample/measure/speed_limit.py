@@ -38,7 +38,7 @@ class LeftOut:
         self._stops: dict[str, list[tuple[Size, int]]] = {}
 
     def learn(self, size: Size, method: str, count: int, ms: float) -> None:
-        """A frame with `count` lights took so many milliseconds; counts only ever rise."""
+        """The quickest frame with `count` lights took so many milliseconds; counts only ever rise."""
         self._known.setdefault((size, method), []).append((count, ms))
 
     def foresees(self, size: Size, method: str, count: int) -> bool:

@@ -369,6 +369,15 @@ def test_what_took_too_long_is_left_out_also_at_more_pixels(monkeypatch):
     ]
 
 
+def test_what_is_foreseen_goes_by_the_quickest_frames(monkeypatch):
+    """One frame in three is quick: a line through the medians would say 20 s."""
+    turns = itertools.cycle([1.0, 1.0, 4.0, 4.0])
+    slow(monkeypatch, lambda size, lights, method: next(turns) * (2.0 if lights > 1 else 1.0) / 8.0)
+    result = sweep(lights=(1, 2, 40), rounds=3, methods=("volumes",), longest=6.0)
+    assert [row["ms"] for row in result["rows"]] == [500.0, 1000.0, 1000.0]
+    assert [left["lights"] for left in result["left_out"]] == []
+
+
 def test_a_first_frame_may_take_long_since_it_compiles(monkeypatch):
     turns = itertools.chain([9.0], itertools.repeat(1.0))
     slow(monkeypatch, lambda size, lights, method: next(turns))
