@@ -46,8 +46,8 @@ def speed(
 ) -> int:
     """Time frames with more and more lights, drawn as volumes, full-screen passes and the original's method.
 
-    Each frame is drawn by all methods in turn, and ratios are taken within a round. Counts go with the times:
-    what was shaded, over what is in range.
+    Each frame is drawn by all methods in turn, and ratios are taken within a round. Beside the times stands
+    what was shaded, over what is in range of a light.
 
     Parameters
     ----------
@@ -59,7 +59,8 @@ def speed(
     sizes
         Widths and heights in pixels, separated by commas; a whole sweep is 640x360,800x600,1920x1080.
     methods
-        Which to measure, separated by commas, from: volumes, original, fullscreen, loop. All when absent.
+        Which ways of drawing lights, separated by commas, for example volumes,loop; all when absent. A name
+        that does not exist is answered with those that do.
     time
         Seconds.
     seeds
