@@ -33,7 +33,7 @@ void main()
     Cell cell = find_cell(read_place(ivec2(gl_FragCoord.xy)));
     o_overdraw = 0.0;
     for (int word = cell.word; word < cell.end; ++word)
-        for (uint bits = listed(cell.base + word); bits != 0u; bits &= bits - 1u)
+        for (uint bits = word_at(cell.base + word); bits != 0u; bits &= bits - 1u)
             o_overdraw += 1.0;
 }
 

@@ -1,4 +1,4 @@
-"""The lists of clusters as texels of one texture of whole numbers."""
+"""The lists of clusters as texels of two textures of whole numbers: the slices, and the words."""
 
 from __future__ import annotations
 
@@ -8,12 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import Clusters
+from firefly_sample.plan.clusters import MOST_SLICES, TEXELS, Clusters
 
 __all__ = ["ClusterLists", "cluster_lists"]
-
-WIDTH = 2048
-"""Texels a row; as in ``shaders/include/clusters.glsl``."""
 
 
 class ClusterLists(NamedTuple):
@@ -21,41 +18,38 @@ class ClusterLists(NamedTuple):
 
     Attributes
     ----------
-    texels : ndarray of uint32, shape (rows, `WIDTH`)
-        Edges of slices, as the bits of float32; their first words; the words.
+    slices : ndarray of uint32, shape (1, 2 * (`MOST_SLICES` + 1))
+        Of each slice, and behind the last: its nearer edge, as the bits of float32, and its first word. As
+        wide however many there are, so that the texture stays.
+    number : int
+        Of slices.
+    words : ndarray of uint32, shape (rows, `TEXELS`)
     tiling : (int, int, int, int)
         Samples along a tile's side, tiles across and up, words a tile.
-    parts : (int, int, int)
-        Slices; where first words, and where words begin.
     slicing : (float, float, float, float)
         From log2 of the distance, orthographic from the distance, to the number of a slice; the first and
         the last edge.
     """
 
-    texels: NDArray[np.uint32]
+    slices: NDArray[np.uint32]
+    number: int
+    words: NDArray[np.uint32]
     tiling: tuple[int, int, int, int]
-    parts: tuple[int, int, int]
     slicing: tuple[float, float, float, float]
 
 
 def cluster_lists(clusters: Clusters, perspective: bool) -> ClusterLists:
     """The lists of a set's clusters."""
     grid = clusters.grid
-    slices, words = grid.slices, clusters.words.shape[2]
     edges = grid.edges.astype(np.float32)
-    sections = (
-        edges.view(np.uint32),
-        clusters.first.astype(np.uint32),
-        clusters.words.reshape(-1),
-    )
-    starts = np.cumsum([len(section) for section in sections])
-    texels = np.empty((-(-int(starts[-1]) // WIDTH), WIDTH), dtype=np.uint32)
-    np.concatenate(sections, out=texels.reshape(-1)[: starts[-1]])
+    slices = np.zeros((MOST_SLICES + 1, 2), dtype=np.uint32)
+    slices[: len(edges), 0], slices[: len(edges), 1] = edges.view(np.uint32), clusters.first
     low, high = (math.log2(edge) if perspective else edge for edge in (grid.edges[0], grid.edges[-1]))
-    scale = slices / (high - low)
+    scale = grid.slices / (high - low)
     return ClusterLists(
-        texels,
-        (grid.tile, *grid.tiles, words),
-        (slices, int(starts[0]), int(starts[1])),
+        slices.reshape(1, -1),
+        grid.slices,
+        clusters.texels.reshape(-1, TEXELS),
+        (grid.tile, *grid.tiles, clusters.words.shape[2]),
         (scale, -low * scale, float(edges[0]), float(edges[-1])),
     )

@@ -15,11 +15,13 @@ __all__ = ["CHOSEN", "METHODS", "check_methods", "shaded_by"]
 METHODS: dict[str, dict[str, Any]] = {
     "volumes": {"lights": "volumes", "volume_depth_test": True},
     "original": {"lights": "volumes", "volume_depth_test": False},
+    "clustered": {"lights": "clustered"},
+    "auto": {"lights": "auto"},
     "fullscreen": {"lights": "fullscreen"},
     "loop": {"lights": "loop"},
 }
-"""Settings of each method: our volumes; the original's, without a depth test; a full-screen pass for each
-light; and one full-screen pass that loops over all lights."""
+"""Settings of each method: our volumes; the original's, without a depth test; clusters; whichever of volumes
+and clusters a plan finds cheaper; a full-screen pass for each light; and one that loops over all lights."""
 CHOSEN = "volumes"
 """What ratios refer to where it is measured."""
 

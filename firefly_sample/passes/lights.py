@@ -189,9 +189,12 @@ def draw_clustered(
 ) -> None:
     """One full-screen triangle whose shader walks the lights of each pixel's cell; `key` names the lists."""
     lists = cluster_lists(clusters, plan.view.lens.perspective)
-    table = gpu.tables.write(f"clusters {key}", lists.texels)
-    uniforms = {"u_tiling": lists.tiling, "u_parts": lists.parts, "u_slicing": lists.slicing}
-    program.use(uniforms, textures | {"u_lists": table})
+    tables = {
+        "u_slices": gpu.tables.write(f"slices {key}", lists.slices),
+        "u_words": gpu.tables.write(f"words {key}", lists.words),
+    }
+    uniforms = {"u_slice_count": lists.number, "u_tiling": lists.tiling, "u_slicing": lists.slicing}
+    program.use(uniforms, textures | tables)
     gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
 
 

@@ -48,8 +48,10 @@ TILE = 16
 MOST_SLICES = 96
 DEPTH = 1.5
 """A slice is about as deep as this many tiles are wide."""
-MOST_WORDS = 1 << 21
-"""Where there would be more, 8 MiB to make and upload each frame, cells are made larger."""
+MOST_WORDS = 1 << 23
+"""Where there would be more, 32 MiB to make and upload each frame, cells are made larger."""
+TEXELS = 2048
+"""The words' texture is so wide."""
 MOST_TOGETHER = 32768
 """Lights of one draw: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
 EDGE = 1e-4
@@ -96,6 +98,8 @@ class Clusters:
         The light of each bit, an index into the set; 0 for bits that no cell has.
     words : ndarray of uint32, shape (rows of tiles, columns of tiles, words)
         A cell's bits are those of its tile, between its slice's first word and the next slice's.
+    texels : ndarray of uint32, shape (m,)
+        The same memory, filled up to whole rows of `TEXELS`.
     """
 
     lights: LightSet
@@ -103,6 +107,7 @@ class Clusters:
     first: NDArray[np.int64]
     members: NDArray[np.int32]
     words: NDArray[np.uint32]
+    texels: NDArray[np.uint32]
 
 
 def plan_clusters(
@@ -215,13 +220,13 @@ def find_clusters(lights: LightSet, grid: Grid, view: View) -> Clusters:
     order = np.argsort(slice_of.astype(np.uint8 if slices <= 256 else np.uint16), kind="stable")
     light, slice_of = light[order], slice_of[order]
     inside = np.bincount(slice_of, minlength=slices)
-    words = -(-inside // BITS)
-    first_word = np.concatenate([[0], np.cumsum(words)])
+    first_word = np.concatenate([[0], np.cumsum(-(-inside // BITS))])
     # where each light of a slice is among the bits: slices begin with a whole word
     bit = np.arange(len(light)) - np.repeat(np.cumsum(inside) - inside - BITS * first_word[:-1], inside)
     members = np.zeros(BITS * first_word[-1], dtype=np.int32)
     members[bit] = light
-    return Clusters(lights, grid, first_word, members, _words(lights, grid, view, light, slice_of, bit))
+    texels, words = _words(lights, grid, view, light, slice_of, bit)
+    return Clusters(lights, grid, first_word, members, words, texels)
 
 
 def _words(
@@ -231,7 +236,8 @@ def _words(
     light: NDArray[Any],
     slice_of: NDArray[Any],
     bit: NDArray[Any],
-) -> NDArray[np.uint32]:
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """The texels and the words of `Clusters`."""
     near, far = grid.edges[slice_of], grid.edges[slice_of + 1]
     columns, rows = grid.tiles
     size = -(-(int(bit[-1]) + 1) // BITS) * BITS if len(bit) else 0
@@ -251,11 +257,14 @@ def _words(
         end = np.clip(np.floor(center + most + EDGE), -1, count - 1).astype(np.int32)
         planes.append(_bits(start, end, count, bit, size))
     column, row, rising, falling = planes
-    across, up = np.arange(columns), np.arange(rows)[:, None]
-    words = row[:, None] & column[None]
-    words &= rising[across + up]
-    words &= falling[across - up + rows - 1]
-    return words
+    padded = -(-rows * columns * column.shape[1] // TEXELS) * TEXELS
+    texels = np.empty(padded, dtype=np.uint32)
+    words = texels[: rows * columns * column.shape[1]].reshape(rows, columns, -1)
+    for up, line in enumerate(words):  # a row of tiles at a time stays in cache
+        np.bitwise_and(row[up], column, out=line)
+        line &= rising[up : up + columns]
+        line &= falling[rows - 1 - up : rows - 1 - up + columns]
+    return texels, words
 
 
 def _bits(

@@ -2,10 +2,11 @@
 // A cell has a bit for each light of its depth slice: firefly_sample/plan/clusters.py.
 // Float64 twin: firefly_sample/reference/clusters.py
 
-uniform usampler2D u_lists;  // firefly_sample/gpu/cluster_rows.py
-uniform ivec4 u_tiling;      // samples along a tile's side, tiles across and up, words a tile
-uniform ivec3 u_parts;       // slices; where first words, and where words begin
-uniform vec4 u_slicing;      // from log2 of the distance, orthographic the distance, to slices; first and last edge
+uniform usampler2D u_slices;  // of each slice its nearer edge and its first word: firefly_sample/gpu/cluster_rows.py
+uniform int u_slice_count;
+uniform usampler2D u_words;
+uniform ivec4 u_tiling;       // samples along a tile's side, tiles across and up, words a tile
+uniform vec4 u_slicing;       // from log2 of the distance, orthographic the distance, to slices; first and last edge
 
 struct Cell {
     int word;   // the next one
@@ -13,14 +14,19 @@ struct Cell {
     int base;   // of this tile's words
 };
 
-uint listed(int i)
+uint word_at(int i)
 {
-    return texelFetch(u_lists, ivec2(i & 2047, i >> 11), 0).r;
+    return texelFetch(u_words, ivec2(i & 2047, i >> 11), 0).r;
 }
 
 float slice_edge(int k)
 {
-    return uintBitsToFloat(listed(k));
+    return uintBitsToFloat(texelFetch(u_slices, ivec2(2 * k, 0), 0).r);
+}
+
+int first_word(int k)
+{
+    return int(texelFetch(u_slices, ivec2(2 * k + 1, 0), 0).r);
 }
 
 ivec2 tile_of(Surface s)
@@ -37,7 +43,7 @@ ivec2 tile_of(Surface s)
 
 Cell find_cell(Surface s)
 {
-    int slices = u_parts.x;
+    int slices = u_slice_count;
     if (!(s.y >= u_slicing.z && s.y <= u_slicing.w))
         return Cell(0, 0, 0);  // what no light reaches, and the background
 #if ORTHOGRAPHIC
@@ -52,8 +58,7 @@ Cell find_cell(Surface s)
     else if (k + 1 < slices && s.y >= slice_edge(k + 1))
         ++k;
     ivec2 tile = tile_of(s);
-    int base = u_parts.z + (tile.y * u_tiling.y + tile.x) * u_tiling.w;
-    return Cell(int(listed(u_parts.y + k)), int(listed(u_parts.y + k + 1)), base);
+    return Cell(first_word(k), first_word(k + 1), (tile.y * u_tiling.y + tile.x) * u_tiling.w);
 }
 
 // The number of a word's next light; the word's bits are taken off one by one.

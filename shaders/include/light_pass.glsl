@@ -26,7 +26,7 @@ void main()
 #elif METHOD == 4
     Cell cell = find_cell(s);
     for (int word = cell.word; word < cell.end; ++word) {
-        uint bits = listed(cell.base + word);
+        uint bits = word_at(cell.base + word);
         while (bits != 0u)
             light_surface(s, fetch_light(next_light(word, bits)));
         carry_sums(word);
