@@ -44,7 +44,9 @@ Spans = tuple[Float64, Float64]
 BITS = 32
 """Of a word."""
 TILE = 16
-"""Samples along a tile's side; a power of two, so that a shader divides exactly."""
+"""Samples along a tile's side; a power of two, so that a shader divides exactly. Half of it where a picture's
+shorter side has fewer than `FEWEST` of them: lights are small there, too."""
+FEWEST = 25
 MOST_SLICES = 96
 DEPTH = 1.5
 """A slice is about as deep as this many tiles are wide."""
@@ -55,7 +57,7 @@ TEXELS = 2048
 MOST_TOGETHER = 32768
 """Lights of one draw: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
 EDGE = 1e-4
-"""Of a tile: the same of a light's place on the screen."""
+"""Of a tile, by which bounds on the screen are wider: what rounding may move a light's place there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,21 +130,18 @@ def plan_clusters(
     return tuple(find_clusters(lights, grid, view) for lights in alike)
 
 
-def make_grid(
-    sets: Sequence[LightSet], view: View, nearest: float, farthest: float, tile: int = TILE
-) -> Grid:
+def make_grid(sets: Sequence[LightSet], view: View, nearest: float, farthest: float) -> Grid:
     """Cut up what both lights and surfaces are in, as finely as there is room for.
 
     Parameters
     ----------
     nearest, farthest : float
         Of the geometry in view, along the view axis.
-    tile : int
-        Samples along a tile's side, if there is room.
     """
     perspective = view.lens.perspective
     low, high = _widened(*common_range(sets, view, nearest, farthest), perspective)
     spans = [_in_range(lights.spans, low, high, perspective) for lights in sets]
+    tile = TILE if min(view.size) >= FEWEST * TILE else TILE // 2
     depth, most = DEPTH, MOST_SLICES
     while True:
         grid = _cut(view, low, high, tile, depth, most)

@@ -39,7 +39,7 @@ def test_the_dictionary_is_the_plan(plan):
     assert lights["updates"] == ["radiance"]
     assert told["culling"]["method"] == plan.culling.method == "clustered"
     assert told["culling"]["shaded"].keys() == {"volumes", "clustered", "fullscreen"}
-    assert (told["culling"]["tiles"], told["culling"]["tile"]) == ([4, 3], 16)
+    assert (told["culling"]["tiles"], told["culling"]["tile"]) == ([8, 6], 8)
     assert told["lights"]["drawn"] + told["lights"]["culled"] == 60
     assert all(entry["because"] for entry in told["passes"] + told["targets"])
 

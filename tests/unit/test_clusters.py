@@ -191,6 +191,16 @@ def test_many_lights_make_cells_larger_and_lose_none(monkeypatch):
         assert set(np.flatnonzero(inside[i])) <= set(held)
 
 
+@pytest.mark.parametrize(
+    ("size", "tile"), [((800, 600), 16), ((640, 400), 16), ((640, 399), 8), ((48, 36), 8)]
+)
+def test_small_pictures_have_small_tiles(size, tile):
+    view = view_of(perspective(), size)
+    grid = make_grid([balls([(0, 20, 0)], 3.0)], view, 1.0, 50.0)
+    assert grid.tile == tile
+    assert grid.tiles == (-(-size[0] // tile), -(-size[1] // tile))
+
+
 def test_a_cell_has_no_limit():
     view = view_of(perspective())
     lights = balls(np.tile([0.0, 20.0, 0.0], (5000, 1)), 3.0)
