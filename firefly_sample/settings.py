@@ -150,8 +150,9 @@ class Settings:
         cover 91, 21, 6, 1.7 or 0.4 per cent more than the sphere. The picture is the same: few triangles
         shade more fragments, many cost vertices.
     light_resolution : {"full", "half"}
-        "half" lights one pixel in four and lets the others take it from neighbours on the same surface: about
-        a quarter of the light's cost, wrong where surfaces are thinner than two pixels or light is finer.
+        "half" lights one pixel in four and lets the others take it from neighbours on the same surface: a
+        quarter of the light's cost, and a pass to spread it, so that only very many lights make up for that;
+        wrong where surfaces are thinner than two pixels or light is finer.
     volume_depth_test : bool
         Shade a volume's back faces only where they lie behind the surface. False is what the original
         does: the same picture for two to three times the work.
@@ -364,7 +365,6 @@ PRESETS: dict[str, dict[str, Any]] = {
         "albedo": "sqrt8",
         "cutoff_threshold": 1e-3,
         "volume_proxy": "icosphere0",
-        "light_resolution": "half",
         "shadow_taps": 1,
         "volume_slices": 32,
         "volume_tile": 64,

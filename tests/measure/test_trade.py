@@ -215,7 +215,7 @@ def test_a_base_without_volumes_has_none_to_compare():
 
 
 def test_on_another_base_presets_are_still_themselves_and_every_other_choice_is_there():
-    base = Settings.preset("fast", exposure=2.0)
+    base = Settings.preset("fast", exposure=2.0, light_resolution="half")
     found = {v.name: v for v in variations(build_plan(ball_scene(5), base), base)}
     accurate = base.with_changes(**found["preset accurate"].changes)
     assert accurate == Settings.preset("accurate", exposure=2.0)
