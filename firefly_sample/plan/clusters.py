@@ -56,6 +56,8 @@ TEXELS = 2048
 """The words' texture is so wide."""
 MOST_TOGETHER = 32768
 """Lights of one draw: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
+SLACK = 1e-3
+"""Of the distances of what is in view: what a rasterizer may be off where it is steep."""
 EDGE = 1e-4
 """Of a tile, by which bounds on the screen are wider: what rounding may move a light's place there."""
 
@@ -162,8 +164,17 @@ def common_range(
     spans = [lights.spans for lights in sets]
     first = min((float(low.min(initial=np.inf)) for low, _ in spans), default=0.0)
     last = max((float(high.max(initial=-np.inf)) for _, high in spans), default=0.0)
-    low = max(nearest, view.near, first)
-    return low, max(min(farthest, view.far, last), low)
+    near, far = _drawn_range(view)
+    low = max(nearest - SLACK * abs(nearest), near, first)
+    return low, max(min(farthest + SLACK * abs(farthest), far, last), low)
+
+
+def _drawn_range(view: View) -> tuple[float, float]:
+    """Between which distances surfaces come out of a rasterizer: what is steep, also beyond the planes."""
+    if view.lens.perspective:
+        return 0.5 * view.near, 2.0 * view.far
+    deep = view.far - view.near
+    return view.near - deep, view.far + deep
 
 
 def _widened(low: float, high: float, perspective: bool) -> tuple[float, float]:

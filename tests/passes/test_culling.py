@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.plan.build import build_plan
@@ -39,10 +39,12 @@ def pictures(renderer, scene, time=0.0, **changes):
 
 
 def assert_same(found):
-    bound = 5e-6 * max(np.percentile(found[0], 99.9), 1e-30)
+    # in a picture that is nearly all dark that percentile is 0: lit pixels may be off by as much of their own
+    bound = 5e-6 * np.maximum(np.percentile(found[0], 99.9), found[0])
     for name, other in zip(METHODS, found[1:], strict=True):
-        where = np.unravel_index(np.abs(found[0] - other).argmax(), other.shape)
-        assert np.abs(found[0] - other).max() <= bound, (name, where, found[0][where], other[where])
+        over = np.abs(found[0] - other) - bound
+        where = np.unravel_index(over.argmax(), other.shape)
+        assert over[where] <= 0.0, (name, where, found[0][where], other[where])
 
 
 @pytest.mark.parametrize(
@@ -100,6 +102,8 @@ LENSES = st.one_of(
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(LENSES, st.integers(0, 2**32 - 1))
+# a steep surface comes out beyond the far plane
+@example(PerspectiveLens(fov=130.0, near=0.01, far=12.0), 72678)
 def test_all_methods_agree_on_generated_scenes(renderer, lens, seed):
     assert_same(pictures(renderer, random_scene(seed, lens)))
 

@@ -227,7 +227,9 @@ def test_slices_take_in_all_that_lights_and_surfaces_share(lens, seed):
     edges = make_grid([lights], view, nearest, farthest).edges
     assert (np.diff(edges) > 0).all()
     assert np.array_equal(edges, edges.astype(np.float32))
-    low, high = max(nearest, view.near, (y - reaches).min()), min(farthest, view.far, (y + reaches).max())
+    # a rasterizer may put what is steep a little beyond the planes and beyond what holds it
+    low = max(0.9995 * nearest, 0.6 * view.near, (y - reaches).min())
+    high = min(1.0005 * farthest, 1.9 * view.far, (y + reaches).max())
     if low < high:
         assert edges[0] < low
         assert high < edges[-1]
