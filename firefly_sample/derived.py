@@ -58,10 +58,10 @@ def derived_folder() -> Path | None:
     That is $XDG_CACHE_HOME, or ~/.cache. None if the variable is "off", or nobody knows the user's home.
     """
     given = os.environ.get(VARIABLE)
-    if given:
-        return None if given.lower() == "off" else Path(given)
     base = os.environ.get("XDG_CACHE_HOME")
     try:
+        if given:
+            return None if given.lower() == "off" else Path(given).expanduser()
         return Path(base or Path.home() / ".cache") / "firefly_sample" / "models"
     except RuntimeError:  # no home
         return None

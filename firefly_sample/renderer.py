@@ -213,15 +213,15 @@ class Renderer:
         names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
         waiting: deque[Drawn] = deque()
         try:
-            for time in times:
-                try:
+            try:
+                for time in times:
                     waiting.append(self._draw_ahead(self.plan(scene, time, names)))
-                except Exception:
-                    while waiting:
+                    if len(waiting) > _AHEAD:
                         yield self._read_behind(waiting.popleft())
-                    raise
-                if len(waiting) > _AHEAD:
+            except Exception:
+                while waiting:
                     yield self._read_behind(waiting.popleft())
+                raise
             while waiting:
                 yield self._read_behind(waiting.popleft())
         finally:
@@ -232,7 +232,11 @@ class Renderer:
         self._check_open()
         with self._device:
             drawn = self._draw_passes(plan)
-            drawn.copy(self._gpu)
+            try:
+                drawn.copy(self._gpu)
+            except Exception:
+                drawn.give_back(self._gpu)
+                raise
             self._device.raw.flush()
             return drawn
 

@@ -12,7 +12,7 @@ from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.plan.batches import Visible, make_batches
 from firefly_sample.plan.camera import Eye, eye_state
 from firefly_sample.plan.cloud import gather_particles
-from firefly_sample.plan.clusters import plan_clusters
+from firefly_sample.plan.clusters import Clusters, plan_clusters
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.culling import choose_culling
@@ -168,7 +168,9 @@ class Planner:
         targets = choose_targets(needs)
         passes = choose_passes(needs, targets)
         check_passes(passes, targets)
-        by_cells = culling.method == "clustered" and (needs.lit or needs.counts_cells)
+        clusters: tuple[Clusters, ...] = ()
+        if culling.method == "clustered" and (needs.lit or needs.counts_cells):
+            clusters = plan_clusters(lighting.sets, view, *_decoded(surfaces, settings, view))
         return FramePlan(
             size=size,
             settings=settings,
@@ -179,7 +181,7 @@ class Planner:
             ambient=ambient,
             lights=lighting.sets,
             culling=culling,
-            clusters=plan_clusters(lighting.sets, view, *surfaces) if by_cells else (),
+            clusters=clusters,
             shadows=lighting.shadows,
             sprites=sprites,
             particles=particles,
@@ -230,6 +232,13 @@ class Planner:
         if kept is not None and found.instances.draws_as(kept.instances):
             found.instances = kept.instances  # a light has moved: what is seen has not
         return found
+
+
+def _decoded(surfaces: tuple[float, float], settings: Settings, view: View) -> tuple[float, float]:
+    """From where to where shaders find the surfaces in view: by a coarse depth they may be anywhere."""
+    if settings.position in ("linear32f", "stored32f") or not surfaces[0] <= surfaces[1]:
+        return surfaces
+    return view.near, view.far
 
 
 def _background(scene: Scene) -> Background:

@@ -52,6 +52,10 @@ DEPTH = 1.5
 """A slice is about as deep as this many tiles are wide."""
 MOST_WORDS = 1 << 23
 """Where there would be more, 32 MiB to make and upload each frame, cells are made larger."""
+MOST_RECORDS = 1 << 20
+"""Bits, each of which has its light's record in a table: 48 MiB of most lights."""
+THINNEST = 1e-5
+"""Of the distance: a slice's depth, so that edges are some float32 apart and a logarithm finds them."""
 TEXELS = 2048
 """The words' texture is so wide."""
 MOST_TOGETHER = 32768
@@ -147,8 +151,9 @@ def make_grid(sets: Sequence[LightSet], view: View, nearest: float, farthest: fl
     depth, most = DEPTH, MOST_SLICES
     while True:
         grid = _cut(view, low, high, tile, depth, most)
-        words = sum(-(-_count(*span, grid.slices) // BITS) + grid.slices // 2 for span in spans)
-        if words * math.prod(grid.tiles) <= MOST_WORDS or grid.tiles == (1, 1):
+        words = sum(-(-_count(*span, grid.slices) // BITS) + grid.slices for span in spans)
+        fits = words * math.prod(grid.tiles) <= MOST_WORDS and BITS * words <= MOST_RECORDS
+        if fits or (grid.tiles == (1, 1) and grid.slices == 1):
             return grid
         # in turn, to keep cells in shape: twice as deep is half as many words, twice as wide a quarter
         if depth < 2.0 * DEPTH:
@@ -189,12 +194,19 @@ def _cut(view: View, low: float, high: float, tile: int, depth: float, most: int
     across, up = view.size
     wide = 2.0 * tile / (across * view.lens.a)
     if view.lens.perspective:
-        slices = int(np.clip(math.ceil(math.log(high / low) / (depth * wide)), 1, most))
+        deep = math.log(high / low)
+        slices = _number(deep / (depth * wide), deep / THINNEST, most)
         edges = low * (high / low) ** (np.arange(slices + 1) / slices)
     else:
-        slices = int(np.clip(math.ceil(min((high - low) / (depth * wide), 1e6)), 1, most))
+        thinnest = THINNEST * max(abs(low), abs(high))
+        slices = _number((high - low) / (depth * wide), (high - low) / thinnest, most)
         edges = np.linspace(low, high, slices + 1)
     return Grid(tile, (-(-across // tile), -(-up // tile)), edges.astype(np.float32).astype(np.float64))
+
+
+def _number(wanted: float, possible: float, most: int) -> int:
+    """Of slices, at least one."""
+    return max(1, min(math.ceil(min(wanted, 1e6)), math.floor(min(possible, 1e6)), most))
 
 
 def _in_range(spans: Spans, low: float, high: float, perspective: bool) -> Spans:

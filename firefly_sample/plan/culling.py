@@ -24,9 +24,9 @@ PROXY = 1.06
 """Area of a volume's outline over its light's."""
 BEHIND = 2.0 / 3.0
 """Of the reach: how far a ball's back lies behind its centre, averaged over its outline."""
-COST = {"volumes": 1.0, "clustered": 0.5, "fullscreen": 1.0}
+COST = {"volumes": 1.0, "clustered": 0.5}
 """Of one shaded pair: a volume's fragment reads the G-buffer and blends, a cluster's does so once for all."""
-ONCE = {"volumes": 0.0, "clustered": 2.0, "fullscreen": 0.0}
+ONCE = {"volumes": 0.0, "clustered": 2.0}
 """What each pixel of the picture costs by itself, in shaded pairs: to read the G-buffer and find a cell."""
 
 
@@ -70,8 +70,8 @@ def choose_culling(
     pixels = float(math.prod(view.size)) / (4.0 if settings.light_resolution == "half" else 1.0)
     fading = [lights for lights in sets if lights.kind != "directional"]
     count = sum(map(len, fading))
-    if not count:
-        return Culling("volumes", because="no light ends")
+    if not count or not nearest <= farthest:
+        return Culling("volumes", because="no light ends" if not count else "nothing to light is in view")
     shaded = {"volumes": 0.0, "clustered": 0.0, "fullscreen": count * pixels}
     share = pixels / math.prod(view.size)
     low, high = common_range(fading, view, nearest, farthest)
@@ -82,8 +82,8 @@ def choose_culling(
             behind = np.ones(len(lights))
         shaded["volumes"] += share * PROXY * float(_outlines(bounds, view, 0.0) @ behind)
         shaded["clustered"] += share * float(_outlines(bounds, view, TILE / 2.0) @ between)
-    costs = {name: pixels * ONCE[name] + COST[name] * pairs for name, pairs in shaded.items()}
-    best = min(costs, key=lambda name: costs[name])
+    # a light that reaches everything is a full-screen pass as a volume, too
+    best = min(COST, key=lambda name: pixels * ONCE[name] + COST[name] * shaded[name])
     told = ", ".join(f"{name} {pairs / 1e6:.3g}" for name, pairs in shaded.items())
     return Culling(best, shaded, f"about {told} million shaded pairs")
 

@@ -6,16 +6,19 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.plan.build import build_plan
+from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.reference.clusters import list_lengths
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scenes import build_scene, find_scene
-from firefly_sample.settings import Settings
+from firefly_sample.settings import CHOICES, Settings
 from tests.conftest import make_renderer
 from tests.lit_scenes import lit_scene
-from tests.scenes import ball_scene, wall_scene
+from tests.scenes import ball, ball_scene, geom_node, wall_scene
 
 METHODS = ("clustered", "fullscreen", "loop")
 SIZE = (96, 72)
@@ -213,7 +216,40 @@ def test_the_forests_cells_shade_few_pairs_in_vain():
         assert renderer.render(scene, 5.0).shaded > 2 * frame.shaded
 
 
+@pytest.mark.parametrize(("near", "far", "y"), [(1.0, 100.0, 10.003), (0.1, 1e4, 100.3)])
+@pytest.mark.parametrize("position", CHOICES["position"])
+def test_a_surface_that_is_decoded_elsewhere_is_lit_there(renderer, position, near, far, y):
+    """The nearest point of a ball, by depths that put it up to a hundredth of its distance before itself."""
+    scene = Scene()
+    scene.root.attach_new_node(
+        geom_node("ball", ball(0.1 * y), Material("clay", (0.8, 0.8, 0.8, 1)))
+    ).set_pos(0, 1.1 * y, 0)
+    scene.root.attach_new_node(PointLights("l", [(0, 0.9 * y, 0)], [(1, 1, 1)], y))
+    scene.camera.node().lens = PerspectiveLens(fov=20.0, near=near, far=far)
+    found = []
+    for method in ("clustered", "fullscreen"):
+        renderer.settings = Settings(lights=method, position=position)
+        found.append(renderer.render(scene, 0.0, ("radiance",))["radiance"])
+    assert found[1].any()
+    assert np.abs(found[0] - found[1]).max() <= 1e-6 * found[1].max()
+
+
 # --- auto ---
+
+
+def test_a_light_before_an_empty_view_is_no_trouble():
+    scene = wall_scene(distance=40.0)
+    scene.root.attach_new_node(PointLight("lamp", (1, 1, 1), 5.0)).set_pos(0, -5, 0)
+    scene.camera.set_h(180.0)
+    told = plan_as_dict(build_plan(scene))
+    assert told["culling"]["method"] == "volumes"
+    assert "shaded" not in told["culling"]
+
+
+def test_a_light_that_holds_the_view_is_a_volume_for_auto():
+    scene = wall_scene()
+    scene.root.attach_new_node(PointLight("lamp", (1, 1, 1), 500.0))
+    assert build_plan(scene).culling.method == "volumes"
 
 
 def test_one_light_is_drawn_as_a_volume_and_many_by_cells():
