@@ -13,8 +13,6 @@ import hashlib
 import json
 import os
 import struct
-import tempfile
-import time
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,6 +20,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from firefly_sample.cache_files import drop_old, keep_whole
 
 __all__ = ["VARIABLE", "Kept", "derived_folder", "fingerprint", "load_derived", "save_derived"]
 
@@ -34,7 +34,6 @@ _SUFFIX = ".derived"
 _MAGIC = b"firefly_sample derived 1\n"
 _FRAME = struct.Struct("<II")  # bytes of the JSON header, CRC-32 of all that follows
 _ALIGNED = 64
-_ABANDONED = 86_400.0  # seconds after which the file of a writer that died is nobody's
 
 
 class Kept(NamedTuple):
@@ -130,7 +129,7 @@ def _unpack(content: NDArray[np.uint8]) -> Kept:
 
 
 def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write beside the place, then move: whoever reads finds all of it or nothing."""
+    """Write a file whole, and make room for it."""
     rows = {name: np.asarray(array, order="C") for name, array in arrays.items()}
     described = [(name, array.dtype.str, array.shape) for name, array in rows.items()]
     header = json.dumps({"about": about, "arrays": described}).encode()
@@ -143,39 +142,12 @@ def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, NDArray[An
     checksum = 0
     for part in parts:
         checksum = zlib.crc32(part, checksum)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".tmp")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(_MAGIC + _FRAME.pack(len(header), checksum))
-            for part in parts:
-                file.write(part)
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            Path(temporary).unlink()
-        raise
-    _drop_old(path)
+    with keep_whole(path) as file:
+        file.write(_MAGIC + _FRAME.pack(len(header), checksum))
+        for part in parts:
+            file.write(part)
+    drop_old(path, LARGEST_CACHE)
 
 
 def _aligned(position: int) -> int:
     return -(-position // _ALIGNED) * _ALIGNED
-
-
-def _drop_old(newest: Path) -> None:
-    """Delete what was used least lately, until the rest is no more than `LARGEST_CACHE`; never the newest."""
-    files = []
-    for path in newest.parent.glob(f"*{_SUFFIX}"):
-        with contextlib.suppress(OSError):  # another process may delete, too
-            stat = path.stat()
-            files.append((path != newest, -stat.st_mtime_ns, stat.st_size, path))
-    total = 0
-    for _, _, size, path in sorted(files):
-        total += size
-        if total > LARGEST_CACHE and path != newest:
-            with contextlib.suppress(OSError):
-                path.unlink()
-    for path in newest.parent.glob(".*.tmp"):
-        with contextlib.suppress(OSError):
-            if time.time() - path.stat().st_mtime > _ABANDONED:
-                path.unlink()

@@ -237,7 +237,7 @@ class Renderer:
             except Exception:
                 drawn.give_back(self._gpu)
                 raise
-            self._device.raw.flush()
+            self._device.flush()
             return drawn
 
     def _read_behind(self, drawn: Drawn) -> Frame:

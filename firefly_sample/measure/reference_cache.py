@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import tempfile
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -19,6 +18,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.cache_files import drop_old, keep_whole
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.particles import ParticleSet
@@ -183,29 +183,7 @@ def _load(path: Path, shape: tuple[int, ...]) -> dict[str, Float64] | None:
 
 
 def _save(path: Path, frame: ReferenceFrame) -> None:
-    """Write beside the place, then move: whoever reads finds all of it or nothing."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".tmp")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, **{name: getattr(frame, name) for name in _KEPT})
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    _drop_old(path)
-
-
-def _drop_old(newest: Path) -> None:
-    """Delete what was used least lately, until the rest is no more than `LARGEST_CACHE`; never the newest."""
-    files = []
-    for path in newest.parent.glob("*.npz"):
-        with contextlib.suppress(OSError):  # another process may delete, too
-            stat = path.stat()
-            files.append((path != newest, -stat.st_mtime_ns, stat.st_size, path))
-    total = 0
-    for _, _, size, path in sorted(files):
-        total += size
-        if total > LARGEST_CACHE and path != newest:
-            with contextlib.suppress(OSError):
-                path.unlink()
+    """Write a frame whole, and make room for it."""
+    with keep_whole(path) as file:
+        np.savez(file, **{name: getattr(frame, name) for name in _KEPT})
+    drop_old(path, LARGEST_CACHE)

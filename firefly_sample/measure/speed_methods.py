@@ -7,7 +7,6 @@ from typing import Any
 
 from firefly_sample.errors import SettingsError, did_you_mean
 from firefly_sample.frame import Frame
-from firefly_sample.passes.lights import MOST_LOOPED
 from firefly_sample.plan.frame_plan import FramePlan
 
 __all__ = ["CHOSEN", "METHODS", "check_methods", "shaded_by"]
@@ -57,7 +56,7 @@ def _as_counted(frame: Frame, _: FramePlan) -> int:
 
 def _walked_by_all(frame: Frame, plan: FramePlan) -> int:
     """Fragments times the lights that each stands for; a large set has several full-screen passes."""
-    passes = sum(len(lights.parts(MOST_LOOPED)) for lights in plan.lights)
+    passes = sum(len(lights.parts()) for lights in plan.lights)
     return (frame.shaded or 0) // max(passes, 1) * sum(map(len, plan.lights))
 
 

@@ -10,7 +10,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.geometry import Drawable, draw_surface, make_drawable
-from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table, shadow_textures, shining
+from firefly_sample.passes.lights import light_table, shadow_textures, shining
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ForwardVariant
@@ -36,7 +36,7 @@ class ForwardPass(Pass):
         self._ready.clear()
         gpu.uploads.prepare(plan.batches)
         outputs = images.color_names()
-        for index, lights in enumerate(joined_sets(plan, MOST_LOOPED) or [None]):
+        for index, lights in enumerate(LightSet.walked_together(plan.lights) or [None]):
             frame = _variant_for(step.variant, lights, first=index == 0)
             made = []
             for batch in plan.batches:

@@ -41,13 +41,15 @@ class GeometryPass(Pass):
 
     def __init__(self) -> None:
         self._ready: list[Drawable] = []
-        self._drawn: tuple[Any, ...] | None = None
+        self._state: _State | None = None
+        self._drawn: _State | None = None
         self._same = False
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
         self._ready.clear()  # a frame before may have failed half-way
-        self._same = gpu.reuse and self._drawn == _state(plan) and _untouched(step, images)
+        self._state = _state_of(plan)
+        self._same = gpu.reuse and self._state.same_as(self._drawn) and _untouched(step, images)
         if self._same:
             return
         outputs = images.color_names()
@@ -81,26 +83,27 @@ class GeometryPass(Pass):
                 gpu.device.set_srgb_encoding(False)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
-        self._drawn = _state(plan)
+        self._drawn = self._state
 
 
-class _Same:
-    """Equal to itself alone: what is compared by identity, and kept alive so that nothing else becomes it."""
+@dataclass(frozen=True, eq=False)
+class _State:
+    """All that decides what the pass draws, beside the textures that it draws into.
 
-    def __init__(self, thing: object) -> None:
-        self.thing = thing
+    Batches are compared by identity, and kept so that nothing else takes their place.
+    """
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and other.thing is self.thing
+    batches: tuple[Batch, ...]
+    rest: tuple[Any, ...]
 
-    __hash__ = None  # type: ignore[assignment]
+    def same_as(self, other: _State | None) -> bool:
+        return other is not None and self.batches is other.batches and self.rest == other.rest
 
 
-def _state(plan: FramePlan) -> tuple[Any, ...]:
-    """All that decides what the pass draws, beside the textures that it draws into."""
+def _state_of(plan: FramePlan) -> _State:
     images = tuple(batch.texture.revision for batch in plan.batches if batch.texture is not None)
     view = (plan.view.lens, plan.view.size, plan.view.reverse, plan.view.near)
-    return (_Same(plan.batches), images, view, plan.settings.look)
+    return _State(plan.batches, (images, view, plan.settings.look))
 
 
 def _untouched(step: PassPlan, images: BoundImages) -> bool:

@@ -34,11 +34,9 @@ from firefly_sample.plan.variants import (
 )
 
 __all__ = [
-    "MOST_LOOPED",
     "LightPass",
     "draw_clustered",
     "draw_volumes",
-    "joined_sets",
     "light_table",
     "method_for",
     "shadow_textures",
@@ -48,8 +46,6 @@ __all__ = [
 
 _OUTPUTS = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
-MOST_LOOPED = 32768
-"""Lights that one draw walks: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
 BEHIND = 4.0
 """Steps of depth by which a volume's back faces are moved away from the eye. Volume and surface are rounded
 each by itself: where few steps are left, a back face could come out before a surface that it lies behind."""
@@ -68,8 +64,8 @@ class LightPass(Pass):
         assert isinstance(step.variant, LightVariant)
         images.draw_into()
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        clusters = plan.clusters if step.variant.method == "clustered" else ()
-        drawn = tuple(cells.lights for cells in clusters) or plan.lights
+        by_cells = step.variant.method == "clustered"
+        drawn = [cells.lights for cells in plan.clusters] if by_cells else plan.lights
         for index, lights in enumerate(drawn):
             if lights.kind != self.kind:
                 continue
@@ -89,8 +85,9 @@ class LightPass(Pass):
             elif variant.method == "clustered":
                 gpu.ctx.enable_only(moderngl.BLEND)
                 # a record for each bit: to look the light's number up first would cost a tenth of the pass
-                table = light_table(gpu, plan, lights, variant, key, clusters[index].members)
-                draw_clustered(gpu, plan, program, textures | {"u_lights": table}, clusters[index], key)
+                cells = plan.clusters[index]
+                table = light_table(gpu, plan, lights, variant, key, cells.members)
+                draw_clustered(gpu, plan, program, textures | {"u_lights": table}, cells, key)
             else:
                 program.use(None, textures)
                 tested = bool({"depth", "half_depth"} & set(step.updates))
@@ -211,11 +208,6 @@ def shadow_textures(
     return textures
 
 
-def joined_sets(plan: FramePlan, most: int) -> list[LightSet | None]:
-    """The plan's sets, those that differ in their proxies alone joined, very large ones in pieces."""
-    return [part for lights in LightSet.alike(plan.lights) for part in lights.parts(most)]
-
-
 def light_table(
     gpu: Gpu,
     plan: FramePlan,
@@ -243,7 +235,7 @@ def _draw_loop(
 ) -> None:
     """One full-screen triangle whose shader walks all lights, read from a texture; several for very many."""
     gpu.ctx.enable_only(moderngl.BLEND)
-    for index, part in enumerate(lights.parts(MOST_LOOPED)):
+    for index, part in enumerate(lights.parts()):
         table = light_table(gpu, plan, part, variant, f"{key} {index}")
         program.use({"u_light_count": len(part)}, textures | {"u_lights": table})
         gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)

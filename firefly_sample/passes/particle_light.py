@@ -10,7 +10,7 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.particle_rows import particle_records
 from firefly_sample.passes.base import Pass
-from firefly_sample.passes.lights import MOST_LOOPED, joined_sets, light_table, shadow_textures, shining
+from firefly_sample.passes.lights import light_table, shadow_textures, shining
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ParticleLightVariant
@@ -32,7 +32,7 @@ class ParticleLightPass(Pass):
         records = particle_records(plan.particles, plan.volume)
         framebuffer.viewport = (0, 0, framebuffer.size[0], len(records))  # what particles fill
         table = gpu.tables.write(self.name, records)
-        for index, lights in enumerate(joined_sets(plan, MOST_LOOPED) or [None]):
+        for index, lights in enumerate(LightSet.walked_together(plan.lights) or [None]):
             variant = _variant_for(step.variant, plan, lights, first=index == 0)
             program = gpu.programs.get(self.name, variant, images.color_names(), vertex="fullscreen")
             textures, uniforms = shadow_textures(gpu, plan, images, variant) | {"u_particles": table}, {}

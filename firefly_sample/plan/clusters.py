@@ -29,6 +29,9 @@ from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 
 __all__ = [
+    "BITS",
+    "MOST_SLICES",
+    "TEXELS",
     "TILE",
     "Clusters",
     "Grid",
@@ -58,8 +61,6 @@ THINNEST = 1e-5
 """Of the distance: a slice's depth, so that edges are some float32 apart and a logarithm finds them."""
 TEXELS = 2048
 """The words' texture is so wide."""
-MOST_TOGETHER = 32768
-"""Lights of one draw: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
 SLACK = 1e-3
 """Of the distances of what is in view: what a rasterizer may be off where it is steep."""
 EDGE = 1e-4
@@ -128,12 +129,11 @@ def plan_clusters(
     nearest, farthest : float
         Of the geometry in view, along the view axis.
     """
-    alike = LightSet.alike(lights for lights in sets if lights.kind != "directional")
-    alike = [part for lights in alike for part in lights.parts(MOST_TOGETHER)]
-    if not alike or not nearest <= farthest:
+    parts = LightSet.walked_together(lights for lights in sets if lights.kind != "directional")
+    if not parts or not nearest <= farthest:
         return ()
-    grid = make_grid(alike, view, nearest, farthest)
-    return tuple(find_clusters(lights, grid, view) for lights in alike)
+    grid = make_grid(parts, view, nearest, farthest)
+    return tuple(find_clusters(lights, grid, view) for lights in parts)
 
 
 def make_grid(sets: Sequence[LightSet], view: View, nearest: float, farthest: float) -> Grid:

@@ -166,7 +166,7 @@ class Instances:
         )
 
     def revisions(self) -> tuple[int, ...]:
-        """Changes when one of the groups' materials or textures does."""
+        """Changes when one of the groups' materials does."""
         return tuple(material.revision for material in self._materials)
 
     def factors(self) -> Factors:

@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 from firefly_sample.plan.light_bounds import safe_reaches, spans_of
 from firefly_sample.scene.falloff import Falloff
 
-__all__ = ["PASS_OF_KIND", "LightKind", "LightSet", "Proxy"]
+__all__ = ["MOST_LOOPED", "PASS_OF_KIND", "LightKind", "LightSet", "Proxy"]
 
 Float64 = NDArray[np.float64]
 
 LightKind = Literal["directional", "point", "spot"]
 Proxy = Literal["sphere", "cone", "fullscreen"]
+
+MOST_LOOPED = 32768
+"""Lights that one draw walks: llvmpipe ends a shader's loops after 65,535 turns, and says nothing."""
 
 PASS_OF_KIND: dict[LightKind, str] = {
     "directional": "directional_lights",
@@ -114,20 +117,20 @@ class LightSet:
         return replace(first, **columns)
 
     @classmethod
-    def alike(cls, sets: Iterable[LightSet]) -> list[LightSet]:
-        """Sets that differ in their proxies alone, joined: what one shader can walk."""
+    def walked_together(cls, sets: Iterable[LightSet]) -> list[LightSet]:
+        """Sets that differ in their proxies alone joined, very large ones in pieces: what one draw walks."""
         found: dict[tuple[object, ...], list[LightSet]] = {}
         for lights in sets:
             key = (lights.kind, lights.falloff, lights.shadowed, lights.clouded)
             found.setdefault(key, []).append(lights)
-        return [cls.joined(same) for same in found.values()]
+        return [part for same in found.values() for part in cls.joined(same).parts()]
 
     def take(self, chosen: NDArray[Any], **changes: Any) -> LightSet:
         """The lights that a mask or an array of indices chooses, with some fields changed."""
         columns = {name: getattr(self, name)[chosen] for name in _COLUMNS}
         return replace(self, **(columns | changes))
 
-    def parts(self, most: int) -> list[LightSet]:
+    def parts(self, most: int = MOST_LOOPED) -> list[LightSet]:
         """The set in pieces of up to `most` lights each."""
         if len(self) <= most:
             return [self]
