@@ -45,6 +45,7 @@ class Device:
         self.raw = RawGL(self._backend)
         self._handle = self.raw.current_context()
         self.renderer: str = self.ctx.info["GL_RENDERER"]
+        self.software = any(name in self.renderer.lower() for name in _SOFTWARE)
         self.version: str = self.ctx.info["GL_VERSION"]
         self.vendor: str = self.ctx.info["GL_VENDOR"]
         self.max_size: int = min(self.ctx.info["GL_MAX_TEXTURE_SIZE"], *self.ctx.info["GL_MAX_VIEWPORT_DIMS"])
@@ -61,11 +62,6 @@ class Device:
         """Bind a framebuffer of the device's own and no program, so that those in use can be released."""
         self._idle.use()
         self.raw.use_program(0)
-
-    @property
-    def software(self) -> bool:
-        """True if the driver is a known software rasteriser."""
-        return any(name in self.renderer.lower() for name in _SOFTWARE)
 
     def require_gpu(self) -> None:
         """Refuse a software rasteriser.

@@ -59,11 +59,13 @@ def instance_rows(batches: Sequence[Batch]) -> NDArray[Any]:
 def normal_columns(model_to_view: NDArray[np.float64]) -> NDArray[np.float64]:
     """What takes normals along, up to a length, for row vectors: shape (n, 3, 3), its largest entries 1."""
     linear = model_to_view[:, :3, :3]
-    cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
+    after, before = linear[:, [1, 2, 0]], linear[:, [2, 0, 1]]
+    cofactors = after[:, :, [1, 2, 0]] * before[:, :, [2, 0, 1]]
+    cofactors -= after[:, :, [2, 0, 1]] * before[:, :, [1, 2, 0]]
     # a flat matrix has no sides: it keeps the sign of one that is not mirrored
     cofactors *= np.where(np.linalg.det(linear) < 0, -1.0, 1.0)[:, None, None]
     # shaders normalise anyway; this keeps tiny and huge scales inside float32
-    largest = np.abs(cofactors).max(axis=(1, 2), keepdims=True)
+    largest = np.abs(cofactors).reshape(-1, 9).max(axis=1)[:, None, None]
     return np.asarray(cofactors / np.where(largest > 0, largest, 1.0))
 
 

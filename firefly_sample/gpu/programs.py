@@ -37,6 +37,8 @@ class Program:
             if isinstance(block, moderngl.UniformBlock):
                 block.binding = binding(name)
         self._units: dict[str, int] = {}
+        self._values: dict[str, Any] = {}
+        self._checked: set[tuple[str, ...]] = set()
         self._pointers: dict[np.dtype[Any], tuple[Pointer, ...]] = {}
 
     def use(
@@ -44,7 +46,7 @@ class Program:
         uniforms: Mapping[str, Any] | None = None,
         textures: Mapping[str, moderngl.Texture] | None = None,
     ) -> None:
-        """Set every uniform and bind every texture.
+        """Set every uniform that changed, and bind every texture.
 
         Raises
         ------
@@ -52,22 +54,31 @@ class Program:
             If an active uniform is not given, or a given name does not occur in the source.
         """
         uniforms, textures = uniforms or {}, textures or {}
-        given = uniforms.keys() | textures.keys()
-        missing = self._uniforms - given
-        if missing:
-            raise GpuError(f"shader {self.name!r}: uniform {min(missing)!r} is not given")
-        for name in given - self._uniforms:
-            # an optimised-out uniform is fine, a misspelt one is not
-            if not any(re.search(rf"\b{name}\b", text) for text in self._texts):
-                raise GpuError(f"shader {self.name!r}: there is no uniform {name!r}")
+        given = (*uniforms, *textures)
+        if given not in self._checked:
+            self._check(given)
         for name, value in uniforms.items():
-            if name in self._uniforms:
-                self.mgl[name] = value
+            self._set(name, value)
         for name, texture in textures.items():
             if name in self._uniforms:
                 unit = self._units.setdefault(name, len(self._units))
-                self.mgl[name] = unit
+                self._set(name, unit)
                 texture.use(unit)
+
+    def _set(self, name: str, value: Any) -> None:
+        """Set a uniform that has another value, if the program has it: it keeps what it was given."""
+        if name in self._uniforms and self._values.get(name) != value:
+            self.mgl[name] = self._values[name] = value
+
+    def _check(self, given: tuple[str, ...]) -> None:
+        missing = self._uniforms.difference(given)
+        if missing:
+            raise GpuError(f"shader {self.name!r}: uniform {min(missing)!r} is not given")
+        for name in sorted(set(given) - self._uniforms):
+            # an optimised-out uniform is fine, a misspelt one is not
+            if not any(re.search(rf"\b{name}\b", text) for text in self._texts):
+                raise GpuError(f"shader {self.name!r}: there is no uniform {name!r}")
+        self._checked.add(given)
 
     def attributes_of(
         self, buffer: moderngl.Buffer, dtype: np.dtype[Any], per_instance: bool = False

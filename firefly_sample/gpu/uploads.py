@@ -99,7 +99,6 @@ class Uploads:
         self._meshes: dict[tuple[int, bool], _Mesh] = {}
         self._images: dict[tuple[int, float | None, bool], _Image] = {}
         self._instances: moderngl.Buffer | None = None
-        self._rows: NDArray[Any] = np.zeros(0, dtype=INSTANCE_DTYPE)
         self._batches: tuple[Batch, ...] = ()
         self._first: dict[int, int] = {}
         self._drawables: dict[tuple[int, object, int], _Drawable] = {}
@@ -151,10 +150,7 @@ class Uploads:
             if self._instances is not None:
                 self._instances.release()
             self._instances = self._ctx.buffer(reserve=2 * max(rows.nbytes, 64), dynamic=True)
-            self._rows = rows[:0]
-        if not np.array_equal(self._rows, rows):
-            self._instances.write(rows)
-            self._rows = rows
+        self._instances.write(rows)
         counts = [len(batch.ids) for batch in batches]
         starts = np.cumsum([0, *counts]).tolist()
         self._first = {id(batch): start for batch, start in zip(batches, starts, strict=False)}

@@ -54,8 +54,12 @@ class GeometryPass(Pass):
             return
         outputs = images.color_names()
         gpu.uploads.prepare(plan.batches)
+        programs: dict[int, Program] = {}  # hashing a variant takes longer than the rest
         for batch in plan.batches:
-            program = gpu.programs.get(self.name, batch.variant, outputs)
+            program = programs.get(id(batch.variant))
+            if program is None:
+                program = gpu.programs.get(self.name, batch.variant, outputs)
+                programs[id(batch.variant)] = program
             self._ready.append(make_drawable(gpu, plan, batch, program))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:

@@ -37,22 +37,23 @@ class VisiblePart:
     Attributes
     ----------
     group : Group
+    first : int
+        Where the part begins among all that is in view.
     chosen : ndarray of int, shape (n,)
         Which of the group's instances.
     nearest, farthest : ndarray of float64, shape (n,)
         Along the view axis, of their bounding spheres.
     model_to_view : ndarray of float64, shape (n, 4, 4)
     ids : ndarray of int32, shape (n,)
-    factors : Factors
     """
 
     group: Group
+    first: int
     chosen: NDArray[Any]
     nearest: Float64
     farthest: Float64
     model_to_view: Float64
     ids: NDArray[np.int32]
-    factors: Factors
 
     @cached_property
     def box(self) -> tuple[Float64, Float64]:
@@ -85,6 +86,8 @@ class Visible:
         One for each group of which something is in view.
     nearest, farthest : float
         Of everything along the view axis; infinity and minus infinity where nothing is in view.
+    factors : Factors
+        Of everything, part by part.
     """
 
     def __init__(self, instances: Instances, world_to_view: Float64, planes: Float64) -> None:
@@ -95,9 +98,10 @@ class Visible:
         chosen, near = seen[order], near[order]
         far = centers[chosen, 1] + instances.radii[chosen]
         matrices = (instances.model_to_world[chosen].reshape(-1, 4) @ world_to_view).reshape(-1, 4, 4)
-        ids, factors = instances.ids[chosen], instances.factors().take(chosen)
+        ids = instances.ids[chosen]
+        self.factors: Factors = instances.factors().take(chosen)
         self.nearest, self.farthest = float(near.min(initial=np.inf)), float(far.max(initial=-np.inf))
-        bounds = np.searchsorted(instances.which[chosen], np.arange(len(instances.groups) + 1))
+        bounds = np.searchsorted(instances.which[chosen], np.arange(len(instances.groups) + 1)).tolist()
         parts = []
         for group, start, first, end in zip(
             instances.groups, instances.starts[:-1], bounds[:-1], bounds[1:], strict=True
@@ -105,7 +109,7 @@ class Visible:
             if first < end:
                 part = slice(first, end)
                 own = (chosen[part] - start, near[part], far[part], matrices[part], ids[part])
-                parts.append(VisiblePart(group, *own, factors.take(part)))
+                parts.append(VisiblePart(group, first, *own))
         self.parts = tuple(parts)
 
     def __len__(self) -> int:
@@ -149,17 +153,18 @@ def make_batches(visible: Visible, frame: GeometryVariant, near: float) -> tuple
     many = sum(len(part.ids) >= ZONES for part in visible.parts)
     zones = min(ZONES, len(distances) // SHARE, many // 2)
     edges = np.quantile(distances, np.arange(1, zones) / zones) if zones > 1 else np.zeros(0)
+    variants: dict[tuple[bool, ...], GeometryVariant] = {}
     keyed = []
     for index, part in enumerate(visible.parts):
         group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
-        variant = replace(
-            frame,
-            textured=group.texture is not None,
-            vertex_color=group.geom.colors is not None and group.colors is None,
-            cutout=cutout,
-            double_sided=group.double_sided,
-        )
+        colored = group.geom.colors is not None and group.colors is None
+        own = (group.texture is not None, colored, cutout, group.double_sided)
+        if own not in variants:
+            textured, _, _, double_sided = own
+            variants[own] = replace(
+                frame, textured=textured, vertex_color=colored, cutout=cutout, double_sided=double_sided
+            )
         cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
         for zone, (first, end) in enumerate(pairwise(cuts)):
             if first == end:
@@ -173,8 +178,8 @@ def make_batches(visible: Visible, frame: GeometryVariant, near: float) -> tuple
                 mirrored=group.mirrored,
                 model_to_view=part.model_to_view[cut],
                 ids=part.ids[cut],
-                factors=part.factors.take(cut),
-                variant=variant,
+                factors=visible.factors.take(slice(part.first + first, part.first + end)),
+                variant=variants[own],
             )
             keyed.append(((cutout, around and zone == 0, zone, float(part.nearest[first]), index), batch))
     return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))

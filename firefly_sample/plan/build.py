@@ -11,19 +11,28 @@ from firefly_sample.errors import OutputError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.plan.batches import Visible, make_batches
 from firefly_sample.plan.camera import Eye, eye_state
+from firefly_sample.plan.channels import any_channel
 from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.clusters import Clusters, plan_clusters
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.culling import choose_culling
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
-from firefly_sample.plan.frame_plan import Background, Batch, Capabilities, FramePlan, SpriteSet
+from firefly_sample.plan.frame_plan import (
+    Background,
+    Batch,
+    Capabilities,
+    FramePlan,
+    PassPlan,
+    SpriteSet,
+)
 from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.particles import see_particles
 from firefly_sample.plan.position_warning import position_warning
 from firefly_sample.plan.shadows import ShadowPlanner
+from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
 from firefly_sample.plan.volume import plan_volume
@@ -84,6 +93,7 @@ class Planner:
         self._eye: tuple[tuple[Any, ...], Eye] | None = None
         self._seen: tuple[tuple[Any, ...], Visible] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
+        self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
 
     def plan(
         self,
@@ -165,9 +175,7 @@ class Planner:
                     f"lights=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
                     "or choose other lights"
                 )
-        targets = choose_targets(needs)
-        passes = choose_passes(needs, targets)
-        check_passes(passes, targets)
+        targets, passes = self._chosen(needs)
         clusters: tuple[Clusters, ...] = ()
         if culling.method == "clustered" and (needs.lit or needs.counts_cells):
             clusters = plan_clusters(lighting.sets, view, *_decoded(surfaces, settings, view))
@@ -215,6 +223,15 @@ class Planner:
         if self._seen is None or self._seen[0] != state:
             self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
         return self._seen[1]
+
+    def _chosen(self, needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
+        """Targets and passes; the same objects while nothing else is needed."""
+        if self._steps is None or self._steps[0] != needs:
+            targets = choose_targets(needs)
+            passes = choose_passes(needs, targets)
+            check_passes(passes, targets)
+            self._steps = needs, targets, passes
+        return self._steps[1:]
 
     def _batches(self, seen: Visible, variant: GeometryVariant, near: float) -> tuple[Batch, ...]:
         """The draws of what is in view; the same object while nothing of them has changed."""
@@ -276,8 +293,10 @@ def _sprites(snapshot: Snapshot, time: float, world_to_view: Float64, planes: Fl
     parts: list[PointRows] = [(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))]
     for node, net in snapshot.sprites:
         arrays = node.evaluate(time)
-        positions = arrays.positions @ (net @ world_to_view)[:3, :3] + (net @ world_to_view)[3, :3]
-        useful = (arrays.radii > 0) & arrays.colors.any(axis=1)
+        places = net @ world_to_view
+        positions = arrays.positions @ places[:3, :3] + places[3, :3]
+        useful = (arrays.radii > 0) & any_channel(arrays.colors)
         chosen = np.flatnonzero(useful & spheres_in_frustum(planes, positions, arrays.radii))
-        parts.append((positions[chosen], arrays.colors[chosen], arrays.radii[chosen]))
+        colors, radii = arrays.colors.take(chosen, axis=0), arrays.radii.take(chosen)
+        parts.append((positions.take(chosen, axis=0), colors, radii))
     return SpriteSet(*(np.concatenate(column) for column in zip(*parts, strict=True)))

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,8 @@ TEXELS = 2048
 """The words' texture is so wide."""
 SLACK = 1e-3
 """Of the distances of what is in view: what a rasterizer may be off where it is steep."""
+AT_ONCE = 8192
+"""Bits whose bounds are found at a time: their columns stay in a core's cache."""
 EDGE = 1e-4
 """Of a tile, by which bounds on the screen are wider: what rounding may move a light's place there."""
 
@@ -247,7 +250,7 @@ def find_clusters(lights: LightSet, grid: Grid, view: View) -> Clusters:
     bit = np.arange(len(light)) - np.repeat(np.cumsum(inside) - inside - BITS * first_word[:-1], inside)
     members = np.zeros(BITS * first_word[-1], dtype=np.int32)
     members[bit] = light
-    texels, words = _words(lights, grid, view, light, slice_of, bit)
+    texels, words = _words(lights, grid, view, light, slice_of, bit, int(first_word[-1]))
     return Clusters(lights, grid, first_word, members, words, texels)
 
 
@@ -258,11 +261,10 @@ def _words(
     light: NDArray[Any],
     slice_of: NDArray[Any],
     bit: NDArray[Any],
+    number: int,
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """The texels and the words of `Clusters`."""
-    near, far = grid.edges[slice_of], grid.edges[slice_of + 1]
+    """The texels and the words of `Clusters`, so many words a cell."""
     columns, rows = grid.tiles
-    size = -(-(int(bit[-1]) + 1) // BITS) * BITS if len(bit) else 0
     (x, x0), (z, z0) = ((scale / grid.tile, center / grid.tile) for scale, center in pixel_scales(view))
     # along columns, rows, and the two diagonals: which way, where 0 is, how many places, how wide each is
     ways = (
@@ -271,17 +273,23 @@ def _words(
         (x, z, x0 + z0, columns + rows - 1, 2.0),
         (x, -z, x0 - z0 + rows, columns + rows - 1, 2.0),
     )
-    body = Bodies(lights, light, near, far, view.lens.perspective)
-    planes = []
-    for along_x, along_z, center, count, width in ways:
-        least, most = body.bounds(along_x, along_z)
-        start = np.clip(np.floor(center + least - width - EDGE) + 1.0, 0, count).astype(np.int32)
-        end = np.clip(np.floor(center + most + EDGE), -1, count - 1).astype(np.int32)
-        planes.append(_bits(start, end, count, bit, size))
-    column, row, rising, falling = planes
-    padded = -(-rows * columns * column.shape[1] // TEXELS) * TEXELS
+    tables = [np.zeros((count + 1, number), dtype=np.uint32) for _, _, _, count, _ in ways]
+    for first in range(0, len(light), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        near, far = grid.edges[slice_of[part]], grid.edges[slice_of[part] + 1]
+        body = Bodies(lights, light[part], near, far, view.lens.perspective)
+        word = bit[part] // BITS
+        value = np.left_shift(np.uint32(1), (bit[part] % BITS).astype(np.uint32))
+        for table, (along_x, along_z, center, count, width) in zip(tables, ways, strict=True):
+            least, most = body.bounds(along_x, along_z)
+            least += center - width - EDGE + 1.0
+            most += center + EDGE + 1.0
+            start, end = (np.clip(places, 0.0, count).astype(np.intp) for places in (least, most))
+            _add(table, start, np.maximum(start, end), word, value)
+    column, row, rising, falling = (_summed(table) for table in tables)
+    padded = -(-rows * columns * number // TEXELS) * TEXELS
     texels = np.empty(padded, dtype=np.uint32)
-    words = texels[: rows * columns * column.shape[1]].reshape(rows, columns, -1)
+    words = texels[: rows * columns * number].reshape(rows, columns, number)
     for up, line in enumerate(words):  # a row of tiles at a time stays in cache
         np.bitwise_and(row[up], column, out=line)
         line &= rising[up : up + columns]
@@ -289,14 +297,25 @@ def _words(
     return texels, words
 
 
-def _bits(
-    first: NDArray[Any], last: NDArray[Any], count: int, bit: NDArray[Any], size: int
-) -> NDArray[np.uint32]:
-    """For each of `count` places the words of those whose range holds it, shape (count, words)."""
-    small: Any = np.uint8 if count < 255 else np.uint16
-    low = np.ones(size, dtype=small)
-    high = np.zeros(size, dtype=small)
-    low[bit], high[bit] = first + 1, last + 1  # place 0 is 1, so that 0 is before all
-    places = np.arange(1, count + 1, dtype=small)[:, None]
-    held = (places >= low) & (places <= high)
-    return np.packbits(held, axis=1, bitorder="little").view("<u4")
+def _add(
+    table: NDArray[np.uint32],
+    start: NDArray[np.intp],
+    end: NDArray[np.intp],
+    word: NDArray[Any],
+    value: NDArray[np.uint32],
+) -> None:
+    """Note where bits' ranges of places start and end, in a table that `_summed` makes words of.
+
+    A bit's value is added where its range starts and taken away where it ends. What is added once never
+    carries into the bit beside.
+    """
+    flat, number = table.reshape(-1), table.shape[1]
+    np.add.at(flat, start * number + word, value)
+    np.subtract.at(flat, end * number + word, value)
+
+
+def _summed(table: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """For each place the words of those whose range holds it; in place, less the last, where all end."""
+    for before, place in pairwise(table):
+        place += before
+    return table[:-1]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.plan.channels import largest_channel
 from firefly_sample.plan.view import View
 
 if TYPE_CHECKING:
@@ -37,8 +38,7 @@ def spans_of(lights: LightSet) -> tuple[Float64, Float64]:
 
 def safe_reaches(lights: LightSet) -> Float64:
     """The reaches, a little longer, as what float32 may be off needs it; finite."""
-    x, y, z = np.abs(lights.positions).T  # their largest: max along a short axis is slow
-    size = np.maximum(np.maximum(x, y), z)
+    size = largest_channel(np.abs(lights.positions))
     return np.asarray(np.minimum(lights.reaches * (1.0 + ROUNDING) + ROUNDING * size, 1e150))
 
 
@@ -59,44 +59,52 @@ class Bodies:
     """Parts of lights' balls, or cones, between two distances."""
 
     def __init__(self, lights: LightSet, light: NDArray[Any], near: Float64, far: Float64, perspective: bool):
-        self._perspective = perspective
         self._near, self._far = near, far
-        self._places = lights.positions[light]
+        # one over the distances: a sum is largest in view where its sign says, and dividing is slow
+        self._scales = (1.0 / near, 1.0 / far) if perspective else None
+        self._x, self._y, self._z = (lights.positions[:, axis][light] for axis in range(3))
         self._reach = lights.safe_reaches[light]
-        y = self._places[:, 1]
-        away = np.maximum(np.maximum(near - y, y - far), 0.0)
-        self._radius = np.sqrt(np.maximum((self._reach - away) * (self._reach + away), 0.0))
-        self._axes = lights.directions[light] if lights.kind == "spot" else None
-        self._openings = lights.cones[light, 1]
+        away = np.maximum(near - self._y, self._y - far)
+        np.maximum(away, 0.0, out=away)
+        squared = (self._reach - away) * (self._reach + away)
+        self._radius = np.sqrt(np.maximum(squared, 0.0, out=squared), out=squared)
+        self._cones = (lights.directions[light], lights.cones[light, 1]) if lights.kind == "spot" else None
 
     def bounds(self, x: float, z: float) -> tuple[Float64, Float64]:
         """The least and the largest value of ``x*X/Y + z*Z/Y``, orthographic ``x*X + z*Z``; not too tight."""
-        most = self._slope(self._support(x, z))
-        least = -self._slope(self._support(-x, -z))
-        return np.clip(least, -1e9, 1e9), np.clip(most, -1e9, 1e9)
+        across = self._across(x, z)
+        radius = self._radius * math.hypot(x, z)
+        least, most = across - radius, across + radius
+        if self._cones is not None:
+            least, most = np.maximum(least, -self._cone(-x, -z)), np.minimum(most, self._cone(x, z))
+        if self._scales is None:
+            return least, most
+        near, far = self._scales
+        return np.minimum(least * near, least * far), np.maximum(most * near, most * far)
 
-    def _slope(self, value: Float64) -> Float64:
-        if not self._perspective:
-            return value
-        return value / np.where(value >= 0.0, self._near, self._far)
+    def _across(self, x: float, z: float) -> Float64:
+        """The value of ``x*X + z*Z`` at the lights."""
+        if x and z:
+            return np.asarray(self._x * x + self._z * z)
+        return np.asarray(self._x * x if x else self._z * z)
 
-    def _support(self, x: float, z: float) -> Float64:
-        """The largest value of ``x*X + z*Z``."""
-        length = math.hypot(x, z)
-        across = self._places[:, 0] * x + self._places[:, 2] * z
-        largest = across + self._radius * length
-        if self._axes is None:
-            return np.asarray(largest)
-        # A sum of half-spaces: for any s, x*X + z*Z = (x*X + s*Y + z*Z) - s*Y, whose first part is the whole
-        # cone's largest and whose second is known from the slice. The least of some such bounds is one, too.
+    def _cone(self, x: float, z: float) -> Float64:
+        """The largest value of ``x*X + z*Z`` in a cone's part, by its slopes.
+
+        A sum of half-spaces: for any s, x*X + z*Z = (x*X + s*Y + z*Z) - s*Y, whose first part is the whole
+        cone's largest and whose second is known from the slice. The least of some such bounds is one, too.
+        """
+        assert self._cones is not None
+        axes, openings = self._cones
+        length, across = math.hypot(x, z), self._across(x, z)
+        largest = np.full(len(across), np.inf)
         for slant in SLANTS:
             s = slant * length
             n = np.array([x, s, z])
             size = float(np.linalg.norm(n))
-            share = _share(self._axes @ n / size, self._openings)
-            whole = across + s * self._places[:, 1] + self._reach * size * share
-            largest = np.minimum(largest, whole - s * (self._near if s >= 0.0 else self._far))
-        return np.asarray(largest)
+            whole = across + s * self._y + self._reach * size * _share(axes @ n / size, openings)
+            np.minimum(largest, whole - s * (self._near if s >= 0.0 else self._far), out=largest)
+        return largest
 
 
 def pixel_scales(view: View) -> tuple[tuple[float, float], tuple[float, float]]:

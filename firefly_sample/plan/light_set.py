@@ -126,8 +126,10 @@ class LightSet:
         return [part for same in found.values() for part in cls.joined(same).parts()]
 
     def take(self, chosen: NDArray[Any], **changes: Any) -> LightSet:
-        """The lights that a mask or an array of indices chooses, with some fields changed."""
-        columns = {name: getattr(self, name)[chosen] for name in _COLUMNS}
+        """The lights that rising indices choose, each once at most, with some fields changed."""
+        if len(chosen) == len(self):
+            return replace(self, **changes)
+        columns = {name: getattr(self, name).take(chosen, axis=0) for name in _COLUMNS}
         return replace(self, **(columns | changes))
 
     def parts(self, most: int = MOST_LOOPED) -> list[LightSet]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import LightError
+from firefly_sample.plan.channels import any_channel, largest_channel
 from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.cull import (
     FULLSCREEN_RADIUS,
@@ -170,10 +170,10 @@ def cut_off(
     thresholds: list[Float64 | float]
     if settings.cutoff_threshold is not None:
         thresholds = [settings.cutoff_threshold] * len(fading)
-        intensities = [np.maximum(rgb, specular).max(axis=1) for rgb, specular in colors]
+        intensities = [largest_channel(np.maximum(rgb, specular)) for rgb, specular in colors]
     else:
         factor = np.array(tuple(exposure))
-        intensities = [((rgb + specular) * factor).max(axis=1) for rgb, specular in colors]
+        intensities = [largest_channel((rgb + specular) * factor) for rgb, specular in colors]
         # one that never fades is never cut off: it takes no share
         counted = [
             i * lights.attenuations[:, 1:].any(axis=1) for i, lights in zip(intensities, fading, strict=True)
@@ -191,7 +191,7 @@ def in_view(lights: LightSet, world_to_view: Float64, planes: Float64) -> LightS
     """Those of a set that can change what is seen, in view space."""
     positions = lights.positions @ world_to_view[:3, :3] + world_to_view[3, :3]
     directions = lights.directions @ world_to_view[:3, :3]
-    shines = lights.colors.any(axis=1) | lights.specular_colors.any(axis=1)
+    shines = any_channel(lights.colors) | any_channel(lights.specular_colors)
     useful = shines & (lights.reaches > 0.0)
     if lights.kind == "point":
         useful &= spheres_in_frustum(planes, positions, lights.reaches)
@@ -209,20 +209,15 @@ def choose_proxies(lights: LightSet, corners: Float64) -> list[LightSet]:
     farthest[large] = farthest_corner(corners, lights.positions[large])
     heights = np.minimum(lights.reaches, farthest)
     endless = heights >= FULLSCREEN_RADIUS
-    holds_view = endless | (lights.reaches >= farthest)
-    if lights.kind == "directional":
-        proxies = np.full(len(lights), "fullscreen")
-    else:
-        proxies = np.where(holds_view, "fullscreen", "sphere")
+    fullscreen = endless | (lights.reaches >= farthest) | (lights.kind == "directional")
+    cone = np.zeros(len(lights), dtype=bool)
     if lights.kind == "spot":
-        narrow = lights.cones[:, 1] <= _one_minus_cos(WIDEST_CONE)
-        proxies = np.where(narrow & ~endless, "cone", proxies)
-    shadowed = lights.casters >= 0
-    kinds: tuple[Proxy, ...] = ("sphere", "cone", "fullscreen")
-    sets = []
-    for proxy in kinds:
-        for casts, dimmed in product((False, True), repeat=2):
-            chosen = np.flatnonzero((proxies == proxy) & (shadowed == casts) & (lights.dimmed == dimmed))
-            if len(chosen):
-                sets.append(lights.take(chosen, proxy=proxy, shadowed=casts, heights=heights[chosen]))
-    return sets
+        cone = (lights.cones[:, 1] <= _one_minus_cos(WIDEST_CONE)) & ~endless
+    lights = replace(lights, heights=heights)
+    # a number for each way to be drawn, in drawing order
+    drawn = 4 * np.where(cone, 1, 2 * fullscreen) + 2 * (lights.casters >= 0) + lights.dimmed
+    proxies: tuple[Proxy, ...] = ("sphere", "cone", "fullscreen")
+    return [
+        lights.take(np.flatnonzero(drawn == way), proxy=proxies[way // 4], shadowed=bool(way & 2))
+        for way in np.flatnonzero(np.bincount(drawn))
+    ]

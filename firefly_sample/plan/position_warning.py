@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.camera import CameraMatrices
+from firefly_sample.plan.channels import largest_channel
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown, position_errors
@@ -92,7 +93,7 @@ def _lamps_of(sets: Iterable[LightSet], exposure: float) -> _Lamps:
     for lights in sets:
         if lights.kind != "directional":
             sizes, fading = _sizes(lights)
-            brightness = exposure * lights.colors.max(axis=1) * fading
+            brightness = exposure * largest_channel(lights.colors) * fading
             columns.append((lights.positions[:, 1] + lights.reaches, sizes, brightness))
         elif lights.shadowed or lights.clouded:
             endless = np.full(len(lights), np.inf)
@@ -110,7 +111,7 @@ def _sizes(lights: LightSet) -> tuple[Float64, Float64]:
     if lights.falloff is not Falloff.ATTENUATION:
         return quarter, np.full(len(lights), (1.0 - NEARNESS) ** 2)
     kc, kl, kq = lights.attenuations.T
-    start = np.where(kc > 0.0, 2.0 * kc, lights.colors.max(axis=1))
+    start = np.where(kc > 0.0, 2.0 * kc, largest_channel(lights.colors))
     sizes = np.minimum(quarter, light_reach(lights.attenuations, start, np.ones(len(start))))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         fading = 1.0 / (kc + sizes * (kl + sizes * kq))

@@ -78,7 +78,7 @@ def checked_rows(
     for column, values in zip(columns, given[1:], strict=True):
         shape = (n, column.width) if column.width else (n,)
         try:
-            row = np.array(np.broadcast_to(values, shape))
+            row = values if values.shape == shape else np.array(np.broadcast_to(values, shape))
         except ValueError:
             raise error(
                 f"{where}: {n} positions need {column.name} of shape {shape}, got {values.shape}"

@@ -19,7 +19,7 @@ from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
-from firefly_sample.scenes.fireflies import Fireflies
+from firefly_sample.scenes.fireflies import Fireflies, FireflyState
 from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
 from firefly_sample.scenes.forest_mist import MIST_SEED, mist_at
@@ -103,15 +103,22 @@ class _Swarm:
     def __init__(self, seed: int, count: int, size: float) -> None:
         self.fireflies = Fireflies(seed, count)
         self.size = size
+        self._last: tuple[Fireflies, float, FireflyState] | None = None
+
+    def _at(self, time: float) -> FireflyState:
+        """Where the fireflies are; found once for lights and dots."""
+        if self._last is None or self._last[0] is not self.fireflies or self._last[1] != time:
+            self._last = self.fireflies, time, self.fireflies.at(time)
+        return self._last[2]
 
     def lights(self, time: float) -> tuple[Float64, Float64, Float64]:
         """Positions, colours and radii of the lights."""
-        state = self.fireflies.at(time)
+        state = self._at(time)
         return state.positions, state.colors, REACH * self.size * state.sizes
 
     def dots(self, time: float) -> tuple[Float64, Float64, Float64]:
         """The same of the dots: for each insect its body, then its glow."""
-        state = self.fireflies.at(time)
+        state = self._at(time)
         sizes = self.size * state.sizes
         # A resting firefly is dim as well as small, or the dots would all look alike from afar.
         brightness = state.colors * (0.25 + 0.75 * state.sizes)[:, None]

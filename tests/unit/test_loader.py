@@ -176,6 +176,8 @@ def test_primitives_of_one_mesh_are_geoms_of_one_node(tmp_path: Path) -> None:
 INTERRUPTED_IMPORT = """
 import os, signal, sys
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
+
 
 class Knock:
     def find_spec(self, name, path=None, target=None):
