@@ -118,24 +118,6 @@ class Planner:
         exposure = _exposure(scene, settings)
         cloud = gather_particles(snapshot, time) if settings.look != "classic" else None
         reverse = reverses_depth(settings, capabilities)
-        lighting = light_scene(
-            snapshot,
-            lambda mask: self._snapshot(scene, mask),
-            self._shadows,
-            settings,
-            time,
-            eye,
-            seen,
-            exposure,
-            reverse,
-            None if cloud is None else cloud.light,
-        )
-        sprites = _sprites(snapshot, time, camera.world_to_view, planes)
-        clouded = lighting.counts(clouded=True)
-        volume = plan_volume(cloud, settings) if cloud is not None and clouded else None
-        particles = see_particles(cloud, camera.world_to_view, lens, sprites.positions, settings, volume)
-        ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
-        background = _background(scene)
         view = View(
             size=(size[0] * settings.supersample, size[1] * settings.supersample),
             lens=lens.constants("zero_to_one" if reverse else "gl", reverse),
@@ -145,6 +127,24 @@ class Planner:
             world_to_view=camera.world_to_view,
             view_to_world=camera.view_to_world,
         )
+        lighting = light_scene(
+            snapshot,
+            lambda mask: self._snapshot(scene, mask),
+            self._shadows,
+            settings,
+            time,
+            eye,
+            seen,
+            exposure,
+            view,
+            None if cloud is None else cloud.light,
+        )
+        sprites = _sprites(snapshot, time, camera.world_to_view, planes)
+        clouded = lighting.counts(clouded=True)
+        volume = plan_volume(cloud, settings) if cloud is not None and clouded else None
+        particles = see_particles(cloud, camera.world_to_view, lens, sprites.positions, settings, volume)
+        ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
+        background = _background(scene)
         surfaces = seen.nearest, seen.farthest
         culling = choose_culling(settings, lighting.sets, view, *surfaces)
         needs = Needs(

@@ -1,4 +1,4 @@
-"""How far lights may reach: along the view axis, and across it between two distances. Never too little."""
+"""How far lights may reach: along the view axis, across it, and whether to any sample. Never too little."""
 
 from __future__ import annotations
 
@@ -14,12 +14,22 @@ from firefly_sample.plan.view import View
 if TYPE_CHECKING:
     from firefly_sample.plan.light_set import LightSet
 
-__all__ = ["ROUNDING", "Bodies", "pixel_scales", "safe_reaches", "screen_bounds", "spans_of"]
+__all__ = [
+    "ROUNDING",
+    "Bodies",
+    "meet_samples",
+    "pixel_scales",
+    "safe_reaches",
+    "screen_bounds",
+    "spans_of",
+]
 
 Float64 = NDArray[np.float64]
 
 ROUNDING = 2e-6
 """Of distances, by which everything is taken larger: what a shader's float32 may be off, with room."""
+BETWEEN = 0.05
+"""Samples: how far beside its line of sight a surface may be taken to be, by float32 and a rasterizer."""
 SLANTS = (0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0)
 """How much of the view axis is mixed in where bounds of a cone's part of a slice are looked for."""
 
@@ -122,3 +132,32 @@ def screen_bounds(lights: LightSet, view: View) -> tuple[tuple[Float64, Float64]
     (across, x0), (up, z0) = pixel_scales(view)
     (left, right), (bottom, top) = body.bounds(across, 0.0), body.bounds(0.0, up)
     return (x0 + left, x0 + right), (z0 + bottom, z0 + top)
+
+
+def meet_samples(lights: LightSet, view: View) -> NDArray[np.bool_]:
+    """Which lights a line of sight through a sample's centre may meet, shape (n,).
+
+    One that is far away, or tiny, may fall between all of them: then it lights nothing that is seen.
+    """
+    scales = pixel_scales(view)
+    nearest = lights.spans[0] if view.lens.perspective else 1.0
+    # what is as wide as a sample holds a centre, if it is in view at all
+    small = np.flatnonzero(lights.safe_reaches * max(scale for scale, _ in scales) < np.maximum(nearest, 0.0))
+    met = np.ones(len(lights), dtype=bool)
+    if len(small):
+        positions, reach = lights.positions[small], lights.safe_reaches[small]
+        for axis, (scale, center), size in zip((0, 2), scales, view.size, strict=True):
+            low, high = _seen_at(positions[:, axis], positions[:, 1], reach, view.lens.perspective)
+            first = np.ceil(center + scale * low - 0.5 - BETWEEN)
+            last = np.floor(center + scale * high - 0.5 + BETWEEN)
+            met[small] &= np.maximum(first, 0.0) <= np.minimum(last, size - 1.0)
+    return met
+
+
+def _seen_at(x: Float64, y: Float64, reach: Float64, perspective: bool) -> tuple[Float64, Float64]:
+    """From which to which x/Y, orthographic x, balls are seen that lie before the eye: by their tangents."""
+    if not perspective:
+        return x - reach, x + reach
+    half = reach * np.sqrt(x * x + (y - reach) * (y + reach))
+    square = (y - reach) * (y + reach)
+    return (x * y - half) / square, (x * y + half) / square

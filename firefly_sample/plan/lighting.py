@@ -10,14 +10,19 @@ import numpy as np
 from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.camera import Eye
 from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.light_bounds import meet_samples
 from firefly_sample.plan.light_set import LightKind, LightSet
 from firefly_sample.plan.light_views import Sight
 from firefly_sample.plan.lights import choose_proxies, cut_off, in_view, world_lights
 from firefly_sample.plan.shadows import ShadowPlan, ShadowPlanner, no_maps
+from firefly_sample.plan.view import View
 from firefly_sample.scene.light import Light
-from firefly_sample.settings import Settings
+from firefly_sample.settings import PositionMethod, Settings
 
 __all__ = ["Lighting", "light_scene"]
+
+OFF_RAY: frozenset[PositionMethod] = frozenset({"stored16f", "inverse_matrix"})
+"""Methods that may find a surface beside the line of sight that it was seen on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +72,7 @@ def light_scene(
     eye: Eye,
     seen: Visible,
     exposure: tuple[float, float, float],
-    reverse: bool,
+    view: View,
     dimmed: Light | None = None,
 ) -> Lighting:
     """Plan the lights of a frame.
@@ -84,8 +89,8 @@ def light_scene(
         Of the camera.
     seen : Visible
         The geometry in view.
-    reverse : bool
-        Whether depth is reversed in the [0, 1] clip range.
+    view : View
+        The same camera, with the samples that it draws.
     dimmed : Light, optional
         The one that particles take some of.
 
@@ -99,6 +104,8 @@ def light_scene(
     world = cut_off(world, settings, exposure, shiny)
     lens, camera = eye.lens, eye.camera
     visible = [in_view(lights, camera.world_to_view, eye.planes) for lights in world]
+    if settings.position not in OFF_RAY and not snapshot.particles:
+        visible = [_met(lights, view) for lights in visible]
     shadows, maps = ShadowPlan(), no_maps(len(sources))
     if sources and len(seen) and settings.look != "classic":
         sight = Sight(
@@ -116,7 +123,7 @@ def light_scene(
             sight,
             settings.shadow_atlas,
             settings.shadow_resolution,
-            reverse,
+            view.reverse,
             snapshot_for,
         )
     sets: list[LightSet] = []
@@ -125,3 +132,10 @@ def light_scene(
         casters, count = np.concatenate([maps, no_maps(1)])[lights.casters].T
         sets.extend(choose_proxies(replace(lights, casters=casters, maps=count), eye.corners))
     return Lighting(sum(map(len, world)), tuple(sets), shadows)
+
+
+def _met(lights: LightSet, view: View) -> LightSet:
+    """Those of a set in view that a line of sight meets."""
+    if lights.kind == "directional":
+        return lights
+    return lights.take(np.flatnonzero(meet_samples(lights, view)))

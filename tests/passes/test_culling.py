@@ -5,6 +5,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from firefly_sample.plan import lighting
 from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.reference.clusters import list_lengths
@@ -280,3 +281,34 @@ def test_falloffs_of_both_kinds_have_lists_of_their_own():
     scene.root.attach_new_node(lamp).set_pos(0, 8, 2)
     plan = build_plan(scene, Settings(lights="clustered"))
     assert {cells.lights.falloff for cells in plan.clusters} == {Falloff.RAMP_SQUARED, Falloff.ATTENUATION}
+
+
+def swarm_scene(reaches):
+    """Very small lights among the balls, on some of which most would shine if there were enough samples."""
+    rng = np.random.default_rng(4)
+    scene = ball_scene(lights=0)
+    places = rng.uniform((-4, 5, -2), (4, 11, 2), (len(reaches), 3))
+    scene.root.attach_new_node(PointLights("swarm", places, (40.0, 30.0, 20.0), reaches))
+    return scene
+
+
+@pytest.mark.parametrize("position", ["linear32f", "depth24", "stored32f"])
+def test_lights_between_all_samples_are_left_out_and_missed_by_none(renderer, monkeypatch, position):
+    """Drawn or not, a light that no line of sight meets gives the same bytes."""
+    scene = swarm_scene(10.0 ** np.random.default_rng(5).uniform(-3, -0.5, 3000))
+    renderer.settings = Settings(lights="volumes", position=position)
+    few = renderer.render(scene, 0.0, ("radiance", "overdraw"))
+    monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position"]))
+    all_ = renderer.render(scene, 0.0, ("radiance", "overdraw"))
+    assert few["radiance"].tobytes() == all_["radiance"].tobytes()
+    assert few["radiance"].any()
+    assert all_.lights.in_view - few.lights.in_view > 500
+
+
+def test_of_a_swarm_too_small_to_be_seen_little_is_left(renderer):
+    """A hundredth: what comes within a twentieth of a sample to a centre. The rest costs no vertex."""
+    scene = swarm_scene(np.full(2000, 1e-5))
+    renderer.settings = Settings()
+    assert renderer.plan(scene).counts.in_view < 40
+    renderer.settings = Settings(position="stored16f")  # which puts surfaces beside their pixels' lines
+    assert renderer.plan(scene).counts.in_view > 1000

@@ -7,7 +7,6 @@ import pytest
 from firefly_sample.capture.manifest import pixel_hash
 from firefly_sample.errors import GpuError, SceneError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.gpu.device import Device
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from tests.clouds import cloud_scene, puff
@@ -193,9 +192,9 @@ def objects_of(renderer):
 def test_no_object_is_made_once_the_ring_is_full(queries, monkeypatch):
     """Also where a GPU's queries tell the time, which are read a frame later as well."""
     counts = []
-    if queries:
-        monkeypatch.setattr(Device, "software", False)
     with make_renderer((16, 12), count_fragments=True) as renderer:
+        if queries:
+            monkeypatch.setattr(renderer._device, "software", False)
         for frame in renderer.render_many(Moving(ball_scene(5)), range(22), ("color", "depth")):
             counts.append(objects_of(renderer))
             assert frame.shaded > 0
