@@ -24,7 +24,7 @@ Float64 = NDArray[np.float64]
 
 MOST_NAMES = 4
 """Of materials in a reason."""
-ZONES = 8
+ZONES = 4
 """Depths that draws are cut at, so that what is near in one hides what is far in another."""
 SHARE = 32
 """Instances in view for each zone, and two groups of many: what one draw draws is in order by itself."""
