@@ -6,6 +6,7 @@ from float64 to float32 happen here, in `uploads` and in `light_rows`, nowhere e
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,7 @@ def binding(block: str) -> int:
     return _BINDINGS[block]
 
 
+@cache
 def block_dtype(block: str) -> np.dtype[Any]:
     """The NumPy dtype of a block: four float32 a field."""
     return np.dtype([(name, np.float32, 4) for name, _ in BLOCKS[block]])

@@ -6,6 +6,7 @@ shader loops over all lights. Only the fields that a variant asks for are there.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,7 +73,12 @@ def record_fields(record: str, defines: dict[str, int]) -> tuple[Field, ...]:
 
 def record_dtype(record: str, defines: dict[str, int]) -> np.dtype[Any]:
     """The NumPy dtype of a variant's record, by the names of its attributes."""
-    return np.dtype([(f"in_{field.name}", np.float32, 4) for field in record_fields(record, defines)])
+    return _dtype_of(record_fields(record, defines))
+
+
+@cache
+def _dtype_of(fields: tuple[Field, ...]) -> np.dtype[Any]:
+    return np.dtype([(f"in_{field.name}", np.float32, 4) for field in fields])
 
 
 def record_glsl(record: str, defines: dict[str, int], stage: str) -> str:

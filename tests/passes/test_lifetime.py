@@ -138,6 +138,32 @@ def test_a_thousand_steady_frames_make_no_object():
         assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < 4 * 1024
 
 
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("forest", {"fireflies": 40}),
+        ("lightbulbs", {"columns": 6, "rows": 6, "sun": True}),
+        ("smoke", {}),
+        ("spheres", {"lights": 300}),
+    ],
+)
+def test_nothing_swallows_ctrl_c_in_a_steady_frame(name, parameters):
+    """NumPy asks Python about each entry of a dtype's list, and drops what is raised meanwhile."""
+    scene = build_scene(find_scene(name), **parameters)
+    called = set()
+    with make_renderer((32, 24)) as renderer:
+        for frame in range(2):
+            renderer.render(scene, frame / 24)
+        sys.setprofile(lambda frame, event, _: called.add(frame.f_code.co_name))
+        try:
+            for frame in renderer.render_many(scene, (2 / 24, 3 / 24)):
+                assert frame.color.any()
+        finally:
+            sys.setprofile(None)
+    assert "_draw_passes" in called
+    assert "npy_ctypes_check" not in called
+
+
 def test_two_renderers_take_turns(render):
     scene = ball_scene(20)
     alone = render(scene, None, (64, 48)).color

@@ -19,6 +19,8 @@ from firefly_sample.srgb import linear_to_srgb
 from tests.scenes import wall_scene
 
 SIZE = (64, 48)
+ODD = (65, 49)
+"""Has a sample in the middle, where a light that is less than a sample wide is."""
 
 
 def lit_wall(distance=10.0, reach=2.0, **lens):
@@ -28,8 +30,8 @@ def lit_wall(distance=10.0, reach=2.0, **lens):
     return scene
 
 
-def warnings_of(scene, outputs=("color",), capabilities=None, **settings):
-    return build_plan(scene, Settings(**settings), SIZE, outputs, capabilities=capabilities).warnings
+def warnings_of(scene, outputs=("color",), capabilities=None, size=SIZE, **settings):
+    return build_plan(scene, Settings(**settings), size, outputs, capabilities=capabilities).warnings
 
 
 # --- The law ---
@@ -146,7 +148,7 @@ def test_half_floats_say_where_they_end(aside):
 def test_parallel_rays_err_by_what_lies_between_the_planes():
     scene = lit_wall(reach=0.1)
     scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1, far=1e6)
-    (line,) = warnings_of(scene, position="depth24")
+    (line,) = warnings_of(scene, position="depth24", size=ODD)
     assert "planes 1e+06 apart" in line
     assert "move the near plane" not in line
     scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1, far=100)
@@ -154,12 +156,13 @@ def test_parallel_rays_err_by_what_lies_between_the_planes():
 
 
 def test_lights_too_small_for_any_method_say_so():
-    (line,) = warnings_of(lit_wall(1e6, 240.0, near=1.0, far=1e7))
+    (line,) = warnings_of(lit_wall(1e6, 240.0, near=1.0, far=1e7), size=ODD)
     assert line.startswith("position=linear32f: at 1e+06 units, a position errs by about 0.45 units")
     assert line.endswith(
         "use position=depth32f, which is off by 0.18"
     )  # a reversed depth buffer has a digit more
-    (line,) = warnings_of(lit_wall(1e6, 0.5, near=1.0, far=1e7))
+    assert warnings_of(lit_wall(1e6, 240.0, near=1.0, far=1e7)) == ()  # no sample meets it: it lights nothing
+    (line,) = warnings_of(lit_wall(1e6, 0.5, near=1.0, far=1e7), size=ODD)
     assert line.endswith("no method is finer: lights are small for how far away they are seen")
 
 
