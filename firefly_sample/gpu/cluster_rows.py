@@ -18,9 +18,9 @@ class ClusterLists(NamedTuple):
 
     Attributes
     ----------
-    slices : ndarray of uint32, shape (1, 2 * (`MOST_SLICES` + 1))
-        Of each slice, and behind the last: its nearer edge, as the bits of float32, and its first word. As
-        wide however many there are, so that the texture stays.
+    slices : ndarray of uint32, shape (1, `MOST_SLICES`, 4)
+        Of each slice: its nearer and its farther edge, as the bits of float32; its first word, and the next
+        slice's. As wide however many there are, so that the texture stays.
     number : int
         Of slices.
     words : ndarray of uint32, shape (rows, `TEXELS`)
@@ -42,12 +42,13 @@ def cluster_lists(clusters: Clusters, perspective: bool) -> ClusterLists:
     """The lists of a set's clusters."""
     grid = clusters.grid
     edges = grid.edges.astype(np.float32)
-    slices = np.zeros((MOST_SLICES + 1, 2), dtype=np.uint32)
-    slices[: len(edges), 0], slices[: len(edges), 1] = edges.view(np.uint32), clusters.first
+    bits, first = edges.view(np.uint32), clusters.first
+    slices = np.zeros((1, MOST_SLICES, 4), dtype=np.uint32)
+    slices[0, : grid.slices] = np.stack([bits[:-1], bits[1:], first[:-1], first[1:]], axis=1)
     low, high = (math.log2(edge) if perspective else edge for edge in (grid.edges[0], grid.edges[-1]))
     scale = grid.slices / (high - low)
     return ClusterLists(
-        slices.reshape(1, -1),
+        slices,
         grid.slices,
         clusters.texels.reshape(-1, TEXELS),
         (grid.tile, *grid.tiles, clusters.words.shape[2]),

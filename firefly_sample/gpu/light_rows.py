@@ -2,9 +2,9 @@
 
 A float32 rounds a place 300 units away by up to 1.5e-5, which shows beside a light a quarter of a unit from
 a surface. A light's place is therefore sent in two ways: as it is, for its volume; and as the pixel at which
-the camera sees it, in two float32. A surface's own pixel is a small number that float32 holds exactly, so the
-difference of the two keeps its digits however near they are; times the width of a pixel at the light's
-distance it is the way to the light across the view.
+the camera sees it, in a float32 and 256ths of its last digit. A surface's own pixel is a small number that
+float32 holds exactly, so the difference of the two keeps its digits however near they are; times the width
+of a pixel at the light's distance it is the way to the light across the view.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ SHADOW_TEXELS = 5
 """Of a shadow map: three rows of view-to-light; scales and the depth's constants; its tile."""
 LARGEST = 3e38
 """What float32 holds."""
+MIDDLE = 128.0
+"""Of a byte: what stands for no step."""
 SMALLEST_DOT = 1.0
 """Radius in pixels."""
 PROXY_MARGIN = 1e-4
@@ -93,6 +95,21 @@ def _padded(values: Float64) -> Float64:
     return np.pad(values, ((0, 0), (0, 4 - values.shape[1])))
 
 
+def _rests(values: Float64) -> Float64:
+    """What float32 takes of numbers, to 256ths of their last digit: what fits where it is packed."""
+    return np.asarray(_steps(values) * _step(values))
+
+
+def _steps(values: Float64) -> Float64:
+    """How many 256ths of the last digit float32 takes: the twin of shaders/include/rests.glsl."""
+    steps = np.rint((values - _rounded(values)) / _step(values))
+    return np.asarray(np.clip(steps, -MIDDLE, MIDDLE - 1.0))
+
+
+def _step(values: Float64) -> Float64:
+    return np.spacing(np.abs(values).astype(np.float32)).astype(np.float64) / 256.0
+
+
 def _rounded(values: Float64) -> Float64:
     """As float32 holds them."""
     return values.astype(np.float32).astype(np.float64)
@@ -103,7 +120,12 @@ def _place(lights: LightSet, view: View) -> Float64:
 
 
 def _pixel(lights: LightSet, view: View) -> Float64:
-    """Where the light would be seen at the distance that the shader takes: its own, or the near plane's."""
+    pixels = _seen_pixels(lights, view)
+    return _beside(_rounded(pixels), _rests(pixels))
+
+
+def _seen_pixels(lights: LightSet, view: View) -> Float64:
+    """Where lights would be seen at the distance that shaders take, their own or the near plane's; (n, 2)."""
     distance = np.ones(len(lights))
     if view.lens.perspective:
         distance = np.maximum(_rounded(lights.positions[:, 1]), float(np.float32(view.near)))
@@ -111,13 +133,11 @@ def _pixel(lights: LightSet, view: View) -> Float64:
     offsets = np.array([view.lens.x_offset, view.lens.z_offset])
     with np.errstate(over="ignore"):
         pixels = lights.positions[:, [0, 2]] / distance[:, None] / slopes + half * (1.0 + offsets)
-    pixels = np.clip(pixels, -LARGEST, LARGEST)
-    return _beside(_rounded(pixels), pixels - _rounded(pixels))
+    return np.asarray(np.clip(pixels, -LARGEST, LARGEST))
 
 
 def _color(lights: LightSet, view: View) -> Float64:
-    y = lights.positions[:, 1]
-    return _beside(lights.colors, y - _rounded(y))
+    return _beside(lights.colors, _rests(lights.positions[:, 1]))
 
 
 def _fade(lights: LightSet, view: View) -> Float64:
@@ -142,9 +162,26 @@ def _cone(lights: LightSet, view: View) -> Float64:
     return _beside(steep[:, None], exponent, height, tangent * (1.0 + PROXY_MARGIN) + PROXY_MARGIN)
 
 
+def _seen(lights: LightSet, view: View) -> Float64:
+    return _beside(_as_seen(lights, view), lights.reaches)
+
+
+def _tint(lights: LightSet, view: View) -> Float64:
+    steps = _steps(_as_seen(lights, view))
+    return _beside(lights.colors, (steps + MIDDLE) @ (1.0, 256.0, 65536.0))
+
+
+def _as_seen(lights: LightSet, view: View) -> Float64:
+    """Pixel across, distance and pixel up, shape (n, 3)."""
+    across, up = _seen_pixels(lights, view).T
+    return np.stack([across, lights.positions[:, 1], up], axis=1)
+
+
 _COLUMNS: dict[str, Callable[[LightSet, View], Float64]] = {
     "place": _place,
     "pixel": _pixel,
+    "seen": _seen,
+    "tint": _tint,
     "color": _color,
     "specular": lambda lights, _: _padded(lights.specular_colors),
     "fade": _fade,

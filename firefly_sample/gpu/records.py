@@ -37,8 +37,10 @@ class Field(NamedTuple):
 
 
 _PLACE = Field("place", "", "centre in view space, reach")
-_PIXEL = Field("pixel", "", "where the centre is seen, pixels across and up: two float32 of each")
+_PIXEL = Field("pixel", "", "where the centre is seen, pixels across and up, and what float32 took of them")
 _COLOR = Field("color", "", "linear colour, rest of the centre's y that float32 took")
+_SEEN = Field("seen", "", "pixel across where the centre is seen, its distance, pixel up; reach")
+_TINT = Field("tint", "", "linear colour; what float32 took of seen: shaders/include/rests.glsl")
 _SPECULAR = Field("specular", "HIGHLIGHTS", "linear colour of highlights")
 _FADE = Field("fade", "FALLOFF", "constant, linear, quadratic; 1/max distance, 0 without one")
 _AXIS = Field("axis", "", "where it shines, unit vector; 1 - cos of the outer half-angle")
@@ -49,6 +51,8 @@ _SHADOW = Field("shadow", "TAPS", "first shadow map, how many")
 
 ROW = 256
 """Records in a row of their texture: a power of two, which shaders need not divide by."""
+_STORED = defines_of(LightVariant(position="matrix"))["POSITION"]
+"""From this method on, a shader compares places."""
 _FETCHED = {defines_of(LightVariant(method=method))["METHOD"] for method in ("loop", "clustered")}
 """Methods whose shaders fetch lights by their number."""
 
@@ -67,8 +71,23 @@ RECORD_OF_KIND: dict[LightKind, str] = {
 
 
 def record_fields(record: str, defines: dict[str, int]) -> tuple[Field, ...]:
-    """The fields of a record that a variant has."""
+    """The fields of a record as it is sent to a variant's shader."""
+    fields = _light_fields(record, defines)
+    return (_SEEN, _TINT, *fields[3:]) if _is_packed(fields, defines) else fields
+
+
+def _light_fields(record: str, defines: dict[str, int]) -> tuple[Field, ...]:
+    """The fields of ``Light`` in a variant's shader."""
     return tuple(field for field in RECORDS[record] if not field.needs or defines.get(field.needs, 0))
+
+
+def _is_packed(fields: tuple[Field, ...], defines: dict[str, int]) -> bool:
+    """Whether place, pixel and colour are sent in two texels: where shaders fetch lights a texel is dear.
+
+    What is left out is the place across the view, which only stored positions are compared with.
+    """
+    fetched = defines.get("METHOD") in _FETCHED
+    return fetched and fields[0] is _PLACE and defines.get("POSITION", _STORED) < _STORED
 
 
 def record_dtype(record: str, defines: dict[str, int]) -> np.dtype[Any]:
@@ -90,7 +109,7 @@ def record_glsl(record: str, defines: dict[str, int], stage: str) -> str:
         A vertex shader gets attributes ``in_<name>`` and `send_light`, which hands them on; a fragment shader
         the struct `Light` and `receive_light` or, where one shader walks many lights, `fetch_light`.
     """
-    fields = record_fields(record, defines)
+    fields = _light_fields(record, defines)
     names = [field.name for field in fields]
     loops = defines.get("METHOD") in _FETCHED
     if stage == "vert":
@@ -102,18 +121,28 @@ def record_glsl(record: str, defines: dict[str, int], stage: str) -> str:
         return "\n".join([*lines, f"void send_light() {{{sent} }}"])
     lines = ["struct Light {", *(f"    vec4 {field.name};  // {field.what}" for field in fields), "};"]
     if loops:
-        texels = ", ".join(f"texelFetch(u_lights, at + ivec2({k}, 0), 0)" for k in range(len(fields)))
-        return "\n".join(
-            [
-                *lines,
-                f"uniform sampler2D u_lights;  // {len(fields)} texels a light",
-                "uniform int u_light_count;",
-                "Light fetch_light(int i) {",
-                f"    ivec2 at = ivec2({len(fields)} * (i & {ROW - 1}), i >> {ROW.bit_length() - 1});",
-                f"    return Light({texels});",
-                "}",
-            ]
-        )
+        return "\n".join([*lines, *_fetch_light(record_fields(record, defines), fields)])
     lines += [f"flat in vec4 v_{name};" for name in names]
     received = ", ".join(f"v_{name}" for name in names)
     return "\n".join([*lines, f"Light receive_light() {{ return Light({received}); }}"])
+
+
+def _fetch_light(texels: tuple[Field, ...], fields: tuple[Field, ...]) -> list[str]:
+    """The lines of `fetch_light`: what is sent as texels, as the fields of ``Light``."""
+    values, rest = [field.name for field in fields], []
+    if texels[0] is _SEEN:
+        rest = ["    vec3 rest = rests(seen.xyz, tint.w);"]
+        values[:3] = "vec4(0.0, seen.y, 0.0, seen.w)", "vec4(seen.xz, rest.xz)", "vec4(tint.rgb, rest.y)"
+    return [
+        f"uniform sampler2D u_lights;  // {len(texels)} texels a light",
+        "uniform int u_light_count;",
+        "Light fetch_light(int i) {",
+        f"    ivec2 at = ivec2({len(texels)} * (i & {ROW - 1}), i >> {ROW.bit_length() - 1});",
+        *(
+            f"    vec4 {field.name} = texelFetch(u_lights, at + ivec2({k}, 0), 0);"
+            for k, field in enumerate(texels)
+        ),
+        *rest,
+        f"    return Light({', '.join(values)});",
+        "}",
+    ]

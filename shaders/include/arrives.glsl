@@ -1,6 +1,7 @@
 // Provides Light and arrives, which says whether a light comes to a surface, from where, and how much of it.
 // KIND 1: directional lights. KIND 2: point lights. KIND 3: spotlights; diffuse light and highlights fade alike.
 #include "include/phong.glsl"
+#include "include/rests.glsl"
 #if KIND == 1
 #record DirectionalLight
 #elif KIND == 2

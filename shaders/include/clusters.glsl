@@ -2,7 +2,7 @@
 // A cell has a bit for each light of its depth slice: firefly_sample/plan/clusters.py.
 // Float64 twin: firefly_sample/reference/clusters.py
 
-uniform usampler2D u_slices;  // of each slice its nearer edge and its first word: firefly_sample/gpu/cluster_rows.py
+uniform usampler2D u_slices;  // of each slice both edges, its first word and the next one's: gpu/cluster_rows.py
 uniform int u_slice_count;
 uniform usampler2D u_words;
 uniform ivec4 u_tiling;       // samples along a tile's side, tiles across and up, words a tile
@@ -17,16 +17,6 @@ struct Cell {
 uint word_at(int i)
 {
     return texelFetch(u_words, ivec2(i & 2047, i >> 11), 0).r;
-}
-
-float slice_edge(int k)
-{
-    return uintBitsToFloat(texelFetch(u_slices, ivec2(2 * k, 0), 0).r);
-}
-
-int first_word(int k)
-{
-    return int(texelFetch(u_slices, ivec2(2 * k + 1, 0), 0).r);
 }
 
 ivec2 tile_of(Surface s)
@@ -52,13 +42,15 @@ Cell find_cell(Surface s)
     float guess = log2(s.y) * u_slicing.x + u_slicing.y;
 #endif
     int k = clamp(int(floor(guess)), 0, slices - 1);
+    uvec4 slice = texelFetch(u_slices, ivec2(k, 0), 0);
     // drivers' logarithms differ in their last digits: the edges themselves decide
-    if (s.y < slice_edge(k))
+    if (s.y < uintBitsToFloat(slice.x))
         --k;
-    else if (k + 1 < slices && s.y >= slice_edge(k + 1))
+    else if (k + 1 < slices && s.y >= uintBitsToFloat(slice.y))
         ++k;
+    slice = texelFetch(u_slices, ivec2(k, 0), 0);
     ivec2 tile = tile_of(s);
-    return Cell(first_word(k), first_word(k + 1), (tile.y * u_tiling.y + tile.x) * u_tiling.w);
+    return Cell(int(slice.z), int(slice.w), (tile.y * u_tiling.y + tile.x) * u_tiling.w);
 }
 
 // The number of a word's next light; the word's bits are taken off one by one.

@@ -12,7 +12,8 @@ void carry_sums(int word)
     radiance_carried += radiance_sum;
     light_carried += light_sum;
     radiance_sum = light_sum = vec3(0.0);
-    if ((word & 31) == 31) {
+    // a loop of one turn, which drivers on a CPU leave out, where an if is computed and thrown away
+    for (bool full = (word & 31) == 31; full; full = false) {
         radiance_all += radiance_carried;
         light_all += light_carried;
         radiance_carried = light_carried = vec3(0.0);

@@ -154,7 +154,7 @@ def view_of(lens, size=(800, 600)):
         OrthographicLens(film_size=(40, 30), near=-10, far=500, film_offset=(3, 1)),
     ],
 )
-def test_two_float32_hold_where_a_light_is_seen_to_48_bits(lens):
+def test_a_float32_and_a_rest_hold_where_a_light_is_seen_to_31_bits(lens):
     """What the shader adds up from them is the place across the view, to far more than a float32 has."""
     rng = np.random.default_rng(0)
     positions = rng.normal(size=(500, 3)) * 10.0 ** rng.uniform(-2, 4, (500, 1))
@@ -164,13 +164,51 @@ def test_two_float32_hold_where_a_light_is_seen_to_48_bits(lens):
     assert np.array_equal(place[:, :3], positions.astype(np.float32))
     seen = pixel[:, :2] + pixel[:, 2:]
     y = place[:, 1] + color[:, 3]
-    assert np.abs(y - positions[:, 1]).max() <= 2.0**-48 * np.abs(positions[:, 1]).max()
+    assert (np.abs(y - positions[:, 1]) <= 2.0**-31 * np.abs(positions[:, 1])).all()
     distance = np.maximum(place[:, 1], np.float32(view.near)) if view.lens.perspective else np.ones(500)
     slopes, half = np.array(pixel_slopes(view)), np.array(view.size) / 2
     offset = half * (1 + np.array([view.lens.x_offset, view.lens.z_offset]))
     across = (seen - offset) * slopes * distance[:, None]
     error = np.abs(across - positions[:, [0, 2]])
-    assert (error <= 2.0**-47 * (np.abs(seen) + offset) * slopes * distance[:, None]).all()
+    assert (error <= 2.0**-31 * (np.abs(seen) + 2.0**-15 * offset) * slopes * distance[:, None]).all()
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        PerspectiveLens(fov=60, near=0.5, far=1e4, film_offset=(0.2, -0.1)),
+        OrthographicLens(film_size=(40, 30), near=-10, far=500, film_offset=(3, 1)),
+    ],
+)
+def test_where_shaders_fetch_lights_a_number_holds_what_float32_took_of_three(lens):
+    """Decoded here by arithmetic, as shaders/include/rests.glsl does by bits; the same as in attributes."""
+    rng = np.random.default_rng(1)
+    positions = rng.normal(size=(500, 3)) * 10.0 ** rng.uniform(-2, 4, (500, 1))
+    view, lights = view_of(lens), lights_at(positions, reaches=rng.uniform(1, 9, 500))
+    fetched = {"METHOD": 4, "POSITION": 0}
+    assert [field.name for field in record_fields("PointLight", fetched)] == ["seen", "tint"]
+    seen, tint = light_rows("PointLight", fetched, lights, view).astype(np.float64).transpose(1, 0, 2)
+    place, pixel, color = (
+        light_rows("PointLight", {"METHOD": 0}, lights, view).astype(np.float64).transpose(1, 0, 2)
+    )
+    assert np.array_equal(seen, np.stack([pixel[:, 0], place[:, 1], pixel[:, 1], place[:, 3]], axis=1))
+    assert np.array_equal(tint[:, :3], color[:, :3])
+    packed = tint[:, 3]
+    assert np.array_equal(packed, np.floor(packed))
+    steps = np.stack([packed % 256, packed // 256 % 256, packed // 65536], axis=1) - 128
+    assert steps.min() == -128
+    assert steps.max() == 127
+    rest = steps / 256 * 2.0 ** (np.floor(np.log2(np.abs(seen[:, :3]))) - 23)
+    assert np.array_equal(rest, np.stack([pixel[:, 2], color[:, 3], pixel[:, 3]], axis=1))
+
+
+def test_a_light_in_the_middle_and_one_beyond_all_numbers_have_no_rest():
+    view = view_of(PerspectiveLens(fov=60, near=0.5, far=1e4), size=(2, 2))
+    lights = lights_at(np.array([(0.0, 8.0, 0.0), (1e38, 1.0, 0.0)]))
+    rows = light_rows("PointLight", {"METHOD": 4, "POSITION": 0}, lights, view)
+    assert np.isfinite(rows[:, :, :3]).all()
+    assert rows[0, 0, :3].tolist() == [1.0, 8.0, 1.0]
+    assert rows[0, 1, 3] == 128 * (1 + 256 + 65536)
 
 
 def test_records_have_only_what_a_variant_asks_for():
