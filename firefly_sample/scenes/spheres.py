@@ -39,6 +39,11 @@ REACH = 3.2
 """How far each light reaches, in scene units."""
 HEIGHTS = 0.4, 2.4
 """Of the lights above the ground."""
+SPREAD = 1.0 / 1.32471795724474602596, 1.0 / 1.32471795724474602596**2, 0.5 * (5.0**0.5 - 1.0)
+"""From one light's home to the next one's, as shares of the ground and of the heights: over the ground the
+additive recurrence of M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018, in height
+the golden ratio's. However many lights there are, those that are added lie as evenly as the others, and each
+reaches as many pixels, within 1 %; of random places, some hundreds more are up to 6 % out."""
 EYE, FOV = (0.0, -24.0, 14.0), 45.0
 """The angle is up and down, whatever the picture's shape: a lens of one angle is square, and a frame keeps
 its vertical angle."""
@@ -71,7 +76,7 @@ _PARAMETERS = (
         "seed",
         int,
         7,
-        "Which lights: every random number about light k comes from (seed, k).",
+        "Which lights: where light k is, and its colour, comes from (seed, k).",
         minimum=0,
         maximum=2**63 - 1,
     ),
@@ -101,13 +106,15 @@ class _Lights:
 
     def __init__(self, seed: int, count: int) -> None:
         self.seed, self.count = seed, count
-        u = uniform(seed, np.arange(6)[:, None], np.arange(count)[None, :])
+        k = np.arange(count)
+        first = uniform(seed, np.arange(3), 0)
         low, high = HEIGHTS
-        self._home: Float64 = np.stack(
-            [SIDE * (u[0] - 0.5), SIDE * (u[1] - 0.5), low + (high - low) * u[2]], axis=1
-        )
-        self._start: Float64 = STEPS_A_SECOND * u[3]
-        self._colors = light_power(count) * _colors(self._home, u[4], u[5])
+        across = (first + np.multiply.outer(k, SPREAD)) % 1.0
+        self._home: Float64 = np.array([SIDE, SIDE, high - low]) * across
+        self._home += [-0.5 * SIDE, -0.5 * SIDE, low]
+        start, one, other = uniform(seed, np.arange(3, 6)[:, None], k)
+        self._start: Float64 = STEPS_A_SECOND * start
+        self._colors = light_power(count) * _colors(self._home, one, other)
 
     def at(self, time: float) -> tuple[Float64, Float64, float]:
         """Positions, colours and the reach of the lights at `time` (seconds).

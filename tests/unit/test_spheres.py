@@ -98,6 +98,17 @@ def test_more_lights_leave_the_first_ones_on_their_circles_and_only_dim_them():
     assert not (other.positions == few.positions).any()
 
 
+@pytest.mark.parametrize("seed", [7, 8, 2**40])
+def test_lights_that_are_added_reach_as_much_as_those_before(seed):
+    """Or what one light more costs would be luck: random places are up to 6 % out at such steps."""
+    homes = lights_of(spheres(lights=10_000, seed=seed)).positions
+    side = np.linspace(-SIDE / 2, SIDE / 2, 65)
+    ground = np.stack([*np.meshgrid(side, side), np.zeros((65, 65))], axis=-1).reshape(-1, 3)
+    reached = [(np.linalg.norm(ground - home, axis=1) < REACH).sum() for home in homes]
+    for first, end in pairwise((0, 256, 500, 1000, 4000, 10_000)):
+        assert np.mean(reached[first:end]) == pytest.approx(np.mean(reached), rel=0.01)
+
+
 def test_one_light_moves_from_each_frame_to_the_next():
     made = spheres(lights=50)
     frames = [lights_of(made, k / 24).positions for k in range(-60, 140)]
