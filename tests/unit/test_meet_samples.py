@@ -72,10 +72,12 @@ def test_no_light_is_left_out_that_a_line_of_sight_meets(lens, seed, spots):
                 found |= inside & seen
     assert not (found & ~met).any()
     if not spots:  # what is neither wide enough nor near a centre is left out: little is kept in vain
-        aside = np.maximum(*(np.abs(place - np.floor(place) - 0.5) for place in (column, row)))
         slant = np.linalg.norm(places, axis=1) / np.abs(y) if view.lens.perspective else 1.0
         safe = reaches + ROUNDING * np.abs(places).max(axis=1)
-        narrow = 1.05 * slant * safe / sample + 0.1 < aside
+        high = sample * view.lens.a * SIZE[0] / (view.lens.c * SIZE[1])  # a sample may be wider than high
+        narrow = np.zeros(n, dtype=bool)
+        for place, size in ((column, sample), (row, high)):
+            narrow |= 1.05 * slant * safe / size + 0.1 < np.abs(place - np.floor(place) - 0.5)
         distant = 1e3 * safe < np.abs(y) if view.lens.perspective else True
         assert not met[narrow & distant].any()
         assert (narrow & distant).sum() > 20
