@@ -32,9 +32,9 @@ void main()
 {
     Cell cell = find_cell(read_place(ivec2(gl_FragCoord.xy)));
     o_overdraw = 0.0;
-    for (int word = cell.word; word < cell.end; ++word)
-        for (uint bits = word_at(cell.base + word); bits != 0u; bits &= bits - 1u)
-            o_overdraw += 1.0;
+    for (int word = cell.word; word < cell.end; word += 4)
+        for (uvec4 bits = words_at(cell, word); bits != uvec4(0u); bits &= bits - min(bits, 1u))
+            o_overdraw += dot(vec4(min(bits, 1u)), vec4(1.0));
 }
 
 #else

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import MOST_SLICES, TEXELS, Clusters
+from firefly_sample.plan.clusters import MOST_SLICES, TEXEL, Clusters, first_places
 
 __all__ = ["ClusterLists", "cluster_lists"]
 
@@ -23,9 +23,12 @@ class ClusterLists(NamedTuple):
         slice's. As wide however many there are, so that the texture stays.
     number : int
         Of slices.
-    words : ndarray of uint32, shape (rows, `TEXELS`)
-    tiling : (int, int, int, int)
-        Samples along a tile's side, tiles across and up, words a tile.
+    words : ndarray of uint32, shape (places, texels, 4)
+        A place is a row; four words are a texel.
+    tiling : (int, int, int)
+        Samples along a tile's side, tiles across and up.
+    places : (int, int, int, int)
+        The first one of columns of tiles, rows, rising and falling diagonals.
     slicing : (float, float, float, float)
         From log2 of the distance, orthographic from the distance, to the number of a slice; the first and
         the last edge.
@@ -34,7 +37,8 @@ class ClusterLists(NamedTuple):
     slices: NDArray[np.uint32]
     number: int
     words: NDArray[np.uint32]
-    tiling: tuple[int, int, int, int]
+    tiling: tuple[int, int, int]
+    places: tuple[int, int, int, int]
     slicing: tuple[float, float, float, float]
 
 
@@ -50,7 +54,8 @@ def cluster_lists(clusters: Clusters, perspective: bool) -> ClusterLists:
     return ClusterLists(
         slices,
         grid.slices,
-        clusters.texels.reshape(-1, TEXELS),
-        (grid.tile, *grid.tiles, clusters.words.shape[2]),
+        clusters.words.reshape(len(clusters.words), -1, TEXEL),
+        (grid.tile, *grid.tiles),
+        first_places(grid.tiles)[:4],
         (scale, -low * scale, float(edges[0]), float(edges[-1])),
     )

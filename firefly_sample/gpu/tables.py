@@ -19,7 +19,7 @@ class Tables:
         self._kept: dict[str, moderngl.Texture] = {}
 
     def write(self, name: str, texels: NDArray[Any]) -> moderngl.Texture:
-        """The texture of that name with these texels, its first rows; what else is in it is not for reading.
+        """The texture of that name with these texels in its corner; what else is in it is not for reading.
 
         Parameters
         ----------
@@ -31,17 +31,19 @@ class Tables:
         kept = self._kept.get(name)
         if (
             kept is None
+            or (kept.components, kept.dtype) != (components, dtype)
+            or kept.width < width
             or kept.height < height
-            or (kept.width, kept.components, kept.dtype)
-            != (
-                *(width, components),
-                dtype,
-            )
         ):
+            size = max(width, 1), max(height, 1)
             if kept is not None:
                 kept.release()
-                height = max(height, min(2 * height, self._ctx.info["GL_MAX_TEXTURE_SIZE"]))
-            kept = self._ctx.texture((width, max(height, 1)), components, dtype=dtype)
+                most = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
+                size = tuple(
+                    max(new, min(2 * new, most)) if new > old else old
+                    for new, old in zip(size, kept.size, strict=True)
+                )
+            kept = self._ctx.texture(size, components, dtype=dtype)
             kept.filter = moderngl.NEAREST, moderngl.NEAREST
             self._kept[name] = kept
         if texels.size:

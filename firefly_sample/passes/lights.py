@@ -190,7 +190,12 @@ def draw_clustered(
         "u_slices": gpu.tables.write(f"slices {key}", lists.slices),
         "u_words": gpu.tables.write(f"words {key}", lists.words),
     }
-    uniforms = {"u_slice_count": lists.number, "u_tiling": lists.tiling, "u_slicing": lists.slicing}
+    uniforms = {
+        "u_slice_count": lists.number,
+        "u_slicing": lists.slicing,
+        "u_tiling": lists.tiling,
+        "u_places": lists.places,
+    }
     program.use(uniforms, textures | tables)
     gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
 

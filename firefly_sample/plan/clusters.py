@@ -2,13 +2,15 @@
 
 The view is cut into tiles of some pixels a side and into slices of depth; a tile's part of a slice is a
 cell. For each slice the lights that reach it are numbered; a cell has one bit for each of them, thirty-two
-to a word. Nothing is sorted, no cell has a limit, and what a cell holds is made by a few operations on whole
-arrays: a light's part of a slice lies between two columns of tiles, two rows, and two diagonals of either
-kind, so that a cell's words are its column's, its row's and its diagonals' words, all of them "and"ed.
+to a word. A light's part of a slice lies between two columns of tiles, two rows, and two diagonals of either
+kind, so that a cell's words are its column's, its row's and its diagonals' words, all of them "and"ed. Only
+these lines have words, which a shader "and"s: no cell has words of its own, so that cells may be small.
 
     row 2   . . # # . .        column and row alone would keep the corners of the
     row 1   . # # # # .        rectangle around a round light: a fifth of its area;
     row 0   . . # # . .        the diagonals cut them off
+
+Nothing is sorted, no cell has a limit, and a few operations on whole arrays make all words.
 
 What is kept is never too little: bounds are those of the whole part of a slice, and a little more than
 float64 and a shader's float32 may be off.
@@ -32,12 +34,14 @@ from firefly_sample.plan.view import View
 __all__ = [
     "BITS",
     "MOST_SLICES",
-    "TEXELS",
+    "TEXEL",
     "TILE",
     "Clusters",
     "Grid",
     "common_range",
     "find_clusters",
+    "first_places",
+    "lines_of",
     "make_grid",
     "plan_clusters",
 ]
@@ -47,21 +51,21 @@ Spans = tuple[Float64, Float64]
 
 BITS = 32
 """Of a word."""
-TILE = 16
-"""Samples along a tile's side; a power of two, so that a shader divides exactly. Half of it where a picture's
-shorter side has fewer than `FEWEST` of them: lights are small there, too."""
-FEWEST = 25
+TILE = 8
+"""Samples along a tile's side; a power of two, so that a shader divides exactly."""
 MOST_SLICES = 96
-DEPTH = 1.5
-"""A slice is about as deep as this many tiles are wide."""
-MOST_WORDS = 1 << 23
-"""Where there would be more, 32 MiB to make and upload each frame, cells are made larger."""
+DEPTH = 0.04
+"""A slice is about as deep as this share of the picture's shorter side is wide, whatever its size."""
+MOST_WORDS = 1 << 22
+"""Where there would be more, 16 MiB to make and upload each frame, cells are made larger."""
 MOST_RECORDS = 1 << 20
 """Bits, each of which has its light's record in a table: 48 MiB of most lights."""
 THINNEST = 1e-5
 """Of the distance: a slice's depth, so that edges are some float32 apart and a logarithm finds them."""
-TEXELS = 2048
-"""The words' texture is so wide."""
+TEXEL = 4
+"""Words that a shader fetches at once."""
+MOST_A_LINE = TEXEL * 4096
+"""Words of a line of tiles, which are a row of a texture: every driver has such."""
 SLACK = 1e-3
 """Of the distances of what is in view: what a rasterizer may be off where it is steep."""
 AT_ONCE = 8192
@@ -105,13 +109,12 @@ class Clusters:
     lights : LightSet
     grid : Grid
     first : ndarray of int64, shape (slices + 1,)
-        The first word of each slice.
+        The first word of each slice, a multiple of `TEXEL`.
     members : ndarray of int32, shape (32 * words,)
         The light of each bit, an index into the set; 0 for bits that no cell has.
-    words : ndarray of uint32, shape (rows of tiles, columns of tiles, words)
-        A cell's bits are those of its tile, between its slice's first word and the next slice's.
-    texels : ndarray of uint32, shape (m,)
-        The same memory, filled up to whole rows of `TEXELS`.
+    words : ndarray of uint32, shape (places, words)
+        By column of tiles, row, rising and falling diagonal, one after the other; `lines_of` says where. A
+        cell's words are those of its four lines, "and"ed, from its slice's first word to the next slice's.
     """
 
     lights: LightSet
@@ -119,7 +122,6 @@ class Clusters:
     first: NDArray[np.int64]
     members: NDArray[np.int32]
     words: NDArray[np.uint32]
-    texels: NDArray[np.uint32]
 
 
 def plan_clusters(
@@ -150,19 +152,19 @@ def make_grid(sets: Sequence[LightSet], view: View, nearest: float, farthest: fl
     perspective = view.lens.perspective
     low, high = _widened(*common_range(sets, view, nearest, farthest), perspective)
     spans = [_in_range(lights.spans, low, high, perspective) for lights in sets]
-    tile = TILE if min(view.size) >= FEWEST * TILE else TILE // 2
-    depth, most = DEPTH, MOST_SLICES
+    tile, depth, most, deeper = TILE, DEPTH, MOST_SLICES, True
     while True:
         grid = _cut(view, low, high, tile, depth, most)
-        words = sum(-(-_count(*span, grid.slices) // BITS) + grid.slices for span in spans)
-        fits = words * math.prod(grid.tiles) <= MOST_WORDS and BITS * words <= MOST_RECORDS
-        if fits or (grid.tiles == (1, 1) and grid.slices == 1):
+        words = [-(-_count(*span, grid.slices) // BITS) + TEXEL * grid.slices for span in spans]
+        fits = sum(words) * first_places(grid.tiles)[-1] <= MOST_WORDS and BITS * sum(words) <= MOST_RECORDS
+        if (fits and max(words) <= MOST_A_LINE) or (grid.tiles == (1, 1) and grid.slices == 1):
             return grid
-        # in turn, to keep cells in shape: twice as deep is half as many words, twice as wide a quarter
-        if depth < 2.0 * DEPTH:
+        # in turn, to keep cells in shape: twice as deep or as wide is half as many words
+        if deeper:
             depth, most = 2.0 * depth, max(most // 2, 1)
         else:
-            tile, depth = 2 * tile, DEPTH
+            tile *= 2
+        deeper = not deeper
 
 
 def common_range(
@@ -195,14 +197,14 @@ def _widened(low: float, high: float, perspective: bool) -> tuple[float, float]:
 
 def _cut(view: View, low: float, high: float, tile: int, depth: float, most: int) -> Grid:
     across, up = view.size
-    wide = 2.0 * tile / (across * view.lens.a)
+    wide = depth * 2.0 / max(view.lens.a, view.lens.c)
     if view.lens.perspective:
         deep = math.log(high / low)
-        slices = _number(deep / (depth * wide), deep / THINNEST, most)
+        slices = _number(deep / wide, deep / THINNEST, most)
         edges = low * (high / low) ** (np.arange(slices + 1) / slices)
     else:
         thinnest = THINNEST * max(abs(low), abs(high))
-        slices = _number((high - low) / (depth * wide), (high - low) / thinnest, most)
+        slices = _number((high - low) / wide, (high - low) / thinnest, most)
         edges = np.linspace(low, high, slices + 1)
     return Grid(tile, (-(-across // tile), -(-up // tile)), edges.astype(np.float32).astype(np.float64))
 
@@ -245,13 +247,13 @@ def find_clusters(lights: LightSet, grid: Grid, view: View) -> Clusters:
     order = np.argsort(slice_of.astype(np.uint8 if slices <= 256 else np.uint16), kind="stable")
     light, slice_of = light[order], slice_of[order]
     inside = np.bincount(slice_of, minlength=slices)
-    first_word = np.concatenate([[0], np.cumsum(-(-inside // BITS))])
-    # where each light of a slice is among the bits: slices begin with a whole word
+    first_word = np.concatenate([[0], np.cumsum(-(-inside // (BITS * TEXEL)))]) * TEXEL
+    # where each light of a slice is among the bits: slices begin with a whole texel
     bit = np.arange(len(light)) - np.repeat(np.cumsum(inside) - inside - BITS * first_word[:-1], inside)
     members = np.zeros(BITS * first_word[-1], dtype=np.int32)
     members[bit] = light
-    texels, words = _words(lights, grid, view, light, slice_of, bit, int(first_word[-1]))
-    return Clusters(lights, grid, first_word, members, words, texels)
+    words = _words(lights, grid, view, light, slice_of, bit, int(first_word[-1]))
+    return Clusters(lights, grid, first_word, members, words)
 
 
 def _words(
@@ -262,10 +264,11 @@ def _words(
     slice_of: NDArray[Any],
     bit: NDArray[Any],
     number: int,
-) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """The texels and the words of `Clusters`, so many words a cell."""
+) -> NDArray[np.uint32]:
+    """The words of `Clusters`, so many a place."""
     columns, rows = grid.tiles
     (x, x0), (z, z0) = ((scale / grid.tile, center / grid.tile) for scale, center in pixel_scales(view))
+    *firsts, places = first_places(grid.tiles)
     # along columns, rows, and the two diagonals: which way, where 0 is, how many places, how wide each is
     ways = (
         (x, 0.0, x0, columns, 1.0),
@@ -273,49 +276,36 @@ def _words(
         (x, z, x0 + z0, columns + rows - 1, 2.0),
         (x, -z, x0 - z0 + rows, columns + rows - 1, 2.0),
     )
-    tables = [np.zeros((count + 1, number), dtype=np.uint32) for _, _, _, count, _ in ways]
+    words = np.zeros((places, number), dtype=np.uint32)
+    flat = words.reshape(-1)
     for first in range(0, len(light), AT_ONCE):
         part = slice(first, first + AT_ONCE)
         near, far = grid.edges[slice_of[part]], grid.edges[slice_of[part] + 1]
         body = Bodies(lights, light[part], near, far, view.lens.perspective)
         word = bit[part] // BITS
         value = np.left_shift(np.uint32(1), (bit[part] % BITS).astype(np.uint32))
-        for table, (along_x, along_z, center, count, width) in zip(tables, ways, strict=True):
+        for place, (along_x, along_z, center, count, width) in zip(firsts, ways, strict=True):
             least, most = body.bounds(along_x, along_z)
             least += center - width - EDGE + 1.0
             most += center + EDGE + 1.0
-            start, end = (np.clip(places, 0.0, count).astype(np.intp) for places in (least, most))
-            _add(table, start, np.maximum(start, end), word, value)
-    column, row, rising, falling = (_summed(table) for table in tables)
-    padded = -(-rows * columns * number // TEXELS) * TEXELS
-    texels = np.empty(padded, dtype=np.uint32)
-    words = texels[: rows * columns * number].reshape(rows, columns, number)
-    for up, line in enumerate(words):  # a row of tiles at a time stays in cache
-        np.bitwise_and(row[up], column, out=line)
-        line &= rising[up : up + columns]
-        line &= falling[rows - 1 - up : rows - 1 - up + columns]
-    return texels, words
+            start, end = (np.clip(ends, 0.0, count).astype(np.intp) + place for ends in (least, most))
+            # added where a range starts and taken away where it ends: once each, so that nothing carries
+            np.add.at(flat, start * number + word, value)
+            np.subtract.at(flat, np.maximum(start, end) * number + word, value)
+    # where one kind of lines ends all bits have ended: the next begins with none
+    for before, after in pairwise(words):
+        after += before
+    return words
 
 
-def _add(
-    table: NDArray[np.uint32],
-    start: NDArray[np.intp],
-    end: NDArray[np.intp],
-    word: NDArray[Any],
-    value: NDArray[np.uint32],
-) -> None:
-    """Note where bits' ranges of places start and end, in a table that `_summed` makes words of.
-
-    A bit's value is added where its range starts and taken away where it ends. What is added once never
-    carries into the bit beside.
-    """
-    flat, number = table.reshape(-1), table.shape[1]
-    np.add.at(flat, start * number + word, value)
-    np.subtract.at(flat, end * number + word, value)
+def lines_of(grid: Grid, column: Any, row: Any) -> tuple[Any, Any, Any, Any]:
+    """The places of a tile's column, row, rising and falling diagonal among the words of `Clusters`."""
+    columns, rows, rising, falling, _ = first_places(grid.tiles)
+    up = grid.tiles[1] - 1 - row
+    return columns + column, rows + row, rising + column + row, falling + column + up
 
 
-def _summed(table: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    """For each place the words of those whose range holds it; in place, less the last, where all end."""
-    for before, place in pairwise(table):
-        place += before
-    return table[:-1]
+def first_places(tiles: tuple[int, int]) -> tuple[int, int, int, int, int]:
+    """Where columns, rows and both kinds of diagonals begin, each with one place more; then the end."""
+    columns, rows = tiles
+    return 0, columns + 1, columns + rows + 2, 2 * (columns + rows) + 2, 3 * (columns + rows) + 2

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import BITS, Clusters
+from firefly_sample.plan.clusters import BITS, Clusters, lines_of
 
-__all__ = ["cell_lights", "list_lengths"]
+__all__ = ["cell_lights", "cell_words", "list_lengths"]
 
 Float64 = NDArray[np.float64]
 
@@ -26,10 +27,11 @@ def list_lengths(
     y : ndarray of float64, shape (...,)
         Distances along the view axis; those that are not finite have no cell.
     """
-    words = clusters.words
+    grid = clusters.grid
+    columns, rows = grid.tiles
+    words = cell_words(clusters, np.arange(columns), np.arange(rows)[:, None])
     before = np.zeros((*words.shape[:2], words.shape[2] + 1), dtype=np.int64)
     np.cumsum(np.bitwise_count(words), axis=2, out=before[..., 1:])
-    grid = clusters.grid
     inside, k = _slice(clusters, y)
     tile = row // grid.tile, column // grid.tile
     lengths = before[(*tile, clusters.first[k + 1])] - before[(*tile, clusters.first[k])]
@@ -42,9 +44,16 @@ def cell_lights(clusters: Clusters, column: int, row: int, y: float) -> NDArray[
     if not inside:
         return np.zeros(0, dtype=np.int64)
     first, end = int(clusters.first[k]), int(clusters.first[k + 1])
-    words = clusters.words[row // clusters.grid.tile, column // clusters.grid.tile, first:end]
+    tile = clusters.grid.tile
+    words = cell_words(clusters, np.array(column // tile), np.array(row // tile))[first:end]
     bits = np.unpackbits(words.view(np.uint8), bitorder="little")
     return np.sort(clusters.members[BITS * first : BITS * end][bits.astype(bool)]).astype(np.int64)
+
+
+def cell_words(clusters: Clusters, column: NDArray[Any], row: NDArray[Any]) -> NDArray[np.uint32]:
+    """The words of some columns and rows of tiles, shape (..., words)."""
+    one, *others = (clusters.words[line] for line in lines_of(clusters.grid, column, row))
+    return functools.reduce(np.bitwise_and, others, one)
 
 
 def _slice(clusters: Clusters, y: Float64) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:

@@ -4,19 +4,23 @@
 
 uniform usampler2D u_slices;  // of each slice both edges, its first word and the next one's: gpu/cluster_rows.py
 uniform int u_slice_count;
-uniform usampler2D u_words;
-uniform ivec4 u_tiling;       // samples along a tile's side, tiles across and up, words a tile
+uniform usampler2D u_words;   // four to a texel, a row a place
+uniform ivec3 u_tiling;       // samples along a tile's side, tiles across and up
+uniform ivec4 u_places;       // the first of columns of tiles, rows, rising and falling diagonals
 uniform vec4 u_slicing;       // from log2 of the distance, orthographic the distance, to slices; first and last edge
 
 struct Cell {
-    int word;   // the next one
+    int word;      // its first
     int end;
-    int base;   // of this tile's words
+    ivec4 places;  // of its tile's column, row, rising and falling diagonal
 };
 
-uint word_at(int i)
+// Four words of a cell: the bits that all of its lines have.
+uvec4 words_at(Cell cell, int word)
 {
-    return texelFetch(u_words, ivec2(i & 2047, i >> 11), 0).r;
+    int i = word >> 2;
+    return texelFetch(u_words, ivec2(i, cell.places.x), 0) & texelFetch(u_words, ivec2(i, cell.places.y), 0)
+        & texelFetch(u_words, ivec2(i, cell.places.z), 0) & texelFetch(u_words, ivec2(i, cell.places.w), 0);
 }
 
 ivec2 tile_of(Surface s)
@@ -35,7 +39,7 @@ Cell find_cell(Surface s)
 {
     int slices = u_slice_count;
     if (!(s.y >= u_slicing.z && s.y <= u_slicing.w))
-        return Cell(0, 0, 0);  // what no light reaches, and the background
+        return Cell(0, 0, ivec4(0));  // what no light reaches, and the background
 #if ORTHOGRAPHIC
     float guess = s.y * u_slicing.x + u_slicing.y;
 #else
@@ -50,14 +54,17 @@ Cell find_cell(Surface s)
         ++k;
     slice = texelFetch(u_slices, ivec2(k, 0), 0);
     ivec2 tile = tile_of(s);
-    return Cell(int(slice.z), int(slice.w), (tile.y * u_tiling.y + tile.x) * u_tiling.w);
+    ivec4 along = ivec4(tile, tile.x + tile.y, tile.x + u_tiling.z - 1 - tile.y);
+    return Cell(int(slice.z), int(slice.w), u_places + along);
 }
 
-// The number of a word's next light; the word's bits are taken off one by one.
-int next_light(int word, inout uint bits)
+// The number of the next light of four words, whose bits are taken off one by one.
+int next_light(int word, inout uvec4 bits)
 {
-    uint lowest = bits & (~bits + 1u);
-    bits &= bits - 1u;
+    int i = bits.x != 0u ? 0 : bits.y != 0u ? 1 : bits.z != 0u ? 2 : 3;
+    uint one = bits.x != 0u ? bits.x : bits.y != 0u ? bits.y : bits.z != 0u ? bits.z : bits.w;
+    uint lowest = one & (~one + 1u);
+    bits ^= uvec4(equal(ivec4(i), ivec4(0, 1, 2, 3))) * lowest;
     int bit = int(floatBitsToUint(float(lowest)) >> 23) - 127;  // of a power of two, exactly
-    return 32 * word + bit;
+    return 32 * (word + i) + bit;
 }

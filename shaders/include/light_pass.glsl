@@ -25,11 +25,15 @@ void main()
         light_surface(s, fetch_light(i));
 #elif METHOD == 4
     Cell cell = find_cell(s);
-    for (int word = cell.word; word < cell.end; ++word) {
-        uint bits = word_at(cell.base + word);
-        while (bits != 0u)
-            light_surface(s, fetch_light(next_light(word, bits)));
-        carry_sums(word);
+    for (int word = cell.word; word < cell.end; word += 4) {
+        uvec4 bits = words_at(cell, word);
+        do {
+            for (int n = 0; n < 32 && bits != uvec4(0u); ++n)
+                light_surface(s, fetch_light(next_light(word, bits)));
+            carry_sums();
+        } while (bits != uvec4(0u));  // once where a cell has no more than 32 lights of these four words
+        if ((word & 28) == 28)
+            carry_carried();
     }
     close_sums();
 #else

@@ -12,7 +12,7 @@ from firefly_sample.plan.clusters import find_clusters, make_grid, plan_clusters
 from firefly_sample.plan.light_bounds import screen_bounds
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
-from firefly_sample.reference.clusters import cell_lights, list_lengths
+from firefly_sample.reference.clusters import cell_lights, cell_words, list_lengths
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 
@@ -161,7 +161,9 @@ def test_what_lies_beside_the_view_is_in_no_cell(spots):
     places = [(100.0, 20.0, 0.0), (0.0, -30.0, 0.0), (0.0, 300.0, 0.0)]
     lights = cones(places, [5.0] * 3, [(1, 0, 0)] * 3, np.full(3, 30.0)) if spots else balls(places, 5.0)
     cells = plan_clusters([lights], view, 1.0, 250.0)
-    assert not any(one.words.any() for one in cells)
+    for one in cells:
+        columns, rows = one.grid.tiles
+        assert not cell_words(one, np.arange(columns), np.arange(rows)[:, None]).any()
 
 
 def test_without_surfaces_or_without_lights_there_is_nothing():
@@ -191,14 +193,13 @@ def test_many_lights_make_cells_larger_and_lose_none(monkeypatch):
         assert set(np.flatnonzero(inside[i])) <= set(held)
 
 
-@pytest.mark.parametrize(
-    ("size", "tile"), [((800, 600), 16), ((640, 400), 16), ((640, 399), 8), ((48, 36), 8)]
-)
-def test_small_pictures_have_small_tiles(size, tile):
-    view = view_of(perspective(), size)
-    grid = make_grid([balls([(0, 20, 0)], 3.0)], view, 1.0, 50.0)
-    assert grid.tile == tile
-    assert grid.tiles == (-(-size[0] // tile), -(-size[1] // tile))
+@pytest.mark.parametrize("size", [(1600, 1200), (800, 600), (80, 60)])
+def test_a_larger_picture_has_more_tiles_and_the_same_slices(size):
+    lights = balls([(0, 20, 0)], 15.0)
+    one = make_grid([lights], view_of(perspective(), (400, 300)), 1.0, 50.0)
+    grid = make_grid([lights], view_of(perspective(), size), 1.0, 50.0)
+    assert np.array_equal(grid.edges, one.edges)
+    assert (grid.tile, grid.tiles) == (8, (size[0] // 8, math.ceil(size[1] / 8)))
 
 
 def test_a_cell_has_no_limit():
