@@ -19,7 +19,16 @@ from firefly_sample.plan.frame_plan import SpriteSet, View
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.shadows import ShadowPlan
 
-__all__ = ["SHADOW_TEXELS", "dot_rows", "light_rows", "light_texels", "pixel_slopes", "shadow_rows"]
+__all__ = [
+    "SHADOW_TEXELS",
+    "dot_rows",
+    "light_rows",
+    "light_texels",
+    "packed_rests",
+    "pixel_slopes",
+    "rests",
+    "shadow_rows",
+]
 
 Float64 = NDArray[np.float64]
 Float32 = NDArray[np.float32]
@@ -95,13 +104,18 @@ def _padded(values: Float64) -> Float64:
     return np.pad(values, ((0, 0), (0, 4 - values.shape[1])))
 
 
-def _rests(values: Float64) -> Float64:
-    """What float32 takes of numbers, to 256ths of their last digit: what fits where it is packed."""
+def rests(values: Float64) -> Float64:
+    """What float32 takes of numbers, to 256ths of their last digit: shaders/include/rests.glsl's twin."""
     return np.asarray(_steps(values) * _step(values))
 
 
+def packed_rests(values: Float64) -> Float64:
+    """The rests of rows of three numbers as one number each, whole and below 2^24: shape (n, 3) to (n,)."""
+    return np.asarray((_steps(values) + MIDDLE) @ (1.0, 256.0, 65536.0))
+
+
 def _steps(values: Float64) -> Float64:
-    """How many 256ths of the last digit float32 takes: the twin of shaders/include/rests.glsl."""
+    """How many 256ths of the last digit float32 takes."""
     steps = np.rint((values - _rounded(values)) / _step(values))
     return np.asarray(np.clip(steps, -MIDDLE, MIDDLE - 1.0))
 
@@ -121,7 +135,7 @@ def _place(lights: LightSet, view: View) -> Float64:
 
 def _pixel(lights: LightSet, view: View) -> Float64:
     pixels = _seen_pixels(lights, view)
-    return _beside(_rounded(pixels), _rests(pixels))
+    return _beside(_rounded(pixels), rests(pixels))
 
 
 def _seen_pixels(lights: LightSet, view: View) -> Float64:
@@ -137,7 +151,7 @@ def _seen_pixels(lights: LightSet, view: View) -> Float64:
 
 
 def _color(lights: LightSet, view: View) -> Float64:
-    return _beside(lights.colors, _rests(lights.positions[:, 1]))
+    return _beside(lights.colors, rests(lights.positions[:, 1]))
 
 
 def _fade(lights: LightSet, view: View) -> Float64:
@@ -167,8 +181,7 @@ def _seen(lights: LightSet, view: View) -> Float64:
 
 
 def _tint(lights: LightSet, view: View) -> Float64:
-    steps = _steps(_as_seen(lights, view))
-    return _beside(lights.colors, (steps + MIDDLE) @ (1.0, 256.0, 65536.0))
+    return _beside(lights.colors, packed_rests(_as_seen(lights, view)))
 
 
 def _as_seen(lights: LightSet, view: View) -> Float64:

@@ -48,6 +48,12 @@ class Program:
     ) -> None:
         """Set every uniform that changed, and bind every texture.
 
+        Parameters
+        ----------
+        uniforms : mapping of str to number or tuple of numbers
+            What may be kept: a list that changes later is not seen to.
+        textures : mapping of str to Texture
+
         Raises
         ------
         GpuError
@@ -68,7 +74,9 @@ class Program:
     def _set(self, name: str, value: Any) -> None:
         """Set a uniform that has another value, if the program has it: it keeps what it was given."""
         if name in self._uniforms and self._values.get(name) != value:
-            self.mgl[name] = self._values[name] = value
+            self._values.pop(name, None)  # an interrupt in between leaves nothing that is not so
+            self.mgl[name] = value
+            self._values[name] = value
 
     def _check(self, given: tuple[str, ...]) -> None:
         missing = self._uniforms.difference(given)

@@ -40,7 +40,7 @@ class Tables:
                 kept.release()
                 most = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
                 size = tuple(
-                    max(new, min(2 * new, most)) if new > old else old
+                    max(new, min(new + new // 2, most)) if new > old else old
                     for new, old in zip(size, kept.size, strict=True)
                 )
             kept = self._ctx.texture(size, components, dtype=dtype)

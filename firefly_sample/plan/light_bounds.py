@@ -140,7 +140,7 @@ def meet_samples(lights: LightSet, view: View) -> NDArray[np.bool_]:
     One that is far away, or tiny, may fall between all of them: then it lights nothing that is seen.
     """
     scales = pixel_scales(view)
-    nearest = lights.spans[0] if view.lens.perspective else 1.0
+    nearest = lights.positions[:, 1] - lights.safe_reaches if view.lens.perspective else 1.0
     # what is as wide as a sample holds a centre, if it is in view at all
     small = np.flatnonzero(lights.safe_reaches * max(scale for scale, _ in scales) < np.maximum(nearest, 0.0))
     met = np.ones(len(lights), dtype=bool)

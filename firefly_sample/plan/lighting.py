@@ -21,8 +21,9 @@ from firefly_sample.settings import PositionMethod, Settings
 
 __all__ = ["Lighting", "light_scene"]
 
-OFF_RAY: frozenset[PositionMethod] = frozenset({"stored16f", "inverse_matrix"})
-"""Methods that may find a surface beside the line of sight that it was seen on."""
+OFF_RAY: frozenset[PositionMethod] = frozenset({"stored16f", "stored32f", "inverse_matrix"})
+"""Methods that may find a surface beside the line of sight that it was seen on: of a giant triangle, what a
+rasterizer interpolates is some samples off. Forward shading takes its places from there, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +105,8 @@ def light_scene(
     world = cut_off(world, settings, exposure, shiny)
     lens, camera = eye.lens, eye.camera
     visible = [in_view(lights, camera.world_to_view, eye.planes) for lights in world]
-    if settings.position not in OFF_RAY and not snapshot.particles:
+    on_ray = settings.position not in OFF_RAY and settings.lights != "forward"
+    if on_ray and not snapshot.particles:
         visible = [_met(lights, view) for lights in visible]
     shadows, maps = ShadowPlan(), no_maps(len(sources))
     if sources and len(seen) and settings.look != "classic":

@@ -28,14 +28,17 @@ def list_lengths(
         Distances along the view axis; those that are not finite have no cell.
     """
     grid = clusters.grid
-    columns, rows = grid.tiles
-    words = cell_words(clusters, np.arange(columns), np.arange(rows)[:, None])
-    before = np.zeros((*words.shape[:2], words.shape[2] + 1), dtype=np.int64)
-    np.cumsum(np.bitwise_count(words), axis=2, out=before[..., 1:])
     inside, k = _slice(clusters, y)
-    tile = row // grid.tile, column // grid.tile
-    lengths = before[(*tile, clusters.first[k + 1])] - before[(*tile, clusters.first[k])]
-    return np.where(inside, lengths, 0)
+    lengths = np.zeros(np.shape(y), dtype=np.int64)
+    across, up = np.broadcast_to(column // grid.tile, k.shape), np.broadcast_to(row // grid.tile, k.shape)
+    every = np.arange(grid.tiles[0])
+    for line in np.unique(up[inside]):  # the words of a row of tiles at a time: those of all are many
+        before = np.zeros((len(every), clusters.words.shape[1] + 1), dtype=np.int64)
+        np.cumsum(np.bitwise_count(cell_words(clusters, every, line)), axis=1, out=before[:, 1:])
+        here = inside & (up == line)
+        first, end = clusters.first[k[here]], clusters.first[k[here] + 1]
+        lengths[here] = before[across[here], end] - before[across[here], first]
+    return lengths
 
 
 def cell_lights(clusters: Clusters, column: int, row: int, y: float) -> NDArray[np.int64]:

@@ -292,7 +292,7 @@ def swarm_scene(reaches):
     return scene
 
 
-@pytest.mark.parametrize("position", ["linear32f", "depth24", "stored32f"])
+@pytest.mark.parametrize("position", ["linear32f", "depth32f", "depth24"])
 def test_lights_between_all_samples_are_left_out_and_missed_by_none(renderer, monkeypatch, position):
     """Drawn or not, a light that no line of sight meets gives the same bytes."""
     scene = swarm_scene(10.0 ** np.random.default_rng(5).uniform(-3, -0.5, 3000))
@@ -310,5 +310,30 @@ def test_of_a_swarm_too_small_to_be_seen_little_is_left(renderer):
     scene = swarm_scene(np.full(2000, 1e-5))
     renderer.settings = Settings()
     assert renderer.plan(scene).counts.in_view < 40
-    renderer.settings = Settings(position="stored16f")  # which puts surfaces beside their pixels' lines
-    assert renderer.plan(scene).counts.in_view > 1000
+    # what puts surfaces beside their pixels' lines
+    for changes in ({"position": "stored16f"}, {"position": "stored32f"}, {"lights": "forward"}):
+        renderer.settings = Settings(**changes)
+        assert renderer.plan(scene).counts.in_view > 1000
+
+
+@pytest.mark.parametrize(
+    ("size", "fov"), [((1, 1), 90.0), ((4, 3), 150.0), ((8, 6), 170.0), ((64, 48), 178.0)]
+)
+def test_where_samples_are_far_apart_no_spotlight_is_missed(renderer, monkeypatch, size, fov):
+    """Balls that hold the eye are no smaller than a sample, however narrow their cones."""
+    scene = wall_scene(distance=2.0, size=400.0, near=0.1, fov=fov)
+    rng = np.random.default_rng(2)
+    sample = 2.0 * np.tan(np.radians(fov / 2.0)) / size[1]  # at 1; the wall is at 2, the lamps half-way
+    for k in range(30):
+        lamp = Spotlight(f"lamp {k}", (3, 2, 1))
+        lamp.set_max_distance(float(rng.uniform(1.1, max(1.2, sample))))
+        x, z = 2.0 * sample * (rng.integers(size) + 0.5 - 0.5 * np.array(size)) + rng.uniform(-0.2, 0.2, 2)
+        scene.root.attach_new_node(lamp).set_pos(x, 1.0, z)
+    renderer.settings = Settings(lights="volumes")
+    renderer.resize(size)
+    few = renderer.render(scene, 0.0, ("radiance",))["radiance"]
+    monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position"]))
+    all_ = renderer.render(scene, 0.0, ("radiance",))["radiance"]
+    renderer.resize(SIZE)
+    assert few.any()
+    assert few.tobytes() == all_.tobytes()
