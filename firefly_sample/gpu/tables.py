@@ -37,7 +37,7 @@ class Tables:
         ):
             size = max(width, 1), max(height, 1)
             if kept is not None:
-                kept.release()
+                self._kept.pop(name).release()
                 most = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
                 size = tuple(
                     max(new, min(new + new // 2, most)) if new > old else old

@@ -1,0 +1,39 @@
+"""Tables grow as their texels need it, and a steady table stays the texture that it is."""
+
+import numpy as np
+import pytest
+
+from firefly_sample.gpu.tables import Tables
+
+
+@pytest.fixture
+def tables(device):
+    made = Tables(device.ctx)
+    yield made
+    made.release()
+
+
+def read_back(texture, shape):
+    found = np.frombuffer(texture.read(), dtype=np.uint32).reshape(texture.height, texture.width, -1)
+    return found[: shape[0], : shape[1]]
+
+
+@pytest.mark.parametrize("components", [1, 4])
+def test_a_table_holds_what_was_written_last_however_it_grows(tables, components):
+    rng = np.random.default_rng(0)
+    largest = 0, 0
+    for height, width in [(2, 3), (5, 2), (3, 9), (1, 1), (20, 30), (20, 30), (19, 4)]:
+        texels = rng.integers(0, 2**32, (height, width, components), dtype=np.uint32)
+        texture = tables.write("words", texels if components > 1 else texels[..., 0])
+        assert np.array_equal(read_back(texture, texels.shape), texels)
+        largest = max(largest[0], height), max(largest[1], width)
+        assert texture.height <= 1.5 * largest[0]
+        assert texture.width <= 1.5 * largest[1]
+
+
+def test_what_fits_makes_no_texture(tables):
+    first = tables.write("words", np.ones((6, 8), dtype=np.uint32))
+    for height, width in [(6, 8), (2, 8), (6, 1)]:
+        assert tables.write("words", np.zeros((height, width), dtype=np.uint32)) is first
+    assert tables.write("other", np.zeros((6, 8), dtype=np.uint32)) is not first
+    assert tables.write("words", np.zeros((6, 9), dtype=np.uint32)) is not first
