@@ -35,10 +35,9 @@ def spheres_in_frustum(planes: Float64, centers: Float64, radii: Float64) -> NDA
     -------
     ndarray of bool, shape (n,)
     """
-    met = np.ones(len(centers), dtype=bool)
-    for plane in planes:  # all at once, NumPy is five times as slow
-        met &= centers @ plane[:3] + plane[3] >= -radii
-    return met
+    # a plane a row: along axes of a few, NumPy is several times as slow
+    inside = planes[:, :3] @ centers.T + planes[:, 3:]
+    return np.asarray(inside.min(axis=0) >= -radii)
 
 
 def sectors_in_frustum(

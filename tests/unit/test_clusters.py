@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.plan import clusters as module
-from firefly_sample.plan.clusters import find_clusters, make_grid, plan_clusters
+from firefly_sample.plan.clusters import find_clusters, make_grid, plan_clusters, slices_of
 from firefly_sample.plan.light_bounds import screen_bounds
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
@@ -246,3 +246,34 @@ def test_bounds_on_the_screen_are_those_of_a_ball():
     assert low[0] <= middle - scale * tangent
     assert high[0] >= middle + scale * tangent
     assert high[0] - low[0] <= 1.3 * 2 * scale * tangent
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.booleans(), st.sampled_from([1, 2, 30, 96]), st.floats(1e-4, 1e3))
+def test_slices_are_those_that_a_search_finds(seed, perspective, slices, deep):
+    """By arithmetic, and yet to the last bit: ends on edges, beside them, outside of all, without end."""
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0.01, 5.0)
+    edges = (
+        low * (1.0 + deep) ** (np.arange(slices + 1) / slices)
+        if perspective
+        else np.linspace(low, low + deep, slices + 1)
+    )
+    edges = edges.astype(np.float32).astype(np.float64)
+    ends = np.concatenate(
+        [
+            rng.choice(edges, 200),
+            np.nextafter(rng.choice(edges, 200), rng.choice([-np.inf, np.inf], 200)),
+            rng.uniform(edges[0] - deep, edges[-1] + deep, 200),
+            [-1e30, 1e30, 0.0, -1.0, np.inf, -np.inf],
+        ]
+    )
+    one, other = rng.permutation(ends), rng.permutation(ends)
+    first, last = np.minimum(one, other), np.maximum(one, other)
+    begin = np.searchsorted(edges, first, side="right") - 1
+    end = np.searchsorted(edges, last, side="left") - 1
+    meets = (end >= 0) & (begin < slices)
+    begin, end = np.clip(begin, 0, slices - 1), np.clip(end, 0, slices - 1)
+    found, counts = slices_of(edges, first, last, perspective)
+    assert np.array_equal(counts, np.where(meets, end - begin + 1, 0))
+    assert np.array_equal(found[meets], begin[meets])
