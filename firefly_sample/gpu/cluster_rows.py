@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import MOST_SLICES, TEXEL, Clusters, first_places
+from firefly_sample.plan.clusters import Clusters
+from firefly_sample.plan.grid import MOST_SLICES, TEXEL
 
 __all__ = ["ClusterLists", "cluster_lists"]
 
@@ -56,6 +57,6 @@ def cluster_lists(clusters: Clusters, perspective: bool) -> ClusterLists:
         grid.slices,
         clusters.words.reshape(len(clusters.words), -1, TEXEL),
         (grid.tile, *grid.tiles),
-        first_places(grid.tiles)[:4],
+        grid.first_places,
         (scale, -low * scale, float(edges[0]), float(edges[-1])),
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import TILE, common_range
+from firefly_sample.plan.grid import TILE, common_range
 from firefly_sample.plan.light_bounds import screen_bounds
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View

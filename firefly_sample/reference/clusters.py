@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import BITS, Clusters, lines_of
+from firefly_sample.plan.clusters import Clusters
+from firefly_sample.plan.grid import BITS
 
 __all__ = ["cell_lights", "cell_words", "list_lengths"]
 
@@ -55,7 +56,7 @@ def cell_lights(clusters: Clusters, column: int, row: int, y: float) -> NDArray[
 
 def cell_words(clusters: Clusters, column: NDArray[Any], row: NDArray[Any]) -> NDArray[np.uint32]:
     """The words of some columns and rows of tiles, shape (..., words)."""
-    one, *others = (clusters.words[line] for line in lines_of(clusters.grid, column, row))
+    one, *others = (clusters.words[line] for line in clusters.grid.places_of(column, row))
     return functools.reduce(np.bitwise_and, others, one)
 
 
