@@ -33,7 +33,7 @@ DEPTH = 0.04
 MOST_WORDS = 1 << 22
 """Where there would be more, 16 MiB to make and upload each frame, cells are made larger."""
 MOST_RECORDS = 1 << 20
-"""Bits, each of which has its light's record in a table: 48 MiB of most lights."""
+"""Bits, each of which has its light's record in a table: 32 MiB of point lights."""
 THINNEST = 1e-5
 """Of the distance: a slice's depth, so that edges are some float32 apart and a logarithm finds them."""
 TEXEL = 4

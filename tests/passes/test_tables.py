@@ -8,9 +8,10 @@ from firefly_sample.gpu.tables import Tables
 
 @pytest.fixture
 def tables(device):
-    made = Tables(device.ctx)
-    yield made
-    made.release()
+    with device:
+        made = Tables(device.ctx)
+        yield made
+        made.release()
 
 
 def read_back(texture, shape):
