@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import moderngl
@@ -9,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = ["Tables"]
+
+LOOSE = 2.5
+"""How many times as many texels as were ever needed at once a texture may have."""
 
 
 class Tables:
@@ -38,17 +42,22 @@ class Tables:
             size = max(width, 1), max(height, 1)
             if kept is not None:
                 self._kept.pop(name).release()
-                most = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
-                size = tuple(
-                    max(new, min(new + new // 2, most)) if new > old else old
-                    for new, old in zip(size, kept.size, strict=True)
-                )
+                size = self._roomy(size, kept.size)
             kept = self._ctx.texture(size, components, dtype=dtype)
             kept.filter = moderngl.NEAREST, moderngl.NEAREST
             self._kept[name] = kept
         if texels.size:
             kept.write(np.ascontiguousarray(texels), viewport=(0, 0, width, len(texels)))
         return kept
+
+    def _roomy(self, needed: tuple[int, int], old: tuple[int, int]) -> tuple[int, int]:
+        """Half as much again where the old size was outgrown, but no box around a wide and a high table."""
+        most = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
+        width, height = (
+            max(new, min(new + new // 2, most)) if new > before else before
+            for new, before in zip(needed, old, strict=True)
+        )
+        return (width, height) if width * height <= LOOSE * max(math.prod(needed), math.prod(old)) else needed
 
     def release(self) -> None:
         """Free all textures."""

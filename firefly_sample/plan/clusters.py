@@ -87,7 +87,7 @@ def find_clusters(lights: LightSet, grid: Grid, view: View) -> Clusters:
     light = np.repeat(np.arange(len(lights)), counts)
     started = np.cumsum(counts) - counts
     slice_of = np.arange(len(light)) - np.repeat(started - first, counts)
-    order = np.argsort(slice_of.astype(np.uint8 if slices <= 256 else np.uint16), kind="stable")
+    order = np.argsort(slice_of.astype(np.uint8), kind="stable")  # a byte sorts by counting
     light, slice_of = light[order], slice_of[order]
     inside = np.bincount(slice_of, minlength=slices)
     first_word = np.concatenate([[0], np.cumsum(-(-inside // (BITS * TEXEL)))]) * TEXEL

@@ -28,6 +28,7 @@ BITS = 32
 TILE = 8
 """Samples along a tile's side; a power of two, so that a shader divides exactly."""
 MOST_SLICES = 96
+"""A byte numbers them."""
 DEPTH = 0.04
 """A slice is about as deep as this share of the picture's shorter side is wide, whatever its size."""
 MOST_WORDS = 1 << 22

@@ -1,5 +1,5 @@
 // Provides the sums of many lights without the error of many roundings. For after shine.glsl.
-// Up to 32 lights are added up, up to 32 such sums, and those: a sum of n rounds n times, this 96 times at 32,768. (A
+// Up to 32 lights are added up, up to 32 such sums, and those: a sum of n rounds n times, this 97 times at 32,768. (A
 // compensated sum would round less still, but compilers may take it apart where nothing forbids it in OpenGL 3.3.)
 
 vec3 radiance_carried = vec3(0.0);

@@ -38,3 +38,10 @@ def test_what_fits_makes_no_texture(tables):
         assert tables.write("words", np.zeros((height, width), dtype=np.uint32)) is first
     assert tables.write("other", np.zeros((6, 8), dtype=np.uint32)) is not first
     assert tables.write("words", np.zeros((6, 9), dtype=np.uint32)) is not first
+
+
+def test_a_wide_table_and_a_high_one_take_turns_in_no_more_than_either_needs(tables):
+    """As words do: few lights in a large picture, many in a small one."""
+    for shape in [(40, 3000), (1700, 90), (40, 3000)]:
+        texture = tables.write("words", np.zeros((*shape, 4), dtype=np.uint32))
+        assert texture.width * texture.height <= 2.5 * 1700 * 90

@@ -194,6 +194,26 @@ def test_many_lights_make_cells_larger_and_lose_none(monkeypatch):
         assert set(np.flatnonzero(inside[i])) <= set(held)
 
 
+@pytest.mark.parametrize(
+    ("limit", "most"),
+    [("MOST_WORDS", 30_000), ("MOST_RECORDS", 4096), ("MOST_A_LINE", 128), ("MOST_A_LINE", 64)],
+)
+@pytest.mark.parametrize("count", [3, 1000])
+def test_words_keep_to_every_limit(monkeypatch, limit, most, count):
+    """Those of few lights in many slices too, each of which begins with a whole texel."""
+    rng = np.random.default_rng(3)
+    lights = balls(rng.uniform((-8, 5, -5), (8, 40, 5), (count, 3)), 4.0)
+    view = view_of(perspective(), (800, 480))
+    monkeypatch.setattr(module, limit, most)
+    (cells,) = plan_clusters([lights], view, 4.0, 45.0)
+    taken = {
+        "MOST_WORDS": cells.words.size,
+        "MOST_RECORDS": len(cells.members),
+        "MOST_A_LINE": cells.words.shape[1],
+    }
+    assert taken[limit] <= most
+
+
 @pytest.mark.parametrize("size", [(1600, 1200), (800, 600), (80, 60)])
 def test_a_larger_picture_has_more_tiles_and_the_same_slices(size):
     lights = balls([(0, 20, 0)], 15.0)
