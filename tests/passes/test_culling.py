@@ -319,7 +319,7 @@ def test_of_a_swarm_too_small_to_be_seen_little_is_left(renderer):
 @pytest.mark.parametrize(
     ("size", "fov"), [((1, 1), 90.0), ((4, 3), 150.0), ((8, 6), 170.0), ((64, 48), 178.0)]
 )
-def test_where_samples_are_far_apart_no_spotlight_is_missed(renderer, monkeypatch, size, fov):
+def test_where_samples_are_far_apart_no_spotlight_is_missed(monkeypatch, size, fov):
     """Balls that hold the eye are no smaller than a sample, however narrow their cones."""
     scene = wall_scene(distance=2.0, size=400.0, near=0.1, fov=fov)
     rng = np.random.default_rng(2)
@@ -329,11 +329,9 @@ def test_where_samples_are_far_apart_no_spotlight_is_missed(renderer, monkeypatc
         lamp.set_max_distance(float(rng.uniform(1.1, max(1.2, sample))))
         x, z = 2.0 * sample * (rng.integers(size) + 0.5 - 0.5 * np.array(size)) + rng.uniform(-0.2, 0.2, 2)
         scene.root.attach_new_node(lamp).set_pos(x, 1.0, z)
-    renderer.settings = Settings(lights="volumes")
-    renderer.resize(size)
-    few = renderer.render(scene, 0.0, ("radiance",))["radiance"]
-    monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position"]))
-    all_ = renderer.render(scene, 0.0, ("radiance",))["radiance"]
-    renderer.resize(SIZE)
+    with make_renderer(size, Settings(lights="volumes")) as renderer:
+        few = renderer.render(scene, 0.0, ("radiance",))["radiance"]
+        monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position"]))
+        all_ = renderer.render(scene, 0.0, ("radiance",))["radiance"]
     assert few.any()
     assert few.tobytes() == all_.tobytes()

@@ -39,7 +39,7 @@ def test_a_light_as_wide_as_some_samples(column, row, samples, met):
     assert meet_samples(lights, view).tolist() == [met]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(LENSES, st.integers(0, 2**32 - 1), st.booleans())
 def test_no_light_is_left_out_that_a_line_of_sight_meets(lens, seed, spots):
     """Against the plain definition: the places nearest to a light on the lines of sight around it."""
