@@ -173,8 +173,13 @@ class Surface:
         if not world:
             return values
         matrix = self._plan.view.view_to_world
-        turned = values @ matrix[:3, :3]
-        return turned + matrix[3, :3] if point else turned
+        x, y, z = (values[..., axis] for axis in range(3))
+        turned = empty_planar(values.shape[:-1], 3)
+        for axis in range(3):
+            # sums, for the last digit of a matrix product depends on the processor
+            moved = matrix[3, axis] if point else 0.0
+            turned[..., axis] = x * matrix[0, axis] + y * matrix[1, axis] + z * matrix[2, axis] + moved
+        return turned
 
     def _floats(self, target: str, channels: int) -> Float64:
         """What shaders read of a target, in float64: normalised codes as fractions, sRGB codes decoded."""
