@@ -161,7 +161,7 @@ class Surface:
             return self._nothing("volume_atlas")
         channels = min(FORMATS[target.format].components, 3)
         values = self._floats("volume_atlas", channels)
-        return np.repeat(values[..., None], 3, axis=-1) if channels == 1 else values
+        return np.broadcast_to(values[..., None], (*values.shape, 3)) if channels == 1 else values
 
     def _nothing(self, name: str) -> NDArray[Any]:
         width, height = _image_size(self._plan, name)
