@@ -1,6 +1,6 @@
 """Draw a scene by Panda3D's own renderer in the way of its sample "fireflies", faults included.
 
-``python -m tests.passes.panda_original scene.npz frame.npz`` runs as a process of its own, since Panda3D's
+``python panda_original.py scene.npz frame.npz`` runs as a process of its own, since Panda3D's
 context and ours do not share a thread. What the sample computes is written anew here, in GLSL; Panda3D itself
 gives the axes of normals and of light vectors, the targets of 8 bits and the blending.
 
@@ -121,10 +121,8 @@ class Original:
         ):
             buffer.add_render_texture(self._textures[name], planes.RTM_bind_or_copy, plane)
             buffer.set_clear_color((0, 0, 0, 0))
-        self._root, self._models, self._lights = (panda.NodePath(n) for n in ("root", "models", "lights"))
-        self._models.reparent_to(self._root)
-        self._lights.reparent_to(self._root)
-        self._eye = self._root.attach_new_node("eye")
+        root = panda.NodePath("root")
+        self._models, self._lights, self._eye = map(root.attach_new_node, ("models", "lights", "eye"))
 
     def _buffer(self, aux: int) -> panda.GraphicsOutput:
         wanted = panda.FrameBufferProperties()
