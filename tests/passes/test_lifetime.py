@@ -52,6 +52,7 @@ def test_no_gl_object_lives_after_release():
         renderer._gpu.release()
         assert device.raw.count_objects() == before
         device.check("the end")
+    renderer._open = False  # its parts are released one by one
     device.release()
 
 
