@@ -1,10 +1,11 @@
-"""The OpenGL context that is current in this thread: which one it is, and making another one current.
+"""Find the OpenGL context that is current in this thread, and make it or another one current.
 
-Each thread has at most one current context, made by EGL (ours without a window, pyrender's) or by GLX (an X11
-window's: Panda3D's, pyglet's, glfw's). While one of GLX is current, EGL refuses another, and the OpenGL functions
-go on drawing into that of GLX; so a context must be released by the library that made it before the other one can
-take the thread. Only libraries that the process has loaded already are asked. Elsewhere than on Linux, nothing is
-found, and moderngl's own ways of taking a thread must do.
+A thread has at most one current context. EGL makes some (ours without a window, pyrender's), GLX the others
+(those of X11 windows: Panda3D's, pyglet's, glfw's). While a context of GLX is current, EGL refuses to make one
+of its own current, and OpenGL's functions draw into that of GLX. The library that made the current context must
+therefore release it first.
+
+Only libraries that the process has loaded already are asked. On systems without EGL and GLX nothing is found.
 """
 
 from __future__ import annotations
@@ -50,10 +51,13 @@ _SIGNATURES: dict[str, dict[str, tuple[Any, ...]]] = {  # name: (what it returns
 _loaded: dict[str, ctypes.CDLL] = {}
 
 _GONE = {
-    "EGL": "this renderer's OpenGL context is gone: another library has shut down the EGL display that both use "
-    "(pyrender's OffscreenRenderer.delete() does); close the Renderer before that, or make another",
+    "EGL": "this renderer's OpenGL context is gone: another library has shut down the EGL display that both "
+    "use (pyrender's OffscreenRenderer.delete() does); close the Renderer before that, or make another",
     "GLX": "this renderer's OpenGL context is gone with its window: close the Renderer before the window",
 }
+
+
+_ignore_x_error = ctypes.CFUNCTYPE(ctypes.c_int, _HANDLE, _HANDLE)(lambda display, event: 0)
 
 
 class Holder(NamedTuple):
@@ -150,8 +154,8 @@ def make_current(wanted: Holder | None) -> None:
 def give_back(before: Holder | None) -> None:
     """Make current what was before, or nothing if it cannot be any more.
 
-    It could be an instant ago, so its library has destroyed it or its window since, or has moved it to another
-    thread; that library knows.
+    A context that was current before, and cannot be made current again, was destroyed by its own library in
+    the meantime, or moved to another thread.
     """
     try:
         make_current(before)
@@ -188,8 +192,8 @@ def _refusal(wanted: Holder, now: Holder | None, error: int) -> str:
     """Say why a context could not be made current."""
     if now is not None:
         return (
-            f"this {wanted.api} context cannot be made current: another library's {now.api} context holds the "
-            "thread and did not let go; release that one first, or draw in a thread of its own"
+            f"this {wanted.api} context cannot be made current: another library's {now.api} context is "
+            "current in this thread and could not be released; release it first, or draw in another thread"
         )
     if wanted.api == "GLX":
         return (
@@ -214,11 +218,6 @@ def _without_x_errors() -> Iterator[None]:
         yield
     finally:
         xlib.XSetErrorHandler(before)
-
-
-@ctypes.CFUNCTYPE(ctypes.c_int, _HANDLE, _HANDLE)
-def _ignore_x_error(display: int, event: int) -> int:
-    return 0
 
 
 def _library(api: str) -> ctypes.CDLL | None:

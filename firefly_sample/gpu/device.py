@@ -33,8 +33,9 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software", "basic
 class Device:
     """An OpenGL 3.3 core context and what it can do.
 
-    Enter it (``with device:``) around GL calls: its context is current in this thread inside, and afterwards the
-    one that was before, of another library or none. One thread at a time can be inside; others wait.
+    Enter it (``with device:``) around GL calls. This makes its context current in this thread; leaving it
+    makes current again what was before, which is another library's context or none. Other threads that enter
+    it wait.
 
     Parameters
     ----------
@@ -218,7 +219,7 @@ class Device:
     def abandon(self) -> None:
         """Free the context without making it current, and with it every object that no window shares.
 
-        Nothing is freed in a process that was forked from the one that made it, whose driver could wait for ever.
+        In a process that was forked from the one that made it, this does nothing.
         """
         if self._open:
             self._open = False
@@ -283,14 +284,15 @@ def _window_backend() -> Any:
     held = current_holder()
     if held is not None and held.api != "GLX":
         raise NoGpuError(
-            f"the context that is current in this thread is no window's of GLX, but one of {held.api}: make the "
-            "window's context current, and let its library open it with GLX"
+            f"window=True needs a window's GLX context, but one of {held.api} is current in this thread: "
+            "make the window's context current first, and have its library create it with GLX"
         )
     try:
         return glcontext.default_backend()(mode="detect", glversion=330)
     except Exception as error:
         raise NoGpuError(
-            f"no window's OpenGL context is current in this thread ({_one_line(error)}): make it current first"
+            "window=True needs a window's OpenGL context, but none is current in this thread "
+            f"({_one_line(error)}): make it current first"
         ) from error
 
 

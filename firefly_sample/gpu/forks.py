@@ -1,4 +1,4 @@
-"""Processes that were forked: their copy of a driver whose threads were left behind in the parent."""
+"""Refuse to draw in a forked process whose driver was used before the fork."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _opened: dict[tuple[str, int], tuple[int, bool]] = {}
 
 
 def check_not_forked(holder: Holder | None) -> None:
-    """Refuse to use a driver that this process took over from the one that it was forked from.
+    """Refuse a driver that this package used in the process that this one was forked from.
 
-    Drawing would wait for ever: llvmpipe's threads, like all but the one that forks, exist in the parent alone,
-    and a GPU's driver shares its memory and queues with the parent.
+    A fork copies memory, but only the thread that calls it. llvmpipe's threads are missing in the child, and
+    drawing would wait for them for ever; a GPU's driver would share its memory and queues with the parent.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def check_not_forked(holder: Holder | None) -> None:
     Raises
     ------
     NoGpuError
-        If it is one.
+        If this process was forked since, and the driver cannot draw without what the fork left behind.
     """
     process, safe = _opened.get(_screen(holder), (os.getpid(), True))
     if process != os.getpid() and not safe:
@@ -39,14 +39,15 @@ def check_not_forked(holder: Holder | None) -> None:
 
 
 def check_threads(renderer: str) -> None:
-    """Refuse llvmpipe without its threads, if another library opened it before this process was forked.
+    """Refuse llvmpipe if another library used it before this process was forked: its threads are missing.
 
-    Call it with a context of that driver, `renderer`, made.
+    Call it after making a context, with the driver's name `renderer`; making one starts missing threads where
+    the driver was not used before.
 
     Raises
     ------
     NoGpuError
-        If it would wait for them for ever.
+        If drawing would wait for the threads for ever.
     """
     if "llvmpipe" in renderer and _was_forked() and _wants_threads() and not _has_threads():
         raise NoGpuError(_refusal("another library"))
@@ -64,9 +65,9 @@ def _screen(holder: Holder | None) -> tuple[str, int]:
 
 def _refusal(who: str) -> str:
     return (
-        f"this process was forked from one in which {who} had drawn with OpenGL, and the driver does not work in "
-        "a forked process: start workers with multiprocessing's 'spawn' or 'forkserver', or fork before the "
-        "first drawing"
+        f"this process was forked from one in which {who} had used OpenGL already, and the driver does not "
+        "work in a forked process: start worker processes with multiprocessing's 'spawn' or 'forkserver' "
+        "method, or fork before the first use of OpenGL"
     )
 
 

@@ -1,4 +1,4 @@
-"""Whose context is current: ours inside, afterwards that which was before; in threads, and when one is dropped."""
+"""Which context is current while a renderer draws and afterwards; threads; renderers that nobody closes."""
 
 import ctypes
 import gc
@@ -28,7 +28,7 @@ def egl():
 
 @pytest.fixture
 def other(device, egl):
-    """Another program's context of the same display, current in this thread with a target of its own bound."""
+    """Another program's context on the same display, current in this thread, with its own target bound."""
     with device:
         context = moderngl.create_standalone_context(backend="egl")
         context.simple_framebuffer((2, 2)).use()
@@ -52,8 +52,9 @@ def test_another_context_is_current_again_after_each_call(egl, other):
         renderer.render(scene, 0.0, "nothing")
     with pytest.raises(GpuError, match="limit"):
         renderer.resize((10**6, 10))
-    with pytest.raises(ZeroDivisionError), renderer._device:
+    with renderer._device:
         assert egl.eglGetCurrentContext() != held
+    with pytest.raises(ZeroDivisionError), renderer._device:
         raise ZeroDivisionError
     now.append(egl.eglGetCurrentContext())
     renderer.close()
@@ -190,19 +191,21 @@ def test_what_the_garbage_collector_drops_disturbs_no_drawing(egl, render):
         thread.start()
         thread.join()
         assert np.array_equal(renderer.render(scene).color, alone)
-    assert [str(warning.message)[:24] for warning in said] == ["a Renderer of 16x12 was d"[:24]] * 3
+    assert len(said) == 3
+    assert all("a Renderer of 16x12 was dropped" in str(warning.message) for warning in said)
 
 
 def test_an_open_renderer_at_the_end_of_a_program_is_no_trouble():
     code = """
-from tests.conftest import make_renderer
-from tests.scenes import wall_scene
-renderer = make_renderer((16, 12))
-renderer.render(wall_scene())
+import warnings
+from firefly_sample import Renderer, Scene
+warnings.simplefilter("ignore", UserWarning)
+renderer = Renderer((16, 12))
+renderer.render(Scene())
 cycle = [renderer]
 cycle.append(cycle)
 del renderer
-frames = cycle[0].render_many(wall_scene(), (0.0, 1.0, 2.0))
+frames = cycle[0].render_many(Scene(), (0.0, 1.0, 2.0))
 next(frames)
 """
     done = subprocess.run(

@@ -100,7 +100,8 @@ NO_THREADS = """
 renderer = Renderer((16, 12))
 drawn = picture(renderer)
 assert (answer := forked(new)) == drawn, answer
-assert (answer := forked(lambda: refused(lambda: picture(renderer), "before this process was forked"))) == "refused"
+answer = forked(lambda: refused(lambda: picture(renderer), "before this process was forked"))
+assert answer == "refused", answer
 assert picture(renderer) == drawn
 renderer.close()
 """

@@ -1,8 +1,8 @@
 """Other libraries that draw with OpenGL, by one interface.
 
-``python -m tests.viewer.hosts theirs`` lets each of them and a Renderer take turns, asserts that neither sees the
-other, and prints checksums of what each draws; "theirs" has no Renderer before a library has drawn alone, and
-"ours" one that is there before any of them and outlives them all.
+``python -m tests.viewer.hosts theirs`` lets each of them and a Renderer take turns, asserts that neither
+changes what the other draws, and prints checksums of both pictures. With "theirs" each library draws before
+there is a Renderer; with "ours" one Renderer is made before all of them and outlives them.
 """
 
 from __future__ import annotations
@@ -181,19 +181,25 @@ class Pyrender:
 HOSTS = {"panda3d": Panda, "pyglet": Pyglet, "glfw": Glfw, "pyrender": Pyrender}
 
 
+def lit_wall():
+    """A scene of ours: a wall with a light before it."""
+    from firefly_sample import Geom, GeomNode, Material, PointLight, Scene
+
+    scene, node = Scene(), GeomNode("wall")
+    corners = [(-4, 6, -3), (4, 6, -3), (4, 6, 3), (-4, 6, 3)]
+    node.add_geom(Geom(corners, [(0, 1, 2), (0, 2, 3)]), Material("wall"))
+    scene.root.attach_new_node(node)
+    scene.root.attach_new_node(PointLight("lamp", radius=8.0)).set_pos(1, 4, 0)
+    return scene
+
+
 class Ours:
-    """A Renderer and a wall with a light before it."""
+    """A Renderer and what it draws."""
 
     def __init__(self) -> None:
-        from firefly_sample import Geom, GeomNode, Material, PointLight, Renderer, Scene
+        from firefly_sample import Renderer
 
-        self.renderer, self.scene = Renderer(SIZE), Scene()
-        node = GeomNode("wall")
-        corners = [(-4, 6, -3), (4, 6, -3), (4, 6, 3), (-4, 6, 3)]
-        node.add_geom(Geom(corners, [(0, 1, 2), (0, 2, 3)]), Material("wall"))
-        self.scene.root.attach_new_node(node)
-        light = self.scene.root.attach_new_node(PointLight("lamp", radius=8.0))
-        light.set_pos(1, 4, 0)
+        self.renderer, self.scene = Renderer(SIZE), lit_wall()
 
     def draw(self) -> bytes:
         return bytes(self.renderer.render(self.scene).color.tobytes())
