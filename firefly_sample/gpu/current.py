@@ -1,9 +1,9 @@
 """Find the OpenGL context that is current in this thread, and make it or another one current.
 
 A thread has at most one current context. EGL makes some (ours without a window, pyrender's), GLX the others
-(those of X11 windows: Panda3D's, pyglet's, glfw's). While a context of GLX is current, EGL refuses to make one
-of its own current, and OpenGL's functions draw into that of GLX. The library that made the current context must
-therefore release it first.
+(those of X11 windows: Panda3D's, pyglet's, glfw's). While a context of GLX is current, EGL refuses to make
+one of its own current, and OpenGL's functions draw into that of GLX. The library that made the current
+context must therefore release it first.
 
 Only libraries that the process has loaded already are asked. On systems without EGL and GLX nothing is found.
 """
@@ -21,7 +21,7 @@ from firefly_sample.errors import GpuError
 
 __all__ = ["Holder", "current_holder", "give_back", "is_supported", "make_current", "thread_without_context"]
 
-_EGL_DRAW, _EGL_READ, _EGL_CONFIG_ID = 0x3059, 0x305A, 0x3028
+_EGL_DRAW, _EGL_READ, _EGL_CONFIG_ID, _EGL_BAD_ACCESS = 0x3059, 0x305A, 0x3028, 0x3002
 _HANDLE, _XID = ctypes.c_void_p, ctypes.c_ulong
 
 _FILES = {"EGL": ("libEGL.so.1",), "GLX": ("libGL.so.1", "libGLX.so.0"), "X11": ("libX11.so.6",)}
@@ -98,11 +98,15 @@ class Holder(NamedTuple):
 
     def is_gone(self) -> bool:
         """Return whether the display that the context was made on has been shut down."""
-        if self.api == "EGL":
-            value = ctypes.c_int()
-            return not _loaded["EGL"].eglQueryContext(
-                self.display, self.context, _EGL_CONFIG_ID, ctypes.byref(value)
-            )
+        if self.api == "GLX":
+            return self.lost_connection()
+        value = ctypes.c_int()
+        return not _loaded["EGL"].eglQueryContext(
+            self.display, self.context, _EGL_CONFIG_ID, ctypes.byref(value)
+        )
+
+    def lost_connection(self) -> bool:
+        """Return whether the connection that `kept` has noted was closed."""
         if self.connection is None:
             return False
         number, inode = self.connection
@@ -130,25 +134,26 @@ def is_supported() -> bool:
     return _library("EGL") is not None or _library("GLX") is not None
 
 
-def make_current(wanted: Holder | None) -> None:
-    """Make a context current in this thread, or none; the one that was current is released.
+def make_current(wanted: Holder | None, held: Holder | None) -> None:
+    """Make a context current in this thread, or none; `held`, which is current now, is released.
 
     Raises
     ------
     GpuError
         If it cannot be made current; it names who holds the thread, or says that the context is gone.
     """
-    if wanted is not None and wanted.is_gone():
-        raise GpuError(_GONE[wanted.api])
-    held = current_holder()
     if held is not None and (wanted is None or wanted.api != held.api):
         _set(Holder(held.api, held.display, 0))
     if wanted is None:
         return
+    if wanted.lost_connection():
+        raise GpuError(_GONE["GLX"])
     error = _set(wanted)
-    now = current_holder()
-    if not wanted.holds(now):
-        raise GpuError(_refusal(wanted, now, error))
+    current = (
+        _loaded["EGL"].eglGetCurrentContext if wanted.api == "EGL" else _loaded["GLX"].glXGetCurrentContext
+    )
+    if current() != wanted.context:
+        raise GpuError(_refusal(wanted, error))
 
 
 def give_back(before: Holder | None) -> None:
@@ -158,9 +163,9 @@ def give_back(before: Holder | None) -> None:
     the meantime, or moved to another thread.
     """
     try:
-        make_current(before)
+        make_current(before, current_holder())
     except GpuError:
-        make_current(None)
+        make_current(None, current_holder())
 
 
 @contextmanager
@@ -168,7 +173,7 @@ def thread_without_context() -> Iterator[None]:
     """Release what is current in this thread, and make it current again at the end."""
     before, egl = current_holder(), _library("EGL")
     api = egl.eglQueryAPI() if egl is not None else 0
-    make_current(None)
+    make_current(None, before)
     try:
         yield
     finally:
@@ -188,9 +193,11 @@ def _set(holder: Holder) -> int:
     return 0
 
 
-def _refusal(wanted: Holder, now: Holder | None, error: int) -> str:
+def _refusal(wanted: Holder, error: int) -> str:
     """Say why a context could not be made current."""
-    if now is not None:
+    if wanted.is_gone():
+        return _GONE[wanted.api]
+    if (now := current_holder()) is not None:
         return (
             f"this {wanted.api} context cannot be made current: another library's {now.api} context is "
             "current in this thread and could not be released; release it first, or draw in another thread"
@@ -200,10 +207,11 @@ def _refusal(wanted: Holder, now: Holder | None, error: int) -> str:
             "the window's OpenGL context cannot be made current: the window is closed, or the context is "
             "current in another thread; close the Renderer before its window, and draw in the window's thread"
         )
-    return (
-        f"this EGL context cannot be made current (EGL error 0x{error:x}): it is current in another thread; "
-        "release it there first"
-    )
+    if error == _EGL_BAD_ACCESS:
+        return (
+            "this EGL context cannot be made current: it is current in another thread; release it there first"
+        )
+    return f"this EGL context cannot be made current: the driver reports EGL error 0x{error:x}"
 
 
 @contextmanager

@@ -34,8 +34,7 @@ class Device:
     """An OpenGL 3.3 core context and what it can do.
 
     Enter it (``with device:``) around GL calls. This makes its context current in this thread; leaving it
-    makes current again what was before, which is another library's context or none. Other threads that enter
-    it wait.
+    makes current again what was before, another library's context or none. Other threads that enter it wait.
 
     Parameters
     ----------
@@ -184,7 +183,7 @@ class Device:
         before = current_holder()
         if not self._own.holds(before):
             try:
-                make_current(self._own)
+                make_current(self._own, before)
             except GpuError:
                 give_back(before)
                 raise
@@ -203,8 +202,17 @@ class Device:
             self._lock.release()
 
     def is_gone(self) -> bool:
-        """Return whether another library has destroyed the context, and with it every object."""
-        return self._own is not None and self._own.is_gone()
+        """Return whether another library has destroyed the context, and with it every object.
+
+        A context of GLX counts as gone if it cannot be made current: its window is closed.
+        """
+        if not self._window:
+            return self._own is not None and self._own.is_gone()
+        try:
+            with self:
+                return False
+        except GpuError:
+            return True
 
     def release(self) -> None:
         """Free the context itself. Objects must have been released before."""

@@ -30,7 +30,7 @@ def test_other_libraries_and_a_renderer_change_nothing_of_each_other(display):
 
 
 WINDOW = """
-import ctypes, gc, pytest, warnings
+import glfw, pytest, warnings
 from firefly_sample.errors import GpuError, NoGpuError
 from firefly_sample.gpu.device import Device
 from firefly_sample.renderer import Renderer
@@ -66,6 +66,14 @@ with Window("window", (64, 48)) as window:
 for work in (lambda: shown.render(scene), lambda: shown.draw(shown.plan(scene), read=False)):
     with pytest.raises(GpuError, match="gone with its window"):
         work()
+shown.close()
+glfw.init()
+handle = glfw.create_window(64, 48, "another", None, None)
+glfw.make_context_current(handle)
+shown = Renderer((64, 48), window=True)
+glfw.destroy_window(handle)  # the connection to the X server stays
+with pytest.raises(GpuError, match="the window is closed"):
+    shown.render(scene)
 shown.close()
 assert alone.render(scene).color.tobytes() == picture
 alone.close()
