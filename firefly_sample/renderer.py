@@ -84,6 +84,10 @@ class SoftwareDriverWarning(UserWarning):
 class Renderer:
     """Draws scenes into Frames. A context manager: it frees its GL objects when left.
 
+    Its OpenGL context is current only during a call; afterwards the one that was current before is so again.
+    Threads that share a renderer wait for each other. One that is dropped without `close` is freed with a
+    `ResourceWarning`.
+
     Parameters
     ----------
     size : (int, int)
@@ -105,7 +109,8 @@ class Renderer:
     Raises
     ------
     NoGpuError
-        If there is no OpenGL 3.3 or, with `require_gpu`, only a software driver.
+        If there is no OpenGL 3.3, with `require_gpu` only a software driver, or if this process was forked
+        from one that had drawn already.
     OutputError, GpuError
         If the size is below 1, or above what the driver can draw.
 
