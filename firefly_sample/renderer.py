@@ -325,6 +325,7 @@ class Renderer:
             return
         if self._device.inherited or self._device.is_gone():
             self._open = False
+            self._device.abandon()
             return
         with self._device:
             self._open = False

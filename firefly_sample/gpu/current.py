@@ -22,6 +22,7 @@ from firefly_sample.errors import GpuError
 __all__ = ["Holder", "current_holder", "give_back", "is_supported", "make_current", "thread_without_context"]
 
 _EGL_DRAW, _EGL_READ, _EGL_CONFIG_ID, _EGL_BAD_ACCESS = 0x3059, 0x305A, 0x3028, 0x3002
+_EGL_OPENGL_ES_API = 0x30A0
 _HANDLE, _XID = ctypes.c_void_p, ctypes.c_ulong
 
 _FILES = {"EGL": ("libEGL.so.1",), "GLX": ("libGL.so.1", "libGLX.so.0"), "X11": ("libX11.so.6",)}
@@ -170,15 +171,18 @@ def give_back(before: Holder | None) -> None:
 
 @contextmanager
 def thread_without_context() -> Iterator[None]:
-    """Release what is current in this thread, and make it current again at the end."""
+    """Release what is current in this thread, and make it current again at the end.
+
+    The kind of context that EGL makes in this thread next is kept, too.
+    """
     before, egl = current_holder(), _library("EGL")
-    api = egl.eglQueryAPI() if egl is not None else 0
+    api = _EGL_OPENGL_ES_API if egl is None else egl.eglQueryAPI()  # what EGL begins with
     make_current(None, before)
     try:
         yield
     finally:
-        if api:
-            _loaded["EGL"].eglBindAPI(api)
+        if (egl := _library("EGL")) is not None:
+            egl.eglBindAPI(api)
         give_back(before)
 
 

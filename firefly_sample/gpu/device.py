@@ -58,23 +58,22 @@ class Device:
         self._window = window
         with nullcontext() if window else thread_without_context():
             self._backend = _window_backend() if window else _egl_backend(index)
-            self._own = _kept_holder()
-            with _default_context_kept():
-                try:
-                    self.ctx = moderngl.create_context(context=self._backend)
-                except Exception as error:
-                    self._backend.release()
-                    said = _one_line(error)
-                    raise NoGpuError(f"OpenGL 3.3 core is needed; this driver said: {said}") from error
-            self._open = True
             try:
+                self._own = _kept_holder()
                 self._learn()
             except BaseException:
-                self.abandon()
+                self._backend.release()
                 raise
+        self._open = True
 
     def _learn(self) -> None:
         """Ask the driver what it is and can."""
+        with _default_context_kept():
+            try:
+                self.ctx = moderngl.create_context(context=self._backend)
+            except Exception as error:
+                said = _one_line(error)
+                raise NoGpuError(f"OpenGL 3.3 core is needed; this driver said: {said}") from error
         self.raw = RawGL(self._backend)
         self.renderer: str = self.ctx.info["GL_RENDERER"]
         self.software = any(name in self.renderer.lower() for name in _SOFTWARE)
@@ -227,11 +226,12 @@ class Device:
     def abandon(self) -> None:
         """Free the context without making it current, and with it every object that no window shares.
 
-        In a process that was forked from the one that made it, this does nothing.
+        This does nothing if it is gone, or in a process that was forked from the one that made it.
         """
         if self._open:
             self._open = False
-            if not self.inherited:
+            gone = self._own is not None and self._own.is_gone()
+            if not (self.inherited or gone):
                 self.ctx.release()
 
     def __del__(self) -> None:
