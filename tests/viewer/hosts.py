@@ -175,7 +175,8 @@ class Pyrender:
         return bytes(self.renderer.render(self.scene)[0].tobytes())
 
     def close(self) -> None:
-        """Leave its display alone, which is ours, too: its delete() is tested elsewhere."""
+        """Shut down the EGL display, for everybody in this process."""
+        self.renderer.delete()
 
 
 HOSTS = {"panda3d": Panda, "pyglet": Pyglet, "glfw": Glfw, "pyrender": Pyrender}
@@ -242,12 +243,27 @@ def take_turns(name: str, ours: Ours | None) -> None:
     host.close()
 
 
+def outlive_the_display(ours: Ours) -> None:
+    """Assert that a Renderer says why it cannot draw any more, and that a new one can."""
+    refusal = "none"
+    try:
+        ours.draw()
+    except RuntimeError as error:
+        refusal = str(error)
+    assert "context is gone" in refusal, refusal
+    assert "pyrender" in refusal
+    ours.renderer.close()
+    again = Ours()
+    print("again", hashlib.sha256(again.draw()).hexdigest())
+    again.renderer.close()
+
+
 def main(order: str) -> None:
     ours = Ours() if order == "ours" else None
     for name in HOSTS:
         take_turns(name, ours)
     if ours is not None:
-        ours.renderer.close()
+        outlive_the_display(ours)
 
 
 if __name__ == "__main__":
