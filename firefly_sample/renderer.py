@@ -321,18 +321,21 @@ class Renderer:
 
         In a process that was forked from the one that made the renderer, nothing is freed, and nothing said.
         """
-        if not self._open:
-            return
-        if self._device.inherited or self._device.is_gone():
+        if self._device.inherited:
             self._open = False
-            self._device.abandon()
             return
-        with self._device:
+        with self._device.exclusively():
+            if not self._open:
+                return
             self._open = False
-            if self._presenter is not None:
-                self._presenter.release()
-            self._gpu.release()
-        self._device.release()
+            if self._device.is_gone():
+                self._device.abandon()
+                return
+            with self._device:
+                if self._presenter is not None:
+                    self._presenter.release()
+                self._gpu.release()
+            self._device.release()
 
     def __del__(self) -> None:
         if not getattr(self, "_open", False) or self._device.inherited or sys.is_finalizing():

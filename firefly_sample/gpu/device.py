@@ -168,6 +168,8 @@ class Device:
     def __enter__(self) -> Device:
         self.exclusively().__enter__()
         try:
+            if not self._open:  # another thread may have closed it meanwhile
+                raise GpuError("this renderer is closed: make a new one")
             self._before.append(self._make_current())
         except BaseException:
             self._lock.release()

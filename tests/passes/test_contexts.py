@@ -111,10 +111,38 @@ def test_threads_that_share_a_renderer_wait_for_each_other(egl):
     scenes = [ball_scene(count) for count in (1, 5, 20)]
     with make_renderer((64, 48)) as renderer, ThreadPoolExecutor(6) as pool:
         alone = [renderer.render(scene, 0.5).color for scene in scenes]
-        drawn = list(pool.map(lambda i: renderer.render(scenes[i % 3], 0.5).color, range(60)))
+
+        def draw(i):
+            if i % 2:
+                return [renderer.render(scenes[i % 3], 0.5).color]
+            return [frame.color for frame in renderer.render_many(scenes[i % 3], (0.5, 0.5))]
+
+        drawn = list(pool.map(draw, range(36)))
         assert not any(pool.map(lambda _: egl.eglGetCurrentContext(), range(6)))
-    for i, color in enumerate(drawn):
-        assert np.array_equal(color, alone[i % 3]), i
+    for i, pictures in enumerate(drawn):
+        assert all(np.array_equal(color, alone[i % 3]) for color in pictures), i
+
+
+def test_a_renderer_that_another_thread_closes_says_that_it_is_closed():
+    scene, closed = wall_scene(), threading.Barrier(5)
+    for _ in range(3):
+        renderer = make_renderer((16, 12))
+        renderer.render(scene)
+
+        def draw_until_closed(renderer=renderer):
+            closed.wait(60)
+            while True:
+                renderer.render(scene)
+
+        def close(renderer=renderer):
+            closed.wait(60)
+            renderer.close()
+
+        with ThreadPoolExecutor(5) as pool:
+            drawing = [pool.submit(draw_until_closed) for _ in range(3)]
+            closing = [pool.submit(close) for _ in range(2)]
+        assert [str(done.exception()) for done in drawing] == ["this renderer is closed: make a new one"] * 3
+        assert [done.exception() for done in closing] == [None] * 2
 
 
 def test_a_renderer_goes_from_thread_to_thread():
