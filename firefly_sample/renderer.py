@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -84,6 +85,10 @@ class SoftwareDriverWarning(UserWarning):
 class Renderer:
     """Draws scenes into Frames. A context manager: it frees its GL objects when left.
 
+    Its OpenGL context is current only during a call; afterwards the one that was current before is so again.
+    Threads that share a renderer wait for each other. One that is dropped without `close` is freed with a
+    `ResourceWarning`.
+
     Parameters
     ----------
     size : (int, int)
@@ -105,7 +110,8 @@ class Renderer:
     Raises
     ------
     NoGpuError
-        If there is no OpenGL 3.3 or, with `require_gpu`, only a software driver.
+        If there is no OpenGL 3.3, with `require_gpu` only a software driver, or if this process was forked
+        from one that had drawn already.
     OutputError, GpuError
         If the size is below 1, or above what the driver can draw; or if the environment makes it crash.
 
@@ -133,25 +139,27 @@ class Renderer:
         self.reuse = reuse
         self._planner = Planner()
         self._passes = {made.name: made for made in (kind() for kind in PASSES)}
+        self._drawn: FramePlan | None = None
         self._device = Device(device, window=window)
         try:
             self.resize(size)
             if require_gpu:
                 self._device.require_gpu()
-        except Exception:
+            if self.software and not window:
+                warnings.warn(
+                    f"drawing on the CPU ({self.driver}): right, but slow",
+                    SoftwareDriverWarning,
+                    stacklevel=2,
+                )
+            for change in silent_changes(self.driver):
+                warnings.warn(change, stacklevel=2)
+            with self._device:
+                self._gpu = Gpu(self._device)
+                self._presenter = Presenter(self._gpu) if window else None
+        except BaseException:
             self._device.release()
             raise
-        if self.software and not window:
-            warnings.warn(
-                f"drawing on the CPU ({self.driver}): right, but slow", SoftwareDriverWarning, stacklevel=2
-            )
-        for change in silent_changes(self.driver):
-            warnings.warn(change, stacklevel=2)
-        with self._device:
-            self._gpu = Gpu(self._device)
-        self._presenter = Presenter(self._gpu) if window else None
         self._open = True
-        self._drawn: FramePlan | None = None
 
     @property
     def driver(self) -> str:
@@ -182,7 +190,8 @@ class Renderer:
     def plan(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> FramePlan:
         """What `render` would draw."""
         names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-        return self._planner.plan(scene, self.settings, self.size, names, time, self._device.capabilities)
+        with self._device.exclusively():
+            return self._planner.plan(scene, self.settings, self.size, names, time, self._device.capabilities)
 
     def render(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> Frame:
         """Draw `scene` at `time` (seconds) and read back `outputs` (names from `frame.OUTPUTS`).
@@ -192,7 +201,8 @@ class Renderer:
         FireflyError
             If the scene, an output or a shader is wrong; the message names it.
         """
-        return self.draw(self.plan(scene, time, outputs))
+        with self._device.exclusively():
+            return self.draw(self.plan(scene, time, outputs))
 
     def draw(self, plan: FramePlan, read: bool = True) -> Frame:
         """Draw a plan that `plan` made and read back its outputs; without `read`, the Frame has no images."""
@@ -310,16 +320,43 @@ class Renderer:
         return Surface(plan, read)
 
     def close(self) -> None:
-        """Free every GL object and the context."""
-        if not self._open:
+        """Free every GL object and the context.
+
+        In a process that was forked from the one that made the renderer, nothing is freed, and nothing said.
+        """
+        if self._device.inherited:
+            self._open = False
             return
-        self._open = False
-        if self._device.is_alive():
+        with self._device.exclusively():
+            if not self._open:
+                return
+            self._open = False
+            if self._device.is_gone():
+                self._device.abandon()
+                return
             with self._device:
                 if self._presenter is not None:
                     self._presenter.release()
                 self._gpu.release()
             self._device.release()
+
+    def __del__(self) -> None:
+        if not getattr(self, "_open", False) or self._device.inherited or sys.is_finalizing():
+            return
+        self._open = False
+        try:
+            warnings.warn(self._dropped(), ResourceWarning, stacklevel=2, source=self)
+        finally:
+            self._device.abandon()
+
+    def _dropped(self) -> str:
+        """Say that nobody closed it."""
+        width, height = self.size
+        kept = "" if self._presenter is None else "; its images stay in the window's context until that ends"
+        return (
+            f"a Renderer of {width}x{height} was dropped without close(){kept}: "
+            "use 'with Renderer(...) as renderer:' or call renderer.close()"
+        )
 
     def __enter__(self) -> Renderer:
         return self

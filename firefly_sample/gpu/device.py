@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import os
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from types import TracebackType
 from typing import Any
 
 import moderngl
 
 from firefly_sample.errors import GpuError, NoGpuError
+from firefly_sample.gpu.current import (
+    Holder,
+    current_holder,
+    give_back,
+    is_supported,
+    make_current,
+    thread_without_context,
+)
 from firefly_sample.gpu.driver_variables import check_vector_width, variables_set
+from firefly_sample.gpu.forks import check_not_forked, check_threads, note_opened
 from firefly_sample.gpu.raw import DEPTH_CLAMP, FRAMEBUFFER_SRGB, RawGL
 from firefly_sample.plan.frame_plan import Capabilities
 
@@ -21,8 +34,8 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software", "basic
 class Device:
     """An OpenGL 3.3 core context and what it can do.
 
-    Enter it (``with device:``) around GL calls: it makes the context current, which another library
-    (pyrender, a window) may have changed. Entering raises `GpuError` where that library has destroyed it.
+    Enter it (``with device:``) around GL calls. This makes its context current in this thread; leaving it
+    makes current again what was before, another library's context or none. Other threads that enter it wait.
 
     Parameters
     ----------
@@ -34,26 +47,42 @@ class Device:
     Raises
     ------
     NoGpuError
-        If there is no OpenGL library, no such device, or it has no OpenGL 3.3.
+        If there is no OpenGL library, no such device, it has no OpenGL 3.3, or this process was forked after
+        the driver was used.
     GpuError
         If the environment makes the driver overwrite memory.
     """
 
     def __init__(self, index: int | None = None, window: bool = False) -> None:
-        self._backend = _window_backend() if window else _egl_backend(index)
-        try:
-            self.ctx = moderngl.create_context(context=self._backend)
-        except Exception as error:
-            raise NoGpuError(f"OpenGL 3.3 core is needed; this driver said: {_one_line(error)}") from error
+        check_not_forked(current_holder() if window else None)
+        self._process = os.getpid()
+        self._lock = threading.RLock()
+        self._before: list[Holder | None] = []
+        self._window = window
+        with nullcontext() if window else thread_without_context():
+            self._backend = _window_backend() if window else _egl_backend(index)
+            try:
+                self._own = _kept_holder()
+                self._learn()
+            except BaseException:
+                self._backend.release()
+                raise
+        self._open = True
+
+    def _learn(self) -> None:
+        """Ask the driver what it is and can."""
+        with _default_context_kept():
+            try:
+                self.ctx = moderngl.create_context(context=self._backend)
+            except Exception as error:
+                said = _one_line(error)
+                raise NoGpuError(f"OpenGL 3.3 core is needed; this driver said: {said}") from error
         self.raw = RawGL(self._backend)
-        self._handle = self.raw.current_context()
         self.renderer: str = self.ctx.info["GL_RENDERER"]
-        try:
-            check_vector_width(self.renderer)
-        except GpuError:
-            self.ctx.release()
-            raise
+        check_vector_width(self.renderer)
         self.software = any(name in self.renderer.lower() for name in _SOFTWARE)
+        check_threads(self.renderer)
+        note_opened(self._own, self.renderer, self.software)
         self.version: str = self.ctx.info["GL_VERSION"]
         self.vendor: str = self.ctx.info["GL_VENDOR"]
         self.max_size: int = min(self.ctx.info["GL_MAX_TEXTURE_SIZE"], *self.ctx.info["GL_MAX_VIEWPORT_DIMS"])
@@ -63,7 +92,6 @@ class Device:
             snorm_targets="GL_EXT_render_snorm" in extensions or self._can_render(0x8F99),
             float64="GL_ARB_gpu_shader_fp64" in extensions,
         )
-
         self._idle = self.ctx.simple_framebuffer((1, 1))
 
     def unbind(self) -> None:
@@ -123,33 +151,120 @@ class Device:
         if error != "GL_NO_ERROR":
             raise GpuError(f"the driver reported {error} in {where} ({self.renderer})")
 
-    def is_alive(self) -> bool:
-        """False once another library has destroyed the context, and with it every object."""
-        with self.ctx:
-            return self.raw.current_context() == self._handle
+    @property
+    def inherited(self) -> bool:
+        """Whether this process was forked from the one that made the device."""
+        return os.getpid() != self._process
+
+    def exclusively(self) -> AbstractContextManager[Any]:
+        """Keep other threads from entering, for what must not be mixed with what they do.
+
+        Raises
+        ------
+        GpuError
+            If this process was forked from the one that made the device.
+        """
+        if self.inherited:  # the lock, too, may be held by a thread that is in the parent alone
+            check_not_forked(self._own)
+            raise GpuError("this renderer was made before this process was forked: make a new one here")
+        return self._lock
 
     def __enter__(self) -> Device:
-        self.ctx.__enter__()  # type: ignore[no-untyped-call]
-        if self.raw.current_context() != self._handle:
-            raise GpuError(
-                "this renderer's OpenGL context is gone: another library has shut down the display that both "
-                "use (pyrender's OffscreenRenderer.delete() does); close the Renderer first, or make another"
-            )
+        self.exclusively().__enter__()
+        try:
+            if not self._open:  # another thread may have closed it meanwhile
+                raise GpuError("this renderer is closed: make a new one")
+            self._before.append(self._make_current())
+        except BaseException:
+            self._lock.release()
+            raise
         return self
+
+    def _make_current(self) -> Holder | None:
+        """Make the context current and return what was before."""
+        if self._own is None:  # neither EGL nor GLX: the backend remembers for itself
+            self._backend.__enter__()
+            return None
+        before = current_holder()
+        if not self._own.holds(before):
+            try:
+                make_current(self._own, before)
+            except GpuError:
+                give_back(before)
+                raise
+        return before
 
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.ctx.__exit__(kind, value, trace)  # type: ignore[no-untyped-call]
+        try:
+            before = self._before.pop()
+            if self._own is None:
+                self._backend.__exit__()
+            elif not self._own.holds(before):
+                give_back(before)
+        finally:
+            self._lock.release()
+
+    def is_gone(self) -> bool:
+        """Return whether another library has destroyed the context, and with it every object.
+
+        A context of GLX counts as gone if it cannot be made current: its window is closed.
+        """
+        if not self._window:
+            return self._own is not None and self._own.is_gone()
+        try:
+            with self:
+                return False
+        except GpuError:
+            return True
 
     def release(self) -> None:
         """Free the context itself. Objects must have been released before."""
-        with self:
-            for attachment in self._idle.color_attachments:
-                attachment.release()
-            self._idle.depth_attachment.release()
-            self._idle.release()
-        self.ctx.release()
+        if self._window:
+            with self:
+                for attachment in self._idle.color_attachments:
+                    attachment.release()
+                self._idle.depth_attachment.release()
+                self._idle.release()
+        self.abandon()
+
+    def abandon(self) -> None:
+        """Free the context without making it current, and with it every object that no window shares.
+
+        This does nothing if it is gone, or in a process that was forked from the one that made it.
+        """
+        if self._open:
+            self._open = False
+            gone = self._own is not None and self._own.is_gone()
+            if not (self.inherited or gone):
+                self.ctx.release()
+
+    def __del__(self) -> None:
+        if getattr(self, "_open", False) and not sys.is_finalizing():
+            self.abandon()
+
+
+def _kept_holder() -> Holder | None:
+    """The context that was just made or taken over; None where neither EGL nor GLX is."""
+    holder = current_holder()
+    if holder is None:
+        if is_supported():
+            raise NoGpuError("the driver made an OpenGL context and does not let it become current")
+        return None
+    return holder.kept()
+
+
+@contextmanager
+def _default_context_kept() -> Iterator[None]:
+    """Leave `moderngl.get_context()`, which another part of the program may rely on, as it was."""
+    store = getattr(moderngl, "_store", None)
+    before = getattr(store, "default_context", None)
+    try:
+        yield
+    finally:
+        if store is not None:
+            store.default_context = before
 
 
 def _one_line(error: BaseException) -> str:
@@ -180,10 +295,19 @@ def _egl_backend(index: int | None) -> Any:
 def _window_backend() -> Any:
     import glcontext
 
+    held = current_holder()
+    if held is not None and held.api != "GLX":
+        raise NoGpuError(
+            f"window=True needs a window's GLX context, but one of {held.api} is current in this thread: "
+            "make the window's context current first, and have its library create it with GLX"
+        )
     try:
         return glcontext.default_backend()(mode="detect", glversion=330)
     except Exception as error:
-        raise NoGpuError(f"the window has no usable OpenGL context: {_one_line(error)}") from error
+        raise NoGpuError(
+            "window=True needs a window's OpenGL context, but none is current in this thread "
+            f"({_one_line(error)}): make it current first"
+        ) from error
 
 
 def _explain(error: BaseException, index: int) -> str:

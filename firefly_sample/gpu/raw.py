@@ -127,20 +127,6 @@ class RawGL:
         self._call("glBindFramebuffer", DRAW_FRAMEBUFFER, destination)
         self._call("glBlitFramebuffer", 0, 0, width, height, 0, 0, width, height, DEPTH_BUFFER_BIT, NEAREST)
 
-    def current_context(self) -> int:
-        """The handle of the context that is current in this thread: EGL's, or GLX's under a window.
-
-        0 where there is none, and always on systems that have neither.
-        """
-        for name in ("eglGetCurrentContext", "glXGetCurrentContext"):
-            try:
-                handle = self._call(name, returns=ctypes.c_void_p)
-            except (ValueError, TypeError):  # the loader does not know it
-                continue
-            if handle:
-                return int(handle)
-        return 0
-
     def flush(self) -> None:
         """Let the driver begin with what it was given."""
         self._call("glFlush")
