@@ -84,9 +84,16 @@ def build_plan(
 
 
 class Planner:
-    """Builds plans and keeps what did not change between them: walks of the graph, shadow maps, draws."""
+    """Builds plans and keeps what did not change between them: walks of the graph, shadow maps, draws.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    window : bool
+        See `firefly_sample.plan.camera.Eye`.
+    """
+
+    def __init__(self, window: bool = False) -> None:
+        self._window = window
         self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
         self._shadows = ShadowPlanner()
@@ -205,6 +212,7 @@ class Planner:
                 snapshot,
                 lighting.sets,
                 position_warning(needs, lens, camera, seen, lighting.sets, max(exposure)),
+                () if eye.warning is None else (eye.warning,),
                 cloud,
             ),
         )
@@ -213,7 +221,7 @@ class Planner:
         """The scene's camera, with what follows from it."""
         state = eye_state(scene, size)
         if self._eye is None or self._eye[0] != state:
-            self._eye = state, Eye(scene, size)
+            self._eye = state, Eye(scene, size, self._window)
         return self._eye[1]
 
     def _visible(self, snapshot: Snapshot, eye: Eye) -> Visible:

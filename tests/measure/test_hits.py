@@ -18,7 +18,7 @@ from tests.scenes import geom_node
 def lens_of(kind):
     if kind == "orthographic":
         return OrthographicLens(film_size=(4, 3), near=1, far=100)
-    lens = PerspectiveLens(fov=60.0, near=1.0, far=100.0)
+    lens = PerspectiveLens(vfov=60.0, near=1.0, far=100.0)
     if kind == "film offset":
         lens.set_film_size(4, 3)
         lens.set_film_offset(1.0, -0.5)
