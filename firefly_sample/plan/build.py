@@ -17,6 +17,7 @@ from firefly_sample.plan.clusters import Clusters, plan_clusters
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.culling import choose_culling
+from firefly_sample.plan.cut_off import CutOff, cut_off, cut_off_warnings
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
 from firefly_sample.plan.frame_plan import (
     Background,
@@ -99,6 +100,7 @@ class Planner:
         self._shadows = ShadowPlanner()
         self._eye: tuple[tuple[Any, ...], Eye] | None = None
         self._seen: tuple[tuple[Any, ...], Visible] | None = None
+        self._cut: tuple[Visible, CutOff] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
         self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
 
@@ -212,7 +214,10 @@ class Planner:
                 snapshot,
                 lighting.sets,
                 position_warning(needs, lens, camera, seen, lighting.sets, max(exposure)),
-                () if eye.warning is None else (eye.warning,),
+                (
+                    *eye.warnings,
+                    *cut_off_warnings(self._cut_off(snapshot, eye, seen), eye, snapshot.id_names),
+                ),
                 cloud,
             ),
         )
@@ -231,6 +236,12 @@ class Planner:
         if self._seen is None or self._seen[0] != state:
             self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
         return self._seen[1]
+
+    def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible) -> CutOff:
+        """What the lens's planes cut off; found anew only with what is in view."""
+        if self._cut is None or self._cut[0] is not seen:
+            self._cut = seen, cut_off(snapshot.instances, eye, seen)
+        return self._cut[1]
 
     def _chosen(self, needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
         """Targets and passes; the same objects while nothing else is needed."""

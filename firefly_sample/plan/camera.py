@@ -37,8 +37,10 @@ class Eye:
 
     Attributes
     ----------
+    name : str
+        The camera's path.
     lens : Lens
-    warning : str or None
+    warnings : tuple of str
         On the lens's shape.
     camera : CameraMatrices
     planes, corners : ndarray of float64
@@ -51,7 +53,8 @@ class Eye:
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int], window: bool = False) -> None:
-        self.lens, self.warning = _lens_for(scene, size, window)
+        self.name = str(scene.camera)
+        self.lens, self.warnings = _lens_for(scene, size, window)
         self.camera = camera_matrices(scene)
         self.planes = self.lens.frustum_planes()
         self.corners = frustum_corners(self.lens.constants(), self.lens.get_near(), self.lens.get_far())
@@ -63,20 +66,21 @@ def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
     return lens, lens.revision, size, scene.camera.get_net_transform().get_mat().tobytes()
 
 
-def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, str | None]:
+def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, tuple[str, ...]]:
     """The camera's lens for a picture of a size, and what there is to say of its shape."""
-    lens, shape, warning = scene.lens, scene.lens.shape, None
+    lens, shape = scene.lens, scene.lens.shape
+    warnings: tuple[str, ...] = ()
     if window and shape.fixed_by and not shape.fits(*size):
         lens = lens.make_copy()
         lens.set_aspect_ratio(None)
         # without the window's size: a window that is dragged goes through many, and one line is enough
-        warning = (
+        warnings = (
             f"camera {scene.camera}: its {shape.fixed_by} fixes the picture's aspect ratio at "
             f"{shape.picture:.5g} and the window has another, so it shows more or less than the lens says; "
-            "a capture of another aspect ratio is refused"
+            "a capture of another aspect ratio is refused",
         )
     try:
-        return lens.for_picture(*size), warning
+        return lens.for_picture(*size), warnings
     except LensError as error:
         raise LensError(f"camera {scene.camera}: {error}") from None
 
