@@ -73,9 +73,10 @@ def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, 
     if window and shape.fixed_by and not shape.fits(*size):
         lens = lens.make_copy()
         lens.set_aspect_ratio(None)
-        # without the window's size: a window that is dragged goes through many, and one line is enough
+        # without the window's size and the camera's name: one line is enough while the window or the view is
+        # dragged
         warnings = (
-            f"camera {scene.camera}: its {shape.fixed_by} fixes the picture's aspect ratio at "
+            f"the camera's {shape.fixed_by} fixes the picture's aspect ratio at "
             f"{shape.picture:.5g} and the window has another, so it shows more or less than the lens says; "
             "a capture of another aspect ratio is refused",
         )
