@@ -26,7 +26,7 @@ MOST_NAMES = 4
 CHUNK = 1 << 16
 """Triangles that are tested at once."""
 TOUCH = 1e-9
-"""Of a length: overlaps below it count as touching, which cuts nothing."""
+"""Of a region's size: a smaller overlap is a touch, which cuts nothing off."""
 
 
 class CutOff(NamedTuple):
@@ -116,12 +116,15 @@ class _Region(NamedTuple):
     corners : ndarray of float64, shape (8, 3)
     edges : ndarray of float64, shape (6, 3)
         Directions of all edges.
+    touch : float
+        Lengths up to which an overlap is none.
     """
 
     perspective: bool
     planes: Float64
     corners: Float64
     edges: Float64
+    touch: float
 
     @classmethod
     def between(cls, eye: Eye, low: float, high: float) -> _Region:
@@ -130,20 +133,22 @@ class _Region(NamedTuple):
         planes = np.array([*eye.planes[:4], (0.0, 1.0, 0.0, -low), (0.0, -1.0, 0.0, high)])
         edges = np.array([*(corners[4:] - corners[:4]), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
         edges /= np.linalg.norm(edges, axis=1, keepdims=True)
-        return cls(constants.perspective, planes, corners, edges)
+        return cls(constants.perspective, planes, corners, edges, TOUCH * float(np.abs(corners).max()))
 
 
 def _reaches(group: Group, model_to_view: Float64, region: _Region) -> bool:
     """Whether a triangle that can be seen reaches into the region."""
-    triangles = group.geom.triangles
-    vertices = group.geom.vertices @ model_to_view[:3, :3] + model_to_view[3, :3]
-    beside = vertices @ region.planes[:, :3].T + region.planes[:, 3] <= TOUCH * np.abs(region.corners).max()
-    if beside.all(axis=0).any():
+    vertices, triangles = group.geom.vertices, group.geom.triangles
+    # a bit for each plane that a vertex lies beyond: a triangle that is beyond one has a bit in common
+    codes = np.zeros(len(vertices), dtype=np.uint8)
+    for bit, plane in enumerate(region.planes @ model_to_view.T):  # in model space, where vertices are
+        codes |= (vertices @ plane[:3] + plane[3] <= region.touch).astype(np.uint8) << bit
+    if np.bitwise_and.reduce(codes):
         return False
-    for start in range(0, len(triangles), CHUNK):
-        part = triangles[start : start + CHUNK]
-        part = part[~(beside[part[:, 0]] & beside[part[:, 1]] & beside[part[:, 2]]).any(axis=1)]
-        corners = vertices[part]
+    near_it = np.flatnonzero(codes[triangles[:, 0]] & codes[triangles[:, 1]] & codes[triangles[:, 2]] == 0)
+    for start in range(0, len(near_it), CHUNK):
+        corners = vertices[triangles[near_it[start : start + CHUNK]]]
+        corners = corners @ model_to_view[:3, :3] + model_to_view[3, :3]
         corners = corners[_facing(corners, group, region.perspective)]
         if len(corners) and _overlaps(corners, region).any():
             return True
@@ -175,4 +180,4 @@ def _overlaps(corners: Float64, region: _Region) -> NDArray[np.bool_]:
     axes = axes / np.where(lengths > 0.0, lengths, 1.0)
     its, others = axes @ corners.transpose(0, 2, 1), axes @ region.corners.T
     depth = np.minimum(its.max(axis=2) - others.min(axis=2), others.max(axis=2) - its.min(axis=2))
-    return np.asarray(((depth > TOUCH * np.abs(region.corners).max()) | (lengths[..., 0] == 0.0)).all(axis=1))
+    return np.asarray(((depth > region.touch) | (lengths[..., 0] == 0.0)).all(axis=1))
