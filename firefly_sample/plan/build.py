@@ -238,7 +238,7 @@ class Planner:
         return self._seen[1]
 
     def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible) -> CutOff:
-        """What the lens's planes cut off; found anew only with what is in view."""
+        """Return what the lens's planes cut off; found anew only with what is in view."""
         if self._cut is None or self._cut[0] is not seen:
             self._cut = seen, cut_off(snapshot.instances, eye, seen)
         return self._cut[1]

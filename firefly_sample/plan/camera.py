@@ -67,7 +67,7 @@ def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
 
 
 def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, tuple[str, ...]]:
-    """The camera's lens for a picture of a size, and what there is to say of its shape."""
+    """Return the camera's lens for a picture of a size, and warnings of its shape."""
     lens, shape = scene.lens, scene.lens.shape
     warnings: tuple[str, ...] = ()
     if window and shape.fixed_by and not shape.fits(*size):

@@ -23,7 +23,7 @@ __all__ = ["CutOff", "cut_off", "cut_off_warnings"]
 Float64 = NDArray[np.float64]
 
 MOST_NAMES = 4
-CHUNK = 1 << 16
+CHUNK = 1 << 12
 """Triangles that are tested at once."""
 TOUCH = 1e-9
 """Of a region's size: a smaller overlap is a touch, which cuts nothing off."""
@@ -72,7 +72,7 @@ def cut_off_warnings(found: CutOff, eye: Eye, id_names: Sequence[str]) -> Iterat
 
 
 def _anything_between(seen: Visible, near: float, far: float) -> bool:
-    """Whether the boxes of anything in view reach between the planes."""
+    """Return whether the box of anything in view reaches between the planes."""
     for part in seen.parts:
         middles = 0.5 * (part.nearest + part.farthest)  # of boxes, too: cheaper than their ends
         if ((near < middles) & (middles < far)).any():
@@ -83,7 +83,7 @@ def _anything_between(seen: Visible, near: float, far: float) -> bool:
 
 
 def _ids_within(instances: Instances, eye: Eye, low: float, high: float) -> tuple[int, ...]:
-    """Ids of instances with a triangle in view between two distances, up to one more than are named."""
+    """Return ids of instances with a triangle in view between two distances: one more than named at most."""
     to_view = eye.camera.world_to_view
     centers = instances.centers @ to_view[:3, :3] + to_view[3, :3]
     planes = np.array([*eye.planes[:4], (0.0, 1.0, 0.0, -low)])
@@ -94,6 +94,8 @@ def _ids_within(instances: Instances, eye: Eye, low: float, high: float) -> tupl
         return ()
     if not np.isfinite(high):
         high = float((centers[chosen, 1] + instances.radii[chosen]).max())
+        if not high > low:
+            return ()
     region = _Region.between(eye, low, high)
     found: dict[int, None] = {}
     for index in chosen:
@@ -137,7 +139,7 @@ class _Region(NamedTuple):
 
 
 def _reaches(group: Group, model_to_view: Float64, region: _Region) -> bool:
-    """Whether a triangle that can be seen reaches into the region."""
+    """Return whether a triangle that can be seen reaches into the region."""
     vertices, triangles = group.geom.vertices, group.geom.triangles
     # a bit for each plane that a vertex lies beyond: a triangle that is beyond one has a bit in common
     codes = np.zeros(len(vertices), dtype=np.uint8)
@@ -156,7 +158,7 @@ def _reaches(group: Group, model_to_view: Float64, region: _Region) -> bool:
 
 
 def _facing(corners: Float64, group: Group, perspective: bool) -> NDArray[np.bool_]:
-    """Which triangles, shape (n, 3, 3), show the eye a side that is drawn."""
+    """Return which triangles, shape (n, 3, 3), show the eye a side that is drawn."""
     first = corners[:, 0]
     normals = np.cross(corners[:, 1] - first, corners[:, 2] - first)
     towards = -(normals * first).sum(axis=1) if perspective else -normals[:, 1]
@@ -166,7 +168,7 @@ def _facing(corners: Float64, group: Group, perspective: bool) -> NDArray[np.boo
 
 
 def _overlaps(corners: Float64, region: _Region) -> NDArray[np.bool_]:
-    """Which triangles, shape (n, 3, 3), overlap the region: no axis separates the two.
+    """Return which triangles, shape (n, 3, 3), overlap the region: no axis separates the two.
 
     Axes that could are the normals of either's faces, and what is perpendicular to an edge of each (S.
     Gottschalk, M. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996).

@@ -64,7 +64,7 @@ class Lens(ABC):
 
     @abstractmethod
     def _reshape(self, shape: Shape) -> None:
-        """Take a shape; what was set of one side stays. LensError where the lens cannot have it."""
+        """Take a shape; what was set of one side stays. Raise LensError where the lens cannot have it."""
 
     @abstractmethod
     def _scales(self) -> tuple[float, float]:
@@ -169,15 +169,15 @@ class Lens(ABC):
         LensError
             If this kind of lens cannot have these planes.
         """
-        self._set_planes(near, far)
+        self._set_planes(number("near", near), number("far", far))
 
     def set_near(self, near: float) -> None:
         """Set the near plane alone; see `set_near_far`."""
-        self._set_planes(near, None)
+        self._set_planes(number("near", near), None)
 
     def set_far(self, far: float) -> None:
         """Set the far plane alone; see `set_near_far`."""
-        self._set_planes(None, far)
+        self._set_planes(None, number("far", far))
 
     def _set_planes(self, near: float | None, far: float | None) -> None:
         """Set the planes that are given; None leaves one as it is."""

@@ -62,7 +62,7 @@ def positive(name: str, value: float) -> float:
 
 
 def whole(name: str, value: int) -> int:
-    """`value` as a whole number of 1 or more."""
+    """Return `value` as a whole number of 1 or more."""
     result = positive(name, value)
     if result != int(result):
         raise LensError(f"{name} must be a whole number of pixels, got {result:g}")
@@ -84,7 +84,7 @@ def one_or_two(name: str, value: float | tuple[float, float]) -> tuple[float, fl
 
 
 def one_of(**given: object) -> str:
-    """The name of the one thing that is given, empty where there is none; several are refused."""
+    """Return the name of the one thing that is given, empty without any; refuse several."""
     names = [name for name, value in given.items() if value is not None]
     if len(names) > 1:
         raise LensError(f"{' and '.join(names)} set the same thing: give one of them")

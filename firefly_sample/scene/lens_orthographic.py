@@ -124,5 +124,5 @@ class OrthographicLens(Lens):
 
 
 def _film(side: str, length: float, ratio: float) -> tuple[float, float]:
-    """Width and height of a film of which one side is given."""
+    """Return width and height of a film of which one side is given."""
     return (length, length / ratio) if side == "width" else (length * ratio, length)
