@@ -118,8 +118,10 @@ class Surface:
             return np.where(stored[..., :1] == 0, -1, stored - (1, 0))
         if name == "depth":
             return self.distance()
-        if name in ("normal", "normal_world"):
-            return self._to_world(self.normal(), name.endswith("world"), point=False)
+        if name == "normal":
+            return self.normal()
+        if name == "normal_world":
+            return self._to_world(self.unit_normal(), True, point=False)
         return self._to_world(self.position(), name.endswith("world"), point=True)
 
     def _stored(self, name: str, target: str, dtype: Any) -> NDArray[Any]:
@@ -188,14 +190,20 @@ class Surface:
         """Unit normals in view space, 0 where nothing was drawn; classic ones as stored, not decoded."""
         target = self._plan.target("normal")
         assert target is not None
+        return self._floats("normal", 3) if target.packing == "undecoded" else self.unit_normal()
+
+    def unit_normal(self) -> Float64:
+        """Unit normals in view space, 0 where nothing was drawn."""
+        target = self._plan.target("normal")
+        assert target is not None
         stored = self._floats("normal", 2 if target.packing in _OCTAHEDRAL else 3)
-        if target.packing == "undecoded":
-            return stored
         if target.packing in _OCTAHEDRAL:
             scale, offset = _OCTAHEDRAL[target.packing]
             unit = decode_normal(stored * scale - offset)
         else:
-            long = stored * 2.0 - 1.0 if target.packing == "shifted" else stored
+            long = stored if target.packing == "plain" else stored * 2.0 - 1.0
+            if target.packing == "undecoded":  # in OpenGL's view axes: shaders/include/gbuffer.glsl
+                long = long[..., (0, 2, 1)] * (1.0, -1.0, 1.0)
             unit = long / np.maximum(np.linalg.norm(long, axis=-1, keepdims=True), 1e-30)
         return np.where(self.covered()[..., None], unit, 0.0)
 
@@ -250,7 +258,7 @@ class Surface:
         specular = self.specular()
         return GBuffer(
             position=self.position(),
-            normal=self.normal(),
+            normal=self.unit_normal(),
             to_eye=self.to_eye(),
             albedo=self.albedo(),
             specular=specular[..., :3],
