@@ -137,7 +137,7 @@ class Renderer:
         self.size = check_size(size)
         self.count_fragments = count_fragments
         self.reuse = reuse
-        self._planner = Planner()
+        self._planner = Planner(window)
         self._passes = {made.name: made for made in (kind() for kind in PASSES)}
         self._drawn: FramePlan | None = None
         self._device = Device(device, window=window)

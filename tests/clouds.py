@@ -53,7 +53,7 @@ def cloud_scene(node, light=None, ground=True, **shadow):
     scene.root.attach_new_node(node)
     scene.camera.set_pos(0, -5, 1)
     scene.camera.look_at(0, 0, -0.2)
-    scene.camera.node().lens = PerspectiveLens(fov=45, near=0.1, far=100)
+    scene.camera.node().lens = PerspectiveLens(vfov=45, near=0.1, far=100)
     return scene
 
 

@@ -40,7 +40,7 @@ def wall_scene(distance=10.0, color=(0.5, 0.5, 0.5, 1.0), size=20.0, cells=1, ma
     scene = Scene()
     node = geom_node("wall", wall(size, cells), material or Material("wall", color))
     scene.root.attach_new_node(node).set_pos(0, distance, 0)
-    scene.camera.node().lens = PerspectiveLens(**{"fov": 60.0, "near": 1.0, "far": 100.0} | lens)
+    scene.camera.node().lens = PerspectiveLens(**{"vfov": 60.0, "near": 1.0, "far": 100.0} | lens)
     return scene
 
 
@@ -70,5 +70,5 @@ def ball_scene(lights=60, seed=0, radius=2.5, ambient=(0.0, 0.0, 0.0)):
         scene.root.attach_new_node(AmbientLight("sky", ambient))
     scene.camera.set_pos(0, -4, 3)
     scene.camera.set_hpr(3, -12, 2)
-    scene.camera.node().lens = PerspectiveLens(fov=50, near=0.5, far=100)
+    scene.camera.node().lens = PerspectiveLens(vfov=50, near=0.5, far=100)
     return scene

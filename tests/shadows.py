@@ -53,7 +53,7 @@ def shadowed_scene(kind, place, resolution=256, thing="box", target=(0.0, 0.0, 0
     path.look_at(*target)
     scene.camera.set_pos(*eye)
     scene.camera.look_at(0, 0, 0.5)
-    scene.camera.node().lens = PerspectiveLens(fov=50, near=0.5, far=60)
+    scene.camera.node().lens = PerspectiveLens(vfov=50, near=0.5, far=60)
     return scene
 
 

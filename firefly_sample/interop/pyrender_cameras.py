@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import LensError
 from firefly_sample.interop.losses import Losses
-from firefly_sample.plan.camera import lens_for
 from firefly_sample.scene.lens import Lens, OrthographicLens, PerspectiveLens
 
 __all__ = ["Size", "camera_from_pyrender", "camera_to_pyrender"]
@@ -56,12 +55,15 @@ def camera_to_pyrender(
     Raises
     ------
     LensError
-        If the film of a perspective lens is off centre and there is no size.
+        If the film of a perspective lens is off centre and there is no size, or the lens does not fit it.
     """
     import pyrender
 
     if size is not None:
-        lens = lens_for(lens, size)
+        try:
+            lens = lens.for_picture(*size)
+        except LensError as error:
+            raise LensError(f"camera {name!r}: {error}") from None
     k, near, far = lens.constants(), lens.get_near(), lens.get_far()
     if not k.perspective:
         # In pyrender a near plane is above 0; the view's own depth is a length that suits every scale.
@@ -102,7 +104,8 @@ def camera_to_pyrender(
 def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Losses) -> Lens | None:
     """The lens of a pyrender camera; None, with a loss, for a class of camera that pyrender does not bring.
 
-    A PerspectiveCamera without an aspect ratio takes that of `size`, 1 without any.
+    As in pyrender, a PerspectiveCamera without an aspect ratio and an OrthographicCamera are as high at every
+    picture's shape; until one is drawn, the first has the shape of `size`, 1 without any.
 
     Raises
     ------
@@ -114,37 +117,35 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
     try:
         if isinstance(camera, pyrender.OrthographicCamera):
             film = (2.0 * camera.xmag, 2.0 * camera.ymag)
-            return OrthographicLens(film, near=camera.znear, far=camera.zfar)
+            parallel = OrthographicLens(film, near=camera.znear, far=camera.zfar)
+            parallel.set_film_height(film[1])
+            parallel.set_aspect_ratio(None)
+            return parallel
         far = math.inf if camera.zfar is None else camera.zfar
         if isinstance(camera, pyrender.PerspectiveCamera):
             aspect = camera.aspectRatio
             if aspect is None:
                 aspect = 1.0 if size is None else size[0] / size[1]
             focal = 0.5 / math.tan(0.5 * camera.yfov)
-            return PerspectiveLens(near=camera.znear, far=far, film_size=(aspect, 1.0), focal_length=focal)
+            lens = PerspectiveLens(near=camera.znear, far=far, film_size=(aspect, 1.0), focal_length=focal)
+            if camera.aspectRatio is None:
+                lens.set_vfov(math.degrees(camera.yfov))
+                lens.set_aspect_ratio(None)
+            return lens
         if isinstance(camera, pyrender.IntrinsicsCamera):
-            return _from_pixels(camera, name, far, size, losses)
+            return _from_pixels(camera, far, size)
     except LensError as error:
         raise LensError(f"camera {name!r}: {error}") from None
     losses.add(f"cameras of the class {type(camera).__name__} are left out", name)
     return None
 
 
-def _from_pixels(camera: Any, name: str, far: float, size: Size | None, losses: Losses) -> PerspectiveLens:
-    """The lens of an IntrinsicsCamera; its film is as many units wide as the picture has pixels."""
+def _from_pixels(camera: Any, far: float, size: Size | None) -> PerspectiveLens:
+    """The lens of an IntrinsicsCamera."""
     if size is None:
         raise LensError("it measures in pixels: give the picture's size=(width, height)")
     if not (camera.fx > 0.0 and camera.fy > 0.0):
         raise LensError(f"fx and fy must be above 0, got {camera.fx:g} and {camera.fy:g}")
-    width, height = size
-    if not math.isclose(camera.fx, camera.fy, rel_tol=1e-4):
-        losses.add("the Renderer draws square pixels, so of fx and fy it keeps fy", name)
-    # in units of its width, which the film is measured in
-    pixel_height = camera.fx / camera.fy
-    return PerspectiveLens(
-        near=camera.znear,
-        far=far,
-        film_size=(width, height * pixel_height),
-        film_offset=(0.5 * width - camera.cx, (camera.cy - 0.5 * height) * pixel_height),
-        focal_length=camera.fx,
+    return PerspectiveLens.from_intrinsics(
+        camera.fx, camera.fy, camera.cx, camera.cy, *size, camera.znear, far, pixel_center=0.5
     )

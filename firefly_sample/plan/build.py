@@ -17,6 +17,7 @@ from firefly_sample.plan.clusters import Clusters, plan_clusters
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.culling import choose_culling
+from firefly_sample.plan.cut_off import CutOff, cut_off, cut_off_warnings
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
 from firefly_sample.plan.frame_plan import (
     Background,
@@ -84,14 +85,22 @@ def build_plan(
 
 
 class Planner:
-    """Builds plans and keeps what did not change between them: walks of the graph, shadow maps, draws."""
+    """Builds plans and keeps what did not change between them: walks of the graph, shadow maps, draws.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    window : bool
+        See `firefly_sample.plan.camera.Eye`.
+    """
+
+    def __init__(self, window: bool = False) -> None:
+        self._window = window
         self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
         self._shadows = ShadowPlanner()
         self._eye: tuple[tuple[Any, ...], Eye] | None = None
         self._seen: tuple[tuple[Any, ...], Visible] | None = None
+        self._cut: tuple[Visible, CutOff] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
         self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
 
@@ -205,6 +214,10 @@ class Planner:
                 snapshot,
                 lighting.sets,
                 position_warning(needs, lens, camera, seen, lighting.sets, max(exposure)),
+                (
+                    *eye.warnings,
+                    *cut_off_warnings(self._cut_off(snapshot, eye, seen), eye, snapshot.id_names),
+                ),
                 cloud,
             ),
         )
@@ -213,7 +226,7 @@ class Planner:
         """The scene's camera, with what follows from it."""
         state = eye_state(scene, size)
         if self._eye is None or self._eye[0] != state:
-            self._eye = state, Eye(scene, size)
+            self._eye = state, Eye(scene, size, self._window)
         return self._eye[1]
 
     def _visible(self, snapshot: Snapshot, eye: Eye) -> Visible:
@@ -223,6 +236,12 @@ class Planner:
         if self._seen is None or self._seen[0] != state:
             self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
         return self._seen[1]
+
+    def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible) -> CutOff:
+        """Return what the lens's planes cut off; found anew only with what is in view."""
+        if self._cut is None or self._cut[0] is not seen:
+            self._cut = seen, cut_off(snapshot.instances, eye, seen)
+        return self._cut[1]
 
     def _chosen(self, needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
         """Targets and passes; the same objects while nothing else is needed."""

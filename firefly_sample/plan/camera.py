@@ -1,4 +1,4 @@
-"""Where a scene's camera is, and its lens for a picture's shape."""
+"""Where a scene's camera is, and the lens that a picture is drawn with."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import NodeError
+from firefly_sample.errors import LensError, NodeError
 from firefly_sample.plan.cull import frustum_corners
 from firefly_sample.scene.lens import Lens
 from firefly_sample.scene.scene import Scene
 
-__all__ = ["CameraMatrices", "Eye", "camera_matrices", "eye_state", "lens_for"]
+__all__ = ["CameraMatrices", "Eye", "camera_matrices", "eye_state"]
 
 Float64 = NDArray[np.float64]
 
@@ -24,27 +24,37 @@ class CameraMatrices(NamedTuple):
     view_to_world: Float64
 
 
-def lens_for(lens: Lens, size: tuple[int, int]) -> Lens:
-    """The lens with the picture's aspect ratio (its vertical field of view stays)."""
-    aspect = size[0] / size[1]
-    if abs(lens.get_aspect_ratio() / aspect - 1.0) < 1e-4:
-        return lens
-    return lens.with_aspect_ratio(aspect)
-
-
 class Eye:
-    """A scene's camera for a picture's shape, and what follows from it alone.
+    """A scene's camera for a picture's size, and what follows from it alone.
+
+    Parameters
+    ----------
+    scene : Scene
+    size : (int, int)
+        Of the picture in pixels.
+    window : bool
+        Draw a lens in a shape that it does not fit, with a warning: a window may get any shape.
 
     Attributes
     ----------
+    name : str
+        The camera's path.
     lens : Lens
+    warnings : tuple of str
+        On the lens's shape.
     camera : CameraMatrices
     planes, corners : ndarray of float64
         See `Lens.frustum_planes` and `firefly_sample.plan.cull.frustum_corners`.
+
+    Raises
+    ------
+    LensError
+        If the lens does not fit the picture's shape; it names the camera.
     """
 
-    def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
-        self.lens = lens_for(scene.lens, size)
+    def __init__(self, scene: Scene, size: tuple[int, int], window: bool = False) -> None:
+        self.name = str(scene.camera)
+        self.lens, self.warnings = _lens_for(scene, size, window)
         self.camera = camera_matrices(scene)
         self.planes = self.lens.frustum_planes()
         self.corners = frustum_corners(self.lens.constants(), self.lens.get_near(), self.lens.get_far())
@@ -54,6 +64,26 @@ def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
     """What an `Eye` is made of: equal for those that are equal."""
     lens = scene.lens
     return lens, lens.revision, size, scene.camera.get_net_transform().get_mat().tobytes()
+
+
+def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, tuple[str, ...]]:
+    """Return the camera's lens for a picture of a size, and warnings of its shape."""
+    lens, shape = scene.lens, scene.lens.shape
+    warnings: tuple[str, ...] = ()
+    if window and shape.fixed_by and not shape.fits(*size):
+        lens = lens.make_copy()
+        lens.set_aspect_ratio(None)
+        # without the window's size and the camera's name: one line is enough while the window or the view is
+        # dragged
+        warnings = (
+            f"the camera's {shape.fixed_by} fixes the picture's aspect ratio at "
+            f"{shape.picture:.5g} and the window has another, so it shows more or less than the lens says; "
+            "a capture of another aspect ratio is refused",
+        )
+    try:
+        return lens.for_picture(*size), warnings
+    except LensError as error:
+        raise LensError(f"camera {scene.camera}: {error}") from None
 
 
 def camera_matrices(scene: Scene) -> CameraMatrices:

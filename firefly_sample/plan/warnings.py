@@ -21,6 +21,7 @@ def plan_warnings(
     snapshot: Snapshot,
     sets: Sequence[LightSet] = (),
     positions: str | None = None,
+    camera: Sequence[str] = (),
     cloud: Cloud | None = None,
 ) -> tuple[str, ...]:
     """One line each for what is drawn otherwise than the scene or the settings ask.
@@ -31,10 +32,12 @@ def plan_warnings(
         The lights in view.
     positions : str, optional
         What `firefly_sample.plan.position_warning` says.
+    camera : sequence of str
+        Lines on the camera's lens.
     cloud : Cloud, optional
         The particles.
     """
-    warnings = []
+    warnings = list(camera)
     blended = dict.fromkeys(
         material.name
         for group in snapshot.groups

@@ -16,12 +16,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.lens_checks import finite, number
+from firefly_sample.scene.lens_checks import finite, number, positive
 from firefly_sample.scene.lens_constants import Clip, LensConstants
+from firefly_sample.scene.lens_shape import Shape
 
 __all__ = ["Lens"]
 
 Float64 = NDArray[np.float64]
+
+NEAR, FAR = 1.0, 100000.0
+"""Panda3D's planes, where nobody sets others."""
+SAME_SHAPE = 1e-5
+"""Relative difference up to which a lens keeps the aspect ratio it has: two angles may have been rounded."""
 
 
 class Lens(ABC):
@@ -31,13 +37,15 @@ class Lens(ABC):
     ----------
     revision : int
         Grows with each change.
+    near_given, far_given : bool
+        False as long as nobody has set this plane.
     """
 
     def __init__(self) -> None:
         self.revision = 0
-        self._near = 1.0
-        self._far = 100000.0
-        self._aspect_ratio = 1.0
+        self.near_given = self.far_given = False
+        self._near, self._far = NEAR, FAR
+        self._shape = Shape()
         self._film_offset = (0.0, 0.0)
 
     # What a kind of lens defines
@@ -52,15 +60,11 @@ class Lens(ABC):
 
     @abstractmethod
     def set_film_size(self, width: float, height: float | None = None) -> None:
-        """Set the film's width and, with `height`, its aspect ratio too."""
+        """Set the film's width and, with `height`, fix its aspect ratio too."""
 
     @abstractmethod
-    def set_aspect_ratio(self, aspect_ratio: float) -> None:
-        """Set width over height."""
-
-    @abstractmethod
-    def with_aspect_ratio(self, aspect_ratio: float) -> Self:
-        """A copy that is as high and shows more or less at the sides."""
+    def _reshape(self, shape: Shape) -> None:
+        """Take a shape; what was set of one side stays. Raise LensError where the lens cannot have it."""
 
     @abstractmethod
     def _scales(self) -> tuple[float, float]:
@@ -76,9 +80,62 @@ class Lens(ABC):
         """Whether things keep their size at every distance."""
         return not self.is_perspective()
 
+    def set_aspect_ratio(self, aspect_ratio: float | None) -> None:
+        """Fix width over height, as by two angles; what was set of one side stays.
+
+        Parameters
+        ----------
+        aspect_ratio : float or None
+            None lets each picture's shape decide again; until then the lens keeps the ratio it has.
+
+        Raises
+        ------
+        LensError
+            If it is not above 0.
+        """
+        if aspect_ratio is None:
+            self._reshape(Shape(self._shape.ratio))
+        else:
+            ratio = positive("aspect ratio", aspect_ratio)
+            self._reshape(Shape(ratio, f"aspect ratio of {ratio:g}"))
+
+    @property
+    def shape(self) -> Shape:
+        """Width over height, and what fixed it."""
+        return self._shape
+
     def get_aspect_ratio(self) -> float:
         """Width over height."""
-        return self._aspect_ratio
+        return self._shape.ratio
+
+    def with_aspect_ratio(self, aspect_ratio: float) -> Self:
+        """Return a copy after `set_aspect_ratio`."""
+        lens = self.make_copy()
+        lens.set_aspect_ratio(aspect_ratio)
+        return lens
+
+    def for_picture(self, width: int, height: int) -> Self:
+        """Return the lens that a picture of this size in pixels is drawn with.
+
+        A lens takes the picture's aspect ratio, and what was set of one side stays, just as in Panda3D's
+        window. Where the aspect ratio was set, or follows from two angles, two film sizes or intrinsics, the
+        picture must have that shape, to the nearest whole pixel: exactly this lens is drawn then.
+
+        Raises
+        ------
+        LensError
+            If the picture has another shape than the one that was set; the message names both.
+        """
+        if self._shape.fixed_by:
+            if not self._shape.fits(width, height):
+                raise LensError(self._shape.refusal(width, height))
+            return self
+        ratio = width / height
+        if abs(self._shape.ratio / ratio - 1.0) < SAME_SHAPE:
+            return self
+        lens = self.make_copy()
+        lens._reshape(Shape(ratio))
+        return lens
 
     def set_film_offset(self, x: float, y: float) -> None:
         """Move the film's centre off the view axis, right and up, in units of the film size.
@@ -112,7 +169,21 @@ class Lens(ABC):
         LensError
             If this kind of lens cannot have these planes.
         """
-        near, far = number("near", near), number("far", far)
+        self._set_planes(number("near", near), number("far", far))
+
+    def set_near(self, near: float) -> None:
+        """Set the near plane alone; see `set_near_far`."""
+        self._set_planes(number("near", near), None)
+
+    def set_far(self, far: float) -> None:
+        """Set the far plane alone; see `set_near_far`."""
+        self._set_planes(None, number("far", far))
+
+    def _set_planes(self, near: float | None, far: float | None) -> None:
+        """Set the planes that are given; None leaves one as it is."""
+        given = near is not None, far is not None
+        near = self._near if near is None else number("near", near)
+        far = self._far if far is None else number("far", far)
         if not math.isfinite(near):
             raise LensError(f"near must be a finite number, got {near:g}")
         if not far > near:
@@ -122,15 +193,8 @@ class Lens(ABC):
             )
         self._check_planes(near, far)
         self._near, self._far = near, far
+        self.near_given, self.far_given = self.near_given or given[0], self.far_given or given[1]
         self.revision += 1
-
-    def set_near(self, near: float) -> None:
-        """Set the near plane alone; see `set_near_far`."""
-        self.set_near_far(near, self._far)
-
-    def set_far(self, far: float) -> None:
-        """Set the far plane alone; see `set_near_far`."""
-        self.set_near_far(self._near, far)
 
     def get_near(self) -> float:
         """Distance of the near plane."""

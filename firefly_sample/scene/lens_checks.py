@@ -9,7 +9,17 @@ import numpy as np
 
 from firefly_sample.errors import LensError
 
-__all__ = ["cot_half", "finite", "number", "one_or_two", "one_shape", "pair", "positive"]
+__all__ = [
+    "cot_half",
+    "finite",
+    "number",
+    "one_of",
+    "one_or_two",
+    "one_shape",
+    "pair",
+    "positive",
+    "whole",
+]
 
 
 def cot_half(name: str, degrees: float) -> float:
@@ -51,6 +61,14 @@ def positive(name: str, value: float) -> float:
     return result
 
 
+def whole(name: str, value: int) -> int:
+    """Return `value` as a whole number of 1 or more."""
+    result = positive(name, value)
+    if result != int(result):
+        raise LensError(f"{name} must be a whole number of pixels, got {result:g}")
+    return int(result)
+
+
 def pair(name: str, value: float | tuple[float, float]) -> tuple[float, float]:
     """`value` as two numbers, still unchecked."""
     try:
@@ -63,6 +81,14 @@ def pair(name: str, value: float | tuple[float, float]) -> tuple[float, float]:
 def one_or_two(name: str, value: float | tuple[float, float]) -> tuple[float, float | None]:
     """`value` as one number and perhaps a second, still unchecked."""
     return pair(name, value) if _is_pair(value) else (cast(float, value), None)
+
+
+def one_of(**given: object) -> str:
+    """Return the name of the one thing that is given, empty without any; refuse several."""
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) > 1:
+        raise LensError(f"{' and '.join(names)} set the same thing: give one of them")
+    return names[0] if names else ""
 
 
 def one_shape(**given: float | tuple[float, float] | None) -> None:

@@ -161,8 +161,10 @@ class ForestScene(Scene):
         ambient: float = 1.0,
         mist: bool = False,
     ) -> None:
-        # The original's lens and point of view.
+        # The original's lens and point of view; at another shape than its 4:3 the vertical angle stays.
         lens = PerspectiveLens(fov=(39.32, 30.0), near=50.0, far=500.0)
+        lens.set_vfov(30.0)
+        lens.set_aspect_ratio(None)
         root = NodePath("forest")
         camera = root.attach_new_node(Camera("camera", lens))
         camera.set_pos_hpr(*CAMERA, 0.0, -7.5, 2.4)

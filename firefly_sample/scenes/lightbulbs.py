@@ -155,7 +155,7 @@ class LightbulbsScene(Scene):
         root = NodePath("lightbulbs")
         size = SPACING * max(columns, rows)
         around = max(1.0, size / _PLINTH)
-        lens = PerspectiveLens(fov=38.0, near=0.5, far=around * _FAR)
+        lens = PerspectiveLens(vfov=38.0, near=0.5, far=around * _FAR)
         camera = root.attach_new_node(Camera("camera", lens))
         camera.set_pos(0.30 * size, -(0.52 * size + 7.0), 0.13 * size + 2.0)
         focus = (-0.02 * size, -0.02 * size, 0.045 * size + 0.3)

@@ -226,7 +226,7 @@ class SmokeScene(Scene):
 
     def __init__(self, **parameters: Any) -> None:
         root = NodePath("smoke")
-        camera = root.attach_new_node(Camera("camera", PerspectiveLens(fov=30.0, near=0.1, far=200.0)))
+        camera = root.attach_new_node(Camera("camera", PerspectiveLens(vfov=30.0, near=0.1, far=200.0)))
         super().__init__(root, camera, background=SKY, exposure=1.15, focus=FOCUS)
         root.attach_new_node(_floor())
         self._sky = AmbientLight("sky", AMBIENT)

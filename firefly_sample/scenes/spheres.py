@@ -44,9 +44,8 @@ SPREAD = 1.0 / 1.32471795724474602596, 1.0 / 1.32471795724474602596**2, 0.5 * (5
 additive recurrence of M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018, in height
 the golden ratio's. However many lights there are, those that are added lie as evenly as the others, and each
 reaches as many pixels, within 1 %; of random places, some hundreds more are up to 6 % out."""
-EYE, FOV = (0.0, -24.0, 14.0), 45.0
-"""The angle is up and down, whatever the picture's shape: a lens of one angle is square, and a frame keeps
-its vertical angle."""
+EYE, VFOV = (0.0, -24.0, 14.0), 45.0
+"""The camera's position, and its vertical angle at every picture's shape."""
 POWER, POWER_LIGHTS = 2.6, 256
 """What a light's colour is multiplied by where there are that many or fewer; see `light_power`."""
 STEPS_A_SECOND = 24
@@ -142,7 +141,7 @@ class SpheresScene(Scene):
 
     def __init__(self, seed: int = 7, lights: int = 256) -> None:
         root = NodePath("spheres")
-        camera = root.attach_new_node(Camera("camera", PerspectiveLens(fov=FOV, near=1.0, far=100.0)))
+        camera = root.attach_new_node(Camera("camera", PerspectiveLens(vfov=VFOV, near=1.0, far=100.0)))
         camera.set_pos(*EYE)
         camera.look_at(0.0, 0.0, 0.0)
         super().__init__(root, camera, background=SKY, exposure=EXPOSURE, focus=(0.0, 0.0, 0.0))

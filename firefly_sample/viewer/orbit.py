@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.scene.lens import OrthographicLens
+from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
 from firefly_sample.scene.transforms import rows_from_hpr
@@ -73,10 +75,13 @@ class OrbitCamera:
         self._pitch = min(max(self._pitch - TURN * down, -90.0), 90.0)
         self._place()
 
-    def pan(self, right: float, down: float) -> None:
-        """Shift the view so that what is as far away as the pivot follows the mouse."""
+    def pan(self, right: float, down: float, seen: LensConstants) -> None:
+        """Shift the view so that what is as far away as the pivot follows the mouse.
+
+        `seen` is the lens that the window's picture is drawn with.
+        """
         across, _, up = self._axes()
-        height = 2.0 / self._lens.constants().c * (self.distance if self._lens.is_perspective() else 1.0)
+        height = 2.0 / seen.c * (self.distance if seen.perspective else 1.0)
         self.pivot = self.pivot + height * (down * up - right * across)
         self._place()
 
@@ -88,13 +93,13 @@ class OrbitCamera:
         """
         self._zoom = min(max(self._zoom * ZOOM**steps, 1.0 / RANGE), RANGE)
         first = self._first_lens
-        if self._lens.is_perspective():
+        if not isinstance(self._lens, OrthographicLens):
             further = max(0.0, self.distance - self._first_distance)
             self._lens.set_near_far(first.get_near() * min(1.0, self._zoom), first.get_far() + further)
             self._place()
         else:
-            width, height = first.get_film_size()
-            self._lens.set_film_size(width * self._zoom, height * self._zoom)
+            factor = first.get_film_size()[0] / self._lens.get_film_size()[0] * self._zoom
+            self._lens.scale_film(factor)
 
     def _axes(self) -> tuple[Float64, Float64, Float64]:
         """Right, forward and up in world space."""

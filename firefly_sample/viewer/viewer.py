@@ -10,6 +10,7 @@ from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer
 from firefly_sample.renderer import Renderer
+from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.scene import Scene
 from firefly_sample.viewer.clock import Clock
@@ -70,6 +71,7 @@ class Viewer:
         self._leave_after_test = False
         self._orbit: OrbitCamera | None = None
         self._frame: Frame | None = None
+        self._lens: LensConstants | None = None  # of that frame
         self._views = views_of(renderer.settings.look)
         self._view = PICTURE
         self._help = False
@@ -119,7 +121,11 @@ class Viewer:
         elif button == "left":
             self._own_camera().turn(right, down)
         else:
-            self._own_camera().pan(right, down)
+            self._pan(right, down)
+
+    def _pan(self, right: float, down: float) -> None:
+        if self._lens is not None:
+            self._own_camera().pan(right, down, self._lens)
 
     def scroll(self, steps: float) -> None:
         """The wheel turns; steps above 0 are away from the user."""
@@ -235,7 +241,7 @@ class Viewer:
         drawn = self._draw_or_take_back(time, scale)
         if self._shot:
             self._save(drawn)
-        self._frame = drawn.frame
+        self._frame, self._lens = drawn.frame, drawn.plan.view.lens
         self._warn(drawn.frame.warnings)
         if self._meter.add(now, drawn.milliseconds) or self._rows_stale:
             test = "" if self._test is None else self._test.text

@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 from firefly_sample.errors import LensError
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
-from firefly_sample.plan.camera import camera_matrices, lens_for
+from firefly_sample.plan.camera import camera_matrices
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath, net_matrix
 from firefly_sample.scene.scene import Camera, Scene
@@ -67,12 +67,38 @@ def test_an_infinite_far_plane_off_centre_is_infinite_in_float32():
 
 def test_a_lens_takes_the_shape_of_the_picture_and_keeps_its_own_without_one():
     scene = Scene()
-    scene.camera_node.lens = PerspectiveLens((60, 30))
-    aspect = scene.lens.get_aspect_ratio()
-    assert to_pyrender(scene).main_camera_node.camera.aspectRatio == pytest.approx(aspect)
+    scene.camera_node.lens = PerspectiveLens(fov=60)
+    assert to_pyrender(scene).main_camera_node.camera.aspectRatio == pytest.approx(1.0)
     wide = to_pyrender(scene, size=(200, 50)).main_camera_node.camera
     assert wide.aspectRatio == pytest.approx(4.0)
-    assert math.degrees(wide.yfov) == pytest.approx(30.0)
+    assert math.tan(wide.yfov / 2) == pytest.approx(math.tan(math.radians(30)) / 4.0)
+    scene.camera_node.lens = PerspectiveLens((60, 30))
+    with pytest.raises(LensError, match="camera 'camera': its field of view of 60 x 30 degrees fixes"):
+        to_pyrender(scene, size=(200, 50))
+
+
+def test_cameras_that_are_as_high_in_every_picture():
+    """pyrender takes the viewport's shape for them, and keeps how high they see."""
+    eye, board = pyrender.Scene(), pyrender.Scene()
+    eye.add(pyrender.PerspectiveCamera(math.radians(40.0)))
+    board.add(pyrender.OrthographicCamera(3.0, 2.0))
+    for source in (eye, board):
+        for size in ((640, 480), (100, 300)):
+            camera = source.main_camera_node.camera
+            lens = from_pyrender(source).lens.for_picture(*size)
+            expected = camera.get_projection_matrix(*size)
+            np.testing.assert_allclose((TO_Z_UP @ lens.get_projection_mat()).T[:2], expected[:2], rtol=1e-14)
+
+
+def test_fixed_shapes_and_pixels_that_are_not_square_come_back():
+    fixed, pixels = pyrender.Scene(), pyrender.Scene()
+    fixed.add(pyrender.PerspectiveCamera(1.0, aspectRatio=1.5), name="eye")
+    pixels.add(pyrender.IntrinsicsCamera(500.0, 480.0, 300.0, 250.0, znear=0.1, zfar=10.0), name="kinect")
+    with pytest.raises(LensError, match="draw 640x427"):
+        from_pyrender(fixed).lens.for_picture(640, 480)
+    lens = from_pyrender(pixels, size=(640, 480)).lens.for_picture(640, 480)
+    expected = pixels.main_camera_node.camera.get_projection_matrix(640, 480)
+    np.testing.assert_allclose((TO_Z_UP @ lens.get_projection_mat()).T[:2], expected[:2], rtol=1e-14)
 
 
 def test_an_intrinsics_camera_keeps_pixels():
@@ -167,10 +193,10 @@ def test_centred_lenses_come_back(horizontal, vertical, near, ratio):
 @given(ANGLE, log_floats(1e-6, 1e6), log_floats(1.01, 1e12), OFFSET, SIDE, SIDE)
 @example(60.0, 1.0, 100.0, (0.25, 0.0), 640, 480)
 def test_lenses_off_centre_come_back(vertical, near, ratio, offset, width, height):
-    lens = PerspectiveLens((60.0, vertical), near=near, far=near * ratio, film_offset=offset)
+    lens = PerspectiveLens(vfov=vertical, near=near, far=near * ratio, film_offset=offset)
     half = math.radians(vertical) / 2
     bound = 16 * U if any(offset) else U * (16 + 8 * half / (math.sin(half) * math.cos(half)))
-    assert_same_lens(lens_for(lens, (width, height)), lens_back(lens, (width, height)), bound)
+    assert_same_lens(lens.for_picture(width, height), lens_back(lens, (width, height)), bound)
 
 
 @given(log_floats(1e-3, 1e6), log_floats(1e-3, 1e6), log_floats(1e-6, 1e6), log_floats(1.01, 1e9))

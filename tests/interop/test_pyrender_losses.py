@@ -155,7 +155,6 @@ def scene_of(camera=None, pose=None, **scene):
     ("source", "message"),
     [
         (scene_of(Fisheye()), "cameras of the class Fisheye are left out: 'eye'"),
-        (scene_of(pyrender.IntrinsicsCamera(2, 3, 1, 1)), "square pixels, .*: 'eye'"),
         (scene_of(pyrender.PerspectiveCamera(1.0), np.diag([2.0, 2, 2, 1])), "scale and shear of .*: 'eye'"),
         (scene_of(bg_color=(0.0, 0.0, 0.0, 0.0), name="room"), "background's alpha is left out: 'room'"),
     ],

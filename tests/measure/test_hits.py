@@ -18,11 +18,9 @@ from tests.scenes import geom_node
 def lens_of(kind):
     if kind == "orthographic":
         return OrthographicLens(film_size=(4, 3), near=1, far=100)
-    lens = PerspectiveLens(fov=60.0, near=1.0, far=100.0)
     if kind == "film offset":
-        lens.set_film_size(4, 3)
-        lens.set_film_offset(1.0, -0.5)
-    return lens
+        return PerspectiveLens(fov=60.0, near=1.0, far=100.0, film_size=(4, 3), film_offset=(1.0, -0.5))
+    return PerspectiveLens(vfov=60.0, near=1.0, far=100.0)
 
 
 CORNERS = np.array([(-60.0, 5.0, -40.0), (70.0, 30.0, -35.0), (3.0, 90.0, 120.0)])

@@ -104,7 +104,7 @@ def test_the_planes_cut(make):
         scene.camera.node().lens = (
             OrthographicLens(film_size=(8, 6), near=near, far=far)
             if orthographic
-            else PerspectiveLens(fov=60, near=near, far=far)
+            else PerspectiveLens(vfov=60, near=near, far=far)
         )
         plan = plan_of(scene, (16, 12))
         names = [plan.id_names[i].split("/")[-1] for batch in plan.batches for i in batch.ids]
@@ -117,7 +117,7 @@ def test_extreme_lenses_keep_their_pixels(fov):
     """A wall of cells that fills the view: each pixel's cell is known."""
     distance = 10.0
     width = 2 * distance * np.tan(np.radians(fov / 2))
-    scene = wall_scene(distance, size=width, cells=10, fov=fov)
+    scene = wall_scene(distance, size=width, cells=10, vfov=fov)
     plan = plan_of(scene, (40, 40))
     triangle = cast_visibility(plan)[..., 1]
     row, column = np.divmod(np.arange(1600).reshape(40, 40), 40)

@@ -91,13 +91,13 @@ def random_scene(seed, lens):
 
 LENSES = st.one_of(
     st.builds(
-        lambda fov, near, far: PerspectiveLens(fov=fov, near=near, far=far),
+        lambda fov, near, far: PerspectiveLens(vfov=fov, near=near, far=far),
         st.sampled_from([15.0, 60.0, 130.0]),
         st.sampled_from([1e-2, 1.0, 4.0]),
         st.sampled_from([12.0, 100.0, np.inf]),
     ),
     st.builds(
-        lambda width, near: OrthographicLens(film_size=width, near=near, far=40.0),
+        lambda width, near: OrthographicLens(film_height=width, near=near, far=40.0),
         st.sampled_from([6.0, 24.0]),
         st.sampled_from([-5.0, 1.0]),
     ),
@@ -107,7 +107,7 @@ LENSES = st.one_of(
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(LENSES, st.integers(0, 2**32 - 1))
 # a steep surface comes out beyond the far plane
-@example(PerspectiveLens(fov=130.0, near=0.01, far=12.0), 72678)
+@example(PerspectiveLens(vfov=130.0, near=0.01, far=12.0), 72678)
 def test_all_methods_agree_on_generated_scenes(renderer, lens, seed):
     assert_same(pictures(renderer, random_scene(seed, lens)))
 
@@ -226,7 +226,7 @@ def test_a_surface_that_is_decoded_elsewhere_is_lit_there(renderer, position, ne
         geom_node("ball", ball(0.1 * y), Material("clay", (0.8, 0.8, 0.8, 1)))
     ).set_pos(0, 1.1 * y, 0)
     scene.root.attach_new_node(PointLights("l", [(0, 0.9 * y, 0)], [(1, 1, 1)], y))
-    scene.camera.node().lens = PerspectiveLens(fov=20.0, near=near, far=far)
+    scene.camera.node().lens = PerspectiveLens(vfov=20.0, near=near, far=far)
     found = []
     for method in ("clustered", "fullscreen"):
         renderer.settings = Settings(lights=method, position=position)
@@ -321,7 +321,7 @@ def test_of_a_swarm_too_small_to_be_seen_little_is_left(renderer):
 )
 def test_where_samples_are_far_apart_no_spotlight_is_missed(monkeypatch, size, fov):
     """Balls that hold the eye are no smaller than a sample, however narrow their cones."""
-    scene = wall_scene(distance=2.0, size=400.0, near=0.1, fov=fov)
+    scene = wall_scene(distance=2.0, size=400.0, near=0.1, vfov=fov)
     rng = np.random.default_rng(2)
     sample = 2.0 * np.tan(np.radians(fov / 2.0)) / size[1]  # at 1; the wall is at 2, the lamps half-way
     for k in range(30):

@@ -95,7 +95,7 @@ def test_where_nothing_is_drawn_every_output_is_its_invalid_value(render):
 def test_beside_a_ball_every_output_is_its_invalid_value(render, position):
     scene = Scene()
     scene.root.attach_new_node(geom_node("ball", ball())).set_pos(0, 10, 0)
-    scene.camera.node().lens = PerspectiveLens(fov=40, near=1, far=100)
+    scene.camera.node().lens = PerspectiveLens(vfov=40, near=1, far=100)
     for outputs in (EVERYTHING, ("depth",), ("id", "depth")):
         frame = render(scene, Settings(position=position), (40, 30), outputs)
         if "id" in outputs:
@@ -249,7 +249,7 @@ def test_culling_leaves_out_only_what_cannot_be_seen(render):
         path = scene.root.attach_new_node("place")
         path.set_pos(*place)
         path.attach_new_node(node)
-    scene.camera.node().lens = PerspectiveLens(fov=50, near=0.5, far=30)
+    scene.camera.node().lens = PerspectiveLens(vfov=50, near=0.5, far=30)
     culled = render(scene, None, (160, 120), ("depth", "id"))
     # one more, far away and tiny, in the same Geom: its bound now reaches everywhere
     geom, material = node.geoms[0]

@@ -25,8 +25,8 @@ SIZE = (96, 72)
 OUTPUTS = ("visibility", "normal", "depth", "position")
 FINE = {"normals": "rgba32f", "interpolation": "float64"}
 LENSES = {
-    "perspective": lambda: PerspectiveLens(fov=60.0, near=0.5, far=100.0),
-    "off centre": lambda: PerspectiveLens(fov=60.0, near=0.5, far=100.0, film_offset=(0.2, -0.1)),
+    "perspective": lambda: PerspectiveLens(vfov=60.0, near=0.5, far=100.0),
+    "off centre": lambda: PerspectiveLens(vfov=60.0, near=0.5, far=100.0, film_offset=(0.2, -0.1)),
     "orthographic": lambda: OrthographicLens(film_size=(16.0, 12.0), near=0.5, far=100.0),
 }
 
@@ -187,7 +187,7 @@ def test_a_floor_of_one_square_to_the_horizon(size, height):
     scene = Scene()
     attach(scene, geom_node("floor", wall(size)), (0, 0, -height), (0, -90, 0))
     scene.camera.set_hpr(20, -10, 5)
-    scene.camera.node().lens = PerspectiveLens(fov=60.0, near=0.1 * height, far=2 * size)
+    scene.camera.node().lens = PerspectiveLens(vfov=60.0, near=0.1 * height, far=2 * size)
     _, place = errors(scene, Settings(**FINE))
     assert len(place) > 1000
     assert place.max() <= 5e-7
@@ -202,7 +202,7 @@ def test_triangles_that_are_lines_stay_numbers(render, interpolation):
     scene = Scene()
     scene.root.attach_new_node(geom_node("lines", lines, Material("ink", (0.5,) * 4, double_sided=True)))
     scene.root.attach_new_node(PointLights("light", [(0, 5, 0)], (1, 1, 1), 30.0))
-    scene.camera.node().lens = PerspectiveLens(fov=60.0, near=0.5, far=100.0)
+    scene.camera.node().lens = PerspectiveLens(vfov=60.0, near=0.5, far=100.0)
     settings = Settings(normals="rgba32f", interpolation=interpolation)
     frame = render(scene, settings, (256, 192), (*OUTPUTS, "radiance"))
     seen = frame["visibility"][..., 0] >= 0

@@ -27,7 +27,7 @@ HALF = np.tan(np.radians(30))
 def cards(order):
     """Cards at eight distances, opaque and cut out by turns, that hide each other in part."""
     scene = Scene(background=(0.1, 0.1, 0.2))
-    scene.camera.node().lens = PerspectiveLens(fov=60, near=1, far=100)
+    scene.camera.node().lens = PerspectiveLens(vfov=60, near=1, far=100)
     pixels = np.full((4, 4, 4), 255, dtype=np.uint8)
     pixels[1:3, 1:3, 3] = 0
     kinds = [{"alpha_mode": "mask", "texture": Texture(pixels)}, {}]
@@ -121,7 +121,7 @@ def narrow_and_wide(render, attach, output, size=(160, 120)):
         scene = Scene()
         attach(scene.root)
         fov = 2 * np.degrees(np.arctan(zoom * HALF))
-        scene.camera.node().lens = PerspectiveLens(fov=fov, near=1, far=100)
+        scene.camera.node().lens = PerspectiveLens(vfov=fov, near=1, far=100)
         images.append(render(scene, None, (size[0] * zoom, size[1] * zoom), (output,))[output])
     width, height = size
     return images[0], images[1][height // 2 : height // 2 + height, width // 2 : width // 2 + width]
@@ -165,7 +165,7 @@ def test_a_large_dot_far_outside_reaches_in(render, edge):
 def test_a_ball_across_the_near_or_far_plane_is_drawn(render, y, seen):
     """Its centre is not between the planes; from inside, its far half is seen, else its front."""
     scene = Scene()
-    scene.camera.node().lens = PerspectiveLens(fov=1, near=1, far=100)
+    scene.camera.node().lens = PerspectiveLens(vfov=1, near=1, far=100)
     material = Material("clay", double_sided=True)
     scene.root.attach_new_node(geom_node("ball", ball(), material)).set_pos(0, y, 0)
     frame = render(scene, None, (17, 17), ("id", "depth"))
@@ -196,7 +196,7 @@ def test_a_long_thin_thing_that_reaches_in_is_drawn(render, hpr, scale):
             vertices = np.concatenate([vertices, [[1e4, 1e4, 1e4], [-1e4, -1e4, -1e4]]])
             thing, path = Geom(vertices, triangles), scene.root
         path.attach_new_node(geom_node("thing", thing))
-        scene.camera.node().lens = PerspectiveLens(fov=60, near=1, far=100)
+        scene.camera.node().lens = PerspectiveLens(vfov=60, near=1, far=100)
         ids.append(render(scene, None, (96, 72), ("id",)).id)
     assert (ids[1] == 0).sum() >= 20
     assert (ids[0] != ids[1]).sum() <= 4
@@ -272,7 +272,7 @@ def test_a_frame_leaves_the_context_as_opengl_starts_it(position, lights, output
 def test_the_classic_background_is_encoded_for_the_display(render, lit, supersample):
     background = (0.02, 0.25, 0.75)
     scene = Scene(background=background)
-    scene.camera.node().lens = PerspectiveLens(fov=60, near=1, far=100)
+    scene.camera.node().lens = PerspectiveLens(vfov=60, near=1, far=100)
     if lit:
         scene.root.attach_new_node(geom_node("ball", ball())).set_pos(0, 10, 0)
         scene.root.attach_new_node(PointLights("l", [(0, 7, 0)], (1, 1, 1), 6.0))

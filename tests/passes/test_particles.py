@@ -35,7 +35,7 @@ def unlit(node, background=(0.2, 0.3, 0.4)):
     scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
     scene.root.attach_new_node(node)
     scene.camera.set_pos(0, -5, 0)
-    scene.camera.node().lens = PerspectiveLens(fov=45, near=0.1, far=100)
+    scene.camera.node().lens = PerspectiveLens(vfov=45, near=0.1, far=100)
     return scene
 
 
@@ -69,7 +69,7 @@ def test_crowds_are_composed_as_in_the_reference(alpha):
 def test_far_ones_below_a_pixel_neither_vanish_nor_flicker():
     node = ParticleNode("p", ball_of(400) * 40 + [0, 90, 0], 0.05, 1.0, (1, 0.5, 0.2))
     scene = unlit(node)
-    scene.camera.node().lens = PerspectiveLens(fov=45, near=0.1, far=1000)
+    scene.camera.node().lens = PerspectiveLens(vfov=45, near=0.1, far=1000)
     drawn, expected = compared(scene)
     np.testing.assert_allclose(drawn, expected, atol=3e-5)
 
@@ -86,7 +86,7 @@ def test_particles_end_softly_at_surfaces_wherever_positions_come_from(position,
     if flat:
         scene.camera.node().lens = OrthographicLens(film_size=(5, 3.75), near=1.0, far=20)
     else:
-        scene.camera.node().lens = PerspectiveLens(fov=45, near=1.0, far=20)
+        scene.camera.node().lens = PerspectiveLens(vfov=45, near=1.0, far=20)
     drawn, expected = compared(scene, Settings(position=position, **FINE))
     bound = {"depth16": 2e-2, "stored16f": 4e-3}.get(position, 2e-4)
     np.testing.assert_allclose(drawn, expected, atol=bound)
@@ -255,7 +255,7 @@ def test_nothing_jumps_where_a_particle_crosses_the_near_or_the_far_plane(positi
         if position:
             scene.root.attach_new_node(floor())
         scene.camera.set_pos(0, 0, 0)
-        scene.camera.node().lens = PerspectiveLens(fov=45, near=0.1, far=10.0)
+        scene.camera.node().lens = PerspectiveLens(vfov=45, near=0.1, far=10.0)
         drawn, expected = compared(scene, settings, size=(33, 25))
         np.testing.assert_allclose(drawn, expected, atol=2e-4 if position == "depth24" else 2e-5)
         values.append(drawn[12, 16, 0])

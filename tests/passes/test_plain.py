@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -28,7 +30,7 @@ def test_a_dots_profile_is_the_documented_one(render, make):
     scene.root.find("wall").detach_node()
     scene.root.attach_new_node(Sprites("dot", [(0, 10, 0)], (1, 1, 1), 3.0))
     frame = render(scene, None, (128, 96), ("radiance",))
-    lens = scene.lens.with_aspect_ratio(128 / 96)
+    lens = scene.lens.for_picture(128, 96)
     ndc = ((np.arange(128) + 0.5) / 64 - 1)[None], (1 - (np.arange(96) + 0.5) / 48)[:, None]
     place = lens.constants().view_from_distance(*ndc, 10.0)
     s = np.maximum(1 - (place[..., 0] ** 2 + place[..., 2] ** 2) / 9.0, 0)
@@ -56,7 +58,7 @@ def test_a_dot_smaller_than_a_pixel_keeps_its_light(render):
     assert totals[2] == pytest.approx(totals[1], rel=1e-3)
 
 
-@pytest.mark.parametrize("make", [wall_scene, orthographic_wall])
+@pytest.mark.parametrize("make", [wall_scene, partial(orthographic_wall, film=(64 / 3, 12.0))])
 def test_dots_of_a_few_pixels_are_where_float64_has_them(render, make):
     """All over a wide picture, where a rasterizer's own way to a pixel rounds most."""
     scene = make(distance=80.0)

@@ -290,7 +290,7 @@ def test_slices_of_the_view_are_in_order(seed, slices):
 
 def test_what_is_far_away_leaves_the_order_of_what_is_near():
     scene = cloud_scene(ParticleNode("c", ball_of(300), 0.1, 0.5))
-    scene.camera.node().lens = PerspectiveLens(fov=45, near=0.1, far=1e13)
+    scene.camera.node().lens = PerspectiveLens(vfov=45, near=0.1, far=1e13)
     order = build_plan(scene).particles.order
     scene.root.attach_new_node(Sprites("star", [(0, 1e12, 0)], (1, 1, 1), 1e9))
     np.testing.assert_array_equal(build_plan(scene).particles.order, [300, *order])
@@ -303,7 +303,7 @@ def test_what_is_far_away_leaves_the_order_of_what_is_near():
 def test_a_ball_counts_as_far_as_it_is_between_the_planes(y, radius):
     scene = cloud_scene(ParticleNode("c", [(0, y, 0)], radius, 0.5), ground=False)
     scene.camera.set_pos_hpr(0, 0, 0, 0, 0, 0)
-    scene.camera.node().lens = PerspectiveLens(fov=45, near=2.0, far=30.0)
+    scene.camera.node().lens = PerspectiveLens(vfov=45, near=2.0, far=30.0)
     seen = build_plan(scene).particles
     expected = np.clip(0.5 + 0.5 * (y - 2.0) / radius, 0, 1) * np.clip(0.5 + 0.5 * (30.0 - y) / radius, 0, 1)
     found = seen.optical_depths.sum() / math.log(2.0)

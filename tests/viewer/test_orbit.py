@@ -14,6 +14,7 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.viewer.orbit import RANGE, TURN, OrbitCamera, SceneSeenBy
 from tests.scenes import ball_scene, orthographic_wall
 
+WINDOW = (640, 480)
 drags = st.lists(st.tuples(st.floats(-3, 3), st.floats(-3, 3)), min_size=1, max_size=8)
 
 
@@ -110,7 +111,7 @@ def test_the_scene_turns_with_the_mouse():
 
 
 def project(camera: OrbitCamera, point: np.ndarray) -> np.ndarray:
-    lens = camera.path.node().lens
+    lens = camera.path.node().lens.for_picture(*WINDOW)
     view = np.append(point, 1.0) @ np.linalg.inv(camera.path.get_net_mat())
     return np.array(lens.project(view[:3]))
 
@@ -120,9 +121,10 @@ def test_panning_moves_what_is_at_the_pivot_with_the_mouse(right, down, make):
     camera = OrbitCamera(make())
     pivot, distance, axes = camera.pivot, camera.distance, axes_of(camera)
     before = project(camera, pivot)
-    camera.pan(right, down)
-    aspect = camera.path.node().lens.get_aspect_ratio()
+    seen = camera.path.node().lens.for_picture(*WINDOW)
+    camera.pan(right, down, seen.constants())
     moved = project(camera, pivot) - before
+    aspect = WINDOW[0] / WINDOW[1]
     np.testing.assert_allclose(moved, (2 * right / aspect, -2 * down), atol=1e-12)
     np.testing.assert_array_equal(axes_of(camera), axes)
     assert camera.distance == distance
@@ -162,12 +164,23 @@ def test_zooming_an_orthographic_lens_shrinks_the_film():
     np.testing.assert_array_equal(camera.path.get_net_mat(), before)
 
 
+@pytest.mark.parametrize("lens", [OrthographicLens(film_size=8.0), OrthographicLens(film_height=6.0)])
+def test_zooming_an_orthographic_lens_leaves_its_shape_to_the_window(lens):
+    scene = orthographic_wall()
+    scene.camera.node().lens = lens
+    camera = OrbitCamera(scene)
+    camera.zoom(2)
+    camera.zoom(-1)
+    seen, first = (each.for_picture(640, 320) for each in (camera.path.node().lens, lens))
+    assert seen.get_film_size() == pytest.approx([0.9 * size for size in first.get_film_size()])
+
+
 def test_the_scene_and_its_camera_stay_as_they_are():
     scene = ball_scene()
     before = scene.root.node().subtree_revision, scene.camera.get_net_mat(), scene.lens.revision
     camera = OrbitCamera(scene)
     camera.turn(0.3, 0.1)
-    camera.pan(0.3, 0.1)
+    camera.pan(0.3, 0.1, scene.lens.constants())
     camera.zoom(5)
     assert scene.root.node().subtree_revision == before[0]
     np.testing.assert_array_equal(scene.camera.get_net_mat(), before[1])

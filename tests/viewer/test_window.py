@@ -267,6 +267,43 @@ for size in ((1, 1), (64, 48), (2, 300)):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_a_lens_that_fixes_a_shape_is_warned_of_once_and_drawn_in_any_window(display, tmp_path):
+    code = """
+import json
+import warnings
+from pathlib import Path
+from firefly_sample.renderer import Renderer
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.viewer.clock import Clock
+from firefly_sample.viewer.glfw_window import Window
+from firefly_sample.viewer.stage import Stage
+from firefly_sample.viewer.viewer import Viewer
+from tests.viewer.workshop import Workshop
+
+class Pair(Workshop):
+    def build(self, **values):
+        scene = super().build(**values)
+        scene.camera.node().lens = PerspectiveLens(fov=(60, 40), near=0.5, far=60)
+        return scene
+
+sizes = (400, 300), (300, 400), (635, 400)
+with Window("pair", sizes[0]), Renderer(sizes[0], window=True) as renderer:
+    viewer = Viewer(Stage(Pair(), {"shadows": False, "lamps": 2}), renderer, Clock(0.0, 0.0), Path(), print)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for size in sizes:
+            viewer.draw(size, 1.0, 0.0)
+            viewer.drag("middle", 0.1, 0.1)
+    print(json.dumps([str(warning.message) for warning in caught]))
+"""
+    done = python(code, display, tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    (warning,) = json.loads(done.stdout)
+    assert re.match(
+        "the camera's field of view of 60 x 40 degrees fixes .* and the window has another", warning
+    )
+
+
 def test_nothing_stays_behind_on_the_gpu(display, tmp_path):
     """The views make and drop objects from frame to frame; their number stays, and is 0 in the end."""
     code = """

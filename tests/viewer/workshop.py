@@ -57,7 +57,7 @@ class Workshop:
         scene.root.attach_new_node(AmbientLight("sky", (0.05, 0.06, 0.08)))
         scene.camera.set_pos(0, -9, 5.5)
         scene.camera.look_at(0, 0, 0.6)
-        scene.camera.node().lens = PerspectiveLens(fov=50, near=0.5, far=60)
+        scene.camera.node().lens = PerspectiveLens(vfov=50, near=0.5, far=60)
         return scene
 
     def _place(self, scene: Scene, light: FadingLight | DirectionalLight, place, shadows, resolution) -> None:

@@ -25,7 +25,7 @@ BOUND = 1e-5
 def _scene(half: float, soft: float) -> Scene:
     scene = Scene()
     fov = min(4.0 * half, 80.0)
-    scene.camera_node.lens = PerspectiveLens(fov=fov, near=NEAR, far=FAR)
+    scene.camera_node.lens = PerspectiveLens(vfov=fov, near=NEAR, far=FAR)
     scene.root.attach_new_node(geom_node("wall", wall(60.0, 8))).set_pos_hpr(0, WALL, 0, 20, -15, 0)
     light = Spotlight("light")
     light.set_cone(soft * half if soft else half, half)

@@ -25,7 +25,7 @@ def _case(fov: float, of_rays: bool) -> Case:
 
     def run(bench: Bench, method: str) -> float:
         scene = wall_scene()
-        lens = PerspectiveLens(fov=fov, near=1.0, far=100.0) if fov else OrthographicLens(film_size=16.0)
+        lens = PerspectiveLens(vfov=fov, near=1.0, far=100.0) if fov else OrthographicLens(film_height=16.0)
         scene.camera_node.lens = lens
         view = bench.plan(scene, Settings(), SIZE).view
         given = probe_rays(bench.device, view).astype(np.float64)

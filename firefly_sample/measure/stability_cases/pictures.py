@@ -53,7 +53,7 @@ def _background(lights: str, far: float) -> Case:
             sun = path.node()
             assert isinstance(sun, DirectionalLight)
             sun.set_shadow_caster(True, 64)
-        scene.camera_node.lens = PerspectiveLens(fov=70.0, near=GARDEN_NEAR, far=far)
+        scene.camera_node.lens = PerspectiveLens(vfov=70.0, near=GARDEN_NEAR, far=far)
         settings = positioned(method, lights=lights)
         drawn = bench.draw(scene, settings, outputs=("radiance", "light", "id"))
         empty = drawn.frame["id"] == -1

@@ -77,7 +77,7 @@ def wall_scene(
     scene = Scene()
     grey = material or Material("grey", (0.5, 0.5, 0.5, 1.0))
     scene.root.attach_new_node(geom_node("wall", wall(size, cells), grey)).set_pos(0, distance, 0)
-    scene.camera_node.lens = PerspectiveLens(fov=60.0, near=near, far=far)
+    scene.camera_node.lens = PerspectiveLens(vfov=60.0, near=near, far=far)
     return scene
 
 
@@ -138,5 +138,5 @@ def garden(scale: float = 1.0, offset: ArrayLike = (0.0, 0.0, 0.0)) -> Scene:
     scene.root.attach_new_node(sun)
     scene.camera.set_pos(*(s * np.array([0.0, -2.0, 3.0]) + shift))
     scene.camera.set_hpr(3.0, -14.0, 2.0)
-    scene.camera_node.lens = PerspectiveLens(fov=50.0, near=GARDEN_NEAR * s, far=GARDEN_FAR * s)
+    scene.camera_node.lens = PerspectiveLens(vfov=50.0, near=GARDEN_NEAR * s, far=GARDEN_FAR * s)
     return scene

@@ -118,7 +118,7 @@ def _needles() -> Scene:
     scene = Scene()
     steel = Material("steel", (0.5, 0.5, 0.5, 1.0), double_sided=True)
     scene.root.attach_new_node(geom_node("needles", geom, steel)).set_pos_hpr(0, 12, 0, 3, 2, 1)
-    scene.camera_node.lens = PerspectiveLens(fov=50.0, near=0.5, far=100.0)
+    scene.camera_node.lens = PerspectiveLens(vfov=50.0, near=0.5, far=100.0)
     return scene
 
 

@@ -84,7 +84,7 @@ FADES = 0.6
 
 def _far_scene(kind: str, tilt: float, near: float) -> Scene:
     scene = Scene()
-    scene.camera_node.lens = PerspectiveLens(fov=0.15, near=near, far=3.0 * FAR_AWAY)
+    scene.camera_node.lens = PerspectiveLens(vfov=0.15, near=near, far=3.0 * FAR_AWAY)
     plane = scene.root.attach_new_node(geom_node("wall", wall(60.0, 8)))
     plane.set_pos_hpr(0, FAR_AWAY, 0, 0, -tilt, 0)
     scene.root.attach_new_node(_light(kind, 1.0)).set_pos(0, FAR_AWAY - BEFORE, ABOVE)
