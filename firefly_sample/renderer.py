@@ -6,6 +6,7 @@ import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from types import TracebackType
+from typing import NoReturn, SupportsIndex
 
 from firefly_sample.drawn import LIGHT_PASSES, Drawn, count_walked
 from firefly_sample.errors import GpuError
@@ -149,6 +150,19 @@ class Renderer:
         self._presenter = Presenter(self._gpu) if window else None
         self._open = True
         self._drawn: FramePlan | None = None
+
+    def __reduce_ex__(self, _: SupportsIndex) -> NoReturn:
+        """Refuse to be copied or pickled.
+
+        Raises
+        ------
+        GpuError
+            Always.
+        """
+        raise GpuError(
+            "a Renderer cannot be copied or pickled, because it holds an OpenGL context: hand on its size "
+            "and settings, and make Renderer(size, settings) where it is needed, in each process its own"
+        )
 
     @property
     def driver(self) -> str:

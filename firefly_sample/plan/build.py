@@ -37,10 +37,11 @@ from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
 from firefly_sample.plan.volume import plan_volume
 from firefly_sample.plan.warnings import plan_warnings
+from firefly_sample.scene.arrays import as_color, as_numbers
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.settings import Settings
+from firefly_sample.settings import Settings, to_number
 
 __all__ = ["Planner", "build_plan"]
 
@@ -106,8 +107,10 @@ class Planner:
     ) -> FramePlan:
         """See `build_plan`."""
         outputs, size = check_outputs(outputs, settings.supersample), check_size(size)
-        if not np.isfinite(time):
+        seconds = to_number(time)
+        if not np.isfinite(seconds):
             raise SceneError(f"time must be a finite number of seconds, got {time!r}")
+        time = seconds
         scene.update(time)
         if self._root != scene.root:  # what was kept is another scene's
             self._root, self._snapshots, self._shadows = scene.root, {}, ShadowPlanner()
@@ -183,7 +186,7 @@ class Planner:
             size=size,
             settings=settings,
             outputs=outputs,
-            time=float(time),
+            time=time,
             view=view,
             batches=self._batches(seen, geometry_variant(needs, targets), view.near),
             ambient=ambient,
@@ -264,22 +267,15 @@ def _background(scene: Scene) -> Background:
     pair = (given.horizon, given.zenith) if isinstance(given, VerticalGradient) else (given, given)
     colors = []
     for color in pair:
-        try:
-            rgb = np.asarray(color, dtype=np.float64)
-        except (TypeError, ValueError):
-            rgb = np.full(3, np.nan)
-        if rgb.shape != (3,) or not np.isfinite(rgb).all() or rgb.min() < 0:
-            raise SceneError(f"background must be finite linear colours of 0 or more, got {color!r}")
+        rgb = as_color("background", color, 3, LARGEST)
         colors.append((float(rgb[0]), float(rgb[1]), float(rgb[2])))
     return Background(*colors)
 
 
 def _exposure(scene: Scene, settings: Settings) -> tuple[float, float, float]:
     """The scene's exposure times the setting's, a channel each, checked."""
-    try:
-        rgb = np.broadcast_to(np.asarray(scene.exposure, dtype=np.float64), (3,)) * settings.exposure
-    except (TypeError, ValueError):
-        rgb = np.zeros(3)
+    given = as_numbers("a scene's exposure", scene.exposure, SceneError, "one or three numbers")
+    rgb = np.broadcast_to(given, (3,)) * settings.exposure if given.shape in ((), (3,)) else np.zeros(3)
     if not (rgb.min() > 0 and rgb.max() <= LARGEST):
         raise SceneError(
             f"a scene's exposure, times the setting's {settings.exposure:g}, must be one or three numbers "

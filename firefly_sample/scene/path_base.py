@@ -10,6 +10,7 @@ from firefly_sample.errors import NodeError
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.path import PathStep, same_path
 from firefly_sample.scene.transforms import Vec3
+from firefly_sample.settings import number_or_none
 
 __all__ = ["PathBase"]
 
@@ -62,10 +63,11 @@ class PathBase:
         """
         values = arguments[0] if len(arguments) == 1 and count != 1 else arguments
         try:
-            numbers = tuple([float(value) for value in values])
-        except (TypeError, ValueError, OverflowError):
-            numbers = ()
-        if len(numbers) != count:
+            found = tuple(map(number_or_none, values))
+        except TypeError:
+            found = ()
+        numbers = tuple([number for number in found if number is not None])
+        if not len(numbers) == len(found) == count:
             shown = ", ".join(map(repr, arguments)) or "nothing"
             raise self._error(f"{what} takes {count} {'number' if count == 1 else 'numbers'}, got {shown}")
         if not all(map(math.isfinite, numbers)):

@@ -26,7 +26,7 @@ EDITS = {
     "hide": masks,
     "show": masks,
     "show_through": masks,
-    "set_color": st.tuples(values, st.integers(0, 2)),
+    "set_color": st.tuples(st.tuples(*[st.floats(0, 1)] * 3), st.integers(0, 2)),
     "set_material": st.tuples(st.sampled_from(MATERIALS), st.integers(0, 2)),
 }
 edits = st.sampled_from(sorted(EDITS)).flatmap(lambda what: st.tuples(picks, st.just(what), EDITS[what]))
