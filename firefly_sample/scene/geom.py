@@ -113,7 +113,7 @@ class Geom(ReadOnlyArrays):
             index = given[row][np.argmax(outside[row])]
             raise SceneError(
                 f"geom {self.name!r}: a triangle index lies outside 0..{vertices - 1}: "
-                f"triangle {row} has {index:.0f}"
+                f"triangle {row} has {int(index)}"
             )
         return read_only(given.astype(np.int32, order="C"))
 

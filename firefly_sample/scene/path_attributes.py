@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Self, TypeVar
-
-import numpy as np
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.arrays import as_color, as_colors
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode
 from firefly_sample.scene.path_base import PathBase
-from firefly_sample.settings import to_whole
+from firefly_sample.settings import number_or_none, to_whole
 
 __all__ = ["PathAttributes", "inherit"]
 
@@ -112,9 +110,10 @@ class PathAttributes(PathBase):
         priority above wins over a lower one below.
         """
         numbers, rest = arguments[:4], arguments[4:]
-        if arguments and isinstance(arguments[0], (Sequence, np.ndarray)) and np.ndim(arguments[0]) == 1:
+        if arguments and number_or_none(arguments[0]) is None:
             what = f"node {str(self)!r}: set_color's color"
-            numbers, rest = tuple(as_colors(what, arguments[0], NodeError).tolist()), arguments[1:]
+            given = as_colors(what, arguments[0], NodeError)
+            numbers, rest = tuple(given.tolist()) if given.ndim == 1 else (), arguments[1:]
         numbers = self._numbers("set_color", 4, (*numbers, 1.0) if len(numbers) == 3 else numbers)
         r, g, b, a = as_color(f"node {str(self)!r}: set_color's color", numbers, 4, 1.0, NodeError).tolist()
         priority = to_whole(rest[0]) if len(rest) == 1 else 0

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any, Self
 
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.arrays import as_numbers
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.path import PathStep, same_path
 from firefly_sample.scene.transforms import Vec3
@@ -62,6 +63,8 @@ class PathBase:
             If there are more or fewer, or one is no finite number.
         """
         values = arguments[0] if len(arguments) == 1 and count != 1 else arguments
+        if hasattr(values, "__array__"):
+            values = as_numbers(f"node {str(self)!r}: {what}", values, NodeError).tolist()
         try:
             found = tuple(map(number_or_none, values))
         except TypeError:
