@@ -37,6 +37,7 @@ class MeshSource(Protocol):
     normals: NDArray[np.float64]
     texcoords: NDArray[np.float64]
     colors: NDArray[np.float64] | None
+    alphas: NDArray[np.float64] | None
     triangles: NDArray[np.int32]
 
 
@@ -56,7 +57,7 @@ class TextureSource(Protocol):
 @dataclass(eq=False)
 class _Mesh:
     revision: int
-    colors: bool
+    dtype: np.dtype[Any]
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
 
@@ -96,7 +97,7 @@ class Uploads:
         self._ctx = device.ctx
         self._frame = 0
         self._owners: dict[int, weakref.ref[Any]] = {}
-        self._meshes: dict[tuple[int, bool], _Mesh] = {}
+        self._meshes: dict[tuple[int, bool, bool], _Mesh] = {}
         self._images: dict[tuple[int, float | None, bool], _Image] = {}
         self._instances: moderngl.Buffer | None = None
         self._batches: tuple[Batch, ...] = ()
@@ -159,7 +160,7 @@ class Uploads:
     def drawable(self, batch: Batch, program: Program) -> moderngl.VertexArray:
         """The vertex array that draws one of the batches that were prepared with `program`."""
         assert self._instances is not None
-        mesh = self._mesh(batch.geom, batch.variant.vertex_color)
+        mesh = self._mesh(batch.geom, batch.variant.vertex_color, batch.variant.vertex_alpha)
         key = (self._own(batch.geom), batch.key, id(program))
         kept = self._array(self._drawables, key, mesh, self._instances, INSTANCE_DTYPE, program)
         first = self._first[id(batch)]
@@ -184,7 +185,7 @@ class Uploads:
                 self._casters.release()
             self._casters = self._ctx.buffer(reserve=2 * rows.nbytes, dynamic=True)
         self._casters.write(rows)
-        mesh = self._mesh(batch.geom, batch.geom.colors is not None)
+        mesh = self._mesh(batch.geom, batch.geom.colors is not None, batch.vertex_alpha)
         key = (id(batch.geom), id(program))
         array = self._array(self._caster_arrays, key, mesh, self._casters, CASTER_DTYPE, program).array
         array.instances = len(rows)
@@ -205,7 +206,7 @@ class Uploads:
             if kept is not None:
                 kept.release()
             content = [
-                program.attributes_of(mesh.vertices, _mesh_dtype(mesh.colors)),
+                program.attributes_of(mesh.vertices, mesh.dtype),
                 program.attributes_of(instances, dtype, per_instance=True),
             ]
             array = self._ctx.vertex_array(
@@ -215,22 +216,24 @@ class Uploads:
         kept.used = self._frame
         return kept
 
-    def _mesh(self, geom: MeshSource, colors: bool) -> _Mesh:
-        """A Geom's vertices, with or without its colours, and its triangles."""
-        key = (self._own(geom), colors)
+    def _mesh(self, geom: MeshSource, colors: bool, alphas: bool) -> _Mesh:
+        """A Geom's vertices, with or without its colours and their alpha, and its triangles."""
+        key = (self._own(geom), colors, alphas)
         mesh = self._meshes.get(key)
         if mesh is not None and mesh.revision == geom.revision:
             return mesh
         if mesh is not None:
             mesh.release()
-        rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(colors))
+        rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(colors, alphas))
         rows["in_position"] = geom.vertices
         rows["in_normal"] = geom.normals
         rows["in_texcoord"] = geom.texcoords
         if colors:
             rows["in_color"] = geom.colors
+        if alphas:
+            rows["in_vertex_alpha"] = geom.alphas
         triangles = np.ascontiguousarray(geom.triangles, dtype=np.uint32)
-        mesh = _Mesh(geom.revision, colors, self._ctx.buffer(rows), self._ctx.buffer(triangles))
+        mesh = _Mesh(geom.revision, rows.dtype, self._ctx.buffer(rows), self._ctx.buffer(triangles))
         self._meshes[key] = mesh
         return mesh
 
@@ -282,10 +285,14 @@ class Uploads:
         self._owners.clear()
 
 
-def _mesh_dtype(colors: bool) -> np.dtype[Any]:
+def _mesh_dtype(colors: bool, alphas: bool) -> np.dtype[Any]:
     fields: list[Any] = [
         ("in_position", np.float32, 3),
         ("in_normal", np.float32, 3),
         ("in_texcoord", np.float32, 2),
     ]
-    return np.dtype(fields + ([("in_color", np.float32, 3)] if colors else []))
+    if colors:
+        fields.append(("in_color", np.float32, 3))
+    if alphas:
+        fields.append(("in_vertex_alpha", np.float32))
+    return np.dtype(fields)

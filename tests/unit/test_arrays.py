@@ -213,7 +213,7 @@ def test_numbers_of_every_wrong_kind_are_refused_by_name(where, kind):
 @pytest.mark.parametrize("where", COLORS)
 def test_a_colour_is_not_negative(where):
     take, values = COLORS[where]
-    with pytest.raises(SceneError, match="thing|background"):
+    with pytest.raises(SceneError, match=r"thing|background"):
         take(-values)
 
 
