@@ -1,4 +1,4 @@
-"""Vertices, instances and textures on the GPU, cached by (object, revision).
+"""Vertices, instances and textures on the GPU, cached by (serial number, revision).
 
 Casts from float64 to float32 happen here, in `instance_rows`, `light_rows` and `blocks`, nowhere else.
 What is uploaded of places is in view space, or in a light's, so that float32 stays exact far from the world's
@@ -32,6 +32,7 @@ KEEP_FRAMES = 120
 class MeshSource(Protocol):
     """What becomes a mesh: a scene's Geom is one."""
 
+    serial: int
     revision: int
     vertices: NDArray[np.float64]
     normals: NDArray[np.float64]
@@ -45,6 +46,7 @@ class TextureSource(Protocol):
     """What becomes a texture: a scene's Texture is one."""
 
     name: str
+    serial: int
     revision: int
     size: tuple[int, int]
     digest: str | None
@@ -106,9 +108,9 @@ class Uploads:
         self._casters: moderngl.Buffer | None = None
         self._caster_arrays: dict[tuple[int, int], _Drawable] = {}
 
-    def _own(self, thing: object) -> int:
+    def _own(self, thing: MeshSource | TextureSource) -> int:
         """Remember whose copy is kept, without keeping it alive."""
-        owner = id(thing)
+        owner = thing.serial
         if owner not in self._owners:
             self._owners[owner] = weakref.ref(thing)
         return owner
@@ -139,7 +141,7 @@ class Uploads:
             self._images.pop(key).release()
 
     def _tables(self) -> tuple[dict[Any, Any], ...]:
-        """Every table; its keys begin with their owner's id."""
+        """Every table; its keys begin with their owner's serial number."""
         return (self._drawables, self._caster_arrays, self._meshes, self._images)
 
     def prepare(self, batches: tuple[Batch, ...]) -> None:
@@ -186,7 +188,7 @@ class Uploads:
             self._casters = self._ctx.buffer(reserve=2 * rows.nbytes, dynamic=True)
         self._casters.write(rows)
         mesh = self._mesh(batch.geom, batch.geom.colors is not None, batch.vertex_alpha)
-        key = (id(batch.geom), id(program))
+        key = (batch.geom.serial, id(program))
         array = self._array(self._caster_arrays, key, mesh, self._casters, CASTER_DTYPE, program).array
         array.instances = len(rows)
         return array

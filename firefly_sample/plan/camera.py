@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import NodeError
+from firefly_sample.errors import LensError, NodeError
 from firefly_sample.plan.cull import frustum_corners
 from firefly_sample.scene.lens import Lens
 from firefly_sample.scene.scene import Scene
@@ -15,6 +15,9 @@ from firefly_sample.scene.scene import Scene
 __all__ = ["CameraMatrices", "Eye", "camera_matrices", "eye_state", "lens_for"]
 
 Float64 = NDArray[np.float64]
+
+PLANES = 1e-37, 1e30
+"""Of near: float32 holds it, and leaves room for a product."""
 
 
 class CameraMatrices(NamedTuple):
@@ -44,10 +47,33 @@ class Eye:
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
-        self.lens = lens_for(scene.lens, size)
+        self.lens = _checked(lens_for(scene.lens, size))
         self.camera = camera_matrices(scene)
         self.planes = self.lens.frustum_planes()
         self.corners = frustum_corners(self.lens.constants(), self.lens.get_near(), self.lens.get_far())
+
+
+def _checked(lens: Lens) -> Lens:
+    """A lens whose planes float32 holds.
+
+    Raises
+    ------
+    LensError
+        If it does not.
+    """
+    near, far = lens.get_near(), lens.get_far()
+    low, high = PLANES
+    if lens.is_perspective() and not low <= near <= high:
+        raise LensError(
+            f"a frame is drawn in float32, which needs a perspective near plane of {low:g} to {high:g} "
+            f"units, got {near:g}: give the scene another unit"
+        )
+    if lens.is_orthographic() and max(abs(near), abs(far)) > high:
+        raise LensError(
+            f"a frame is drawn in float32, which needs orthographic planes of at most {high:g} units, got "
+            f"near {near:g} and far {far:g}: give the scene another unit"
+        )
+    return lens
 
 
 def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from firefly_sample.plan.cloud import Cloud
 from firefly_sample.plan.collect import Snapshot
@@ -22,6 +22,7 @@ def plan_warnings(
     sets: Sequence[LightSet] = (),
     positions: str | None = None,
     cloud: Cloud | None = None,
+    extents: Iterable[str] = (),
 ) -> tuple[str, ...]:
     """One line each for what is drawn otherwise than the scene or the settings ask.
 
@@ -33,6 +34,8 @@ def plan_warnings(
         What `firefly_sample.plan.position_warning` says.
     cloud : Cloud, optional
         The particles.
+    extents : iterable of str
+        What `firefly_sample.plan.extent_warning` says.
     """
     warnings = []
     blended = dict.fromkeys(
@@ -56,6 +59,7 @@ def plan_warnings(
         warnings.append(
             "interpolation=float64: the driver lacks ARB_gpu_shader_fp64, so the rasterizer interpolates"
         )
+    warnings.extend(extents)
     if positions is not None:
         warnings.append(positions)
     if needs.lit and not needs.classic and (clipped := _accumulation_warning(needs, sets)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
@@ -20,12 +19,11 @@ from firefly_sample.scene.arrays import (
 )
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.serials import new_serial
 
 __all__ = ["Geom", "GeomNode"]
 
 Float64 = NDArray[np.float64]
-
-_SERIALS = itertools.count()
 
 
 LARGEST = 1e30
@@ -86,7 +84,7 @@ class Geom(ReadOnlyArrays):
         name: str = "geom",
     ) -> None:
         self.name = name
-        self.serial = next(_SERIALS)
+        self.serial = new_serial()
         self.revision = 0
         self.vertices = self._floats("vertices", vertices, None, 3)
         n = len(self.vertices)
@@ -100,7 +98,7 @@ class Geom(ReadOnlyArrays):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
-        self.serial = next(_SERIALS)
+        self.serial = new_serial()
 
     def _indices(self, triangles: ArrayLike, vertices: int) -> NDArray[np.int32]:
         given = as_whole(f"geom {self.name!r}: triangles", triangles)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from typing import Any, Literal
 
@@ -11,13 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import ReadOnlyArrays, as_codes, as_color, as_colors, read_only
+from firefly_sample.scene.serials import new_serial
 from firefly_sample.settings import to_number
 
 __all__ = ["AlphaMode", "Material", "Texture"]
 
 AlphaMode = Literal["opaque", "mask", "blend"]
-
-_SERIALS = itertools.count()
 
 LARGEST_SHININESS = 1e6
 """The G-buffer stores shininess as a logarithm with this end."""
@@ -52,7 +50,7 @@ class Texture(ReadOnlyArrays):
 
     def __init__(self, pixels: ArrayLike, name: str = "texture") -> None:
         self.name = name
-        self.serial = next(_SERIALS)
+        self.serial = new_serial()
         self.revision = 0
         self.set_pixels(pixels)
 
@@ -72,7 +70,7 @@ class Texture(ReadOnlyArrays):
         """
         texture = cls.__new__(cls)
         texture.name = name
-        texture.serial = next(_SERIALS)
+        texture.serial = new_serial()
         texture.revision = 1
         texture.digest = digest
         texture.size = size
@@ -118,12 +116,12 @@ class Texture(ReadOnlyArrays):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
-        self.serial = next(_SERIALS)
+        self.serial = new_serial()
 
     def __copy__(self) -> Texture:
         twin = type(self).__new__(type(self))
         twin.__dict__.update(self.__dict__)
-        twin.serial = next(_SERIALS)
+        twin.serial = new_serial()
         return twin
 
     def __deepcopy__(self, _: dict[int, Any]) -> Texture:
