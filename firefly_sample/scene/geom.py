@@ -184,7 +184,7 @@ class Geom(ReadOnlyArrays):
                 f"geom {self.name!r}: colors must have shape ({n}, 3) or ({n}, 4), got {given.shape}"
             )
         if not in_range(given):
-            hint = DIVIDE if given.max() > 1.0 else ""
+            hint = DIVIDE if given.min() >= 0.0 and given.max() > 1.0 else ""
             raise SceneError(
                 f"geom {self.name!r}: colors must be 0 to 1, got {given.min():g} to {given.max():g}{hint}"
             )

@@ -28,7 +28,7 @@ class ShadowCaster(PandaNode):
     ----------
     camera_mask : int
         Bits, as of a `Camera`: ``path.hide(mask)`` keeps what is below `path` from casting this light's
-        shadows, if the mask has one of its bits.
+        shadows, if `mask` has all of these bits.
     """
 
     def __init__(self, name: str) -> None:
