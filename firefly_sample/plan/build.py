@@ -17,7 +17,7 @@ from firefly_sample.plan.clusters import Clusters, plan_clusters
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.culling import choose_culling
-from firefly_sample.plan.extent_warning import extent_warnings, wide_geoms
+from firefly_sample.plan.extent_warning import Extent, extent_warnings
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
 from firefly_sample.plan.frame_plan import (
     Background,
@@ -94,7 +94,7 @@ class Planner:
         self._shadows = ShadowPlanner()
         self._eye: tuple[tuple[Any, ...], Eye] | None = None
         self._seen: tuple[tuple[Any, ...], Visible] | None = None
-        self._wide: tuple[Visible, tuple[str, ...]] | None = None
+        self._measured: tuple[Visible, Extent] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
         self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
 
@@ -211,7 +211,7 @@ class Planner:
                 lighting.sets,
                 position_warning(needs, lens, camera, seen, lighting.sets, max(exposure)),
                 cloud,
-                extent_warnings(seen, lighting.sets, view, self._wide_geoms(seen, eye, view)),
+                extent_warnings(self._extent(seen, eye, view), lighting.sets, view, seen.farthest),
             ),
         )
 
@@ -230,11 +230,11 @@ class Planner:
             self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
         return self._seen[1]
 
-    def _wide_geoms(self, seen: Visible, eye: Eye, view: View) -> tuple[str, ...]:
-        """Geoms in view that are too wide; looked for anew only when something else is in view."""
-        if self._wide is None or self._wide[0] is not seen:
-            self._wide = seen, wide_geoms(seen, eye.planes, view.lens, view.near)
-        return self._wide[1]
+    def _extent(self, seen: Visible, eye: Eye, view: View) -> Extent:
+        """How large what is in view is; measured anew only when something else is in view."""
+        if self._measured is None or self._measured[0] is not seen:
+            self._measured = seen, Extent.of(seen, eye.planes, view.lens, view.near)
+        return self._measured[1]
 
     def _chosen(self, needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
         """Targets and passes; the same objects while nothing else is needed."""

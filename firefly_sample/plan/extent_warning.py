@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,13 @@ from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.scene.lens_constants import LensConstants
 
-__all__ = ["extent_warnings", "wide_geoms"]
+__all__ = ["Extent", "extent_warnings"]
 
 Float64 = NDArray[np.float64]
 
 SMALLEST, LARGEST = 1e-15, 1e18
-"""Scene units: the size of what is in view between which squares of distances are float32 numbers with all of
-their digits. What lies nearer to a light than a tenth of the smallest size is still right to 1e-6."""
+"""Scene units: between these sizes of what is in view, float32 holds squares of distances with enough of their
+digits, also of a tenth of the smallest size."""
 ENDLESS = 1e37
 """Scene units: places beyond are no longer drawn, for want of room for a product."""
 WIDEST = 5e4
@@ -29,42 +30,73 @@ DEPTHS = 1e-37
 """The least depth that a reversed depth buffer of float32 holds: near over distance."""
 
 
-def extent_warnings(
-    seen: Visible, sets: Sequence[LightSet], view: View, wide: Sequence[str]
-) -> Iterator[str]:
+class Extent(NamedTuple):
+    """How large what is in view is.
+
+    Attributes
+    ----------
+    name : str
+        Of the Geom that reaches farthest from the eye.
+    size : float
+        How far, along an axis of view space; 0 where nothing is in view.
+    wide : tuple of str
+        Names of the Geoms that have triangles too wide for a rasterizer.
+    """
+
+    name: str
+    size: float
+    wide: tuple[str, ...]
+
+    @classmethod
+    def of(cls, seen: Visible, planes: Float64, lens: LensConstants, near: float) -> Extent:
+        """That of what is in view.
+
+        Parameters
+        ----------
+        planes : ndarray of float64, shape (p, 4)
+            Of the view, as `Lens.frustum_planes` gives them.
+        lens : LensConstants
+        near : float
+            The near plane: what lies before it is cut off first, however wide it is.
+        """
+        size, name = max(((_size(part), part.group.geom.name) for part in seen.parts), default=(0.0, ""))
+        wide = [part.group.geom.name for part in seen.parts if _is_wide(part, planes, lens, near)]
+        return cls(name, size, tuple(dict.fromkeys(wide)))
+
+
+def extent_warnings(extent: Extent, sets: Sequence[LightSet], view: View, farthest: float) -> Iterator[str]:
     """One line each for what float32 does not hold.
 
     Parameters
     ----------
+    extent : Extent
     sets : sequence of LightSet
         The lights in view.
-    wide : sequence of str
-        What `wide_geoms` found.
+    view : View
+    farthest : float
+        Of everything in view, along the view axis.
     """
-    extents = {part.group.geom.name: _extent(part) for part in seen.parts}
-    name = max(extents, key=lambda key: extents[key], default="")
-    extent = extents.get(name, 0.0)
+    name, size, wide = extent
     placed = [lights for lights in sets if lights.kind != "directional" and len(lights)]
-    if extent > ENDLESS:
+    if size > ENDLESS:
         yield (
-            f"geom {name!r} reaches {extent:.1g} units from the eye, and float32 holds places up to "
-            f"{ENDLESS:g}: parts of it are not drawn; give the scene a larger unit"
+            f"geom {name!r} reaches {size:.1g} units from the eye, and float32 holds places up to "
+            f"{ENDLESS:g}: parts of it are not drawn; scale the scene down"
         )
-    elif extent > LARGEST and any(lights.reaches.max() > LARGEST for lights in placed):
+    elif size > LARGEST and any(lights.reaches.max() > LARGEST for lights in placed):
         yield (
-            f"geom {name!r} reaches {extent:.1g} units from the eye, and float32 holds squares of distances "
-            f"up to {LARGEST:g}: lights without end leave it dark there; give the scene a larger unit"
+            f"geom {name!r} reaches {size:.1g} units from the eye, and float32 holds squares of distances "
+            f"up to {LARGEST:g}: lights without end leave it dark there; scale the scene down"
         )
-    elif 0.0 < extent < SMALLEST and placed:
+    elif 0.0 < size < SMALLEST and placed:
         yield (
-            f"all that is in view lies within {extent:.1g} units of the eye, and float32 holds squares of "
-            f"distances down to {SMALLEST:g} with all their digits: light on it is wrong; give the scene a "
-            "smaller unit"
+            f"all that is in view lies within {size:.1g} units of the eye, and float32 holds squares of "
+            f"distances well down to {SMALLEST:g}: light on it is wrong; scale the scene up"
         )
-    if view.reverse and view.lens.perspective and 0.0 < view.near < DEPTHS * min(seen.farthest, view.far):
+    if view.reverse and view.lens.perspective and view.near < DEPTHS * min(farthest, view.far):
         yield (
             f"the near plane, {view.near:g}, is less than {DEPTHS:g} of the farthest distance in view, "
-            f"{seen.farthest:.1g}: what is far away hides nothing; move the near plane out"
+            f"{farthest:.1g}: what is far away hides nothing; move the near plane out"
         )
     if wide:
         yield (
@@ -73,23 +105,7 @@ def extent_warnings(
         )
 
 
-def wide_geoms(seen: Visible, planes: Float64, lens: LensConstants, near: float) -> tuple[str, ...]:
-    """Names of the Geoms in view with triangles that are too wide for a rasterizer.
-
-    Parameters
-    ----------
-    planes : ndarray of float64, shape (p, 4)
-        Of the view, as `Lens.frustum_planes` gives them.
-    lens : LensConstants
-    near : float
-        The near plane: what lies before it is cut off first, however wide it is.
-    """
-    return tuple(
-        dict.fromkeys(part.group.geom.name for part in seen.parts if _is_wide(part, planes, lens, near))
-    )
-
-
-def _extent(part: VisiblePart) -> float:
+def _size(part: VisiblePart) -> float:
     low, high = part.box
     return float(np.maximum(np.abs(low), np.abs(high)).max())
 

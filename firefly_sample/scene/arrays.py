@@ -41,8 +41,7 @@ Float64 = NDArray[np.float64]
 
 ROUNDING = 1e-6
 """How far below 0 or above 1 a float that was computed may be, and still be meant as 0 or 1."""
-
-
+_COUNTS = {3: "three", 4: "four"}
 DIVIDE = ": divide them by the number that is white (255), or give them as uint8"
 """The way out where colours are above 1."""
 
@@ -102,7 +101,7 @@ def as_color(
     SceneError
         `error`, if it is no such colour.
     """
-    expected = f"{ {3: 'three', 4: 'four'}[channels] } numbers in 0..{largest:g}"
+    expected = f"{_COUNTS[channels]} numbers in 0..{largest:g}"
     given = as_colors(what, color, error, expected)
     if given.shape != (channels,) or not in_range(given, largest):
         hint = "" if largest > 1.0 or given.max(initial=0.0) <= 1.0 else DIVIDE
@@ -163,9 +162,6 @@ def _given(what: str, values: ArrayLike, error: type[SceneError], kinds: str, ex
 
 
 def _described(array: NDArray[Any]) -> str:
-    """An array in a few words, with the first of what it holds."""
-    shown = np.array2string(array.ravel()[:3], separator=", ", threshold=3) if array.size <= 3 else ""
-    if shown:
-        return f"{shown} of type {array.dtype}"
+    """The first of what an array holds, its type and its shape."""
     first = ", ".join(repr(value) for value in array.ravel()[:3].tolist())
-    return f"an array of {array.dtype} of shape {array.shape} that begins with {first}"
+    return f"{first}{', ...' if array.size > 3 else ''} ({array.dtype} of shape {array.shape})"

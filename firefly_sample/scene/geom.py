@@ -124,7 +124,7 @@ class Geom(ReadOnlyArrays):
             raise SceneError(f"geom {self.name!r}: {what} has a number that is not finite")
         if np.abs(array).max(initial=0.0) > LARGEST:
             raise SceneError(
-                f"geom {self.name!r}: {what} has a number above {LARGEST:g}: give it a smaller unit"
+                f"geom {self.name!r}: {what} has a number above {LARGEST:g}, which float32 may not hold"
             )
         return read_only(array)
 

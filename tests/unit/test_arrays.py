@@ -344,7 +344,7 @@ def test_what_is_no_picture_is_refused(pixels):
 @pytest.mark.parametrize("what", ["vertices", "normals", "texcoords"])
 def test_numbers_that_float32_does_not_hold_are_refused(what):
     values = np.array(CORNERS)[:, : 2 if what == "texcoords" else 3] * 1e39
-    with pytest.raises(SceneError, match=f"'thing': {what} has a number above 1e[+]30"):
+    with pytest.raises(SceneError, match=f"'thing': {what} has a number above 1e[+]30, which float32"):
         _geom(**{what: values})
 
 
