@@ -18,8 +18,8 @@ __all__ = ["Extent", "extent_warnings"]
 Float64 = NDArray[np.float64]
 
 SMALLEST, LARGEST = 1e-15, 1e18
-"""Scene units: between these sizes of what is in view, float32 holds squares of distances with enough of their
-digits, also of a tenth of the smallest size."""
+"""Scene units: between these sizes of what is in view, float32 holds squares of distances with enough of
+their digits, also of a tenth of the smallest size."""
 ENDLESS = 1e37
 """Scene units: places beyond are no longer drawn, for want of room for a product."""
 WIDEST = 5e4
