@@ -287,7 +287,7 @@ def _shape(top):
 
 
 @each_way
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(nodes=graphs())
 def test_random_graphs_keep_their_shape_and_share_nothing(duplicate, nodes):
     twin = duplicate(nodes[0])
@@ -302,7 +302,7 @@ def test_random_graphs_keep_their_shape_and_share_nothing(duplicate, nodes):
 
 
 @each_way
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(nodes=graphs(), data=st.data())
 def test_paths_that_are_copied_together_lead_into_one_tree(duplicate, nodes, data):
     places = NodePath(nodes[0]).find_all_matches("**")
