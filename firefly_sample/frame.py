@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, did_you_mean
+from firefly_sample.settings import to_whole
 
 __all__ = ["OUTPUTS", "Frame", "LightCounts", "OutputInfo", "check_outputs", "check_size"]
 
@@ -285,10 +285,10 @@ def check_size(size: tuple[int, int]) -> tuple[int, int]:
         If it is not two whole numbers of 1 or more, or a side is above 2^20, which no driver draws.
     """
     try:
-        width, height = (operator.index(side) for side in size)
+        width, height = map(to_whole, size)
     except (TypeError, ValueError):
-        width = height = 0
-    if width < 1 or height < 1:
+        width = height = None
+    if width is None or height is None or width < 1 or height < 1:
         raise OutputError(f"size must be two whole numbers of pixels, 1 or more, got {size!r}")
     if max(width, height) > 2**20:
         raise OutputError(f"size {width}x{height} is above any driver's limit: choose a smaller one")

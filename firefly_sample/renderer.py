@@ -7,6 +7,7 @@ import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from types import TracebackType
+from typing import NoReturn, SupportsIndex
 
 from firefly_sample.drawn import LIGHT_PASSES, Drawn, count_walked
 from firefly_sample.errors import GpuError
@@ -160,6 +161,19 @@ class Renderer:
             self._device.release()
             raise
         self._open = True
+
+    def __reduce_ex__(self, _: SupportsIndex) -> NoReturn:
+        """Refuse to be copied or pickled.
+
+        Raises
+        ------
+        GpuError
+            Always.
+        """
+        raise GpuError(
+            "a Renderer cannot be copied or pickled, because it holds an OpenGL context: hand on its size "
+            "and settings, and make Renderer(size, settings) where it is needed, in each process its own"
+        )
 
     @property
     def driver(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Literal, get_args
@@ -31,8 +32,10 @@ __all__ = [
     "VolumeProxy",
     "VolumeShadows",
     "Window",
+    "number_or_none",
     "preset_with",
     "to_number",
+    "to_whole",
 ]
 
 Look = Literal["correct", "classic"]
@@ -261,6 +264,9 @@ class Settings:
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
             value = getattr(self, name)
+            if type(choices[-1]) is int:
+                value = to_whole(value)
+                object.__setattr__(self, name, value)
             if value not in choices or (value is not None and type(value) is not type(choices[-1])):
                 shown = ", ".join(str(choice) for choice in choices if choice is not None)
                 raise SettingsError(f"setting {name!r} must be one of {shown}; got {value!r}")
@@ -278,10 +284,12 @@ class Settings:
             value = getattr(self, name)
             if value is None and name in _MAY_BE_ABSENT:
                 continue
-            if type(value) is not int or not first <= value <= last:
+            whole = to_whole(value)
+            if whole is None or not first <= whole <= last:
                 raise SettingsError(
                     f"setting {name!r} must be a whole number of {first} to {last}; got {value!r}"
                 )
+            object.__setattr__(self, name, whole)
         exposure = to_number(self.exposure)
         if not 0.0 < exposure <= 1e30:
             raise SettingsError(f"setting 'exposure' must be above 0, at most 1e30; got {self.exposure!r}")
@@ -388,12 +396,32 @@ PRESETS: dict[str, dict[str, Any]] = {
 """What differs from the defaults, which are "balanced": the fastest that looks right, the most accurate."""
 
 
-def to_number(value: Any) -> float:
-    """As a float; NaN where it is none."""
+def number_or_none(value: Any) -> float | None:
+    """As a float; None where it is no number: text, a bool, a complex number, an array with dimensions."""
+    if type(value) is float:
+        return value
+    kind = getattr(getattr(value, "dtype", None), "kind", "f")
+    listed = getattr(value, "ndim", 0) > 0
+    if isinstance(value, bool | str | bytes | bytearray) or kind not in "iuf" or listed:
+        return None
     try:
         return float(value)
-    except (TypeError, ValueError):
-        return math.nan
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def to_number(value: Any) -> float:
+    """As a float; NaN where it is no number."""
+    number = number_or_none(value)
+    return math.nan if number is None else number
+
+
+def to_whole(value: Any) -> int | None:
+    """As an int; None where it is none. A float is none, nor is a bool; NumPy's integers are."""
+    try:
+        return None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        return None
 
 
 def preset_with(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,6 +8,9 @@ in vec2 in_texcoord;
 #if VERTEX_COLOR
 in vec3 in_color;
 #endif
+#if VERTEX_ALPHA
+in float in_vertex_alpha;
+#endif
 in vec4 in_view_x;
 in vec4 in_view_y;
 in vec4 in_view_z;
@@ -39,6 +42,9 @@ out vec2 v_texcoord;
 #if VERTEX_COLOR
 out vec3 v_color;
 #endif
+#if VERTEX_ALPHA
+out float v_vertex_alpha;
+#endif
 flat out vec4 v_base_color;
 #if AMBIENT
 flat out vec3 v_ambient;
@@ -64,6 +70,9 @@ void main()
     v_texcoord = in_texcoord;
 #if VERTEX_COLOR
     v_color = in_color;
+#endif
+#if VERTEX_ALPHA
+    v_vertex_alpha = in_vertex_alpha;
 #endif
     v_base_color = in_base_color;
 #if AMBIENT

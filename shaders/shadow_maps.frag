@@ -1,17 +1,30 @@
 #version 330 core
-// Only depth is written.
+// Only depth is written, but for what the alpha of a texture, of vertices or of both cuts out.
+#define CUTOUT (TEXTURED || VERTEX_ALPHA)
 
 #if CUTOUT
-in vec2 v_texcoord;
 flat in float v_alpha;
-uniform sampler2D u_texture;
 uniform float u_alpha_cutoff;
+#endif
+#if TEXTURED
+in vec2 v_texcoord;
+uniform sampler2D u_texture;
+#endif
+#if VERTEX_ALPHA
+in float v_vertex_alpha;
 #endif
 
 void main()
 {
 #if CUTOUT
-    if (v_alpha * texture(u_texture, v_texcoord).a < u_alpha_cutoff)
+    float alpha = v_alpha;
+#if TEXTURED
+    alpha *= texture(u_texture, v_texcoord).a;
+#endif
+#if VERTEX_ALPHA
+    alpha *= v_vertex_alpha;
+#endif
+    if (alpha < u_alpha_cutoff)
         discard;
 #endif
 }

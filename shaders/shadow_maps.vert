@@ -6,11 +6,18 @@ in vec4 in_clip_x;
 in vec4 in_clip_y;
 in vec4 in_clip_z;
 in vec4 in_clip_w;
+#define CUTOUT (TEXTURED || VERTEX_ALPHA)
 #if CUTOUT
-in vec2 in_texcoord;
 in float in_alpha;
-out vec2 v_texcoord;
 flat out float v_alpha;
+#endif
+#if TEXTURED
+in vec2 in_texcoord;
+out vec2 v_texcoord;
+#endif
+#if VERTEX_ALPHA
+in float in_vertex_alpha;
+out float v_vertex_alpha;
 #endif
 
 void main()
@@ -18,7 +25,12 @@ void main()
     vec4 p = vec4(in_position, 1.0);
     gl_Position = vec4(dot(p, in_clip_x), dot(p, in_clip_y), dot(p, in_clip_z), dot(p, in_clip_w));
 #if CUTOUT
-    v_texcoord = in_texcoord;
     v_alpha = in_alpha;
+#endif
+#if TEXTURED
+    v_texcoord = in_texcoord;
+#endif
+#if VERTEX_ALPHA
+    v_vertex_alpha = in_vertex_alpha;
 #endif
 }

@@ -14,7 +14,7 @@ from firefly_sample.capture.manifest import FrameEntry, Manifest, remove_manifes
 from firefly_sample.capture.writers import output_folder
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import check_outputs
-from firefly_sample.settings import Settings
+from firefly_sample.settings import Settings, to_number, to_whole
 
 __all__ = [
     "DEFAULT_TIME",
@@ -99,6 +99,7 @@ def capture_frames(
 
     numbers = parse_frames(frames)
     _check_clock(fps, time)
+    fps, time = float(fps), float(time)
     names = check_outputs(outputs)
     settings = settings if settings is not None else capture_settings(names)
     check_outputs(names, settings.supersample)
@@ -157,9 +158,9 @@ def frame_times(frames: str | int | range, fps: float, time: float) -> tuple[flo
 
 
 def _check_clock(fps: float, time: float) -> None:
-    if not (math.isfinite(fps) and fps > 0):
+    if not 0.0 < to_number(fps) < math.inf:
         raise OutputError(f"fps must be a finite number above 0, got {fps!r}")
-    if not math.isfinite(time):
+    if not math.isfinite(to_number(time)):
         raise OutputError(f"time must be a finite number of seconds, got {time!r}")
 
 
@@ -196,8 +197,11 @@ def parse_frames(frames: str | int | range) -> range:
         if step == 0:
             raise OutputError(f"frames {frames!r}: the step must be 1 or more")
         numbers = first if end is None else range(first, end, step or 1)
-    if isinstance(numbers, int):
-        numbers = range(numbers, numbers + 1)
+    if not isinstance(numbers, range):
+        number = to_whole(numbers)
+        if number is None:
+            raise OutputError(f"frames must be a range, its text, or one whole number, got {frames!r}")
+        numbers = range(number, number + 1)
     if not numbers:
         raise OutputError(f"frames {frames!r} holds no frame: the end is not included, so 0:1 is one frame")
     if min(numbers[0], numbers[-1]) < 0 or max(numbers[0], numbers[-1]) >= MAX_FRAMES:

@@ -53,11 +53,11 @@ class CornerTables:
 
     def of(self, plan: FramePlan) -> dict[str, moderngl.Texture]:
         """The tables for a frame, by the names of their samplers; they hold until the next call."""
-        geoms = {id(batch.geom): batch.geom for batch in plan.batches}
+        geoms = {batch.geom.serial: batch.geom for batch in plan.batches}
         if not all(key in self._places and self._places[key].holds(geom) for key, geom in geoms.items()):
             kept = {key: geom for key, place in self._places.items() if (geom := place.geom()) is not None}
             self._make_meshes((kept | geoms).values())
-        first = [self._places[id(batch.geom)].first_triangle for batch in plan.batches]
+        first = [self._places[batch.geom.serial].first_triangle for batch in plan.batches]
         rows = [instance_texels(*pair, plan.view) for pair in zip(plan.batches, first, strict=True)]
         self._write("u_instances", np.concatenate(rows))
         return self._textures
@@ -68,7 +68,7 @@ class CornerTables:
         vertices: list[Float32] = []
         first_triangle = first_vertex = 0
         for geom in geoms:
-            places[id(geom)] = _Place(weakref.ref(geom), geom.revision, first_triangle)
+            places[geom.serial] = _Place(weakref.ref(geom), geom.revision, first_triangle)
             triangles.append((geom.triangles + first_vertex).astype(np.uint32))
             rows = np.zeros((len(geom.vertices), VERTEX_TEXELS, 4), dtype=np.float32)
             rows[:, 0, :3], rows[:, 1, :3] = _with_rest(geom.vertices)

@@ -1,4 +1,4 @@
-"""Vertices, instances and textures on the GPU, cached by (object, revision).
+"""Vertices, instances and textures on the GPU, cached by (serial number, revision).
 
 Casts from float64 to float32 happen here, in `instance_rows`, `light_rows` and `blocks`, nowhere else.
 What is uploaded of places is in view space, or in a light's, so that float32 stays exact far from the world's
@@ -32,11 +32,13 @@ KEEP_FRAMES = 120
 class MeshSource(Protocol):
     """What becomes a mesh: a scene's Geom is one."""
 
+    serial: int
     revision: int
     vertices: NDArray[np.float64]
     normals: NDArray[np.float64]
     texcoords: NDArray[np.float64]
     colors: NDArray[np.float64] | None
+    alphas: NDArray[np.float64] | None
     triangles: NDArray[np.int32]
 
 
@@ -44,6 +46,7 @@ class TextureSource(Protocol):
     """What becomes a texture: a scene's Texture is one."""
 
     name: str
+    serial: int
     revision: int
     size: tuple[int, int]
     digest: str | None
@@ -56,7 +59,7 @@ class TextureSource(Protocol):
 @dataclass(eq=False)
 class _Mesh:
     revision: int
-    colors: bool
+    dtype: np.dtype[Any]
     vertices: moderngl.Buffer
     indices: moderngl.Buffer
 
@@ -96,7 +99,7 @@ class Uploads:
         self._ctx = device.ctx
         self._frame = 0
         self._owners: dict[int, weakref.ref[Any]] = {}
-        self._meshes: dict[tuple[int, bool], _Mesh] = {}
+        self._meshes: dict[tuple[int, bool, bool], _Mesh] = {}
         self._images: dict[tuple[int, float | None, bool], _Image] = {}
         self._instances: moderngl.Buffer | None = None
         self._batches: tuple[Batch, ...] = ()
@@ -105,9 +108,9 @@ class Uploads:
         self._casters: moderngl.Buffer | None = None
         self._caster_arrays: dict[tuple[int, int], _Drawable] = {}
 
-    def _own(self, thing: object) -> int:
+    def _own(self, thing: MeshSource | TextureSource) -> int:
         """Remember whose copy is kept, without keeping it alive."""
-        owner = id(thing)
+        owner = thing.serial
         if owner not in self._owners:
             self._owners[owner] = weakref.ref(thing)
         return owner
@@ -138,7 +141,7 @@ class Uploads:
             self._images.pop(key).release()
 
     def _tables(self) -> tuple[dict[Any, Any], ...]:
-        """Every table; its keys begin with their owner's id."""
+        """Every table; its keys begin with their owner's serial number."""
         return (self._drawables, self._caster_arrays, self._meshes, self._images)
 
     def prepare(self, batches: tuple[Batch, ...]) -> None:
@@ -159,7 +162,7 @@ class Uploads:
     def drawable(self, batch: Batch, program: Program) -> moderngl.VertexArray:
         """The vertex array that draws one of the batches that were prepared with `program`."""
         assert self._instances is not None
-        mesh = self._mesh(batch.geom, batch.variant.vertex_color)
+        mesh = self._mesh(batch.geom, batch.variant.vertex_color, batch.variant.vertex_alpha)
         key = (self._own(batch.geom), batch.key, id(program))
         kept = self._array(self._drawables, key, mesh, self._instances, INSTANCE_DTYPE, program)
         first = self._first[id(batch)]
@@ -184,8 +187,8 @@ class Uploads:
                 self._casters.release()
             self._casters = self._ctx.buffer(reserve=2 * rows.nbytes, dynamic=True)
         self._casters.write(rows)
-        mesh = self._mesh(batch.geom, batch.geom.colors is not None)
-        key = (id(batch.geom), id(program))
+        mesh = self._mesh(batch.geom, batch.geom.colors is not None, batch.vertex_alpha)
+        key = (batch.geom.serial, id(program))
         array = self._array(self._caster_arrays, key, mesh, self._casters, CASTER_DTYPE, program).array
         array.instances = len(rows)
         return array
@@ -205,7 +208,7 @@ class Uploads:
             if kept is not None:
                 kept.release()
             content = [
-                program.attributes_of(mesh.vertices, _mesh_dtype(mesh.colors)),
+                program.attributes_of(mesh.vertices, mesh.dtype),
                 program.attributes_of(instances, dtype, per_instance=True),
             ]
             array = self._ctx.vertex_array(
@@ -215,22 +218,24 @@ class Uploads:
         kept.used = self._frame
         return kept
 
-    def _mesh(self, geom: MeshSource, colors: bool) -> _Mesh:
-        """A Geom's vertices, with or without its colours, and its triangles."""
-        key = (self._own(geom), colors)
+    def _mesh(self, geom: MeshSource, colors: bool, alphas: bool) -> _Mesh:
+        """A Geom's vertices, with or without its colours and their alpha, and its triangles."""
+        key = (self._own(geom), colors, alphas)
         mesh = self._meshes.get(key)
         if mesh is not None and mesh.revision == geom.revision:
             return mesh
         if mesh is not None:
             mesh.release()
-        rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(colors))
+        rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(colors, alphas))
         rows["in_position"] = geom.vertices
         rows["in_normal"] = geom.normals
         rows["in_texcoord"] = geom.texcoords
         if colors:
             rows["in_color"] = geom.colors
+        if alphas:
+            rows["in_vertex_alpha"] = geom.alphas
         triangles = np.ascontiguousarray(geom.triangles, dtype=np.uint32)
-        mesh = _Mesh(geom.revision, colors, self._ctx.buffer(rows), self._ctx.buffer(triangles))
+        mesh = _Mesh(geom.revision, rows.dtype, self._ctx.buffer(rows), self._ctx.buffer(triangles))
         self._meshes[key] = mesh
         return mesh
 
@@ -282,10 +287,14 @@ class Uploads:
         self._owners.clear()
 
 
-def _mesh_dtype(colors: bool) -> np.dtype[Any]:
+def _mesh_dtype(colors: bool, alphas: bool) -> np.dtype[Any]:
     fields: list[Any] = [
         ("in_position", np.float32, 3),
         ("in_normal", np.float32, 3),
         ("in_texcoord", np.float32, 2),
     ]
-    return np.dtype(fields + ([("in_color", np.float32, 3)] if colors else []))
+    if colors:
+        fields.append(("in_color", np.float32, 3))
+    if alphas:
+        fields.append(("in_vertex_alpha", np.float32))
+    return np.dtype(fields)

@@ -122,7 +122,7 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     -----
     ConversionWarning
         Once for each kind of thing that has no equal here: metalness and gloss, textures other than the
-        base colour's, points and lines, alpha of vertex colours, and more. It names whose.
+        base colour's, points and lines, and more. It names whose.
     """
     _check_pyrender()
     import pyrender

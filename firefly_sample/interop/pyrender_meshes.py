@@ -96,7 +96,7 @@ class MeshWriter:
             }
         return pyrender.Primitive(
             **self._arrays[id(geom)],
-            color_0=geom.colors if color is None else None,
+            color_0=_vertex_colors(geom) if color is None else None,
             indices=geom.triangles[:, ::-1] if mirrored else geom.triangles,
             material=self._material(material, color),
         )
@@ -213,8 +213,6 @@ class MeshReader:
         if mirrored:
             triangles = triangles[:, ::-1]
         colors = primitive.color_0
-        if colors is not None and (colors[:, 3] != 1.0).any():
-            self._losses.add("the alpha of vertex colours is left out", name)
         # The same arrays are the same Geom under whatever material; pyrender copies indices and colours.
         shared = (primitive.positions, primitive.normals, primitive.texcoord_0)
         key = (*map(id, shared), triangles.tobytes(), None if colors is None else colors.tobytes())
@@ -281,3 +279,10 @@ class MeshReader:
                 pixels = np.dstack([pixels, np.full(pixels.shape[:2], 255, dtype=np.uint8)])
             self._textures[id(source)] = Texture(pixels, name)
         return self._textures[id(source)]
+
+
+def _vertex_colors(geom: Geom) -> Any:
+    """Vertex colours with their alpha, if it has any."""
+    if geom.colors is None or geom.alphas is None:
+        return geom.colors
+    return np.column_stack([geom.colors, geom.alphas])

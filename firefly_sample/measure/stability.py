@@ -110,6 +110,11 @@ EXPECTED: tuple[Expected, ...] = (
         "half floats end at 65504 units, and the scene is 2e7 units long",
     ),
     Expected(
+        "scaled by 2^*50",
+        ("stored16f",),
+        "half floats hold 6e-8 to 65504 units, and the scene is 2e-14 or 2e16 units long",
+    ),
+    Expected(
         "time of 1e9 s either way, lightbulbs",
         ("stored16f",),
         "half floats move a surface 65 units away by up to 0.06, in or out of what a light's volume covers",

@@ -96,4 +96,5 @@ def _with_surface(frame: ForwardVariant, batch: Batch) -> ForwardVariant:
         vertex_color=own.vertex_color,
         cutout=own.cutout,
         double_sided=own.double_sided,
+        vertex_alpha=own.vertex_alpha,
     )

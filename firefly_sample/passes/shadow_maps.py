@@ -62,10 +62,12 @@ class ShadowMapsPass(Pass):
             self._draw_batch(gpu, batch)
 
     def _draw_batch(self, gpu: Gpu, batch: CasterBatch) -> None:
-        program = gpu.programs.get(self.name, ShadowVariant(batch.texture is not None), ())
-        if batch.texture is None:
-            program.use()
-        else:
-            texture = gpu.uploads.texture(batch.texture, batch.cutoff)
-            program.use({"u_alpha_cutoff": batch.cutoff}, {"u_texture": texture})
+        variant = ShadowVariant(batch.texture is not None, batch.vertex_alpha)
+        uniforms, textures = {}, {}
+        if batch.texture is not None:
+            textures["u_texture"] = gpu.uploads.texture(batch.texture, batch.cutoff)
+        if batch.texture is not None or batch.vertex_alpha:
+            uniforms["u_alpha_cutoff"] = batch.cutoff
+        program = gpu.programs.get(self.name, variant, ())
+        program.use(uniforms, textures)
         gpu.render(gpu.uploads.caster_array(batch, program), moderngl.TRIANGLES)

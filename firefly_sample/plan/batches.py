@@ -159,11 +159,16 @@ def make_batches(visible: Visible, frame: GeometryVariant, near: float) -> tuple
         group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
         colored = group.geom.colors is not None and group.colors is None
-        own = (group.texture is not None, colored, cutout, group.double_sided)
+        own = (group.texture is not None, colored, cutout, group.double_sided, group.vertex_alpha)
         if own not in variants:
-            textured, _, _, double_sided = own
+            textured, _, _, double_sided, vertex_alpha = own
             variants[own] = replace(
-                frame, textured=textured, vertex_color=colored, cutout=cutout, double_sided=double_sided
+                frame,
+                textured=textured,
+                vertex_color=colored,
+                cutout=cutout,
+                double_sided=double_sided,
+                vertex_alpha=vertex_alpha,
             )
         cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
         for zone, (first, end) in enumerate(pairwise(cuts)):

@@ -18,6 +18,7 @@ from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.culling import choose_culling
 from firefly_sample.plan.cut_off import CutOff, cut_off, cut_off_warnings
+from firefly_sample.plan.extent_warning import Extent, extent_warnings
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
 from firefly_sample.plan.frame_plan import (
     Background,
@@ -38,10 +39,11 @@ from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
 from firefly_sample.plan.volume import plan_volume
 from firefly_sample.plan.warnings import plan_warnings
+from firefly_sample.scene.arrays import as_color, as_numbers
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.settings import Settings
+from firefly_sample.settings import Settings, to_number
 
 __all__ = ["Planner", "build_plan"]
 
@@ -101,6 +103,7 @@ class Planner:
         self._eye: tuple[tuple[Any, ...], Eye] | None = None
         self._seen: tuple[tuple[Any, ...], Visible] | None = None
         self._cut: tuple[Visible, CutOff] | None = None
+        self._measured: tuple[Visible, Extent] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
         self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
 
@@ -115,8 +118,10 @@ class Planner:
     ) -> FramePlan:
         """See `build_plan`."""
         outputs, size = check_outputs(outputs, settings.supersample), check_size(size)
-        if not np.isfinite(time):
+        seconds = to_number(time)
+        if not np.isfinite(seconds):
             raise SceneError(f"time must be a finite number of seconds, got {time!r}")
+        time = seconds
         scene.update(time)
         if self._root != scene.root:  # what was kept is another scene's
             self._root, self._snapshots, self._shadows = scene.root, {}, ShadowPlanner()
@@ -192,7 +197,7 @@ class Planner:
             size=size,
             settings=settings,
             outputs=outputs,
-            time=float(time),
+            time=time,
             view=view,
             batches=self._batches(seen, geometry_variant(needs, targets), view.near),
             ambient=ambient,
@@ -219,6 +224,7 @@ class Planner:
                     *cut_off_warnings(self._cut_off(snapshot, eye, seen), eye, snapshot.id_names),
                 ),
                 cloud,
+                extent_warnings(self._extent(seen, eye, view), lighting.sets, view, seen.farthest),
             ),
         )
 
@@ -242,6 +248,12 @@ class Planner:
         if self._cut is None or self._cut[0] is not seen:
             self._cut = seen, cut_off(snapshot.instances, eye, seen)
         return self._cut[1]
+
+    def _extent(self, seen: Visible, eye: Eye, view: View) -> Extent:
+        """How large what is in view is; measured anew only when something else is in view."""
+        if self._measured is None or self._measured[0] is not seen:
+            self._measured = seen, Extent.of(seen, eye.planes, view.lens, view.near)
+        return self._measured[1]
 
     def _chosen(self, needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
         """Targets and passes; the same objects while nothing else is needed."""
@@ -283,22 +295,15 @@ def _background(scene: Scene) -> Background:
     pair = (given.horizon, given.zenith) if isinstance(given, VerticalGradient) else (given, given)
     colors = []
     for color in pair:
-        try:
-            rgb = np.asarray(color, dtype=np.float64)
-        except (TypeError, ValueError):
-            rgb = np.full(3, np.nan)
-        if rgb.shape != (3,) or not np.isfinite(rgb).all() or rgb.min() < 0:
-            raise SceneError(f"background must be finite linear colours of 0 or more, got {color!r}")
+        rgb = as_color("background", color, 3, LARGEST)
         colors.append((float(rgb[0]), float(rgb[1]), float(rgb[2])))
     return Background(*colors)
 
 
 def _exposure(scene: Scene, settings: Settings) -> tuple[float, float, float]:
     """The scene's exposure times the setting's, a channel each, checked."""
-    try:
-        rgb = np.broadcast_to(np.asarray(scene.exposure, dtype=np.float64), (3,)) * settings.exposure
-    except (TypeError, ValueError):
-        rgb = np.zeros(3)
+    given = as_numbers("a scene's exposure", scene.exposure, SceneError, "one or three numbers")
+    rgb = np.broadcast_to(given, (3,)) * settings.exposure if given.shape in ((), (3,)) else np.zeros(3)
     if not (rgb.min() > 0 and rgb.max() <= LARGEST):
         raise SceneError(
             f"a scene's exposure, times the setting's {settings.exposure:g}, must be one or three numbers "

@@ -16,6 +16,9 @@ __all__ = ["CameraMatrices", "Eye", "camera_matrices", "eye_state"]
 
 Float64 = NDArray[np.float64]
 
+PLANES = 1e-37, 1e30
+"""Of near: float32 holds it, and leaves room for a product."""
+
 
 class CameraMatrices(NamedTuple):
     """World to view and back: float64, shape (4, 4), for row vectors."""
@@ -54,10 +57,34 @@ class Eye:
 
     def __init__(self, scene: Scene, size: tuple[int, int], window: bool = False) -> None:
         self.name = str(scene.camera)
-        self.lens, self.warnings = _lens_for(scene, size, window)
+        lens, self.warnings = _lens_for(scene, size, window)
+        self.lens = _checked(lens)
         self.camera = camera_matrices(scene)
         self.planes = self.lens.frustum_planes()
         self.corners = frustum_corners(self.lens.constants(), self.lens.get_near(), self.lens.get_far())
+
+
+def _checked(lens: Lens) -> Lens:
+    """A lens whose planes float32 holds.
+
+    Raises
+    ------
+    LensError
+        If it does not.
+    """
+    near, far = lens.get_near(), lens.get_far()
+    low, high = PLANES
+    if lens.is_perspective() and not low <= near <= high:
+        raise LensError(
+            f"a frame is drawn in float32, which needs a perspective near plane of {low:g} to {high:g} "
+            f"units, got {near:g}: give the scene another unit"
+        )
+    if lens.is_orthographic() and max(abs(near), abs(far)) > high:
+        raise LensError(
+            f"a frame is drawn in float32, which needs orthographic planes of at most {high:g} units, got "
+            f"near {near:g} and far {far:g}: give the scene another unit"
+        )
+    return lens
 
 
 def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:

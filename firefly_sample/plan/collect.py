@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.errors import NodeError
 from firefly_sample.plan.instances import Group, Instances, look_of, make_groups
 from firefly_sample.plan.light_views import Spheres
 from firefly_sample.scene.geom import Geom, GeomNode
@@ -83,45 +84,66 @@ class Snapshot:
 
 
 def collect(root: NodePath, camera_mask: int) -> Snapshot:
-    """Walk everything under `root` that a camera with this mask sees."""
+    """Walk everything under `root` that a camera with this mask sees.
+
+    Raises
+    ------
+    NodeError
+        If a net transform is not finite; it names the node.
+    """
     revision = root.get_top().node().subtree_revision
     snapshot = Snapshot(root=root, revision=revision, camera_mask=camera_mask)
     found: dict[tuple[Any, ...], _Found] = {}
     materials: dict[int, Material] = {}
     names: list[str] = []
-    for visit in iter_visible(root, camera_mask):
-        node = visit.node
-        if isinstance(node, GeomNode):
-            for geom, own in node.geoms:
-                if not len(geom.triangles):
-                    continue  # nothing to draw must cost nothing
-                material = visit.material if visit.material is not None else own
-                materials[id(material)] = material
-                key = (id(geom), *look_of(material), visit.color is not None)
-                entry = found.setdefault(key, _Found(geom))
-                entry.nets.append(visit.net)
-                entry.ids.append(len(names))
-                entry.materials.append(material)
-                entry.colors.append(visit.color)
-            names.append(visit.path)
-        elif isinstance(node, PointLights | FadingLight | DirectionalLight):
-            snapshot.lights.append((node, visit.net))
-            if isinstance(node, Spotlight):
-                snapshot.watched.append((node.get_lens(), node.get_lens().revision))
-        elif isinstance(node, AmbientLight):
-            snapshot.ambient.append(node)
-        elif isinstance(node, Sprites):
-            snapshot.sprites.append((node, visit.net))
-        elif isinstance(node, ParticleNode):
-            snapshot.particles.append((node, visit.net))
+    with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
+        for visit in iter_visible(root, camera_mask):
+            node = visit.node
+            if isinstance(node, GeomNode):
+                for geom, own in node.geoms:
+                    if not len(geom.triangles):
+                        continue  # nothing to draw must cost nothing
+                    material = visit.material if visit.material is not None else own
+                    materials[id(material)] = material
+                    key = (id(geom), *look_of(material), visit.color is not None)
+                    entry = found.setdefault(key, _Found(geom))
+                    entry.nets.append(visit.net)
+                    entry.ids.append(len(names))
+                    entry.materials.append(material)
+                    entry.colors.append(visit.color)
+                names.append(visit.path)
+            elif isinstance(node, PointLights | FadingLight | DirectionalLight):
+                snapshot.lights.append((node, visit.net))
+                if isinstance(node, Spotlight):
+                    snapshot.watched.append((node.get_lens(), node.get_lens().revision))
+            elif isinstance(node, AmbientLight):
+                snapshot.ambient.append(node)
+            elif isinstance(node, Sprites):
+                snapshot.sprites.append((node, visit.net))
+            elif isinstance(node, ParticleNode):
+                snapshot.particles.append((node, visit.net))
     for key, entry in found.items():
+        finite = np.isfinite(entry.nets).all(axis=(1, 2))
+        if not finite.all():
+            _refuse(names[entry.ids[int(np.argmin(finite))]])
         snapshot.groups.extend(
             make_groups(key, entry.geom, entry.materials, entry.colors, entry.nets, entry.ids)
         )
         snapshot.watched.append((entry.geom, entry.geom.revision))
+    for nodes in (snapshot.lights, snapshot.sprites, snapshot.particles):
+        for node, net in nodes:
+            if not np.isfinite(net).all():
+                _refuse(node.name)
     snapshot.looks = [(material, look_of(material)) for material in materials.values()]
     snapshot.id_names = tuple(names)
     return snapshot
+
+
+def _refuse(name: str) -> NoReturn:
+    raise NodeError(
+        f"node {name!r}: its net transform has numbers that float64 does not hold: give it and its parents "
+        "scales and positions nearer to 1"
+    )
 
 
 @dataclass(eq=False)

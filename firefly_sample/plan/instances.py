@@ -98,6 +98,11 @@ class Group:
 
     _factors: tuple[tuple[int, ...], Factors] | None = None
 
+    @property
+    def vertex_alpha(self) -> bool:
+        """Whether the alpha of vertex colours cuts out."""
+        return self.cutoff is not None and self.geom.alphas is not None and self.colors is None
+
     def factors(self) -> Factors:
         """Of all instances, now; made anew only when a material has changed."""
         revisions = tuple(material.revision for material in self.materials)

@@ -43,6 +43,14 @@ _ONE_BY_ONE = ("sphere", "cone", "fullscreen")
 """How the classic look draws lights."""
 
 
+_SURFACES = [
+    (orthographic, textured, colored, cutout, double_sided, alpha)
+    for orthographic, textured, colored, cutout, double_sided, alpha in product(_BOTH, repeat=6)
+    if (colored and cutout) or not alpha
+]
+"""The last fields of the geometry pass's variants, and of the forward pass's."""
+
+
 def _geometry() -> Iterator[Variant]:
     for albedo, normal, distance in product(_BOTH, repeat=3):
         # what a frame has beside the albedo for light, no frame has without it
@@ -55,7 +63,7 @@ def _geometry() -> Iterator[Variant]:
                 if normals == "undecoded" and (any(extra) or (albedo and colors != "linear")):
                     continue
                 interpolated = normal or distance or stored != "none"
-                for ids, rest in product(product(_BOTH, repeat=2), product(_BOTH, repeat=5)):
+                for ids, rest in product(product(_BOTH, repeat=2), _SURFACES):
                     targets = albedo, normal, distance, *extra, *ids, stored
                     for float64 in _BOTH if interpolated and ids[1] else (False,):
                         yield GeometryVariant(*targets, normals, colors, float64, *rest)  # type: ignore
@@ -147,7 +155,7 @@ _WAYS: list[tuple[Any, Any, Any]] = [
 
 
 def _forward() -> Iterator[Variant]:
-    for surface in product(_BOTH, repeat=5):
+    for surface in _SURFACES:
         for own, emission in product(_BOTH, repeat=2):
             # without a light there is nothing but these
             yield ForwardVariant("none", ambient=own, emission=emission, **_surface(surface))
@@ -165,7 +173,7 @@ def _forward() -> Iterator[Variant]:
 
 
 def _surface(flags: tuple[bool, ...]) -> dict[str, Any]:
-    names = ("orthographic", "textured", "vertex_color", "cutout", "double_sided")
+    names = ("orthographic", "textured", "vertex_color", "cutout", "double_sided", "vertex_alpha")
     return dict(zip(names, flags, strict=True))
 
 
@@ -216,7 +224,7 @@ _VOLUME_PASSES = (*("volume_slices", "volume_sums", "volume_blur_x", "volume_blu
 """One variant each: what differs between methods, formats and kernels are numbers."""
 
 _LEGAL: dict[str, Callable[[], Iterable[Variant]]] = {
-    "shadow_maps": lambda: (ShadowVariant(cutout) for cutout in _BOTH),
+    "shadow_maps": lambda: (ShadowVariant(*alphas) for alphas in product(_BOTH, repeat=2)),
     **{name: lambda: [Variant()] for name in _VOLUME_PASSES},
     "geometry": _geometry,
     "interpolation": _interpolation,

@@ -59,9 +59,11 @@ class CasterBatch:
     cutoff : float
         The alpha below which nothing is drawn.
     alphas : ndarray of float64, shape (n,)
-        Factors of the texture's alpha.
+        Factors of the alpha of texture and vertices.
     model_to_world, model_to_clip : ndarray of float64, shape (n, 4, 4)
         For row vectors; the first is for who follows rays instead.
+    vertex_alpha : bool
+        Whether the alpha of vertex colours cuts out, too.
     """
 
     geom: Geom
@@ -70,6 +72,7 @@ class CasterBatch:
     alphas: Float64
     model_to_world: Float64
     model_to_clip: Float64
+    vertex_alpha: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,7 +340,9 @@ def _casters(
                 continue
         to_world = group.model_to_world[chosen]
         matrices = to_world @ view.world_to_light @ project
-        batches.append(CasterBatch(group.geom, texture, cutoff, alphas[chosen], to_world, matrices))
+        batches.append(
+            CasterBatch(group.geom, texture, cutoff, alphas[chosen], to_world, matrices, group.vertex_alpha)
+        )
     return tuple(batches)
 
 
@@ -351,6 +356,7 @@ def _digest(tile: Tile, lens: LensConstants, casters: tuple[CasterBatch, ...]) -
             batch.geom.revision,
             None if texture is None else (texture.serial, texture.revision),
             batch.cutoff,
+            batch.vertex_alpha,
             len(batch.alphas),
         )
         state.update(repr(parts).encode())

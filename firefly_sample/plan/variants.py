@@ -81,7 +81,8 @@ class GeometryVariant(Variant):
     """How the G-buffer is written; the first eight fields say which targets there are, with `stored`.
 
     `stored` is the target of whole positions: none, float32, or half floats. `normals` and `colors` are how
-    these are packed. `float64` marks what the interpolation pass is to find again.
+    these are packed. `float64` marks what the interpolation pass is to find again. `vertex_alpha` says that
+    alpha of vertex colours cuts out.
     """
 
     albedo: bool = True
@@ -101,6 +102,7 @@ class GeometryVariant(Variant):
     vertex_color: bool = False
     cutout: bool = False
     double_sided: bool = False
+    vertex_alpha: bool = False
 
 
 @dataclass(frozen=True)
@@ -117,9 +119,10 @@ class InterpolationVariant(Variant):
 
 @dataclass(frozen=True)
 class ShadowVariant(Variant):
-    """What a shadow map's casters are: with a texture whose alpha cuts out, or opaque."""
+    """What cuts a shadow map's casters out: the alpha of a texture, of vertex colours, of both or of none."""
 
-    cutout: bool = False
+    textured: bool = False
+    vertex_alpha: bool = False
 
 
 @dataclass(frozen=True)
@@ -201,6 +204,7 @@ class ForwardVariant(Variant):
     vertex_color: bool = False
     cutout: bool = False
     double_sided: bool = False
+    vertex_alpha: bool = False
     volume: bool = False
     method: Literal["loop"] = "loop"
     id: Literal[False] = False

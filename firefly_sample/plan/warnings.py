@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from firefly_sample.plan.cloud import Cloud
 from firefly_sample.plan.collect import Snapshot
@@ -23,6 +23,7 @@ def plan_warnings(
     positions: str | None = None,
     camera: Sequence[str] = (),
     cloud: Cloud | None = None,
+    extents: Iterable[str] = (),
 ) -> tuple[str, ...]:
     """One line each for what is drawn otherwise than the scene or the settings ask.
 
@@ -36,6 +37,8 @@ def plan_warnings(
         Lines on the camera's lens.
     cloud : Cloud, optional
         The particles.
+    extents : iterable of str
+        What `firefly_sample.plan.extent_warning` says.
     """
     warnings = list(camera)
     blended = dict.fromkeys(
@@ -59,6 +62,7 @@ def plan_warnings(
         warnings.append(
             "interpolation=float64: the driver lacks ARB_gpu_shader_fp64, so the rasterizer interpolates"
         )
+    warnings.extend(extents)
     if positions is not None:
         warnings.append(positions)
     if needs.lit and not needs.classic and (clipped := _accumulation_warning(needs, sets)):

@@ -127,6 +127,9 @@ class Fragments:
         if not self.batch.variant.cutout:
             return np.ones(len(self.rays), dtype=bool)
         alpha = self.batch.factors.base_colors[self.instance, 3] * self.texture()[:, 3]
+        alphas = self.batch.geom.alphas
+        if self.batch.variant.vertex_alpha and alphas is not None:
+            alpha = alpha * self.interpolated(alphas[:, None])[:, 0]
         return np.asarray(alpha >= self.batch.alpha_cutoff)
 
     def _texcoord_slopes(self) -> tuple[Float64, Float64]:

@@ -67,7 +67,7 @@ class OneLight:
             to_light = np.broadcast_to(-self.lights.directions[self.row], position.shape)
             return to_light, np.full(len(position), np.inf)
         offset = self.lights.positions[self.row] - position
-        distance = np.maximum(lengths(offset), 1e-15)
+        distance = np.maximum(lengths(offset), 1e-300)
         return offset / distance[:, None], distance
 
     def strength(self, to_light: Float64, distance: Float64, settings: Settings) -> Float64:
@@ -176,7 +176,7 @@ class LitChunk:
         if reach < np.inf:
             reached &= np.sqrt(square) < reach
         chosen = np.flatnonzero(reached)
-        distance = np.maximum(np.sqrt(square[chosen]), 1e-15)
+        distance = np.maximum(np.sqrt(square[chosen]), 1e-150)
         share = 1.0 / distance
         return chosen, offset[:, chosen] * share, facing[chosen] * share, distance
 

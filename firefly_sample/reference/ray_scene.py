@@ -51,6 +51,7 @@ class RayScene:
         triangles = np.cumsum([0, *(len(geom.triangles) for geom in unique.values())])
         self._vertices = _joined([geom.vertices for geom in unique.values()], 3)
         self._texcoords = _joined([geom.texcoords for geom in unique.values()], 2)
+        self._alphas = _joined([_alphas(geom)[:, None] for geom in unique.values()], 1)[:, 0]
         parts = [geom.triangles + first for geom, first in zip(unique.values(), vertices, strict=False)]
         self._triangles = np.concatenate([np.zeros((0, 3), dtype=np.intp), *parts])
         self._matrices = matrices
@@ -115,9 +116,17 @@ class RayScene:
         """Texture coordinates of the corners of triangles, shape (n, 3, 2)."""
         return np.asarray(self._texcoords[self._corner_rows(number)])
 
+    def alphas(self, number: NDArray[np.intp]) -> Float64:
+        """Alpha of the vertex colours of the corners of triangles, shape (n, 3)."""
+        return np.asarray(self._alphas[self._corner_rows(number)])
+
     def _corner_rows(self, number: NDArray[np.intp]) -> NDArray[np.intp]:
         instance, triangle = self.owner(number)
         return np.asarray(self._triangles[self._first_triangle[instance] + triangle])
+
+
+def _alphas(geom: Geom) -> Float64:
+    return np.ones(len(geom.vertices)) if geom.alphas is None else geom.alphas
 
 
 def _joined(arrays: list[Float64], columns: int) -> Float64:

@@ -40,13 +40,18 @@ class ShadowRays:
         numbers: dict[tuple[object, ...], int] = {}
         geoms: list[Geom] = []
         matrices: list[Float64] = []
-        looks: list[tuple[Sampler | None, float, float]] = []
+        looks: list[tuple[Sampler | None, float, float, bool]] = []
         drawn: list[set[int]] = []
         for shadow in self._maps:
             drawn.append(set())
             for batch in shadow.casters or ():
                 texture = batch.texture
-                look = (batch.geom.serial, None if texture is None else texture.serial, batch.cutoff)
+                look = (
+                    batch.geom.serial,
+                    None if texture is None else texture.serial,
+                    batch.cutoff,
+                    batch.vertex_alpha,
+                )
                 sampler = None if texture is None else samplers.of(texture, batch.cutoff)
                 for matrix, alpha in zip(batch.model_to_world, batch.alphas.tolist(), strict=True):
                     key = (*look, alpha, matrix.tobytes())
@@ -54,18 +59,19 @@ class ShadowRays:
                         numbers[key] = len(geoms)
                         geoms.append(batch.geom)
                         matrices.append(matrix @ plan.view.world_to_view)
-                        looks.append((sampler, alpha, batch.cutoff))
+                        looks.append((sampler, alpha, batch.cutoff, batch.vertex_alpha))
                     drawn[-1].add(numbers[key])
         self._drawn = np.zeros((len(self._maps), len(geoms)), dtype=bool)
         for row, chosen in zip(self._drawn, drawn, strict=True):
             row[list(chosen)] = True
-        self._samplers = list({id(sampler): sampler for sampler, _, _ in looks if sampler}.values())
+        self._samplers = list({id(sampler): sampler for sampler, *_ in looks if sampler}.values())
         self._sampler_of = np.array(
-            [-1 if sampler is None else self._samplers.index(sampler) for sampler, _, _ in looks],
+            [-1 if sampler is None else self._samplers.index(sampler) for sampler, *_ in looks],
             dtype=np.intp,
         )
-        self._alphas = np.array([alpha for _, alpha, _ in looks])
-        self._cutoffs = np.array([cutoff for _, _, cutoff in looks])
+        self._alphas = np.array([alpha for _, alpha, _, _ in looks])
+        self._cutoffs = np.array([cutoff for _, _, cutoff, _ in looks])
+        self._vertex_alpha = np.array([own for *_, own in looks], dtype=bool)
         places = np.array(matrices).reshape(-1, 4, 4)
         self._scene = RayScene(geoms, places)
         corners = self._scene.corners(np.arange(len(self._scene)))
@@ -133,12 +139,14 @@ class ShadowRays:
         """Whether triangles are drawn into the light's maps, and alpha leaves them, at full size."""
         instance, _ = self._scene.owner(number)
         stops = np.asarray(drawn[instance])
+        alpha = self._alphas[instance]
+        rows = np.flatnonzero(stops & self._vertex_alpha[instance])
+        alpha[rows] *= np.einsum("ni,ni->n", met.shares[rows], self._scene.alphas(number[rows]))
         for index, sampler in enumerate(self._samplers):
             rows = np.flatnonzero(stops & (self._sampler_of[instance] == index))
             places = np.einsum("ni,nik->nk", met.shares[rows], self._scene.texcoords(number[rows]))
-            alpha = self._alphas[instance[rows]] * sampler.sample(places, np.zeros(len(rows)))[:, 3]
-            stops[rows] = alpha >= self._cutoffs[instance[rows]]
-        return stops
+            alpha[rows] *= sampler.sample(places, np.zeros(len(rows)))[:, 3]
+        return np.asarray(stops & (alpha >= self._cutoffs[instance]))
 
 
 def _meet(corners: Float64, origin: Float64, direction: Float64) -> Meeting:

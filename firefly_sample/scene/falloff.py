@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LightError
+from firefly_sample.scene.arrays import as_numbers
 
 __all__ = ["Attenuation", "Falloff", "check_attenuation"]
 
@@ -70,14 +71,12 @@ def check_attenuation(light: str, value: ArrayLike) -> Attenuation:
         If it is not three numbers of 0 or more, or the largest is too small to divide by or too large for
         float32 (see `COEFFICIENTS`); it names the light.
     """
-    try:
-        given = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        given = np.zeros(0)
     low, high = COEFFICIENTS
+    what = f"light {light!r}: attenuation"
+    expected = (
+        f"three numbers of 0 or more (constant, linear, quadratic), the largest of them {low:g} to {high:g}"
+    )
+    given = as_numbers(what, value, LightError, expected)
     if given.shape != (3,) or not given.min() >= 0 or not low <= given.max() <= high:
-        raise LightError(
-            f"light {light!r}: attenuation must be three numbers of 0 or more (constant, linear, quadratic), "
-            f"the largest of them {low:g} to {high:g}, got {value!r}"
-        )
+        raise LightError(f"{what} must be {expected}, got {value!r}")
     return Attenuation(*(float(coefficient) for coefficient in given))

@@ -2,23 +2,37 @@
 
 from __future__ import annotations
 
-import itertools
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
+from firefly_sample.scene.arrays import (
+    DIVIDE,
+    ReadOnlyArrays,
+    as_colors,
+    as_numbers,
+    as_whole,
+    in_range,
+    read_only,
+)
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.serials import new_serial
 
 __all__ = ["Geom", "GeomNode"]
 
 Float64 = NDArray[np.float64]
 
-_SERIALS = itertools.count()
+
+LARGEST = 1e30
+"""Of positions, normals and texture coordinates: float32 keeps room for a product."""
+_LENGTHS = 1e-6, 1e6
+"""Between these, a normal's length is left as it is: shaders make it 1, and square it for that."""
 
 
-class Geom:
+class Geom(ReadOnlyArrays):
     """Indexed triangles in model space. Geoms are shared: instancing is one Geom under many nodes.
 
     Parameters
@@ -32,24 +46,33 @@ class Geom:
     texcoords : array_like, shape (n, 2), optional
         Texture coordinates with v up (the first row of an image is v = 1); zeros when absent.
     colors : array_like, shape (n, 3) or (n, 4), optional
-        Linear vertex colours that multiply the material's base colour; white when absent.
+        Linear vertex colours in 0..1 that multiply the material's base colour, and their alpha, which
+        multiplies its alpha; white when absent. Unsigned integers are shares of the largest number of their
+        type: uint8 is 0 to 255.
     name : str
         Used in messages.
 
-    The arrays are copies and read-only: `set_vertices`, `set_normals` and `set_colors` replace them.
+    Arrays are taken as `firefly_sample.scene.arrays` says. They are copies and read-only: `set_vertices`,
+    `set_normals` and `set_colors` replace them.
 
     Attributes
     ----------
+    colors : ndarray of float64, shape (n, 3), or None
+    alphas : ndarray of float64, shape (n,), or None
+        Alpha of the vertex colours; None where it is 1 everywhere.
     serial : int
-        Its own, never another's, not even after its end.
+        Its own, never another's: neither that of a copy, nor of what comes after its end.
     revision : int
         Grows with each change, so that whoever keeps a copy (the GPU) knows when it is stale.
 
     Raises
     ------
     SceneError
-        If a shape is wrong, an index is out of range or a number is not finite.
+        If a shape is wrong, an index is out of range, a number is not finite or above 1e30, or a colour is
+        not 0 to 1.
     """
+
+    alphas: Float64 | None
 
     def __init__(
         self,
@@ -61,49 +84,77 @@ class Geom:
         name: str = "geom",
     ) -> None:
         self.name = name
-        self.serial = next(_SERIALS)
+        self.serial = new_serial()
         self.revision = 0
         self.vertices = self._floats("vertices", vertices, None, 3)
         n = len(self.vertices)
-        self.triangles: NDArray[np.int32] = np.array(triangles, dtype=np.int32)
-        self.triangles.setflags(write=False)
-        if self.triangles.ndim != 2 or self.triangles.shape[1] != 3:
-            raise SceneError(f"geom {name!r}: triangles must have shape (m, 3), got {self.triangles.shape}")
-        if self.triangles.size and (self.triangles.min() < 0 or self.triangles.max() >= n):
-            raise SceneError(f"geom {name!r}: a triangle index lies outside 0..{n - 1}")
-        self.normals = self._vertex_normals() if normals is None else self._floats("normals", normals, n, 3)
-        self.texcoords = np.zeros((n, 2)) if texcoords is None else self._floats("texcoords", texcoords, n, 2)
-        self.colors: Float64 | None = None if colors is None else self._colors(colors)
+        self.triangles = self._indices(triangles, n)
+        self.normals = self._vertex_normals() if normals is None else self._normals(normals, n)
+        self.texcoords = (
+            read_only(np.zeros((n, 2))) if texcoords is None else self._floats("texcoords", texcoords, n, 2)
+        )
+        self.colors, self.alphas = self._colors(colors)
         self._bounds: tuple[Float64, Float64] | None = None
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self.serial = new_serial()
+
+    def _indices(self, triangles: ArrayLike, vertices: int) -> NDArray[np.int32]:
+        given = as_whole(f"geom {self.name!r}: triangles", triangles)
+        if given.ndim != 2 or given.shape[1] != 3:
+            raise SceneError(f"geom {self.name!r}: triangles must have shape (m, 3), got {given.shape}")
+        # of the type that was given: a narrower one would wrap around
+        outside = (given < 0) | (given >= vertices)
+        if outside.any():
+            row = int(np.argmax(outside.any(axis=1)))
+            index = given[row][np.argmax(outside[row])]
+            raise SceneError(
+                f"geom {self.name!r}: a triangle index lies outside 0..{vertices - 1}: "
+                f"triangle {row} has {int(index)}"
+            )
+        return read_only(given.astype(np.int32, order="C"))
+
     def _floats(self, what: str, values: ArrayLike, rows: int | None, columns: int) -> Float64:
-        array = np.array(values, dtype=np.float64)
+        array = as_numbers(f"geom {self.name!r}: {what}", values)
         if array.ndim != 2 or array.shape[1] != columns or (rows is not None and len(array) != rows):
             expected = f"({'n' if rows is None else rows}, {columns})"
             raise SceneError(f"geom {self.name!r}: {what} must have shape {expected}, got {array.shape}")
         if not np.isfinite(array).all():
             raise SceneError(f"geom {self.name!r}: {what} has a number that is not finite")
-        array.setflags(write=False)
-        return array
+        if np.abs(array).max(initial=0.0) > LARGEST:
+            raise SceneError(
+                f"geom {self.name!r}: {what} has a number above {LARGEST:g}, which float32 may not hold"
+            )
+        return read_only(array)
+
+    def _normals(self, normals: ArrayLike, rows: int) -> Float64:
+        given = self._floats("normals", normals, rows, 3)
+        length = np.abs(given).max(axis=1, initial=0.0, keepdims=True)
+        extreme = (length > 0.0) & ((length < _LENGTHS[0]) | (length > _LENGTHS[1]))
+        return read_only(np.where(extreme, given / np.where(extreme, length, 1.0), given))
 
     def _vertex_normals(self) -> Float64:
-        corners = self.vertices[self.triangles]
+        # by a power of two, which is exact, so that products of edges stay numbers at every scale
+        _, exponent = np.frexp(np.abs(self.vertices).max(initial=0.0))
+        corners = np.ldexp(self.vertices, -exponent)[self.triangles]
         face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals = np.zeros_like(self.vertices)
         for corner in range(3):
             np.add.at(normals, self.triangles[:, corner], face)
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
-        return np.where(length > 0, normals / np.where(length > 0, length, 1.0), up)
+        return read_only(np.where(length > 0, normals / np.where(length > 0, length, 1.0), up))
 
     @property
     def bounds(self) -> tuple[Float64, Float64]:
         """The axis-aligned box (minimum, maximum) in model space; NaN without vertices."""
         if self._bounds is None:
             if len(self.vertices):
-                self._bounds = (self.vertices.min(axis=0), self.vertices.max(axis=0))
+                low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
             else:
-                self._bounds = (np.full(3, np.nan), np.full(3, np.nan))
+                low, high = np.full(3, np.nan), np.full(3, np.nan)
+            self._bounds = read_only(low), read_only(high)
         return self._bounds
 
     def set_vertices(self, vertices: ArrayLike) -> None:
@@ -114,17 +165,32 @@ class Geom:
 
     def set_normals(self, normals: ArrayLike) -> None:
         """Replace the normals, shape (n, 3)."""
-        self.normals = self._floats("normals", normals, len(self.vertices), 3)
+        self.normals = self._normals(normals, len(self.vertices))
         self.revision += 1
 
     def set_colors(self, colors: ArrayLike | None) -> None:
-        """Replace the linear vertex colours, shape (n, 3) or (n, 4); None takes them away."""
-        self.colors = None if colors is None else self._colors(colors)
+        """Replace the vertex colours, shape (n, 3) or (n, 4), as the class takes them; None for none."""
+        self.colors, self.alphas = self._colors(colors)
         self.revision += 1
 
-    def _colors(self, colors: ArrayLike) -> Float64:
-        rgb = np.asarray(colors, dtype=np.float64)
-        return self._floats("colors", rgb[:, :3] if rgb.ndim == 2 else rgb, len(self.vertices), 3)
+    def _colors(self, colors: ArrayLike | None) -> tuple[Float64 | None, Float64 | None]:
+        """Colours without alpha; and alpha, where it is not 1 everywhere."""
+        if colors is None:
+            return None, None
+        given = as_colors(f"geom {self.name!r}: colors", colors)
+        n = len(self.vertices)
+        if given.ndim != 2 or len(given) != n or given.shape[1] not in (3, 4):
+            raise SceneError(
+                f"geom {self.name!r}: colors must have shape ({n}, 3) or ({n}, 4), got {given.shape}"
+            )
+        if not in_range(given):
+            hint = DIVIDE if given.min() >= 0.0 and given.max() > 1.0 else ""
+            raise SceneError(
+                f"geom {self.name!r}: colors must be 0 to 1, got {given.min():g} to {given.max():g}{hint}"
+            )
+        given = np.clip(given, 0.0, 1.0)
+        alphas = None if given.shape[1] == 3 or (given[:, 3] == 1.0).all() else read_only(given[:, 3].copy())
+        return read_only(np.ascontiguousarray(given[:, :3])), alphas
 
     def __repr__(self) -> str:
         return f"Geom({self.name!r}, {len(self.vertices)} vertices, {len(self.triangles)} triangles)"

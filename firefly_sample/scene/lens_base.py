@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LensError
+from firefly_sample.scene.arrays import as_numbers
 from firefly_sample.scene.lens_checks import finite, number, positive
 from firefly_sample.scene.lens_constants import Clip, LensConstants
 from firefly_sample.scene.lens_shape import Shape
@@ -319,7 +320,7 @@ class Lens(ABC):
 
 
 def _points(value: ArrayLike, size: int) -> Float64:
-    points = np.asarray(value, dtype=np.float64)
+    points = as_numbers("points", value, LensError)
     if points.ndim == 0 or points.shape[-1] != size:
         raise LensError(f"points must have shape ({size},) or (..., {size}), got {points.shape}")
     return points

@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 
 from firefly_sample.errors import LensError
+from firefly_sample.settings import number_or_none
 
 __all__ = [
     "cot_half",
@@ -39,10 +40,10 @@ def cot_half(name: str, degrees: float) -> float:
 
 def number(name: str, value: float) -> float:
     """`value` as a float, perhaps infinite or NaN."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise LensError(f"{name} must be a number, got {value!r}") from None
+    found = number_or_none(value)
+    if found is None:
+        raise LensError(f"{name} must be a number, got {value!r}")
+    return found
 
 
 def finite(name: str, value: float) -> float:

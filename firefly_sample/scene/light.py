@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-import operator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LightError
+from firefly_sample.scene.arrays import as_color, as_colors
 from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
 from firefly_sample.scene.rows import LARGEST_COLOR
-from firefly_sample.settings import SHADOW_RESOLUTIONS
+from firefly_sample.settings import SHADOW_RESOLUTIONS, to_number, to_whole
 
 __all__ = ["FadingLight", "Light", "ShadowCaster", "light_color"]
 
@@ -28,7 +28,7 @@ class ShadowCaster(PandaNode):
     ----------
     camera_mask : int
         Bits, as of a `Camera`: ``path.hide(mask)`` keeps what is below `path` from casting this light's
-        shadows, if the mask has one of its bits.
+        shadows, if `mask` has all of these bits.
     """
 
     def __init__(self, name: str) -> None:
@@ -54,11 +54,8 @@ class ShadowCaster(PandaNode):
         """
         if resolution is not None:
             low, high = SHADOW_RESOLUTIONS
-            try:
-                texels = operator.index(resolution)
-            except TypeError:
-                texels = 0
-            if not low <= texels <= high:
+            texels = to_whole(resolution)
+            if texels is None or not low <= texels <= high:
                 raise LightError(
                     f"light {self.name!r}: a shadow map's resolution must be a whole number of {low} to "
                     f"{high} texels, got {resolution!r}"
@@ -213,10 +210,7 @@ class FadingLight(Light):
         return self._end
 
     def _length(self, what: str, value: float) -> float:
-        try:
-            length = float(value)
-        except (TypeError, ValueError):
-            length = math.nan
+        length = to_number(value)
         if not length >= 0.0:
             raise LightError(f"light {self.name!r}: {what} must be a number of 0 or more, got {value!r}")
         return length
@@ -235,15 +229,6 @@ def light_color(name: str, color: ArrayLike) -> Float64:
         If it is not three (or, as Panda3D has it, four) numbers from 0 to `LARGEST_COLOR`; it names the
         light.
     """
-    try:
-        rgb = np.array(color, dtype=np.float64)
-    except (TypeError, ValueError):
-        rgb = np.zeros(0)
-    if rgb.shape == (4,):
-        rgb = rgb[:3]
-    if rgb.shape != (3,) or not np.isfinite(rgb).all() or rgb.min() < 0 or rgb.max() > LARGEST_COLOR:
-        raise LightError(
-            f"light {name!r}: color must be three finite numbers of 0 or more, at most {LARGEST_COLOR:g}, "
-            f"got {color!r}"
-        )
-    return rgb
+    what = f"light {name!r}: color"
+    rgb = as_colors(what, color, LightError, "three numbers of 0 or more")
+    return as_color(what, rgb[:3] if rgb.shape == (4,) else rgb, 3, LARGEST_COLOR, LightError)

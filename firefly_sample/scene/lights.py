@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LightError
+from firefly_sample.scene.arrays import as_colors, as_numbers, read_only
 from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
 from firefly_sample.scene.light import FadingLight, Light, ShadowCaster, light_color
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
+from firefly_sample.settings import to_number
 
 __all__ = ["AmbientLight", "DirectionalLight", "PointLight", "PointLights"]
 
@@ -83,7 +85,7 @@ class PointLights(PointsNode, ShadowCaster):
         """Set the linear colours of highlights, shape (n, 3) or (3,); None gives them their lights'."""
         given = None
         if colors is not None:
-            given = np.array(colors, dtype=np.float64)
+            given = read_only(as_colors(f"light {self.name!r}: specular colors", colors, LightError))
             if given.ndim not in (1, 2) or given.shape[-1] != 3:
                 raise LightError(
                     f"light {self.name!r}: specular colors must have shape (n, 3) or (3,), got {given.shape}"
@@ -160,14 +162,10 @@ class DirectionalLight(Light):
         LightError
             If it is not three finite numbers, or all are 0.
         """
-        try:
-            given = np.array(direction, dtype=np.float64)
-        except (TypeError, ValueError):
-            given = np.zeros(0)
+        what, expected = f"light {self.name!r}: direction", "three finite numbers, not all 0"
+        given = as_numbers(what, direction, LightError, expected)
         if given.shape != (3,) or not np.isfinite(given).all() or not given.any():
-            raise LightError(
-                f"light {self.name!r}: direction must be three finite numbers, not all 0, got {direction!r}"
-            )
+            raise LightError(f"{what} must be {expected}, got {direction!r}")
         given /= np.abs(given).max()
         self._direction = given / np.linalg.norm(given)
         self.mark_changed()
@@ -187,10 +185,7 @@ class DirectionalLight(Light):
         LightError
             If it is not a number above 0.
         """
-        try:
-            given = float(distance)
-        except (TypeError, ValueError):
-            given = math.nan
+        given = to_number(distance)
         if not given > 0.0:
             raise LightError(
                 f"light {self.name!r}: shadow distance must be a number above 0, got {distance!r}"

@@ -2,32 +2,33 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
+from firefly_sample.scene.arrays import ReadOnlyArrays, as_codes, as_color, as_colors, read_only
+from firefly_sample.scene.serials import new_serial
+from firefly_sample.settings import to_number
 
 __all__ = ["AlphaMode", "Material", "Texture"]
 
 AlphaMode = Literal["opaque", "mask", "blend"]
 
-_SERIALS = itertools.count()
-
 LARGEST_SHININESS = 1e6
 """The G-buffer stores shininess as a logarithm with this end."""
 
 
-class Texture:
+class Texture(ReadOnlyArrays):
     """An image that a material samples.
 
     Parameters
     ----------
-    pixels : array_like of uint8, shape (height, width, 4)
-        sRGB colour and linear alpha (coverage); the first row is the top of the picture.
+    pixels : array_like, shape (height, width, 4)
+        sRGB colour and linear alpha (coverage) in 8 bits; the first row is the top of the picture. Wider
+        unsigned integers, floats of 0 to 1 and bool are rounded to these: see `firefly_sample.scene.arrays`.
     name : str
         Used in messages and in the plan.
 
@@ -49,7 +50,7 @@ class Texture:
 
     def __init__(self, pixels: ArrayLike, name: str = "texture") -> None:
         self.name = name
-        self.serial = next(_SERIALS)
+        self.serial = new_serial()
         self.revision = 0
         self.set_pixels(pixels)
 
@@ -69,7 +70,7 @@ class Texture:
         """
         texture = cls.__new__(cls)
         texture.name = name
-        texture.serial = next(_SERIALS)
+        texture.serial = new_serial()
         texture.revision = 1
         texture.digest = digest
         texture.size = size
@@ -102,19 +103,35 @@ class Texture:
         self.revision += 1
 
     def _checked(self, pixels: ArrayLike) -> NDArray[np.uint8]:
-        image: NDArray[np.uint8] = np.array(pixels, dtype=np.uint8, order="C")
+        image = as_codes(f"texture {self.name!r}: pixels", pixels)
         if image.ndim != 3 or image.shape[2] != 4 or 0 in image.shape:
             raise SceneError(
                 f"texture {self.name!r}: pixels must have shape (height, width, 4), got {image.shape}"
             )
-        image.setflags(write=False)
-        return image
+        return read_only(image)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle: the pixels, since another process may not have the function that decodes them."""
+        return self.__dict__ | {"_pixels": self.pixels, "_decode": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self.serial = new_serial()
+
+    def __copy__(self) -> Texture:
+        twin = type(self).__new__(type(self))
+        twin.__dict__.update(self.__dict__)
+        twin.serial = new_serial()
+        return twin
+
+    def __deepcopy__(self, _: dict[int, Any]) -> Texture:
+        return self.__copy__()  # its pixels are never changed, only replaced
 
     def __repr__(self) -> str:
         return f"Texture({self.name!r}, {self.size[0]}x{self.size[1]})"
 
 
-class Material:
+class Material(ReadOnlyArrays):
     """How a surface reflects light, and what it shines by itself.
 
     A surface is as bright as ambient + diffuse + specular + emission: ambient light times `ambient` and the
@@ -130,8 +147,9 @@ class Material:
     texture : Texture, optional
         Base colour texture.
     alpha_mode : {"opaque", "mask", "blend"}
-        "mask" cuts out what has less alpha than `alpha_cutoff`. Deferred shading keeps one surface a
-        pixel, so "blend" is drawn as "mask" and the plan warns about it.
+        "mask" cuts out what has less alpha than `alpha_cutoff`: the product of that of the base colour, of
+        the texture and of the vertex colours. Deferred shading keeps one surface a pixel, so "blend" is drawn
+        as "mask" and the plan warns about it.
     alpha_cutoff : float
         The alpha below which a "mask" surface is not there.
     double_sided : bool
@@ -173,9 +191,9 @@ class Material:
                 f"material {name!r}: alpha_mode must be 'opaque', 'mask' or 'blend', got {alpha_mode!r}"
             )
         self.alpha_mode: AlphaMode = alpha_mode
-        if not 0.0 <= alpha_cutoff <= 1.0:
+        self.alpha_cutoff = to_number(alpha_cutoff)
+        if not 0.0 <= self.alpha_cutoff <= 1.0:
             raise SceneError(f"material {name!r}: alpha_cutoff must lie in 0..1, got {alpha_cutoff!r}")
-        self.alpha_cutoff = float(alpha_cutoff)
         self.revision = 0
         self.set_base_color(base_color)
         self.set_ambient(ambient)
@@ -190,10 +208,7 @@ class Material:
 
     def set_diffuse(self, color: ArrayLike) -> None:
         """Set the linear base colour, as `set_base_color` does; three numbers leave the opacity as it is."""
-        try:
-            rgb = np.array(color, dtype=np.float64)
-        except (TypeError, ValueError):
-            rgb = np.zeros(0)
+        rgb = as_colors(f"material {self.name!r}: base_color", color)
         self.set_base_color([*rgb, self.base_color[3]] if rgb.shape == (3,) else color)
 
     def set_ambient(self, color: ArrayLike | None) -> None:
@@ -213,10 +228,7 @@ class Material:
 
     def set_shininess(self, shininess: float) -> None:
         """Set the exponent of highlights."""
-        try:
-            exponent = float(shininess)
-        except (TypeError, ValueError):
-            exponent = np.nan
+        exponent = to_number(shininess)
         if not 0.0 <= exponent <= LARGEST_SHININESS:
             raise SceneError(
                 f"material {self.name!r}: shininess must be a number of 0 to {LARGEST_SHININESS:g}, "
@@ -226,16 +238,7 @@ class Material:
         self.revision += 1
 
     def _color(self, what: str, color: ArrayLike, channels: int, largest: float) -> NDArray[np.float64]:
-        try:
-            given = np.array(color, dtype=np.float64)
-        except (TypeError, ValueError):
-            given = np.zeros(0)
-        if given.shape != (channels,) or not (given.min() >= 0 and given.max() <= largest):
-            count = {3: "three", 4: "four"}[channels]
-            raise SceneError(
-                f"material {self.name!r}: {what} must be {count} numbers in 0..{largest:g}, got {color!r}"
-            )
-        return given
+        return as_color(f"material {self.name!r}: {what}", color, channels, largest)
 
     def __repr__(self) -> str:
         return f"Material({self.name!r})"

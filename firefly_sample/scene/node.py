@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import weakref
-from bisect import bisect_right
+from bisect import bisect, bisect_right
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.transform_state import IDENTITY, TransformState
@@ -24,6 +25,8 @@ OVERALL_BIT = 1 << 31
 ALL_CAMERAS = OVERALL_BIT - 1
 """The 31 bits that tell cameras apart."""
 _ALL_BITS = OVERALL_BIT | ALL_CAMERAS
+_LINKS = {"_children", "_sorts", "_parents", "_steps", "_ranks"}
+"""Attributes that say where a node hangs."""
 
 
 class PandaNode:
@@ -50,7 +53,27 @@ class PandaNode:
         Grows with each change of the node itself.
     subtree_revision : int
         Grows with each change of the node or anything below it: transforms, attributes, contents, children.
+
+    Notes
+    -----
+    ``copy.deepcopy`` and ``pickle`` give a node of its own without parents, and copies of everything below
+    it, Geoms, materials, textures and lenses too. ``copy.copy`` gives a second node that shares its children,
+    as in Panda3D. `NodePath.copy_to` copies nodes alone. A function that a node calls is shared by all of
+    these, and pickle needs to find it by its name; of a bound method, the object is copied. Pickle goes down
+    a tree by recursion: one that is deeper than 150 nodes needs ``sys.setrecursionlimit``.
     """
+
+    _parents: list[weakref.ref[PandaNode]]
+    _steps: weakref.WeakSet[PathStep]
+
+    def __new__(cls, *_: Any, **__: Any) -> Self:
+        """A node that can be linked to others before it has contents, as happens while a graph is copied."""
+        node = super().__new__(cls)
+        # Downwards by strong references and upwards by weak ones, so that a scene that nobody holds is
+        # freed at once, textures and all, without waiting for the cycle collector.
+        node._parents = []
+        node._steps = weakref.WeakSet()
+        return node
 
     def __init__(self, name: str) -> None:
         if not isinstance(name, str):
@@ -66,12 +89,8 @@ class PandaNode:
         self.tags: dict[str, str] = {}
         self.revision = 0
         self.subtree_revision = 0
-        # Downwards by strong references and upwards by weak ones, so that a scene that nobody holds is
-        # freed at once, textures and all, without waiting for the cycle collector.
         self._children: list[PandaNode] = []
         self._sorts: list[int] = []
-        self._parents: list[weakref.ref[PandaNode]] = []
-        self._steps: weakref.WeakSet[PathStep] = weakref.WeakSet()
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.name!r})"
@@ -192,6 +211,8 @@ class PandaNode:
 
     def _copy_state_to(self, other: PandaNode) -> None:
         """Give `other` this node's transform, colour, material, masks and tags."""
+        if type(other) is not type(self):
+            raise NodeError(f"node {self.name!r} cannot be copied: {type(self).__name__} needs make_copy()")
         other.transform = self.transform
         other.flat_color, other.flat_color_priority = self.flat_color, self.flat_color_priority
         other.material, other.material_priority = self.material, self.material_priority
@@ -207,11 +228,50 @@ class PandaNode:
         NodeError
             If a subclass does not say how to copy itself.
         """
-        if type(self) is not PandaNode:
-            raise NodeError(f"node {self.name!r} cannot be copied: {type(self).__name__} needs make_copy()")
-        copy = PandaNode(self.name)
-        self._copy_state_to(copy)
-        return copy
+        node = PandaNode(self.name)
+        self._copy_state_to(node)
+        return node
+
+    # --- Python's copies: see the class ---
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What the node is, and its links: child, sort number, and which of the child's parents it is."""
+        state = {name: value for name, value in self.__dict__.items() if name not in _LINKS}
+        state["_links"] = [
+            (child, sort, child.parents.index(self))
+            for child, sort in zip(self._children, self._sorts, strict=True)
+        ]
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        links = state["_links"]
+        self.__dict__.update({name: value for name, value in state.items() if name != "_links"})
+        self._children = [child for child, _, _ in links]
+        self._sorts = [sort for _, sort, _ in links]
+        for child, _, rank in links:
+            child._come_below(self, rank)
+
+    def _come_below(self, parent: PandaNode, rank: int) -> None:
+        """Link a copied parent: copies of parents come in any order, and keep the order that they had."""
+        ranks = self.__dict__.setdefault("_ranks", [])
+        index = bisect(ranks, rank)
+        ranks.insert(index, rank)
+        self._parents.insert(index, weakref.ref(parent))
+
+    def __copy__(self) -> PandaNode:
+        node = self.make_copy()
+        for child, sort in zip(self._children, self._sorts, strict=True):
+            node.add_child(child, sort)
+        return node
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> PandaNode:
+        # one after the other and not one within the other, so that no tree is too deep
+        originals = [node for node in self.iter_descendants() if id(node) not in memo]
+        copies: list[PandaNode] = [type(node).__new__(type(node)) for node in originals]
+        memo.update((id(node), made) for node, made in zip(originals, copies, strict=True))
+        for node, made in zip(originals, copies, strict=True):
+            made.__setstate__(copy.deepcopy(node.__getstate__(), memo))
+        return copies[0]
 
     def get_local_bounds(self) -> tuple[Float64, Float64] | None:
         """The box (minimum, maximum) of this node's own contents in its own space, None when it has none."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Self
+import copy
+from typing import Any, Self
 
 from firefly_sample.scene import path as paths
 from firefly_sample.scene.bounds import tight_bounds
@@ -23,6 +24,11 @@ class NodePath(PathComponents, PathAttributes):
     the node and are seen from all of them; the parent, and with it everything net or relative, belongs
     to the path. Paths to one place stay equal when the place is moved; equal paths have equal hashes.
 
+    ``copy.deepcopy(path)`` gives the path to a copy of the node and of all below it, without parents, and
+    ``copy.copy(path)`` one to a second node with the same children, both as in Panda3D. Paths within
+    something else that is copied, a Scene or a list, and paths that are pickled bring the whole tree that
+    they are in: they lead to the same places of one copy of it. See `PandaNode`.
+
     Parameters
     ----------
     name_or_node : str, PandaNode or None
@@ -38,6 +44,16 @@ class NodePath(PathComponents, PathAttributes):
         else:
             node = name_or_node if isinstance(name_or_node, PandaNode) else PandaNode(name_or_node)
             self._step = paths.step_to(node)
+
+    # --- Python's copies ---
+
+    def __copy__(self) -> Self:
+        return self._at(None if self._step is None else paths.step_to(copy.copy(self._step.node)))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        if memo or self._step is None:
+            return self._at(copy.deepcopy(self._step, memo))
+        return self._at(paths.step_to(copy.deepcopy(self._step.node, memo)))
 
     # --- Building ---
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from firefly_sample.errors import ParameterError
+from firefly_sample.settings import number_or_none, to_whole
 
 __all__ = ["KeyStep", "Parameter", "resolve_parameters"]
 
@@ -73,22 +74,22 @@ class Parameter:
         """
         where = f"scene {scene!r}: {self.name}"
         if self.type is bool:
-            if not isinstance(value, bool):
+            if not isinstance(value, bool) and getattr(value, "dtype", None) != "bool":
                 raise ParameterError(f"{where} must be true or false, got {value!r}")
-            return value
+            return bool(value)
         if self.type is str:
             if not isinstance(value, str):
                 raise ParameterError(f"{where} must be text, got {value!r}")
             return value
-        if isinstance(value, bool):
-            raise ParameterError(f"{where} must be a number, got {value!r}")
-        try:
-            number = self.type(value)
-        except (TypeError, ValueError, OverflowError):
+        found = number_or_none(value)
+        number: float | int | None = found
+        if self.type is int:
+            number = to_whole(value)
+            if number is None and found is not None and found.is_integer():
+                number = int(found)
+        if number is None:
             kind = "a whole number" if self.type is int else "a number"
-            raise ParameterError(f"{where} must be {kind}, got {value!r}") from None
-        if self.type is int and number != value:
-            raise ParameterError(f"{where} must be a whole number, got {value!r}")
+            raise ParameterError(f"{where} must be {kind}, got {value!r}")
         if self.type is float and not math.isfinite(number):
             raise ParameterError(f"{where} must be finite, got {value!r}")
         low = -math.inf if self.minimum is None else self.minimum

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError, did_you_mean
+from firefly_sample.scene.arrays import ReadOnlyArrays, as_numbers
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.random import check_seed
@@ -41,7 +42,7 @@ WIDEST_BLUR = 32.0
 
 
 @dataclass(frozen=True, eq=False)
-class ParticleArrays:
+class ParticleArrays(ReadOnlyArrays):
     """The state of n particles at one time.
 
     Attributes
@@ -261,7 +262,8 @@ class ParticleNode(PandaNode):
         if radius is None:
             self._sphere = None
         else:
-            middle = np.array([to_number(value) for value in np.ravel(np.asarray(center, dtype=object))])
+            what = f"particles {self.name!r}: the bounding sphere's center"
+            middle = as_numbers(what, center, SceneError, "three numbers up to 1e18")
             size = to_number(radius)
             if not 0.0 < size <= 1e18:
                 raise SceneError(
@@ -269,11 +271,9 @@ class ParticleNode(PandaNode):
                     f"got {radius!r}"
                 )
             if middle.shape != (3,) or not (np.abs(middle) <= 1e18).all():
-                raise SceneError(
-                    f"particles {self.name!r}: the bounding sphere's center must be three numbers up to "
-                    f"1e18, got {center!r}"
-                )
-            self._sphere = (middle[0], middle[1], middle[2]), size
+                raise SceneError(f"{what} must be three numbers up to 1e18, got {center!r}")
+            x, y, z = middle.tolist()
+            self._sphere = (x, y, z), size
         self.mark_changed()
 
     def get_bounding_sphere(self) -> tuple[tuple[float, float, float], float] | None:
@@ -293,6 +293,8 @@ class ParticleNode(PandaNode):
         columns = (
             Column("radii", radii, 0, (("radius is not 0 to 1e18", lambda r: ~((r >= 0.0) & (r <= 1e18))),)),
             Column("alphas", alphas, 0, (("alpha is not 0 to 1", lambda a: ~((a >= 0.0) & (a <= 1.0))),)),
-            Column("colors", colors, 3, (("color is not 0 to 1", lambda c: ~((c >= 0.0) & (c <= 1.0))),)),
+            Column(
+                "colors", colors, 3, (("color is not 0 to 1", lambda c: ~((c >= 0.0) & (c <= 1.0))),), True
+            ),
         )
         return ParticleArrays(*checked_rows(f"particles {self.name!r}", SceneError, positions, columns))

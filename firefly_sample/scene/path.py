@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator
+from typing import Any
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.node import PandaNode
@@ -45,6 +46,10 @@ class PathStep:
         step = self._below.get(node) if self._below is not None else None
         return step if step is not None else PathStep(node, self)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copied and pickled with all that is above, so that paths into one tree lead into one copy of it."""
+        return _copied_step, (self.node, self.parent)
+
     def upwards(self) -> Iterator[PathStep]:
         """Begin here, then the parent, and so on to the top."""
         step: PathStep | None = self
@@ -57,13 +62,21 @@ class PathStep:
         return "/".join(step.node.name for step in reversed(list(self.upwards())))
 
 
+def _top_step(node: PandaNode) -> PathStep:
+    """The step of a path that begins at `node`."""
+    return next((step for step in node._steps if step.parent is None), None) or PathStep(node, None)
+
+
+def _copied_step(node: PandaNode, parent: PathStep | None) -> PathStep:
+    return _top_step(node) if parent is None else parent.child(node)
+
+
 def step_to(node: PandaNode) -> PathStep:
     """A path down to `node`: through the oldest parent wherever there are several."""
     nodes = [node]
     while parents := nodes[-1].parents:
         nodes.append(parents[0])
-    top = nodes.pop()
-    step = next((step for step in top._steps if step.parent is None), None) or PathStep(top, None)
+    step = _top_step(nodes.pop())
     while nodes:
         step = step.child(nodes.pop())
     return step

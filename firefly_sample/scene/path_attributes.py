@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Self, TypeVar
 
-import numpy as np
-
+from firefly_sample.errors import NodeError
+from firefly_sample.scene.arrays import as_color, as_colors
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode
 from firefly_sample.scene.path_base import PathBase
+from firefly_sample.settings import number_or_none, to_whole
 
 __all__ = ["PathAttributes", "inherit"]
 
@@ -48,7 +49,12 @@ class PathAttributes(PathBase):
     # --- Visibility ---
 
     def hide(self, camera_mask: int | None = None) -> None:
-        """Hide the node and what is below it from every camera, or from cameras that share a bit of the mask.
+        """Hide the node and what is below it from every camera, or from those cameras that the mask names.
+
+        Each bit of `camera_mask` hides from the cameras that have that bit. A camera sees the node as long as
+        one of its own bits is not hidden: as in Panda3D, a camera with all bits, as a `Camera` has at first,
+        sees a node that is hidden with one of them. Give cameras masks of a bit each to hide things from
+        some.
 
         A node below may still force itself to be seen with `show_through`.
         """
@@ -74,9 +80,10 @@ class PathAttributes(PathBase):
     def _bits(self, camera_mask: int | None) -> int:
         if camera_mask is None:
             return OVERALL_BIT
-        if not 0 <= camera_mask < 2**32:
-            raise self._error(f"a camera mask has 32 bits, got {camera_mask!r}")
-        return camera_mask & ALL_CAMERAS
+        bits = to_whole(camera_mask)
+        if bits is None or not 0 <= bits < 2**32:
+            raise self._error(f"a camera mask is a whole number of 32 bits, got {camera_mask!r}")
+        return bits & ALL_CAMERAS
 
     def is_hidden(self, camera_mask: int = ALL_CAMERAS) -> bool:
         """Whether this node or one above it is hidden, from all cameras of the mask.
@@ -98,17 +105,22 @@ class PathAttributes(PathBase):
     def set_color(self, *arguments: Any) -> None:
         """Give this node and what is below it one colour: ``set_color(r, g, b[, a[, priority]])``.
 
-        Or ``set_color(color[, priority])`` with 3 or 4 numbers. Linear. The colour nearest to the
-        geometry counts, except that a higher priority above wins over a lower one below.
+        Or ``set_color(color[, priority])`` with 3 or 4 numbers. Linear, 0 to 1; an array of unsigned integers
+        as `firefly_sample.scene.arrays` says. The colour nearest to the geometry counts, except that a higher
+        priority above wins over a lower one below.
         """
         numbers, rest = arguments[:4], arguments[4:]
-        if arguments and isinstance(arguments[0], (Sequence, np.ndarray)):
-            numbers, rest = tuple(arguments[0]), arguments[1:]
-        r, g, b, a = self._numbers("set_color", 4, (*numbers, 1.0) if len(numbers) == 3 else numbers)
-        if len(rest) > 1 or not all(isinstance(priority, int) for priority in rest):
+        if arguments and number_or_none(arguments[0]) is None:
+            what = f"node {str(self)!r}: set_color's color"
+            given = as_colors(what, arguments[0], NodeError)
+            numbers, rest = tuple(given.tolist()) if given.ndim == 1 else (), arguments[1:]
+        numbers = self._numbers("set_color", 4, (*numbers, 1.0) if len(numbers) == 3 else numbers)
+        r, g, b, a = as_color(f"node {str(self)!r}: set_color's color", numbers, 4, 1.0, NodeError).tolist()
+        priority = to_whole(rest[0]) if len(rest) == 1 else 0
+        if len(rest) > 1 or priority is None:
             raise self._error("set_color takes a colour, then a whole number as priority")
         node = self.node()
-        node.flat_color, node.flat_color_priority = (r, g, b, a), rest[0] if rest else 0
+        node.flat_color, node.flat_color_priority = (r, g, b, a), priority
         node.mark_changed()
 
     def clear_color(self) -> None:
@@ -134,7 +146,10 @@ class PathAttributes(PathBase):
         if not isinstance(material, Material):
             raise self._error(f"set_material takes a Material, got {material!r}")
         node = self.node()
-        node.material, node.material_priority = material, priority
+        whole = to_whole(priority)
+        if whole is None:
+            raise self._error(f"set_material takes a whole number as priority, got {priority!r}")
+        node.material, node.material_priority = material, whole
         node.mark_changed()
 
     def clear_material(self) -> None:

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from typing import Any, Self
 
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.arrays import as_numbers
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.path import PathStep, same_path
 from firefly_sample.scene.transforms import Vec3
+from firefly_sample.settings import number_or_none
 
 __all__ = ["PathBase"]
 
@@ -61,11 +63,14 @@ class PathBase:
             If there are more or fewer, or one is no finite number.
         """
         values = arguments[0] if len(arguments) == 1 and count != 1 else arguments
+        if hasattr(values, "__array__"):
+            values = as_numbers(f"node {str(self)!r}: {what}", values, NodeError).tolist()
         try:
-            numbers = tuple([float(value) for value in values])
-        except (TypeError, ValueError, OverflowError):
-            numbers = ()
-        if len(numbers) != count:
+            found = tuple(map(number_or_none, values))
+        except TypeError:
+            found = ()
+        numbers = tuple([number for number in found if number is not None])
+        if not len(numbers) == len(found) == count:
             shown = ", ".join(map(repr, arguments)) or "nothing"
             raise self._error(f"{what} takes {count} {'number' if count == 1 else 'numbers'}, got {shown}")
         if not all(map(math.isfinite, numbers)):

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.arrays import as_numbers
 from firefly_sample.scene.path import PathStep, common_ancestor
 from firefly_sample.scene.path_base import PathBase
 from firefly_sample.scene.transform_state import (
@@ -78,10 +79,9 @@ class PathTransform(PathBase):
     def set_mat(self, *arguments: Any) -> None:
         """``set_mat([other,] matrix)`` with a 4x4 matrix whose last column is (0, 0, 0, 1)."""
         other, rest = self._split(arguments)
-        try:
-            matrix = np.array(rest[0] if len(rest) == 1 else (), dtype=np.float64)
-        except (TypeError, ValueError):
-            matrix = np.empty(0)
+        matrix = as_numbers(
+            f"node {str(self)!r}: set_mat's matrix", rest[0] if len(rest) == 1 else (), NodeError
+        )
         if matrix.shape != (4, 4):
             raise self._error(
                 "set_mat takes one matrix of shape (4, 4), and a NodePath before it if relative"

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
+from firefly_sample.scene.arrays import ReadOnlyArrays
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.rows import Column, Fault, checked_rows, color_faults
 
@@ -27,7 +28,7 @@ PointFunction = Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
 
 
 @dataclass(frozen=True)
-class PointArrays:
+class PointArrays(ReadOnlyArrays):
     """The state of n points at one time.
 
     Attributes
@@ -112,7 +113,7 @@ class PointsNode(PandaNode):
     def _checked(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> PointArrays:
         where = f"{self.KIND} {self.name!r}"
         columns = (
-            Column("colors", colors, 3, color_faults()),
+            Column("colors", colors, 3, color_faults(), colors=True),
             Column("radii", radii, 0, (_NEGATIVE_OR_NAN if self.endless else _NEGATIVE_OR_ENDLESS,)),
         )
         return PointArrays(*checked_rows(where, self.ERROR, positions, columns))

@@ -8,12 +8,11 @@ floats is done here as well, so a seed gives the same numbers with every version
 
 from __future__ import annotations
 
-import operator
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import ParameterError
+from firefly_sample.settings import to_whole
 
 __all__ = ["check_seed", "philox4x32", "uniform"]
 
@@ -35,11 +34,8 @@ def check_seed(seed: int) -> int:
     ParameterError
         If it is not a whole number from 0 to 2**64 - 1.
     """
-    try:
-        number = operator.index(seed)
-    except TypeError:
-        number = -1
-    if not 0 <= number < 2**64:
+    number = to_whole(seed)
+    if number is None or not 0 <= number < 2**64:
         raise ParameterError(f"seed must be a whole number from 0 to 2**64 - 1, got {seed!r}")
     return number
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
+from firefly_sample.scene.arrays import as_colors, as_numbers, read_only
 
 __all__ = ["LARGEST_COLOR", "Column", "Fault", "checked_rows", "color_faults"]
 
@@ -32,12 +33,15 @@ class Column(NamedTuple):
     width : int
     faults : sequence of (str, callable)
         Each callable tells which numbers have the fault.
+    colors : bool
+        Whether they are colours: see `firefly_sample.scene.arrays`.
     """
 
     name: str
     given: ArrayLike
     width: int
     faults: Sequence[Fault]
+    colors: bool = False
 
 
 def color_faults() -> tuple[Fault, ...]:
@@ -51,7 +55,7 @@ def color_faults() -> tuple[Fault, ...]:
 def checked_rows(
     where: str, error: type[SceneError], positions: ArrayLike, columns: Sequence[Column]
 ) -> tuple[Float64, ...]:
-    """Positions, shape (n, 3), and each column with a row for each of them; copies.
+    """Positions, shape (n, 3), and each column with a row for each of them; copies, read-only.
 
     Raises
     ------
@@ -59,13 +63,9 @@ def checked_rows(
         `error`: if shapes disagree or a number is wrong; `where` begins the message, which gives the index of
         the first bad entry.
     """
-    names = ["positions", *(column.name for column in columns)]
-    try:
-        given = [np.array(values, dtype=np.float64) for values in (positions, *(c.given for c in columns))]
-    except (TypeError, ValueError):
-        listed = f"{', '.join(names[:-1])} and {names[-1]}"
-        raise error(f"{where}: {listed} must be arrays of numbers") from None
-    places = given[0].reshape(0, 3) if given[0].size == 0 else given[0]
+    places = as_numbers(f"{where}: positions", positions, error)
+    if places.size == 0:
+        places = places.reshape(0, 3)
     if places.ndim != 2 or places.shape[1] != 3:
         raise error(f"{where}: positions must have shape (n, 3), got {places.shape}")
     # the GPU computes in float32, and squares distances
@@ -75,7 +75,8 @@ def checked_rows(
     )
     _check(where, error, places, faults)
     rows, n = [places], len(places)
-    for column, values in zip(columns, given[1:], strict=True):
+    for column in columns:
+        values = (as_colors if column.colors else as_numbers)(f"{where}: {column.name}", column.given, error)
         shape = (n, column.width) if column.width else (n,)
         try:
             row = values if values.shape == shape else np.array(np.broadcast_to(values, shape))
@@ -85,7 +86,7 @@ def checked_rows(
             ) from None
         _check(where, error, row, column.faults)
         rows.append(row)
-    return tuple(rows)
+    return tuple(map(read_only, rows))
 
 
 def _check(where: str, error: type[SceneError], rows: Float64, faults: Sequence[Fault]) -> None:

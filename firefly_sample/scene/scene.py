@@ -37,7 +37,8 @@ class Camera(PandaNode):
     lens : Lens, optional
         A `PerspectiveLens` when absent.
     camera_mask : int
-        Bits; ``path.hide(mask)`` hides from the cameras whose mask has one of its bits.
+        Bits; a node that ``path.hide(mask)`` hides is seen as long as this mask has a bit that `mask` lacks.
+        Give cameras masks of a bit each to hide things from some of them.
     """
 
     def __init__(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from numpy.typing import ArrayLike
@@ -10,6 +9,7 @@ from numpy.typing import ArrayLike
 from firefly_sample.errors import LightError
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import FadingLight
+from firefly_sample.settings import to_number
 
 __all__ = ["SMALLEST_CONE", "Cone", "Spotlight"]
 
@@ -80,10 +80,7 @@ class Spotlight(FadingLight):
         LightError
             If it is not a number from 0 to 1e6.
         """
-        try:
-            given = float(exponent)
-        except (TypeError, ValueError):
-            given = math.nan
+        given = to_number(exponent)
         if not 0.0 <= given <= 1e6:
             raise LightError(f"light {self.name!r}: exponent must be a number of 0 to 1e6, got {exponent!r}")
         self._exponent = given
@@ -109,10 +106,7 @@ class Spotlight(FadingLight):
         LightError
             If they are not such angles.
         """
-        try:
-            angles = float(inner), float(outer)
-        except (TypeError, ValueError):
-            angles = math.nan, math.nan
+        angles = to_number(inner), to_number(outer)
         if not (0.0 <= angles[0] <= angles[1] <= 180.0 and angles[1] >= SMALLEST_CONE):
             raise LightError(
                 f"light {self.name!r}: a cone's half-angles must be 0 <= inner <= outer <= 180 degrees with "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -80,6 +81,18 @@ class TransformState:
             and (hpr == _ZERO if hpr is not None else quat == (1.0, 0.0, 0.0, 0.0))
         )
         return state
+
+    def __copy__(self) -> TransformState:
+        return self
+
+    def __deepcopy__(self, _: dict[int, Any]) -> TransformState:
+        return self
+
+    def __setstate__(self, state: tuple[None, dict[str, Any]]) -> None:
+        for name, value in state[1].items():
+            setattr(self, name, value)
+        if self._mat is not None:
+            self._mat.flags.writeable = False
 
     @classmethod
     def make_pos_hpr_scale_shear(

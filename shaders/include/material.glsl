@@ -9,6 +9,9 @@ in vec2 v_texcoord;
 #if VERTEX_COLOR
 in vec3 v_color;
 #endif
+#if VERTEX_ALPHA
+in float v_vertex_alpha;
+#endif
 flat in vec4 v_base_color;
 #if AMBIENT
 flat in vec3 v_ambient;
@@ -40,6 +43,9 @@ Sample sample_material()
 #endif
 #if VERTEX_COLOR
     tint.rgb *= v_color;
+#endif
+#if VERTEX_ALPHA
+    tint.a *= v_vertex_alpha;
 #endif
     vec4 base = v_base_color * tint;
 #if CUTOUT

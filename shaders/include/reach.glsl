@@ -7,7 +7,7 @@ bool in_reach(Surface s, Light light, out vec3 to_light, out float strength)
     float d2 = dot(way, way);
     if (d2 >= light.place.w * light.place.w)
         return false;
-    float d = sqrt(max(d2, 1e-30));  // a light on the surface stays finite
+    float d = sqrt(max(d2, 1e-37));  // a light on the surface stays finite; below, float32 holds no digits
     to_light = way * (1.0 / d);  // one division and not three
 #if FALLOFF == 0
     strength = falloff(d, light.place.w);

@@ -6,9 +6,10 @@ vec3 unit_normal(vec3 normal, vec3 view, bool two_sided)
 #if ORTHOGRAPHIC
     vec3 ahead = vec3(0.0, 1.0, 0.0);
 #else
-    vec3 ahead = view / max(length(view), 1e-30);
+    vec3 ahead = view;
 #endif
     float length2 = dot(normal, normal);
-    vec3 n = length2 > 1e-30 ? normal * inversesqrt(length2) : -ahead;
+    float largest = max(max(abs(ahead.x), abs(ahead.z)), max(ahead.y, 1e-37));  // at every scale
+    vec3 n = length2 > 1e-30 ? normal * inversesqrt(length2) : -normalize(ahead / largest);
     return two_sided && dot(n, ahead) > 0.0 ? -n : n;
 }

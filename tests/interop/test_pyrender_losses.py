@@ -104,7 +104,6 @@ def textured(**texture):
     [
         (triangle(mode=pyrender.GLTF.POINTS), "points, lines, strips and fans are left out: 'leaf'"),
         (triangle(tangents=np.zeros((3, 4))), "tangents of meshes are left out: 'leaf'"),
-        (triangle(color_0=[(1, 1, 1, 0.5)] * 3), "alpha of vertex colours is left out: 'leaf'"),
         (triangle(material=matt(metallicFactor=1.0)), "metalness and gloss are left out, .*: 'clay'"),
         (triangle(material=matt(roughnessFactor=0.5)), "metalness and gloss are left out, .*: 'clay'"),
         (triangle(material=matt(wireframe=True)), "wireframes are left out, .*: 'clay'"),

@@ -24,7 +24,9 @@ def geoms(draw) -> Geom:
         draw(arrays(np.int64, (draw(st.integers(0, 4)), 3), elements=st.integers(0, n - 1))),
         normals=draw(st.none() | arrays(np.float64, (n, 3), elements=st.floats(-1, 1))),
         texcoords=draw(st.none() | arrays(np.float64, (n, 2), elements=st.floats(-4, 4))),
-        colors=draw(st.none() | arrays(np.float64, (n, 3), elements=st.floats(0, 1))),
+        colors=draw(
+            st.none() | arrays(np.float64, (n, draw(st.sampled_from((3, 4)))), elements=st.floats(0, 1))
+        ),
         name=draw(st.sampled_from(["rock", "bark", "leaf"])),
     )
 
@@ -87,6 +89,8 @@ def assert_same_geom(given: Geom, got: Geom) -> None:
     assert (got.colors is None) == (given.colors is None)
     if given.colors is not None:
         np.testing.assert_array_equal(got.colors, single(given.colors))
+        alphas = [np.ones(len(one.vertices)) if one.alphas is None else one.alphas for one in (got, given)]
+        np.testing.assert_array_equal(alphas[0], single(alphas[1]))
 
 
 def assert_same_material(given: Material, got: Material) -> None:

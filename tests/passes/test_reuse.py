@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.passes import geometry
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight, PointLight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene
@@ -163,3 +164,26 @@ def test_a_frame_after_others_is_that_of_a_fresh_process():
         scene.set("fireflies", 80)
         frame = renderer.render(scene, 7.25)
     assert hashlib.sha256(frame["color"].tobytes()).hexdigest() == told.stdout.strip()
+
+
+@pytest.mark.parametrize("interpolation", ["rasterizer", "float64"])
+def test_what_takes_the_place_of_something_gone_is_not_taken_for_it(interpolation):
+    """Python gives the id of what is gone to what comes next, and both have the same revision."""
+    sizes, shades, seen, again = (2.0, 4.0, 8.0), (50, 100, 200), set(), 0
+    with make_renderer((32, 24), Settings(interpolation=interpolation, albedo="rgba32f")) as renderer:
+        for turn in range(60):
+            geom = wall(sizes[turn % 3])
+            texture = Texture(np.full((1, 1, 4), (*[shades[turn % 2]] * 3, 255), dtype=np.uint8))
+            again += id(geom) in seen or id(texture) in seen
+            seen |= {id(geom), id(texture)}
+            scene = Scene(background=(0.0, 0.0, 1.0))
+            scene.root.attach_new_node(geom_node("wall", geom, Material("m", texture=texture))).set_y(5)
+            scene.root.attach_new_node(AmbientLight("sky"))
+            scene.camera.node().lens = OrthographicLens(film_size=(16, 12), near=1, far=9)
+            frame = renderer.render(scene, outputs=("id", "radiance"))
+            there = frame.id >= 0
+            assert there.sum() == (2 * sizes[turn % 3]) ** 2
+            linear = ((shades[turn % 2] / 255 + 0.055) / 1.055) ** 2.4
+            assert frame.radiance[there] == pytest.approx(linear, abs=1 / 65535)
+            del scene, geom, texture, frame
+    assert again

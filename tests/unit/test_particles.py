@@ -45,7 +45,7 @@ def test_a_function_of_seed_and_time_replaces_the_arrays():
         ((PLACES, 1, [1, 1.1], (1, 1, 1)), "entry 1: its alpha is not 0 to 1"),
         ((PLACES, 1, 1, [(1, 1, 1), (1, 2, 1)]), "entry 1: its color is not 0 to 1"),
         (([(0, 0, 0), (np.nan, 0, 0)], 1, 1, (1, 1, 1)), "entry 1: its position is not finite"),
-        ((PLACES, "large", 1, (1, 1, 1)), "must be arrays of numbers"),
+        ((PLACES, "large", 1, (1, 1, 1)), "radii must be numbers, got 'large'"),
     ],
 )
 def test_bad_arrays_name_the_node_and_the_entry(arrays, message):

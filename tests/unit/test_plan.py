@@ -427,7 +427,7 @@ def test_what_is_wrong_is_named():
         with pytest.raises(OutputError, match="size"):
             build_plan(scene, size=size)
     scene.background = "red"
-    with pytest.raises(SceneError, match="background must be finite"):
+    with pytest.raises(SceneError, match="background must be three numbers"):
         build_plan(scene)
     scene.background = (0.0, 0.0, 0.0)
     with pytest.raises(SceneError, match="time"):

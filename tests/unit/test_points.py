@@ -37,7 +37,7 @@ def test_what_is_given_once_holds_for_every_point_and_is_copied(kind):
         (([(0, 0, np.inf), (0, 0, 0)], (1, 1, 1), 1), "entry 0: its position is not finite"),
         (([(0, 0, 0), (0, 1e19, 0)], (1, 1, 1), 1), "entry 1: its position is beyond 1e18"),
         ((PLACES, (1, 1e31, 1), 1), "entry 0: its color is above 1e30"),
-        ((PLACES, "red", 1), "must be arrays of numbers"),
+        ((PLACES, "red", 1), "colors must be numbers, got 'red'"),
     ],
 )
 def test_bad_arrays_name_the_node_and_the_entry(kind, error, called, arrays, message):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from panda3d import core as panda
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.material import Material
@@ -26,7 +27,7 @@ EDITS = {
     "hide": masks,
     "show": masks,
     "show_through": masks,
-    "set_color": st.tuples(values, st.integers(0, 2)),
+    "set_color": st.tuples(st.tuples(*[st.floats(0, 1)] * 3), st.integers(0, 2)),
     "set_material": st.tuples(st.sampled_from(MATERIALS), st.integers(0, 2)),
 }
 edits = st.sampled_from(sorted(EDITS)).flatmap(lambda what: st.tuples(picks, st.just(what), EDITS[what]))
@@ -133,3 +134,31 @@ def test_a_node_shown_through_is_met_below_a_hidden_one_and_takes_its_transform(
 def test_an_empty_path_has_nothing_to_walk():
     with pytest.raises(NodeError, match="empty"):
         list(iter_visible(NodePath()))
+
+
+@pytest.mark.parametrize(
+    ("hidden_from", "camera", "seen"),
+    [
+        (0b01, 0b01, False),
+        (0b01, 0b10, True),
+        (0b01, 0b11, True),  # the camera has another bit, from which nothing is hidden
+        (0b11, 0b11, False),
+        (0b11, 0b10, False),
+        (0b01, ALL_CAMERAS, True),
+        (ALL_CAMERAS, ALL_CAMERAS, False),
+        (None, ALL_CAMERAS, False),
+    ],
+)
+def test_a_camera_sees_what_is_not_hidden_from_all_of_its_bits(hidden_from, camera, seen):
+    """As the documentation of `hide` says, and as Panda3D's cull traverser does: draw mask & camera mask."""
+    theirs, ours = panda.NodePath("root"), NodePath("root")
+    for root in (theirs, ours):
+        root.attach_new_node("a").hide(*([] if hidden_from is None else [hidden_from]))
+    control = theirs.find("a").node().get_draw_control_mask()
+    shown = theirs.find("a").node().get_draw_show_mask()
+    everything = panda.DrawMask(OVERALL_BIT | ALL_CAMERAS)
+    running = (everything & ~control) | (shown & control)
+    mask = panda.DrawMask(camera)
+    overall = panda.PandaNode.get_overall_bit()
+    assert (not (running & overall).is_zero() and not (running & mask).is_zero()) == seen
+    assert ("root/a" in [visit.path for visit in iter_visible(ours, camera)]) == seen

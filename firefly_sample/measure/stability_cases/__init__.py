@@ -9,6 +9,7 @@ from firefly_sample.measure.stability_cases import (
     cones,
     crowds,
     distances,
+    ends,
     fading,
     lenses,
     particles,
@@ -34,5 +35,6 @@ ALL_CASES: tuple[Case, ...] = (
     *particles.CASES,
     *pictures.CASES,
     *warnings.CASES,
+    *ends.CASES,
 )
 """In the order in which they are measured and shown."""

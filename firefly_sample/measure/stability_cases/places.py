@@ -19,6 +19,8 @@ SHARE = 0.1
 """Of a method's law: both pictures store positions in the same steps, so only few pixels differ in one."""
 SMALLEST_HALF = 2.0**-24
 """Half floats lose up to this of places near 0, in any units."""
+SMALLEST_POWER = -20
+"""Of 2: scenes that are smaller are nothing to half floats."""
 
 
 def _difference(bench: Bench, method: str, scale: float, offset: float) -> float:
@@ -60,7 +62,7 @@ def _scaled_exactly(power: int) -> Case:
     scale = 2.0**power
 
     def bound(method: str) -> float:
-        if method != "stored16f" or power > 0:
+        if method != "stored16f" or not SMALLEST_POWER < power <= 0:
             return 0.0
         return SHARE * 2.0 * SMALLEST_HALF / (scale * GARDEN_LIGHTS)
 
@@ -70,5 +72,5 @@ def _scaled_exactly(power: int) -> Case:
 CASES = (
     *(_moved(power, own) for power, own in ((10, EXACT), (20, EXACT), (30, ROUNDED))),
     *(_scaled(scale) for scale in (1e-6, 1e-3, 1e3, 1e6)),
-    *(_scaled_exactly(power) for power in (-10, 10)),
+    *(_scaled_exactly(power) for power in (-50, -10, 10, 50)),
 )

@@ -1,0 +1,128 @@
+"""What a plan has to say of scenes that are too small, too large or too wide for float32."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.plan.batches import Visible, VisiblePart
+from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.view import View
+from firefly_sample.scene.lens_constants import LensConstants
+
+__all__ = ["Extent", "extent_warnings"]
+
+Float64 = NDArray[np.float64]
+
+SMALLEST, LARGEST = 1e-15, 1e18
+"""Scene units: between these sizes of what is in view, float32 holds squares of distances with enough of
+their digits, also of a tenth of the smallest size."""
+ENDLESS = 1e37
+"""Scene units: places beyond are no longer drawn, for want of room for a product."""
+WIDEST = 5e4
+"""Half widths of the view: triangles that reach as far aside keep all of their pixels, and of four times as
+far one in forty loses some. A rasterizer clips triangles to the view in float32, which leaves an edge where
+it belongs to 6e-8 of its length."""
+DEPTHS = 1e-37
+"""The least depth that a reversed depth buffer of float32 holds: near over distance."""
+
+
+class Extent(NamedTuple):
+    """How large what is in view is.
+
+    Attributes
+    ----------
+    name : str
+        Of the Geom that reaches farthest from the eye.
+    size : float
+        How far, along an axis of view space; 0 where nothing is in view.
+    wide : tuple of str
+        Names of the Geoms that have triangles too wide for a rasterizer.
+    """
+
+    name: str
+    size: float
+    wide: tuple[str, ...]
+
+    @classmethod
+    def of(cls, seen: Visible, planes: Float64, lens: LensConstants, near: float) -> Extent:
+        """That of what is in view.
+
+        Parameters
+        ----------
+        planes : ndarray of float64, shape (p, 4)
+            Of the view, as `Lens.frustum_planes` gives them.
+        lens : LensConstants
+        near : float
+            The near plane: what lies before it is cut off first, however wide it is.
+        """
+        size, name = max(((_size(part), part.group.geom.name) for part in seen.parts), default=(0.0, ""))
+        wide = [part.group.geom.name for part in seen.parts if _is_wide(part, planes, lens, near)]
+        return cls(name, size, tuple(dict.fromkeys(wide)))
+
+
+def extent_warnings(extent: Extent, sets: Sequence[LightSet], view: View, farthest: float) -> Iterator[str]:
+    """One line each for what float32 does not hold.
+
+    Parameters
+    ----------
+    extent : Extent
+    sets : sequence of LightSet
+        The lights in view.
+    view : View
+    farthest : float
+        Of everything in view, along the view axis.
+    """
+    name, size, wide = extent
+    placed = [lights for lights in sets if lights.kind != "directional" and len(lights)]
+    if size > ENDLESS:
+        yield (
+            f"geom {name!r} reaches {size:.1g} units from the eye, and float32 holds places up to "
+            f"{ENDLESS:g}: parts of it are not drawn; scale the scene down"
+        )
+    elif size > LARGEST and any(lights.reaches.max() > LARGEST for lights in placed):
+        yield (
+            f"geom {name!r} reaches {size:.1g} units from the eye, and float32 holds squares of distances "
+            f"up to {LARGEST:g}: lights without end leave it dark there; scale the scene down"
+        )
+    elif 0.0 < size < SMALLEST and placed:
+        yield (
+            f"all that is in view lies within {size:.1g} units of the eye, and float32 holds squares of "
+            f"distances well down to {SMALLEST:g}: light on it is wrong; scale the scene up"
+        )
+    if view.reverse and view.lens.perspective and view.near < DEPTHS * min(farthest, view.far):
+        yield (
+            f"the near plane, {view.near:g}, is less than {DEPTHS:g} of the farthest distance in view, "
+            f"{farthest:.1g}: what is far away hides nothing; move the near plane out"
+        )
+    if wide:
+        yield (
+            f"geoms {', '.join(map(repr, wide))} have triangles that reach more than {WIDEST:g} half widths "
+            "of the view aside, which lose pixels when they are clipped to it: cut them into smaller ones"
+        )
+
+
+def _size(part: VisiblePart) -> float:
+    low, high = part.box
+    return float(np.maximum(np.abs(low), np.abs(high)).max())
+
+
+def _is_wide(part: VisiblePart, planes: Float64, lens: LensConstants, near: float) -> bool:
+    low, high = part.box
+    side = np.maximum(np.abs(low), np.abs(high))[[0, 2]] * (lens.a, lens.c)
+    if side.max() <= WIDEST * (max(near, float(low[1])) if lens.perspective else 1.0):
+        return False  # nearly always: the rest looks at every vertex
+    geom = part.group.geom
+    for matrix in part.model_to_view:
+        places = geom.vertices @ matrix[:3, :3] + matrix[3, :3]
+        ahead = places[:, 1] if lens.perspective else np.ones(len(places))
+        aside = np.abs(places[:, [0, 2]] * (lens.a, lens.c)).max(axis=1)
+        wide = (aside > WIDEST * ahead) & (ahead >= (near if lens.perspective else 0.0))
+        triangles = geom.triangles[wide[geom.triangles].any(axis=1)]
+        outside = places @ planes[:, :3].T + planes[:, 3] < 0.0
+        if len(triangles) and not outside[triangles].all(axis=1).any(axis=1).all():
+            return True
+    return False

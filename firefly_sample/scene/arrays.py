@@ -1,0 +1,167 @@
+"""Arrays of numbers that users give: which kinds are taken, what becomes of them, and which are refused.
+
+==================  =========================================================================================
+what is given       what becomes of it
+==================  =========================================================================================
+numbers             float64: from integers and floats of any width, byte order and memory layout
+indices             whole numbers: from integers, and from floats that are whole
+colours             float64, linear: unsigned integers as shares of the largest number of their type, so that
+                    255 of uint8 and 65535 of uint16 are 1; signed integers and floats as they are
+pixels of textures  uint8, as they are stored: uint8, and signed integers of 0 to 255, as they are; wider
+                    unsigned integers as shares of the largest number of their type, floats of 0 to 1 and
+                    bool as shares of 1, rounded to the nearest of 256 codes
+==================  =========================================================================================
+
+Whatever gives NumPy an array may be given: lists, trimesh's and pandas' arrays, tensors in main memory.
+Refused by name are text, complex numbers, dates, objects, rows of different lengths, masked entries, and
+bool but for pixels. A colour of a surface, and a float pixel, may leave 0..1 by 1e-6, which is rounding.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from firefly_sample.errors import SceneError
+
+__all__ = [
+    "ReadOnlyArrays",
+    "as_codes",
+    "as_color",
+    "as_colors",
+    "as_numbers",
+    "as_whole",
+    "in_range",
+    "read_only",
+]
+
+Float64 = NDArray[np.float64]
+
+ROUNDING = 1e-6
+"""How far below 0 or above 1 a float that was computed may be, and still be meant as 0 or 1."""
+_COUNTS = {3: "three", 4: "four"}
+DIVIDE = ": divide them by the number that is white (255), or give them as uint8"
+"""The way out where colours are above 1."""
+
+
+def as_numbers(
+    what: str, values: ArrayLike, error: type[SceneError] = SceneError, expected: str = "numbers"
+) -> Float64:
+    """A float64 array of its own.
+
+    Parameters
+    ----------
+    what : str
+        Begins the message: whose numbers, and which.
+    values : array_like
+        See the module.
+    error : type of SceneError
+        What is raised.
+    expected : str
+        What they must be, for the message.
+
+    Raises
+    ------
+    SceneError
+        `error`, if they are no numbers.
+    """
+    return np.array(_given(what, values, error, "iuf", expected), dtype=np.float64, order="C")
+
+
+def as_whole(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[Any]:
+    """An array of whole numbers, of whatever type holds them: what they may be is for the caller to check."""
+    array = _given(what, values, error, "iuf", "whole numbers")
+    if array.dtype.kind == "f" and not (np.isfinite(array) & (array == np.floor(array))).all():
+        raise error(f"{what} must be whole numbers, got {_described(array)}")
+    return array
+
+
+def as_colors(
+    what: str, values: ArrayLike, error: type[SceneError] = SceneError, expected: str = "numbers"
+) -> Float64:
+    """Linear colours, as a float64 array of its own; see the module for what integers mean."""
+    array = _given(what, values, error, "iuf", expected)
+    largest = np.iinfo(array.dtype).max if array.dtype.kind == "u" else 1
+    return np.array(array, dtype=np.float64, order="C") / largest
+
+
+def as_color(
+    what: str,
+    color: ArrayLike,
+    channels: int,
+    largest: float = 1.0,
+    error: type[SceneError] = SceneError,
+) -> Float64:
+    """One colour, read-only, shape (channels,), each of 0 to `largest`.
+
+    Raises
+    ------
+    SceneError
+        `error`, if it is no such colour.
+    """
+    expected = f"{_COUNTS[channels]} numbers in 0..{largest:g}"
+    given = as_colors(what, color, error, expected)
+    if given.shape != (channels,) or not in_range(given, largest):
+        hint = "" if largest > 1.0 or given.max(initial=0.0) <= 1.0 else DIVIDE
+        raise error(f"{what} must be {expected}, got {color!r}{hint}")
+    return read_only(np.clip(given, 0.0, largest))
+
+
+def in_range(shares: Float64, largest: float = 1.0) -> bool:
+    """Whether all numbers are 0 to `largest`, up to rounding; NaN is not."""
+    return bool(((shares >= -ROUNDING) & (shares <= largest + ROUNDING)).all())
+
+
+def as_codes(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[np.uint8]:
+    """Pixels of 8 bits, as an array of its own; see the module for what other types mean."""
+    array = _given(what, values, error, "iufb", "numbers")
+    if array.dtype == np.uint8:
+        return np.array(array, order="C")
+    if array.dtype.kind == "i":
+        if not ((array >= 0) & (array <= 255)).all():
+            raise error(f"{what} of a signed type must be 0 to 255, got {_described(array)}")
+        return array.astype(np.uint8, order="C")
+    if array.dtype.kind == "f":
+        if not in_range(array):
+            raise error(f"{what} of floats must be 0 to 1, got {_described(array)}{DIVIDE}")
+        shares = np.clip(array.astype(np.float64), 0.0, 1.0)
+    else:
+        shares = array / (np.iinfo(array.dtype).max if array.dtype.kind == "u" else 1)
+    return np.rint(shares * 255.0).astype(np.uint8, order="C")
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """`array`, which can no longer be changed in place, so that no change goes unseen."""
+    array.setflags(write=False)
+    return array
+
+
+class ReadOnlyArrays:
+    """Keeps arrays that are attributes read-only in copies, where NumPy and pickle forget that they are."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                read_only(value)
+        self.__dict__.update(state)
+
+
+def _given(what: str, values: ArrayLike, error: type[SceneError], kinds: str, expected: str) -> NDArray[Any]:
+    """As an array of one of these kinds, which may still be the caller's own."""
+    try:
+        if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+            raise ValueError("some entries are masked: fill them first")
+        array = np.asarray(values)
+    except (TypeError, ValueError, RuntimeError) as reason:
+        raise error(f"{what} must be {expected}: {reason}") from None
+    if array.dtype.kind not in kinds:
+        raise error(f"{what} must be {expected}, got {_described(array)}")
+    return array
+
+
+def _described(array: NDArray[Any]) -> str:
+    """The first of what an array holds, its type and its shape."""
+    first = ", ".join(repr(value) for value in array.ravel()[:3].tolist())
+    return f"{first}{', ...' if array.size > 3 else ''} ({array.dtype} of shape {array.shape})"
