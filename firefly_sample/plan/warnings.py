@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from firefly_sample.plan.cloud import Cloud
 from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.instances import Group
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
 from firefly_sample.scene.node import PandaNode
@@ -35,12 +36,7 @@ def plan_warnings(
         The particles.
     """
     warnings = []
-    blended = dict.fromkeys(
-        material.name
-        for group in snapshot.groups
-        for material in group.materials
-        if material.alpha_mode == "blend"
-    )
+    blended = dict.fromkeys(name for group in snapshot.groups for name in _blended(group))
     if blended:
         warnings.append(
             f"blended materials are drawn as cut-outs: {', '.join(blended)} "
@@ -77,6 +73,15 @@ def plan_warnings(
         if left_out:
             warnings.append(f"look 'classic' leaves out, as the original does: {', '.join(left_out)}")
     return tuple(warnings)
+
+
+def _blended(group: Group) -> Iterator[str]:
+    """Names of the materials that are to be blended and, by their alpha, let something through."""
+    for index, material in enumerate(group.materials):
+        if material.alpha_mode == "blend":
+            alphas = group.factors().base_colors[group.which == index, 3]
+            if (alphas < 1.0).any() or (group.texture is not None and group.texture.least_alpha() < 1.0):
+                yield material.name
 
 
 def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud) -> Iterator[str]:

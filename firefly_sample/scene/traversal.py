@@ -29,7 +29,9 @@ class Visit(NamedTuple):
     material : Material or None
         The material that replaces those of the Geoms here, after inheriting.
     path : str
-        Names from the root down, joined by slashes.
+        Names from the root down, joined by slashes. No two visits of a walk have the same: the second of a
+        name below its parent has "#2" after it, the third "#3". What is hidden counts, so that hiding a
+        node renames no other.
     """
 
     node: PandaNode
@@ -50,12 +52,13 @@ def iter_visible(root: PathBase, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
         If `root` is empty.
     """
     state = _START
+    met: dict[str, int] = {}
     for step in reversed(list(root._place().upwards())):
-        above, state = state, _enter(state, step.node)
+        above, state = state, _enter(state, step.node, {})
     waiting = [(root.node(), above)]
     while waiting:
         node, above = waiting.pop()
-        here = _enter(above, node)
+        here = _enter(above, node, met)
         if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
             yield Visit(node, here.net, here.color, here.material, here.path)
         elif not _shows_through(node):
@@ -78,7 +81,8 @@ class _State(NamedTuple):
 _START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
 
 
-def _enter(above: _State, node: PandaNode) -> _State:
+def _enter(above: _State, node: PandaNode, met: dict[str, int]) -> _State:
+    """What holds at `node`; `met` is how often each path was met, and is kept up to date."""
     net, mask, color, color_priority, material, material_priority, path = above
     if not node.transform.is_identity:
         net = node.transform.get_mat() @ net
@@ -91,7 +95,19 @@ def _enter(above: _State, node: PandaNode) -> _State:
             material, material_priority, node.material, node.material_priority
         )
     path = f"{path}/{node.name}" if path else node.name
+    if path in met:
+        path = _numbered(path, met)
+    met[path] = 1
     return _State(net, mask, color, color_priority, material, material_priority, path)
+
+
+def _numbered(path: str, met: dict[str, int]) -> str:
+    """A path that was not met yet: `path` with the next number, which `met` keeps."""
+    count = met[path] + 1
+    while f"{path}#{count}" in met:
+        count += 1
+    met[path] = count
+    return f"{path}#{count}"
 
 
 def _shows_through(node: PandaNode) -> bool:
