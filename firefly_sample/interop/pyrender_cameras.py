@@ -132,24 +132,6 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
     return None
 
 
-def _stretched(camera: Any, size: Size) -> Any:
-    """A camera of an aspect ratio that is not the picture's as one of pixels that are not square.
-
-    It shows what it would in a picture of its own shape, stretched, as pyrender draws it.
-    """
-    import pyrender
-
-    width, height = size
-    aspect = camera.aspectRatio
-    if aspect is None or math.isclose(aspect, width / height, rel_tol=1e-4):
-        return camera
-    fy = 0.5 * height / math.tan(0.5 * camera.yfov)
-    fx = fy * (width / height) / aspect
-    made = pyrender.IntrinsicsCamera(fx, fy, 0.5 * width, 0.5 * height, camera.znear)
-    made._zfar = camera.zfar  # None, which is infinity, is refused by its setter alone
-    return made
-
-
 def _from_pixels(camera: Any, name: str, far: float, size: Size | None, losses: Losses) -> PerspectiveLens:
     """The lens of an IntrinsicsCamera; its film is as many units wide as the picture has pixels."""
     if size is None:
@@ -168,3 +150,21 @@ def _from_pixels(camera: Any, name: str, far: float, size: Size | None, losses: 
         film_offset=(0.5 * width - camera.cx, (camera.cy - 0.5 * height) * pixel_height),
         focal_length=camera.fx,
     )
+
+
+def _stretched(camera: Any, size: Size) -> Any:
+    """A camera of an aspect ratio that is not the picture's as one of pixels that are not square.
+
+    It shows what it would in a picture of its own shape, stretched, as pyrender draws it.
+    """
+    import pyrender
+
+    width, height = size
+    aspect = camera.aspectRatio
+    if aspect is None or math.isclose(aspect, width / height, rel_tol=1e-4):
+        return camera
+    fy = 0.5 * height / math.tan(0.5 * camera.yfov)
+    fx = fy * (width / height) / aspect
+    made = pyrender.IntrinsicsCamera(fx, fy, 0.5 * width, 0.5 * height, camera.znear)
+    made._zfar = camera.zfar  # None, which is infinity, is refused by its setter alone
+    return made

@@ -9,6 +9,7 @@ from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.instances import Group
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 
 __all__ = ["plan_warnings"]
@@ -36,7 +37,12 @@ def plan_warnings(
         The particles.
     """
     warnings = []
-    blended = dict.fromkeys(name for group in snapshot.groups for name in _blended(group))
+    blended = dict.fromkeys(
+        material.name
+        for group in snapshot.groups
+        for material in group.materials
+        if _is_blended(group, material)
+    )
     if blended:
         warnings.append(
             f"blended materials are drawn as cut-outs: {', '.join(blended)} "
@@ -75,13 +81,12 @@ def plan_warnings(
     return tuple(warnings)
 
 
-def _blended(group: Group) -> Iterator[str]:
-    """Names of the materials that are to be blended and, by their alpha, let something through."""
-    for index, material in enumerate(group.materials):
-        if material.alpha_mode == "blend":
-            alphas = group.factors().base_colors[group.which == index, 3]
-            if (alphas < 1.0).any() or (group.texture is not None and group.texture.least_alpha() < 1.0):
-                yield material.name
+def _is_blended(group: Group, material: Material) -> bool:
+    """Whether a material is to be blended and, by some instance's alpha, lets something through."""
+    if material.alpha_mode != "blend":
+        return False
+    alphas = group.factors().base_colors[group.which == group.materials.index(material), 3]
+    return bool((alphas < 1.0).any()) or (group.texture is not None and group.texture.least_alpha() < 1.0)
 
 
 def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud) -> Iterator[str]:

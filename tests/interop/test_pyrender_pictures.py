@@ -127,6 +127,64 @@ def test_pictures_agree_where_a_scene_of_pyrenders_is_converted(draw_with_pyrend
     assert_all_agree(found)
 
 
+def things(seed: int) -> pyrender.Scene:
+    """Boxes and balls about the origin."""
+    rng = np.random.default_rng(seed)
+    scene = pyrender.Scene()
+    for shape in (trimesh.creation.icosphere(2), trimesh.creation.box((1.0, 0.6, 1.4))):
+        mesh = pyrender.Mesh.from_trimesh(shape, pyrender.MetallicRoughnessMaterial(metallicFactor=0.0))
+        for _ in range(4):
+            pose = trimesh.transformations.random_rotation_matrix(rng.uniform(size=3))
+            pose[:3, 3] = rng.uniform(-2, 2, 3)
+            scene.add(mesh, pose=pose)
+    return scene
+
+
+STRETCHED = pytest.mark.skipif(
+    not hasattr(PerspectiveLens, "from_intrinsics"), reason="pixels that are not square need such a lens"
+)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        pyrender.PerspectiveCamera(0.7, NEAR, FAR),
+        pyrender.PerspectiveCamera(0.7, NEAR),
+        pytest.param(pyrender.PerspectiveCamera(0.7, NEAR, FAR, aspectRatio=2.0), marks=STRETCHED),
+        pytest.param(pyrender.PerspectiveCamera(0.7, NEAR, aspectRatio=0.5), marks=STRETCHED),
+        pyrender.IntrinsicsCamera(180.0, 180.0, 65.0, 75.0, NEAR, FAR),
+        pytest.param(pyrender.IntrinsicsCamera(220.0, 160.0, 80.0, 60.0, NEAR, FAR), marks=STRETCHED),
+        pytest.param(pyrender.IntrinsicsCamera(150.0, 210.0, 95.0, 45.0, NEAR, FAR), marks=STRETCHED),
+    ],
+    ids=["height", "endless", "wide", "narrow and endless", "off centre", "fx > fy", "fx < fy, off centre"],
+)
+def test_pyrenders_cameras_see_the_same(draw_with_pyrender, renderer, camera):
+    found = []
+    for seed in range(10):
+        theirs = things(seed)
+        pose = trimesh.transformations.random_rotation_matrix(np.random.default_rng(seed).uniform(size=3))
+        pose[:3, 3] = pose[:3, 2] * 9.0
+        theirs.add(camera, pose=pose)
+        ours = renderer.render(from_pyrender(theirs, size=SIZE), 0.0, ("depth",)).depth
+        found.append(agreement(ours, draw_with_pyrender(theirs)[1]))
+    assert_all_agree(found)
+
+
+def test_an_orthographic_camera_is_as_high_as_pyrenders(draw_with_pyrender, renderer):
+    """pyrender takes the viewport's shape for it, whatever its width."""
+    found = []
+    for seed in range(10):
+        theirs = things(seed)
+        theirs.add(
+            pyrender.OrthographicCamera(2.0, 3.0, NEAR, FAR),
+            pose=trimesh.transformations.translation_matrix((0, 0, 9)),
+        )
+        ours = renderer.render(from_pyrender(theirs, size=SIZE), 0.0, ("depth",)).depth
+        depth = undo_perspective(draw_with_pyrender(theirs)[1], NEAR, FAR)
+        found.append(agreement(ours, depth))
+    assert_all_agree(found)
+
+
 def draw_windings_as_they_are(monkeypatch):
     primitive = MeshWriter._primitive
     monkeypatch.setattr(
