@@ -216,7 +216,7 @@ class Frame:
         How often OpenGL was told to draw.
     id_names : tuple of str
         The geometry instance behind each value of the output "id": the names from the root down to its
-        node, joined by slashes. All are different: the second of a name below its parent has "#2" after it.
+        node, joined by slashes. The second node of a name below its parent has "#2" after it, the third "#3".
     warnings : tuple of str
         What the plan has to say, for example blended materials that were drawn as cut-outs.
     """

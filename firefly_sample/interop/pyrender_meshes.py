@@ -250,10 +250,7 @@ def _of_list(indices: Int64) -> Int64:
 
 def _of_strip(indices: Int64) -> Int64:
     """Each next vertex makes a triangle with the two before it; every second one is turned."""
-    triangles = (
-        np.lib.stride_tricks.sliding_window_view(indices, 3) if len(indices) > 2 else _of_list(indices[:0])
-    )
-    triangles = triangles.copy()
+    triangles = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
     triangles[1::2] = triangles[1::2, [1, 0, 2]]
     return triangles
 
