@@ -215,7 +215,8 @@ class Frame:
     draw_calls : int
         How often OpenGL was told to draw.
     id_names : tuple of str
-        Name of the geometry instance behind each value of the output "id".
+        The geometry instance behind each value of the output "id": the names from the root down to its
+        node, joined by slashes. The second node of a name below its parent has "#2" after it, the third "#3".
     warnings : tuple of str
         What the plan has to say, for example blended materials that were drawn as cut-outs.
     """

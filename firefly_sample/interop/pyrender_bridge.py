@@ -1,11 +1,15 @@
 """Scenes to pyrender and back: pip install 'firefly_sample[pyrender]'.
 
-pyrender 0.1.45 and its successor pyrender-maintained are imported by the same name, and either serves. Who
-compares pictures should know of its `OffscreenRenderer` that
+pyrender 0.1.45 and its successor pyrender-maintained are imported by the same name, and either serves. For a
+comparison of pictures, draw ours with ``Settings(tone="none")``, and note that pyrender's `OffscreenRenderer`
 
-- depth is taken at one of four samples of a pixel, not at the pixel's centre;
-- depth under an orthographic camera is read as if it were a perspective one's;
-- `delete` shuts down EGL for the whole process: close every `Renderer` before it.
+- encodes colours by the power 1/2.2, where ours are sRGB, and has no tone curve;
+- gives depth 0 where nothing is drawn, where ours is infinite;
+- takes depth at one of four samples of a pixel, not at the pixel's centre;
+- reads depth under an orthographic camera as if it were a perspective one's;
+- lights back sides of double-sided surfaces by the normal of their front sides;
+- gives matt surfaces a highlight of 4 %, and draws at most four lights of a kind;
+- shuts down EGL for the whole process in `delete`: close every `Renderer` before it.
 """
 
 from __future__ import annotations
@@ -90,16 +94,21 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
 
     The reverse of `to_pyrender`: nodes keep names, transforms and their tree, axes are turned to Z-up,
     nodes that share a Mesh share its Geoms, and each light becomes a `PointLight`, `Spotlight` or
-    `DirectionalLight`. A pyrender Scene whose nodes hang under one becomes a Scene with that one as root;
-    otherwise there is a new root, with those below it in the order of their names. An ambient light becomes
-    an `AmbientLight`; instances (`Primitive.poses`) become nodes. A Mesh without normals gets some.
+    `DirectionalLight`. A pyrender Scene without a name whose nodes hang under one becomes a Scene with that
+    one as root; otherwise there is a new root, with those below it in the order of their names, and those of
+    equal names as they came. A node without a name has that of its mesh, light or camera, or else one such
+    as "mesh 2". An ambient light becomes an `AmbientLight`; instances (`Primitive.poses`) become nodes;
+    strips and fans become triangles. A Mesh without normals gets some.
+
+    The range of a light becomes its max distance, where it ends as glTF recommends; pyrender shines on.
+    An emissive texture becomes its mean colour in linear light, a factor of the material's emission.
 
     Parameters
     ----------
     scene : pyrender.Scene
     size : (int, int), optional
-        Width and height in pixels of the picture that IntrinsicsCameras are meant for, and the shape of
-        PerspectiveCameras that have none.
+        Width and height in pixels of the picture to be drawn. IntrinsicsCameras are meant for it, and
+        PerspectiveCameras of another aspect ratio are stretched to it, as in pyrender.
 
     Returns
     -------
@@ -121,8 +130,9 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     Warns
     -----
     ConversionWarning
-        Once for each kind of thing that has no equal here: metalness and gloss, textures other than the
-        base colour's, points and lines, and more. It names whose.
+        Once for each kind of thing that has no equal here or that pyrender draws otherwise: metalness and
+        gloss, textures other than the base colour's, points and lines, ranges of lights, and more. It names
+        whose.
     """
     _check_pyrender()
     import pyrender

@@ -114,6 +114,8 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
     """
     import pyrender
 
+    if size is not None and isinstance(camera, pyrender.PerspectiveCamera):
+        camera = _stretched(camera, size)
     try:
         if isinstance(camera, pyrender.OrthographicCamera):
             film = (2.0 * camera.xmag, 2.0 * camera.ymag)
@@ -149,3 +151,21 @@ def _from_pixels(camera: Any, far: float, size: Size | None) -> PerspectiveLens:
     return PerspectiveLens.from_intrinsics(
         camera.fx, camera.fy, camera.cx, camera.cy, *size, camera.znear, far, pixel_center=0.5
     )
+
+
+def _stretched(camera: Any, size: Size) -> Any:
+    """A camera of an aspect ratio that is not the picture's as one of pixels that are not square.
+
+    It shows what it would in a picture of its own shape, stretched, as pyrender draws it.
+    """
+    import pyrender
+
+    width, height = size
+    aspect = camera.aspectRatio
+    if aspect is None or math.isclose(aspect, width / height, rel_tol=1e-4):
+        return camera
+    fy = 0.5 * height / math.tan(0.5 * camera.yfov)
+    fx = fy * (width / height) / aspect
+    made = pyrender.IntrinsicsCamera(fx, fy, 0.5 * width, 0.5 * height, camera.znear)
+    made._zfar = camera.zfar  # None, which is infinity, is refused by its setter alone
+    return made

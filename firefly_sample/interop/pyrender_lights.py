@@ -11,7 +11,8 @@ directional light. So for light with the attenuation (0, 0, q)
     intensity = pi * max(color) / q,    color = color / max(color)
 
 is exact, and so is intensity = pi * max(color) for a directional light; ambient light is c * ambient in both.
-The way back is color = color * intensity / pi with the attenuation (0, 0, 1). A max distance is a range.
+The way back is color = color * intensity / pi with the attenuation (0, 0, 1). A max distance is a range, with
+the window that glTF recommends for it (`Settings.window`); pyrender draws as if there were none.
 
 pyrender knows no other fading. Where there is more in an attenuation than q, the light is made equal far
 away; without q, at a distance of one unit; light that fades by (1 - d/R)^2 is made equal at R/2, where
@@ -116,6 +117,8 @@ def light_to_pyrender(
     inner, outer, exponent = node.get_cone()
     if exponent != 0.0:
         losses.add("pyrender's spotlights have no exponent and are even up to their edge", node.name)
+    if inner != outer:
+        losses.add(_SOFT_EDGE, node.name)
     if outer > _WIDEST:
         losses.add("pyrender's spotlights are narrowed to 90 degrees on each side", node.name)
     length = float(np.linalg.norm(net[1, :3]))
@@ -132,7 +135,7 @@ def light_to_pyrender(
     return light, unscaled
 
 
-def light_from_pyrender(light: Any, name: str) -> PointLight | Spotlight | DirectionalLight:
+def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | Spotlight | DirectionalLight:
     """A node of one light from a pyrender light.
 
     Raises
@@ -149,14 +152,18 @@ def light_from_pyrender(light: Any, name: str) -> PointLight | Spotlight | Direc
     if isinstance(light, pyrender.SpotLight):
         made = Spotlight(name, color)
         made.set_cone(math.degrees(light.innerConeAngle), math.degrees(light.outerConeAngle))
+        if light.innerConeAngle != light.outerConeAngle:
+            losses.add(_SOFT_EDGE, name)
     else:
         made = PointLight(name, color)
     made.set_attenuation(_INVERSE_SQUARE)
     if light.range is not None:
+        losses.add("light ends at its range here, beyond which it shines in pyrender", name)
         made.set_max_distance(light.range)
     return made
 
 
+_SOFT_EDGE = "spotlights fade between their two angles by t^2 in pyrender and by t^2 (3 - 2 t) here"
 _NO_SPECULAR = "specular colours of lights, which pyrender lacks, are left out"
 
 

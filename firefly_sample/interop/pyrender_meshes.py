@@ -10,7 +10,7 @@ has no equal among them and is left out, as is, on the way back, what is metalli
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.interop.losses import Losses
+from firefly_sample.interop.pyrender_materials import CUT_OUT, SQUARED_EMISSION, MaterialReader, cuts_out
 from firefly_sample.scene.axes import vectors_from_gltf, vectors_to_gltf
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.material import AlphaMode, Material, Texture
+from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import Color
 
 __all__ = ["MeshReader", "MeshWriter", "Part"]
@@ -28,9 +29,10 @@ __all__ = ["MeshReader", "MeshWriter", "Part"]
 _LARGEST_INDEX = 2**24
 """pyrender keeps indices as float32, which tells whole numbers apart up to here."""
 
-_ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 _UNREAD_ATTRIBUTES = ("tangents", "texcoord_1", "joints_0", "weights_0", "targets")
-_UNREAD_TEXTURES = ("normalTexture", "occlusionTexture", "emissiveTexture", "metallicRoughnessTexture")
+_TINTED_EMISSION = "pyrender multiplies emission by vertex colours, which are left out of it here"
+
+Int64 = NDArray[np.int64]
 
 
 class MeshWriter:
@@ -88,6 +90,8 @@ class MeshWriter:
                 f"geom {geom.name!r}: {len(geom.vertices)} vertices, and pyrender keeps indices as float32: "
                 f"split it into parts of {_LARGEST_INDEX} at most"
             )
+        if color is None and geom.colors is not None and _tints_emission(geom.colors, material):
+            self._losses.add(_TINTED_EMISSION, geom.name)
         if id(geom) not in self._arrays:
             self._arrays[id(geom)] = {
                 "positions": vectors_to_gltf(geom.vertices).astype(np.float32),
@@ -130,11 +134,8 @@ class MeshWriter:
                 "ambient colours of materials, which pyrender lacks, are left out",
                 material.ambient is not None,
             ),
-            ("pyrender draws whole what its alpha should cut out", material.alpha_mode == "mask"),
-            (
-                "pyrender draws the square of emission",
-                (material.emission != material.emission**2).any(),
-            ),
+            (CUT_OUT, cuts_out(material)),
+            (SQUARED_EMISSION, (material.emission != material.emission**2).any()),
         ):
             if there:
                 self._losses.add(what, material.name)
@@ -166,8 +167,7 @@ class MeshReader:
         self._losses = losses
         self._geoms: dict[tuple[Any, ...], Geom] = {}
         self._of_primitives: dict[tuple[int, bool], Geom] = {}
-        self._materials: dict[int, Material] = {}
-        self._textures: dict[int, Texture] = {}
+        self._materials = MaterialReader(losses)
 
     def parts(self, mesh: Any, name: str, net: NDArray[np.float64]) -> Iterable[Part]:
         """A Part for each primitive of triangles, or for each of its instances if it has such.
@@ -185,19 +185,17 @@ class MeshReader:
         SceneError
             If an index, a coordinate or a colour is out of its range.
         """
-        import pyrender
-
         name = mesh.name or name
+        if mesh.weights is not None:
+            self._losses.add("skins and morph weights are left out", name)
         several = len(mesh.primitives) > 1
         for index, primitive in enumerate(mesh.primitives):
             called = f"{name}[{index}]" if several else name
-            if primitive.mode != pyrender.GLTF.TRIANGLES:
-                self._losses.add("points, lines, strips and fans are left out", called)
+            if primitive.mode not in _CORNERS:
+                self._losses.add("points and lines are left out", called)
                 continue
-            for attribute in _UNREAD_ATTRIBUTES:
-                if getattr(primitive, attribute) is not None:
-                    self._losses.add(f"{attribute} of meshes are left out", called)
-            material = self._material(primitive.material)
+            material = self._materials.material(primitive.material, called)
+            self._note_losses(primitive, material, called)
             for pose in (None,) if primitive.poses is None else primitive.poses:
                 upper = net[:3, :3] if pose is None else pose[:3, :3].astype(np.float64) @ net[:3, :3]
                 mirrored = bool(np.linalg.det(upper) < 0)
@@ -206,10 +204,19 @@ class MeshReader:
                     self._of_primitives[key] = self._geom(primitive, mirrored, called)
                 yield Part(self._of_primitives[key], material, pose)
 
+    def _note_losses(self, primitive: Any, material: Material, name: str) -> None:
+        for attribute in _UNREAD_ATTRIBUTES:
+            if getattr(primitive, attribute) is not None:
+                self._losses.add(f"{attribute} of meshes are left out", name)
+        if primitive.normals is None:
+            self._losses.add("meshes without normals, which pyrender turns to the eye, get smooth ones", name)
+        if primitive.color_0 is not None and _tints_emission(primitive.color_0, material):
+            self._losses.add(_TINTED_EMISSION, name)
+
     def _geom(self, primitive: Any, mirrored: bool, name: str) -> Geom:
         count = len(primitive.positions)
         indices = np.arange(count) if primitive.indices is None else np.asarray(primitive.indices).ravel()
-        triangles = indices[: len(indices) // 3 * 3].astype(np.int64).reshape(-1, 3)
+        triangles = _CORNERS[primitive.mode](indices.astype(np.int64))
         if mirrored:
             triangles = triangles[:, ::-1]
         colors = primitive.color_0
@@ -227,58 +234,10 @@ class MeshReader:
             )
         return self._geoms[key]
 
-    def _material(self, source: Any) -> Material:
-        import pyrender
 
-        if id(source) not in self._materials:
-            name = source.name or "material"
-            color, texture = np.ones(4), None
-            if isinstance(source, pyrender.MetallicRoughnessMaterial):
-                color, texture = source.baseColorFactor, self._texture(source.baseColorTexture, name)
-                if source.metallicFactor != 0.0 or source.roughnessFactor != 1.0:
-                    self._losses.add("metalness and gloss are left out, materials made matt", name)
-            else:
-                self._losses.add(
-                    f"colours of {type(source).__name__} are left out, materials made white", name
-                )
-            for attribute in _UNREAD_TEXTURES:
-                if getattr(source, attribute, None) is not None:
-                    self._losses.add(f"{attribute} of materials is left out", name)
-            if source.wireframe:
-                self._losses.add("wireframes are left out, materials made solid", name)
-            self._materials[id(source)] = Material(
-                name,
-                color,
-                texture,
-                _ALPHA_MODES[source.alphaMode],
-                source.alphaCutoff,
-                source.doubleSided,
-                emission=source.emissiveFactor,
-            )
-        return self._materials[id(source)]
-
-    def _texture(self, source: Any, name: str) -> Texture | None:
-        import pyrender
-
-        if source is None:
-            return None
-        name = source.name or name
-        pixels = source.source
-        if pixels is None or pixels.ndim != 3 or pixels.shape[2] < 3:
-            self._losses.add("textures without red, green and blue are left out", name)
-            return None
-        if id(source) not in self._textures:
-            gltf, sampler = pyrender.GLTF, source.sampler
-            if (
-                (sampler.wrapS, sampler.wrapT) != (gltf.REPEAT, gltf.REPEAT)
-                or sampler.magFilter not in (None, gltf.LINEAR)
-                or sampler.minFilter not in (None, gltf.LINEAR_MIPMAP_LINEAR)
-            ):
-                self._losses.add("samplers are left out, all textures repeat and are filtered", name)
-            if pixels.shape[2] == 3:
-                pixels = np.dstack([pixels, np.full(pixels.shape[:2], 255, dtype=np.uint8)])
-            self._textures[id(source)] = Texture(pixels, name)
-        return self._textures[id(source)]
+def _tints_emission(colors: NDArray[Any], material: Material) -> bool:
+    """Whether vertex colours change what a material gives off, where they multiply it."""
+    return bool(material.emission.any() and (colors[:, :3] != 1.0).any())
 
 
 def _vertex_colors(geom: Geom) -> Any:
@@ -286,3 +245,24 @@ def _vertex_colors(geom: Geom) -> Any:
     if geom.colors is None or geom.alphas is None:
         return geom.colors
     return np.column_stack([geom.colors, geom.alphas])
+
+
+def _of_list(indices: Int64) -> Int64:
+    return indices[: len(indices) // 3 * 3].reshape(-1, 3)
+
+
+def _of_strip(indices: Int64) -> Int64:
+    """Each next vertex makes a triangle with the two before it; every second one is turned."""
+    triangles = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
+    triangles[1::2] = triangles[1::2, [1, 0, 2]]
+    return triangles
+
+
+def _of_fan(indices: Int64) -> Int64:
+    """Each next vertex makes a triangle with the one before it and the first of all."""
+    first = np.broadcast_to(indices[:1], max(len(indices) - 2, 0))
+    return np.stack([first, indices[1:-1], indices[2:]], axis=1)
+
+
+_CORNERS: dict[int, Callable[[Int64], Int64]] = {4: _of_list, 5: _of_strip, 6: _of_fan}
+"""Triangles, shape (m, 3), from the indices of each of glTF's modes that has some."""

@@ -34,12 +34,16 @@ class _Reader:
         self._source, self._size, self._losses = scene, size, losses
         self._meshes = MeshReader(losses)
         self._camera: NodePath | None = None
+        self._given = {node.name for node in scene.nodes}
+        self._counts: dict[str, int] = {}
 
     def read(self) -> Scene:
         source = self._source
         below = {child for node in source.nodes for child in node.children}
-        tops = sorted(source.nodes - below, key=lambda node: node.name or "")
-        root = NodePath() if len(tops) == 1 else NodePath(source.name or "root")
+        # The nodes are a set; only the graph of their transforms remembers in which order they came.
+        tops = [node for node in source._digraph if node in source.nodes and node not in below]
+        tops.sort(key=lambda node: node.name or "")
+        root = NodePath() if len(tops) == 1 and not source.name else NodePath(source.name or "root")
         waiting = [(node, root, np.eye(4)) for node in reversed(tops)]
         while waiting:
             node, parent, above = waiting.pop()
@@ -59,7 +63,7 @@ class _Reader:
 
     def _read_node(self, node: Any, parent: NodePath, net: Float64) -> NodePath:
         """Attach a node: of the one thing it holds, or a plain one with a node for each of several below."""
-        name = node.name or ""
+        name = self._name(node)
         if node.skin is not None or node.weights is not None:
             self._losses.add("skins and morph weights are left out", name)
         contents: list[PandaNode] = []
@@ -67,7 +71,7 @@ class _Reader:
         if node.mesh is not None:
             contents.append(self._mesh(node.mesh, name, net))
         if node.light is not None:
-            contents.append(light_from_pyrender(node.light, name))
+            contents.append(light_from_pyrender(node.light, name, self._losses))
         if node.camera is not None:
             lens = camera_from_pyrender(node.camera, name, self._size, self._losses)
             if lens is not None:
@@ -83,6 +87,19 @@ class _Reader:
                 self._camera = place
                 self._check_scale(name, net)
         return path
+
+    def _name(self, node: Any) -> str:
+        """A node's name; of one without, that of what it holds, or else the kind of that and a number."""
+        held = [kind for kind in ("mesh", "light", "camera") if getattr(node, kind) is not None]
+        for thing in (node, *(getattr(node, kind) for kind in held)):
+            if thing.name:
+                return str(thing.name)
+        kind = held[0] if held else "node"
+        while True:
+            self._counts[kind] = self._counts.get(kind, 0) + 1
+            name = f"{kind} {self._counts[kind]}"
+            if name not in self._given:
+                return name
 
     def _mesh(self, mesh: Any, name: str, net: Float64) -> GeomNode:
         made = GeomNode(name)

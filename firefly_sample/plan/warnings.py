@@ -6,8 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from firefly_sample.plan.cloud import Cloud
 from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.instances import Group
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 
 __all__ = ["plan_warnings"]
@@ -45,7 +47,7 @@ def plan_warnings(
         material.name
         for group in snapshot.groups
         for material in group.materials
-        if material.alpha_mode == "blend"
+        if _is_blended(group, material)
     )
     if blended:
         warnings.append(
@@ -84,6 +86,16 @@ def plan_warnings(
         if left_out:
             warnings.append(f"look 'classic' leaves out, as the original does: {', '.join(left_out)}")
     return tuple(warnings)
+
+
+def _is_blended(group: Group, material: Material) -> bool:
+    """Whether a material is to be blended and, by some instance's alpha, lets something through."""
+    if material.alpha_mode != "blend":
+        return False
+    if group.vertex_alpha or (group.texture is not None and group.texture.least_alpha() < 1.0):
+        return True
+    alphas = group.factors().base_colors[group.which == group.materials.index(material), 3]
+    return bool((alphas < 1.0).any())
 
 
 def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud) -> Iterator[str]:

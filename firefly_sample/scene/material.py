@@ -47,6 +47,7 @@ class Texture(ReadOnlyArrays):
     size: tuple[int, int]
     _pixels: NDArray[np.uint8] | None
     _decode: Callable[[], NDArray[np.uint8]] | None
+    _least_alpha: float | None = None
 
     def __init__(self, pixels: ArrayLike, name: str = "texture") -> None:
         self.name = name
@@ -98,9 +99,16 @@ class Texture(ReadOnlyArrays):
         image = self._checked(pixels)
         self._pixels = image
         self._decode = None
+        self._least_alpha = None
         self.digest = None
         self.size = (image.shape[1], image.shape[0])
         self.revision += 1
+
+    def least_alpha(self) -> float:
+        """Return the smallest alpha of all texels, 0..1; each image is looked through once."""
+        if self._least_alpha is None:
+            self._least_alpha = int(self.pixels[..., 3].min()) / 255.0
+        return self._least_alpha
 
     def _checked(self, pixels: ArrayLike) -> NDArray[np.uint8]:
         image = as_codes(f"texture {self.name!r}: pixels", pixels)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from firefly_sample.scene.material import Material
@@ -29,7 +29,9 @@ class Visit(NamedTuple):
     material : Material or None
         The material that replaces those of the Geoms here, after inheriting.
     path : str
-        Names from the root down, joined by slashes.
+        Names from the root down, joined by slashes. The second node of a name below its parent has "#2"
+        after it, the third "#3", so that paths differ (unless names hold slashes themselves). Hidden nodes
+        count, so that hiding one renames no other.
     """
 
     node: PandaNode
@@ -51,16 +53,18 @@ def iter_visible(root: PathBase, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
     """
     state = _START
     for step in reversed(list(root._place().upwards())):
-        above, state = state, _enter(state, step.node)
-    waiting = [(root.node(), above)]
+        above, state = state, _enter(state, step.node, step.node.name)
+    waiting = [(root.node(), above, root.node().name)]
     while waiting:
-        node, above = waiting.pop()
-        here = _enter(above, node)
+        node, above, label = waiting.pop()
+        here = _enter(above, node, label)
         if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
             yield Visit(node, here.net, here.color, here.material, here.path)
         elif not _shows_through(node):
             continue
-        waiting.extend([(child, here) for child in reversed(node.children)])
+        if children := node.children:
+            labels = _labels(children)
+            waiting.extend([(child, here, labels.pop()) for child in reversed(children)])
 
 
 class _State(NamedTuple):
@@ -78,7 +82,7 @@ class _State(NamedTuple):
 _START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
 
 
-def _enter(above: _State, node: PandaNode) -> _State:
+def _enter(above: _State, node: PandaNode, label: str) -> _State:
     net, mask, color, color_priority, material, material_priority, path = above
     if not node.transform.is_identity:
         net = node.transform.get_mat() @ net
@@ -90,8 +94,26 @@ def _enter(above: _State, node: PandaNode) -> _State:
         material, material_priority = inherit(
             material, material_priority, node.material, node.material_priority
         )
-    path = f"{path}/{node.name}" if path else node.name
+    path = f"{path}/{label}" if path else label
     return _State(net, mask, color, color_priority, material, material_priority, path)
+
+
+def _labels(children: Sequence[PandaNode]) -> list[str]:
+    """The names of one parent's children, with numbers where they are equal."""
+    names = [child.name for child in children]
+    taken = set(names)
+    if len(taken) == len(names):
+        return names
+    counts = dict.fromkeys(taken, 0)
+    labels = []
+    for name in names:
+        counts[name] += 1
+        label = name
+        if counts[name] > 1:
+            while (label := f"{name}#{counts[name]}") in taken:
+                counts[name] += 1
+        labels.append(label)
+    return labels
 
 
 def _shows_through(node: PandaNode) -> bool:

@@ -59,7 +59,8 @@ def ball_of(**material):
 
 
 def triangle(**attributes):
-    return pyrender.Primitive([(0, 0, 0), (1, 0, 0), (0, 1, 0)], **{"material": matt()} | attributes)
+    given = {"normals": [(0, 0, 1)] * 3, "material": matt()} | attributes
+    return pyrender.Primitive([(0, 0, 0), (1, 0, 0), (0, 1, 0)], **given)
 
 
 def matt(**changes):

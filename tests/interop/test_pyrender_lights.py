@@ -114,7 +114,8 @@ def test_a_spotlights_angles_and_direction():
     path = scene.root.attach_new_node(spot)
     path.set_scale(3.0)
     path.look_at(1, 0, 0)
-    converted = to_pyrender(scene)
+    with pytest.warns(ConversionWarning, match="fade between their two angles"):
+        converted = to_pyrender(scene)
     node = only(converted.spot_light_nodes)
     assert math.degrees(node.light.innerConeAngle) == pytest.approx(20)
     assert math.degrees(node.light.outerConeAngle) == pytest.approx(30)
@@ -143,6 +144,17 @@ def test_ambient_lights_add_up():
     scene = scene_with(AmbientLight("sky", (0.25, 0.5, 0.75)))
     scene.root.attach_new_node(AmbientLight("glow", (0.5, 0, 0)))
     np.testing.assert_array_equal(to_pyrender(scene).ambient_light, [0.75, 0.5, 0.75])
+
+
+def test_a_range_is_a_max_distance_and_is_named():
+    """pyrender's shader has no use for it; glTF's window for it is ours."""
+    source = pyrender.Scene()
+    source.add(pyrender.PointLight(range=3.0), name="lamp")
+    source.add(pyrender.SpotLight(range=4.0, innerConeAngle=0.5, outerConeAngle=0.5), name="spot")
+    with pytest.warns(ConversionWarning, match=r"ends at its range here, .* in pyrender: 'lamp', 'spot'$"):
+        scene = from_pyrender(source)
+    found = {path.get_name(): path.node().get_max_distance() for path in scene.root.get_children()[:2]}
+    assert found == {"lamp": 3.0, "spot": 4.0}
 
 
 def test_a_cone_too_narrow_is_refused():
@@ -179,6 +191,7 @@ def direction_of(path: NodePath, own=(0.0, 1.0, 0.0)) -> Float64:
 
 
 @pytest.mark.filterwarnings("ignore:pyrender keeps how far lights reach")
+@pytest.mark.filterwarnings("ignore:light ends at its range")
 @given(places(), COLOR, REACH, VECTOR)
 def test_point_lights_come_back(place, color, reach, pos):
     scene, arm = place
@@ -196,6 +209,7 @@ def test_point_lights_come_back(place, color, reach, pos):
 
 
 @pytest.mark.filterwarnings("ignore:pyrender ")
+@pytest.mark.filterwarnings("ignore:light ends at its range")
 @given(places(), arrays(np.float64, (6, 3), elements=NUMBER), st.lists(COLOR, min_size=6, max_size=6))
 def test_many_lights_of_a_node_come_back_as_nodes(place, positions, colors):
     scene, arm = place
@@ -209,6 +223,7 @@ def test_many_lights_of_a_node_come_back_as_nodes(place, positions, colors):
         assert path.node().get_max_distance() == 7.0
 
 
+@pytest.mark.filterwarnings("ignore:spotlights fade between")
 @given(
     places(), COLOR, st.sampled_from([SMALLEST_CONE, 90.0]) | st.floats(SMALLEST_CONE, 90), st.floats(0, 1)
 )

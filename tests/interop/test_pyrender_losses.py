@@ -42,6 +42,17 @@ def shadowed(light):
     return light
 
 
+def soft(spot):
+    spot.set_cone(20, 30)
+    return spot
+
+
+def colored(node):
+    for geom, _ in node.geoms:
+        geom.set_colors(np.full((len(geom.vertices), 3), 0.5))
+    return node
+
+
 def shiny_light(light):
     light.set_specular_color((1, 0, 0))
     return light
@@ -71,7 +82,15 @@ def shiny_light(light):
         ),
         (scene_with(ball_of(specular=(1, 1, 1), shininess=9)), "highlights .* are left out .*: 'clay'"),
         (scene_with(ball_of(ambient=(1, 1, 1))), "ambient colours of materials, .*: 'clay'"),
-        (scene_with(ball_of(alpha_mode="mask")), "draws whole what its alpha should cut out: 'clay'"),
+        (
+            scene_with(ball_of(base_color=(1, 1, 1, 0.4), alpha_mode="mask")),
+            "draws whole what its alpha should cut out: 'clay'",
+        ),
+        (scene_with(soft(fading(Spotlight("spot")))), r"fade between their two angles by t\^2 .*: 'spot'"),
+        (
+            scene_with(colored(ball_of(emission=(1, 1, 1)))),
+            "multiplies emission by vertex colours, .*: 'ball'",
+        ),
         (scene_with(ball_of(emission=(0.5, 0, 0))), "draws the square of emission: 'clay'"),
         (scene_with(with_tag(PandaNode("box"))), "tags are left out: 'box'"),
         (
@@ -89,6 +108,9 @@ def test_what_pyrender_has_not_is_named(scene, message):
     assert caught[0].filename == __file__
 
 
+CHEQUERED = np.array([[(0, 0, 0), (255, 255, 255)]] * 2, np.uint8)
+
+
 def textured(**texture):
     pixels = np.zeros((2, 2, 3), np.uint8)
     return triangle(
@@ -102,24 +124,34 @@ def textured(**texture):
 @pytest.mark.parametrize(
     ("primitive", "message"),
     [
-        (triangle(mode=pyrender.GLTF.POINTS), "points, lines, strips and fans are left out: 'leaf'"),
+        (triangle(mode=pyrender.GLTF.POINTS), "points and lines are left out: 'leaf'"),
+        (triangle(normals=None), "meshes without normals, .* get smooth ones: 'leaf'"),
         (triangle(tangents=np.zeros((3, 4))), "tangents of meshes are left out: 'leaf'"),
+        (
+            triangle(color_0=[(1, 1, 0.5)] * 3, material=matt(emissiveFactor=(1.0, 0.0, 0.0))),
+            "multiplies emission by vertex colours, .*: 'leaf'",
+        ),
         (triangle(material=matt(metallicFactor=1.0)), "metalness and gloss are left out, .*: 'clay'"),
         (triangle(material=matt(roughnessFactor=0.5)), "metalness and gloss are left out, .*: 'clay'"),
         (triangle(material=matt(wireframe=True)), "wireframes are left out, .*: 'clay'"),
+        (triangle(material=matt(emissiveFactor=(0.5, 0.0, 0.0))), "draws the square of emission: 'clay'"),
         (
-            triangle(material=matt(emissiveTexture=np.zeros((2, 2, 3), np.uint8))),
-            "emissiveTexture of materials is left out: 'clay'",
+            triangle(material=matt(alphaMode="MASK", baseColorFactor=(1.0, 1.0, 1.0, 0.4))),
+            "draws whole what its alpha should cut out: 'clay'",
+        ),
+        (
+            triangle(material=matt(emissiveFactor=(1.0, 0.0, 0.0), emissiveTexture=CHEQUERED)),
+            "emissive textures become their mean colour: 'clay'",
         ),
         (
             triangle(material=pyrender.material.SpecularGlossinessMaterial(name="glass")),
-            "colours of SpecularGlossinessMaterial are left out, .*: 'glass'",
+            "metalness and gloss are left out, .*: 'glass'",
         ),
         (
             textured(sampler=pyrender.Sampler(wrapS=pyrender.GLTF.CLAMP_TO_EDGE)),
             "samplers are left out, .*: 'clay'",
         ),
-        (textured(source=None, width=2, height=2), "textures without red, green and blue .*: 'clay'"),
+        (textured(source=None, width=2, height=2), "textures without a plain image .*: 'clay'"),
     ],
 )
 def test_what_we_have_not_is_named(primitive, message):
@@ -136,6 +168,34 @@ def test_a_texture_of_three_channels_is_opaque():
     source.add(pyrender.Mesh([textured()]), name="leaf")
     ((_, material),) = from_pyrender(source).root.node().geoms
     np.testing.assert_array_equal(material.texture.pixels[..., 3], 255)
+
+
+@pytest.mark.parametrize(
+    "primitive",
+    [
+        triangle(material=matt(alphaMode="BLEND")),
+        triangle(color_0=[(0.5, 0.5, 0.5, 1.0)] * 3, material=matt(alphaMode="BLEND")),
+        triangle(color_0=[(1, 1, 1, 0.5)] * 3, material=matt(alphaMode="OPAQUE")),
+        triangle(material=matt(alphaMode="MASK", alphaCutoff=0.5, baseColorFactor=(1.0, 1.0, 1.0, 0.5))),
+        triangle(material=matt(emissiveTexture=CHEQUERED)),
+        triangle(
+            material=matt(emissiveFactor=(1.0, 1.0, 1.0), emissiveTexture=np.zeros((2, 2, 3), np.uint8))
+        ),
+    ],
+    ids=[
+        "blend 1",
+        "vertex alpha 1",
+        "alpha that is not used",
+        "at the cut-off",
+        "no emission",
+        "black texture",
+    ],
+)
+def test_what_is_drawn_the_same_is_no_loss(renderer, primitive):
+    """Neither the conversion nor the frame says anything."""
+    source = pyrender.Scene()
+    source.add(pyrender.Mesh([primitive]), name="leaf")
+    assert renderer.render(from_pyrender(source)).warnings == ()
 
 
 class Fisheye(pyrender.Camera):

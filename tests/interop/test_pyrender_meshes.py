@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 import pyrender
+import pytest
 
+from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lights import PointLight
@@ -142,12 +144,139 @@ def test_a_node_that_holds_three_things_becomes_four():
 
 def test_triangles_without_indices_and_names():
     source = pyrender.Scene()
-    source.add(pyrender.Mesh([triangle(material=matt(name=None)), triangle(color_0=[(1, 0.5, 0, 1)] * 3)]))
-    (geom, material), (colored, _) = from_pyrender(source).root.node().geoms
+    plain = triangle(material=matt(name=None), normals=None)
+    source.add(pyrender.Mesh([plain, triangle(color_0=[(1, 0.5, 0, 1)] * 3)]))
+    with pytest.warns(ConversionWarning, match="meshes without normals"):
+        root = from_pyrender(source).root
+    (geom, material), (colored, _) = root.node().geoms
     np.testing.assert_array_equal(geom.triangles, [[0, 1, 2]])
     np.testing.assert_allclose(geom.normals, [(0, -1, 0)] * 3)  # computed; glTF's +Z is our -Y
-    assert (geom.name, colored.name, material.name) == ("[0]", "[1]", "material")
+    assert (root.get_name(), geom.name, colored.name) == ("mesh 1", "mesh 1[0]", "mesh 1[1]")
+    assert material.name == "material of mesh 1[0]"
     np.testing.assert_array_equal(colored.colors[0], [1, 0.5, 0])
+
+
+@pytest.mark.parametrize(
+    ("mode", "indices", "triangles"),
+    [
+        (pyrender.GLTF.TRIANGLES, None, [(0, 1, 2), (3, 4, 5)]),
+        (pyrender.GLTF.TRIANGLE_STRIP, None, [(0, 1, 2), (2, 1, 3), (2, 3, 4), (4, 3, 5)]),
+        (pyrender.GLTF.TRIANGLE_STRIP, [5, 3, 1, 0], [(5, 3, 1), (1, 3, 0)]),
+        (pyrender.GLTF.TRIANGLE_FAN, None, [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]),
+        (pyrender.GLTF.TRIANGLE_FAN, [5, 3, 1, 0], [(5, 3, 1), (5, 1, 0)]),
+        (pyrender.GLTF.TRIANGLE_STRIP, [5, 3], np.zeros((0, 3))),
+        (pyrender.GLTF.TRIANGLE_FAN, [5, 3], np.zeros((0, 3))),
+        (pyrender.GLTF.TRIANGLE_FAN, [], np.zeros((0, 3))),
+    ],
+)
+def test_strips_and_fans_are_triangles_of_the_same_winding(mode, indices, triangles):
+    """As OpenGL 3.3 numbers their corners (section 2.6.1): the first triangle's order holds for all."""
+    corners = np.random.default_rng(0).normal(size=(6, 3))
+    given = pyrender.Primitive(corners, corners, mode=mode, indices=indices, material=matt())
+    source = pyrender.Scene()
+    source.add(pyrender.Mesh([given]), name="ribbon")
+    ((geom, _),) = from_pyrender(source).root.node().geoms
+
+    def turned(rows):
+        """Each triangle from its smallest corner on."""
+        return [tuple(np.roll(row, -int(np.argmin(row)))) for row in np.asarray(rows, int)]
+
+    assert turned(geom.triangles) == turned(triangles)
+
+
+def mean_linear(codes):
+    """The definition of sRGB (IEC 61966-2-1), number by number."""
+    values = [c / 255 for c in codes]
+    return np.mean([v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in values])
+
+
+@pytest.mark.parametrize(
+    ("texture", "mean"),
+    [
+        (np.zeros((4, 4, 3), np.uint8), (0.0, 0.0, 0.0)),
+        (np.full((2, 3, 3), 188, np.uint8), (mean_linear([188]),) * 3),
+        (np.full((2, 3, 3), 1.0), (1.0, 1.0, 1.0)),
+        (np.array([[(0, 10, 255), (255, 200, 255)]], np.uint8), (0.5, mean_linear([10, 200]), 1.0)),
+        (pyrender.Texture(source=np.full((2, 2), 255, np.uint8), source_channels="R"), (1.0, 0.0, 0.0)),
+        (pyrender.Texture(source=np.full((2, 2, 2), 255, np.uint8), source_channels="RG"), (1.0, 1.0, 0.0)),
+        (pyrender.Texture(source=np.full((2, 2, 4), 255, np.uint8), source_channels="RGBA"), (1.0,) * 3),
+        (pyrender.Texture(width=2, height=2, source_channels="RGB"), (0.0, 0.0, 0.0)),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:emissive textures become", "ignore:textures without a plain image")
+@pytest.mark.filterwarnings("ignore:pyrender draws the square")
+def test_an_emissive_texture_is_a_factor_of_its_mean_linear_colour(texture, mean):
+    source = pyrender.Scene()
+    glowing = matt(emissiveFactor=(0.5, 0.25, 1.0), emissiveTexture=texture)
+    source.add(pyrender.Mesh([triangle(material=glowing)]), name="bottle")
+    ((_, material),) = from_pyrender(source).root.node().geoms
+    np.testing.assert_allclose(material.emission, np.multiply((0.5, 0.25, 1.0), mean), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("channels", "texel"),
+    [("R", (9, 0, 0, 255)), ("RG", (9, 8, 0, 255)), ("RGB", (9, 8, 7, 255)), ("RGBA", (9, 8, 7, 6))],
+)
+def test_a_texture_has_the_channels_that_opengl_fills_in(channels, texel):
+    image = pyrender.Texture(source=np.full((2, 3, 4), (9, 8, 7, 6), np.uint8), source_channels=channels)
+    source = pyrender.Scene()
+    source.add(pyrender.Mesh([triangle(material=matt(baseColorTexture=image))]), name="leaf")
+    ((_, material),) = from_pyrender(source).root.node().geoms
+    np.testing.assert_array_equal(material.texture.pixels, np.full((2, 3, 4), texel))
+
+
+def test_a_glossy_material_keeps_its_diffuse_colour_and_texture():
+    image = np.full((2, 2, 4), (9, 8, 7, 6), np.uint8)
+    glass = pyrender.material.SpecularGlossinessMaterial(
+        diffuseFactor=(0.5, 0.25, 1.0, 0.75), diffuseTexture=image
+    )
+    source = pyrender.Scene()
+    source.add(pyrender.Mesh([triangle(material=glass)]), name="pane")
+    with pytest.warns(ConversionWarning, match="gloss are left out, .*: 'material of pane'"):
+        ((_, material),) = from_pyrender(source).root.node().geoms
+    np.testing.assert_array_equal(material.base_color, [0.5, 0.25, 1.0, 0.75])
+    np.testing.assert_array_equal(material.texture.pixels, image)
+
+
+def unnamed():
+    """Two nodes without a name below each of two; a lamp and a camera; two of equal names."""
+    source = pyrender.Scene()
+    mesh = pyrender.Mesh([triangle()])
+    for place in (1.0, 2.0):
+        pose = np.eye(4)
+        pose[0, 3] = place
+        above = source.add(mesh, pose=pose)
+        source.add(mesh, pose=pose, parent_node=above)
+    source.add(pyrender.PointLight())
+    source.add(pyrender.PerspectiveCamera(1.0))
+    source.add_node(pyrender.Node())
+    source.add(pyrender.Mesh([triangle()], name="chair"))
+    source.add(mesh, name="mesh 2")
+    source.add(mesh, name="mesh 2")
+    return source
+
+
+def test_nodes_without_a_name_get_one_of_their_own_in_the_order_in_which_they_came():
+    scene = from_pyrender(unnamed())
+    assert [str(path) for path in scene.root.find_all_matches("**")] == [
+        "root", "root/mesh 1", "root/mesh 4", "root/light 1", "root/camera 1", "root/node 1", "root/chair",
+        "root/mesh 2", "root/mesh 2", "root/mesh 1/mesh 3", "root/mesh 4/mesh 5",
+    ]  # fmt: skip
+    assert [path.get_x() for path in scene.root.get_children()[:2]] == [1.0, 2.0]
+
+
+def test_ids_tell_all_instances_apart(renderer):
+    frame = renderer.render(from_pyrender(unnamed()), outputs="id")
+    assert frame.id_names == (
+        "root/mesh 1", "root/mesh 1/mesh 3", "root/mesh 4", "root/mesh 4/mesh 5", "root/chair", "root/mesh 2",
+        "root/mesh 2#2",
+    )  # fmt: skip
+
+
+def test_a_scene_with_a_name_is_a_root_of_that_name():
+    source = pyrender.Scene(name="room")
+    source.add(pyrender.Mesh([triangle()]), name="chair")
+    assert str(from_pyrender(source).root.get_child(0)) == "room/chair"
 
 
 def test_instances_become_nodes():

@@ -9,6 +9,7 @@ worth about 2^-25 y/n of a distance y. These scenes end at y = 20 with n = 1, so
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pyrender
@@ -25,6 +26,8 @@ from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.settings import Settings
+from firefly_sample.srgb import linear_to_srgb
 from tests.conftest import make_renderer
 from tests.interop.oracle import SIZE, Agreement, agreement, undo_perspective
 from tests.interop.scenes import random_scene
@@ -127,6 +130,59 @@ def test_pictures_agree_where_a_scene_of_pyrenders_is_converted(draw_with_pyrend
     assert_all_agree(found)
 
 
+def things(seed: int) -> pyrender.Scene:
+    """Boxes and balls about the origin."""
+    rng = np.random.default_rng(seed)
+    scene = pyrender.Scene()
+    for shape in (trimesh.creation.icosphere(2), trimesh.creation.box((1.0, 0.6, 1.4))):
+        mesh = pyrender.Mesh.from_trimesh(shape, pyrender.MetallicRoughnessMaterial(metallicFactor=0.0))
+        for _ in range(4):
+            pose = trimesh.transformations.random_rotation_matrix(rng.uniform(size=3))
+            pose[:3, 3] = rng.uniform(-2, 2, 3)
+            scene.add(mesh, pose=pose)
+    return scene
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        pyrender.PerspectiveCamera(0.7, NEAR, FAR),
+        pyrender.PerspectiveCamera(0.7, NEAR),
+        pyrender.PerspectiveCamera(0.7, NEAR, FAR, aspectRatio=2.0),
+        pyrender.PerspectiveCamera(0.7, NEAR, aspectRatio=0.5),
+        pyrender.IntrinsicsCamera(180.0, 180.0, 65.0, 75.0, NEAR, FAR),
+        pyrender.IntrinsicsCamera(220.0, 160.0, 80.0, 60.0, NEAR, FAR),
+        pyrender.IntrinsicsCamera(150.0, 210.0, 95.0, 45.0, NEAR, FAR),
+    ],
+    ids=["height", "endless", "wide", "narrow and endless", "off centre", "fx > fy", "fx < fy, off centre"],
+)
+def test_pyrenders_cameras_see_the_same(draw_with_pyrender, renderer, camera):
+    found = []
+    for seed in range(10):
+        theirs = things(seed)
+        pose = trimesh.transformations.random_rotation_matrix(np.random.default_rng(seed).uniform(size=3))
+        pose[:3, 3] = pose[:3, 2] * 9.0
+        theirs.add(camera, pose=pose)
+        ours = renderer.render(from_pyrender(theirs, size=SIZE), 0.0, ("depth",)).depth
+        found.append(agreement(ours, draw_with_pyrender(theirs)[1]))
+    assert_all_agree(found)
+
+
+def test_an_orthographic_camera_is_as_high_as_pyrenders(draw_with_pyrender, renderer):
+    """pyrender takes the viewport's shape for it, whatever its width."""
+    found = []
+    for seed in range(10):
+        theirs = things(seed)
+        theirs.add(
+            pyrender.OrthographicCamera(2.0, 3.0, NEAR, FAR),
+            pose=trimesh.transformations.translation_matrix((0, 0, 9)),
+        )
+        ours = renderer.render(from_pyrender(theirs, size=SIZE), 0.0, ("depth",)).depth
+        depth = undo_perspective(draw_with_pyrender(theirs)[1], NEAR, FAR)
+        found.append(agreement(ours, depth))
+    assert_all_agree(found)
+
+
 def draw_windings_as_they_are(monkeypatch):
     primitive = MeshWriter._primitive
     monkeypatch.setattr(
@@ -183,6 +239,68 @@ def test_another_lens_is_seen(draw_with_pyrender, renderer, change):
         ours = renderer.render(scene, 0.0, ("depth",)).depth
         change(scene.lens)
         assert not agreement(ours, draw_with_pyrender(to_pyrender(scene, size=SIZE))[1]), f"seed {seed}"
+
+
+def test_without_a_tone_curve_tones_are_pyrenders(draw_with_pyrender):
+    """Greys under an ambient light of 1: pyrender shows their linear value to the power 1/2.2, we in sRGB."""
+    greys = np.array([0.0, 0.002, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0])
+    theirs = pyrender.Scene(bg_color=(51 / 255, 128 / 255, 179 / 255, 1.0), ambient_light=(1.0, 1.0, 1.0))
+    for index, grey in enumerate(greys):
+        card = trimesh.creation.box((0.8, 2.0, 0.1))
+        material = pyrender.MetallicRoughnessMaterial(
+            baseColorFactor=(grey, grey, grey, 1.0), metallicFactor=0.0, roughnessFactor=1.0
+        )
+        pose = trimesh.transformations.translation_matrix((index - 3.5, 0.0, 0.0))
+        theirs.add(pyrender.Mesh.from_trimesh(card, material), pose=pose)
+    theirs.add(
+        pyrender.PerspectiveCamera(math.pi / 3, NEAR, FAR),
+        pose=trimesh.transformations.translation_matrix((0, 0, 10)),
+    )
+    color, depth = draw_with_pyrender(theirs, SIZE, True)
+    with make_renderer(SIZE, Settings(tone="none")) as renderer:
+        frame = renderer.render(from_pyrender(theirs, size=SIZE), 0.0, ("color", "depth", "id"))
+    seen = [(frame.id == index) & (depth > 0) for index in range(len(greys))]
+    ours, others = (np.array([np.median(picture[mask]) for mask in seen]) for picture in (frame.color, color))
+    assert np.abs(others - 255 * greys ** (1 / 2.2)).max() <= 1
+    assert np.abs(ours - 255 * linear_to_srgb(greys)).max() <= 1  # rounded in the G-buffer and in the picture
+    assert np.abs(ours - others).max() <= 9
+    assert np.abs(ours - others)[greys >= 0.1].max() <= 2
+    np.testing.assert_array_equal(frame.color[0, 0], color[0, 0])
+    assert (depth[0, 0], frame.depth[0, 0]) == (0.0, math.inf)
+
+
+def test_a_dark_bottle_with_an_emissive_texture_stays_dark(draw_with_pyrender):
+    """An emissive texture that is black but for a label; and one of a single colour, which is exact."""
+    bottle, label = np.zeros((8, 8, 3), np.uint8), np.full((8, 8, 3), (200, 128, 0), np.uint8)
+    bottle[0, 0] = 255
+    for texture, exact in ((bottle, False), (label, True)):
+        theirs = pyrender.Scene(ambient_light=(0.1, 0.1, 0.1))
+        sphere = trimesh.creation.uv_sphere(1.0)
+        sphere.visual = trimesh.visual.TextureVisuals(uv=sphere.vertices[:, :2] / 2 + 0.5)
+        material = pyrender.MetallicRoughnessMaterial(
+            baseColorFactor=(0.2, 0.2, 0.2, 1.0),
+            metallicFactor=0.0,
+            emissiveFactor=(1.0, 1.0, 1.0),
+            emissiveTexture=texture,
+        )
+        theirs.add(pyrender.Mesh.from_trimesh(sphere, material), name="bottle")
+        theirs.add(
+            pyrender.PerspectiveCamera(math.pi / 3, NEAR, FAR),
+            pose=trimesh.transformations.translation_matrix((0, 0, 3)),
+        )
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            scene = from_pyrender(theirs, size=SIZE)
+        assert [str(each.message) for each in caught] == (
+            [] if exact else ["emissive textures become their mean colour: 'material of bottle'"]
+        )
+        with make_renderer(SIZE, Settings(tone="none")) as renderer:
+            frame = renderer.render(scene, 0.0, ("radiance", "id"))
+        on = frame.id >= 0
+        linear = (draw_with_pyrender(theirs, SIZE, True)[0] / 255.0) ** 2.2
+        # of one colour: to a code; else as bright as all of it together, of which pyrender shows a half
+        bound = 0.01 if exact else 0.02
+        np.testing.assert_allclose(frame.radiance[on].mean(axis=0), linear[on].mean(axis=0), atol=bound)
 
 
 def lamp(light, attenuation=(0.0, 0.0, 1.0)):

@@ -223,9 +223,41 @@ def test_a_driver_without_clip_control_gets_a_standard_depth_and_a_warning():
     assert build_plan(scene, Settings(position="depth32f"), (64, 48)).warnings == ()
 
 
+def pane(alpha=1.0, texel=255):
+    texture = Texture(np.full((2, 2, 4), (9, 9, 9, texel)))
+    return wall_scene(material=Material("pane", (1, 1, 1, alpha), texture, alpha_mode="blend"))
+
+
 def test_blended_materials_are_named():
-    scene = wall_scene(material=Material("window glass", alpha_mode="blend"))
-    assert "window glass" in build_plan(scene).warnings[0]
+    said = "blended materials are drawn as cut-outs: pane (deferred shading keeps one surface a pixel)"
+    assert build_plan(pane(alpha=0.99)).warnings == (said,)
+    assert build_plan(pane(texel=254)).warnings == (said,)
+    tinted = pane()
+    tinted.root.set_color(1, 1, 1, 0.5)
+    assert build_plan(tinted).warnings == (said,)
+
+
+def test_blended_materials_that_let_nothing_through_are_no_loss():
+    """Exporters mark what is opaque as blended; what is changed afterwards is seen."""
+    scene = pane()
+    assert build_plan(scene).warnings == ()
+    ((_, material),) = scene.root.find("wall").node().geoms
+    material.texture.set_pixels(np.full((2, 2, 4), 254))
+    assert build_plan(scene).warnings != ()
+    material.texture.set_pixels(np.full((2, 2, 4), 255))
+    assert build_plan(scene).warnings == ()
+    material.set_base_color((1, 1, 1, 0.5))
+    assert build_plan(scene).warnings != ()
+
+
+def test_only_the_blended_materials_that_let_something_through_are_named():
+    scene = Scene()
+    node = geom_node("panes", wall(), Material("clear", (1, 1, 1, 0.5), alpha_mode="blend"))
+    node.add_geom(node.geoms[0][0], Material("solid", alpha_mode="blend"))
+    node.add_geom(node.geoms[0][0], Material("leaf", (1, 1, 1, 0.2), alpha_mode="mask"))
+    scene.root.attach_new_node(node)
+    (said,) = build_plan(scene).warnings
+    assert "cut-outs: clear (" in said
 
 
 def test_a_geom_without_triangles_costs_nothing():

@@ -131,6 +131,30 @@ def test_a_node_shown_through_is_met_below_a_hidden_one_and_takes_its_transform(
     assert visits[1].net[3].tolist() == [1, 0, 0, 1]
 
 
+def test_equal_names_get_paths_of_their_own_and_hiding_renames_nobody():
+    root = NodePath("root")
+    trees = [root.attach_new_node("tree") for _ in range(3)]
+    for tree in trees:
+        tree.attach_new_node("leaf")
+    assert [visit.path for visit in iter_visible(root)] == [
+        "root", "root/tree", "root/tree/leaf",
+        "root/tree#2", "root/tree#2/leaf", "root/tree#3", "root/tree#3/leaf",
+    ]  # fmt: skip
+    trees[0].hide()
+    assert [visit.path for visit in iter_visible(root)][1:] == [
+        "root/tree#2", "root/tree#2/leaf", "root/tree#3", "root/tree#3/leaf",
+    ]  # fmt: skip
+
+
+@given(st.lists(st.tuples(picks, st.sampled_from(["a", "b", "", "a#2", "a#3", "#2"])), max_size=20))
+def test_no_two_paths_are_equal_whatever_the_names_are(steps):
+    paths = [NodePath("a")]
+    for number, name in steps:
+        paths.append(paths[number % len(paths)].attach_new_node(name))
+    found = [visit.path for visit in iter_visible(paths[0])]
+    assert len(set(found)) == len(found) == len(paths)
+
+
 def test_an_empty_path_has_nothing_to_walk():
     with pytest.raises(NodeError, match="empty"):
         list(iter_visible(NodePath()))
