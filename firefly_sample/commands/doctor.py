@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag
-from firefly_sample.commands.terminal import print_json
+from firefly_sample.commands.terminal import print_json, print_result
 from firefly_sample.errors import FireflyError
 
 __all__ = ["Finding", "doctor", "examine"]
@@ -58,7 +58,7 @@ def doctor(*, json: Flag = False) -> int:
     if json:
         print_json({"ready": ready, "findings": [asdict(finding) for finding in findings]})
     else:
-        print(_as_text(findings, ready))
+        print_result(_as_text(findings, ready))
     return 0 if ready else 1
 
 
