@@ -15,6 +15,7 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -116,17 +117,25 @@ def _run(tokens: list[str], own_process: bool) -> int:
     try:
         tables = read_configuration(_COMMANDS)
         plugin = _scene_of(words, tokens, tables) if words in _WITH_SCENE else None
-        app = _app(words, tables, plugin)
-        command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
+        command = _parse(words, tokens, tables, plugin)
         if own_process:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         with _naming(plugin):
-            result = command(*bound.args, **bound.kwargs)
+            result = command()
     except CycloptsError as error:
         error.verbose = False
         complain(named_by_table(error, tables, words))
         return 2
     return result if isinstance(result, int) else 0
+
+
+def _parse(
+    words: Words, tokens: list[str], tables: list[Table], plugin: ScenePlugin | None
+) -> Callable[[], object]:
+    """What the command line asks for, ready to be called."""
+    app = _app(words, tables, plugin)
+    command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
+    return partial(command, *bound.args, **bound.kwargs)
 
 
 def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:

@@ -15,7 +15,7 @@ from firefly_sample.commands.options import Flag
 from firefly_sample.commands.terminal import print_json, print_result
 from firefly_sample.errors import FireflyError
 
-__all__ = ["Finding", "doctor", "examine"]
+__all__ = ["Finding", "as_text", "doctor", "examine"]
 
 APT = "apt-get install --no-install-recommends"
 
@@ -33,7 +33,7 @@ class Finding:
     found : str
         What is there, or what is wrong.
     fix : str
-        The line that mends it; empty if there is nothing to mend.
+        The line that mends or adds it; empty if there is none.
     """
 
     name: str
@@ -58,7 +58,7 @@ def doctor(*, json: Flag = False) -> int:
     if json:
         print_json({"ready": ready, "findings": [asdict(finding) for finding in findings]})
     else:
-        print_result(_as_text(findings, ready))
+        print_result(as_text(findings, ready))
     return 0 if ready else 1
 
 
@@ -76,12 +76,14 @@ def examine() -> list[Finding]:
     ]
 
 
-def _as_text(findings: list[Finding], ready: bool) -> str:
+def as_text(findings: list[Finding], ready: bool) -> str:
+    """The report as lines, with what to run for what is broken, then for what is only absent."""
     marks = {(True, True): "ok", (True, False): "ok", (False, True): "MISSING", (False, False): "without"}
     lines = align([(marks[f.ok, f.needed], f.name, f.found) for f in findings]).splitlines()
-    fixes = list(dict.fromkeys(f.fix for f in findings if f.fix))
-    if fixes:
-        lines += ["", "To mend it:", *(f"  {fix}" for fix in fixes)]
+    for head, needed in (("To mend it:", True), ("To add what is optional:", False)):
+        fixes = dict.fromkeys(f.fix for f in findings if f.fix and f.needed == needed)
+        if fixes:
+            lines += ["", head, *(f"  {fix}" for fix in fixes)]
     return "\n".join([*lines, "", f"firefly capture {'works' if ready else 'cannot work'} here."])
 
 

@@ -203,6 +203,7 @@ class Planner:
             warnings=plan_warnings(
                 needs,
                 snapshot,
+                lighting.in_scene,
                 lighting.sets,
                 position_warning(needs, lens, camera, seen, lighting.sets, max(exposure)),
                 cloud,

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from firefly_sample.plan.cloud import Cloud
-from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
+from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.node import PandaNode
 
 __all__ = ["plan_warnings"]
@@ -19,6 +20,7 @@ LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
 def plan_warnings(
     needs: Needs,
     snapshot: Snapshot,
+    in_scene: int,
     sets: Sequence[LightSet] = (),
     positions: str | None = None,
     cloud: Cloud | None = None,
@@ -27,6 +29,8 @@ def plan_warnings(
 
     Parameters
     ----------
+    in_scene : int
+        Lights that are attached and not hidden, ambient ones apart.
     sets : sequence of LightSet
         The lights in view.
     positions : str, optional
@@ -35,6 +39,8 @@ def plan_warnings(
         The particles.
     """
     warnings = []
+    if (needs.geometry or needs.hazy) and needs.picture and not (in_scene or snapshot.ambient):
+        warnings.extend(_darkness(snapshot))
     blended = dict.fromkeys(
         material.name
         for group in snapshot.groups
@@ -77,6 +83,21 @@ def plan_warnings(
         if left_out:
             warnings.append(f"look 'classic' leaves out, as the original does: {', '.join(left_out)}")
     return tuple(warnings)
+
+
+def _darkness(snapshot: Snapshot) -> Iterator[str]:
+    """A line on a scene that nothing lights, unless something in it shines by itself."""
+    materials = (material for group in snapshot.groups for material in group.materials)
+    if snapshot.sprites or any(any(material.emission) for material in materials):
+        return
+    nodes = snapshot.root.node().iter_descendants() if snapshot.root is not None else ()
+    hidden = any(isinstance(node, LightNode | AmbientLight) for node in nodes)
+    why = "every light of the scene is hidden" if hidden else "the scene has no light"
+    how = "show one, or attach" if hidden else "attach"
+    yield (
+        f"{why}, so that its surfaces are black: {how} a PointLight, a DirectionalLight or an AmbientLight "
+        "under its root"
+    )
 
 
 def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud) -> Iterator[str]:
