@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from firefly_sample.capture.writers import open_whole, output_folder, write_image
+from firefly_sample.capture.writers import as_folder, open_whole, output_folder, write_image
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import Frame
 from firefly_sample.measure.bench import Bench
@@ -101,7 +101,7 @@ def measure_trade(
     reference_settings(base)
     require("embreex", "flip_evaluator", "matplotlib")
     given = resolve_parameters(plugin.name, plugin.parameters, given)
-    folder = Path(folder) if folder is not None else default_folder(scene)
+    folder = as_folder(folder) if folder is not None else default_folder(scene)
     built = build_scene(plugin, **given)
     with (
         output_folder(folder),

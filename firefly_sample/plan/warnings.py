@@ -38,7 +38,7 @@ def plan_warnings(
     cloud : Cloud, optional
         The particles.
     """
-    warnings = []
+    warnings: list[str] = []
     if (needs.geometry or needs.hazy) and needs.picture and not (in_scene or snapshot.ambient):
         warnings.extend(_darkness(snapshot))
     blended = dict.fromkeys(
@@ -91,7 +91,8 @@ def _darkness(snapshot: Snapshot) -> Iterator[str]:
     if snapshot.sprites or any(any(material.emission) for material in materials):
         return
     nodes = snapshot.root.node().iter_descendants() if snapshot.root is not None else ()
-    hidden = any(isinstance(node, LightNode | AmbientLight) for node in nodes)
+    # an empty PointLights that is not hidden is no light either
+    hidden = not snapshot.lights and any(isinstance(node, LightNode | AmbientLight) for node in nodes)
     why = "every light of the scene is hidden" if hidden else "the scene has no light"
     how = "show one, or attach" if hidden else "attach"
     yield (

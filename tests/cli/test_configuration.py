@@ -7,8 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from firefly_sample.capture.sequence import capture_frames
 from firefly_sample.cli import main
-from tests.cli.command import GLADE, environment, firefly, run_python
+from firefly_sample.errors import OutputError
+from firefly_sample.measure.speed import measure_speed
+from firefly_sample.measure.trade import measure_trade
+from tests.cli.command import GLADE, run_python
 
 
 @pytest.fixture
@@ -121,6 +125,13 @@ def test_what_names_no_folder_is_no_output(here, capsys, name):
     assert list(here.iterdir()) == []
 
 
+def test_no_function_takes_empty_text_for_the_working_folder(here):
+    for function in (capture_frames, measure_speed, measure_trade):
+        with pytest.raises(OutputError, match="must have a name, got ''"):
+            function(GLADE, "")
+    assert list(here.iterdir()) == []
+
+
 def test_a_folder_that_is_called_like_a_file_is_one_all_the_same(here, capsys):
     (here / "old.png").mkdir()
     assert main(["capture", GLADE, "--size", "4x3", "--fireflies", "1", "-q", "-o", "old.png"]) == 0
@@ -133,7 +144,7 @@ def test_a_working_folder_that_is_gone(tmp_path):
     gone.mkdir()
     script = (
         "import os, sys; os.rmdir(os.getcwd()); sys.path[0] = ''; from firefly_sample.cli import main\n"
-        f"print(main(['plan', {GLADE!r}]), main(['capture', {GLADE!r}, '--size', '4x3', '-o', 'here']))"
+        "print(main(['scenes']), main(['capture', 'spheres', '--size', '4x3', '-o', 'here']))"
     )
     done = run_python("-c", script, cwd=gone)
     assert done.stdout.endswith("\n0 1\n")
@@ -161,7 +172,7 @@ def test_a_working_folder_that_may_not_be_searched(tmp_path, capsys, monkeypatch
     assert err.count("\n") == 1
 
 
-def test_a_terminal_of_no_width(tmp_path):
-    done = firefly("--help", cwd=tmp_path, env=environment(COLUMNS="0"))
-    assert done.returncode == 0
-    assert "capture" in done.stdout
+def test_a_terminal_of_no_width(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "0")
+    assert main(["--help"]) == 0
+    assert "capture" in capsys.readouterr().out

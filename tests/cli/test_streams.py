@@ -14,12 +14,29 @@ import pytest
 from PIL import Image
 
 from firefly_sample.commands.streams import failure_of, safe_streams
-from tests.cli.command import GLADE, environment
+from tests.cli.command import ROOT, environment
 
 FIREFLY = f"{sys.executable} -m firefly_sample.cli"
-CAPTURE = f"{FIREFLY} capture {GLADE} --size 8x6 --fireflies 2 --frames 0:3 -o out"
+CAPTURE = f"{FIREFLY} capture nothing:plugin --size 8x6 --frames 0:3 -o out"
+NOTHING = """
+from firefly_sample import Scene
+
+class Nothing:
+    name, summary, parameters = "nothing", "A background.", ()
+    build = lambda self: Scene()
+
+plugin = Nothing()
+"""
 FULL = "firefly: cannot write to stdout: No space left on device"
 CLOSED = "firefly: cannot write to stdout: it is closed"
+
+
+@pytest.fixture(scope="module")
+def modules(tmp_path_factory):
+    """A folder with a scene plugin that imports no more than it must."""
+    folder = tmp_path_factory.mktemp("modules")
+    (folder / "nothing.py").write_text(NOTHING)
+    return f"{folder}{os.pathsep}{ROOT}"
 
 
 def shell(script, cwd, **variables):
@@ -48,27 +65,27 @@ def check_capture(folder):
             assert image.size == (8, 6)
 
 
-def test_a_capture_without_any_stream_and_without_a_working_folder(tmp_path):
+def test_a_capture_without_any_stream_and_without_a_working_folder(tmp_path, modules):
     """As daemons may start it; Mesa writes a line to stderr, which must not end up in a picture."""
     (tmp_path / "gone").mkdir()
     script = f"rmdir ../gone; {CAPTURE[:-3]} {tmp_path}/out <&- >&- 2>&-; echo $? >{tmp_path}/code"
-    shell(script, tmp_path / "gone", XDG_CACHE_HOME="/dev/null", FIREFLY_MODEL_CACHE="off")
+    shell(script, tmp_path / "gone", PYTHONPATH=modules, XDG_CACHE_HOME="/dev/null")
     assert (tmp_path / "code").read_text() == "0\n"
     check_capture(tmp_path / "out")
 
 
-def test_a_capture_whose_log_nobody_reads(tmp_path):
+def test_a_capture_whose_log_nobody_reads(tmp_path, modules):
     """Its warnings meet a broken pipe before the first frame, and a full disk."""
     script = f"({CAPTURE}; echo $? >code) 2>&1 >summary | true"
-    assert shell(script, tmp_path) == (0, "", [])
+    assert shell(script, tmp_path, PYTHONPATH=modules) == (0, "", [])
     assert (tmp_path / "code").read_text() == "0\n"
     assert (tmp_path / "summary").read_text() == "3 frames (color) in out\n"
     check_capture(tmp_path / "out")
 
 
-def test_a_manifest_that_cannot_be_printed_is_an_error_that_says_what_is_written(tmp_path):
+def test_a_manifest_that_cannot_be_printed_is_an_error_that_says_what_is_written(tmp_path, modules):
     line = f"{FULL}; written all the same: 3 frames (color) in out"
-    assert shell(f"{CAPTURE} --json >/dev/full", tmp_path) == (1, "", [line])
+    assert shell(f"{CAPTURE} --json >/dev/full", tmp_path, PYTHONPATH=modules) == (1, "", [line])
     check_capture(tmp_path / "out")
 
 
@@ -76,7 +93,7 @@ def test_a_manifest_that_cannot_be_printed_is_an_error_that_says_what_is_written
     ("command", "expected"),
     [
         ("scenes >/dev/full", (1, "", [FULL])),
-        ("scenes >&-", (1, "", [CLOSED])),
+        ("--version >&-", (1, "", [CLOSED])),
         ("--help >/dev/full", (1, "", [FULL])),
         ("nonsense 2>/dev/full", (2, "", [])),
     ],
