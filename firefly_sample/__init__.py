@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
-    from firefly_sample.errors import FireflyError
+    from firefly_sample.errors import FireflyError, SoftwareDriverWarning
     from firefly_sample.frame import Frame
     from firefly_sample.plan.build import build_plan
     from firefly_sample.renderer import Renderer
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from firefly_sample.scene.material import Material, Texture
     from firefly_sample.scene.node import PandaNode
     from firefly_sample.scene.nodepath import NodePath
-    from firefly_sample.scene.parameter import Parameter
+    from firefly_sample.scene.parameter import KeyStep, Parameter
     from firefly_sample.scene.particles import ParticleNode, VolumeShadow
     from firefly_sample.scene.scene import Camera, Scene
     from firefly_sample.scene.spotlight import Spotlight
@@ -39,6 +39,7 @@ __all__ = [
     "Frame",
     "Geom",
     "GeomNode",
+    "KeyStep",
     "Material",
     "NodePath",
     "OrthographicLens",
@@ -51,6 +52,7 @@ __all__ = [
     "Renderer",
     "Scene",
     "Settings",
+    "SoftwareDriverWarning",
     "Spotlight",
     "Texture",
     "VolumeShadow",
@@ -62,7 +64,7 @@ __all__ = [
 
 _MODULES = {
     "capture.sequence": ("capture_frames",),
-    "errors": ("FireflyError",),
+    "errors": ("FireflyError", "SoftwareDriverWarning"),
     "frame": ("Frame",),
     "plan.build": ("build_plan",),
     "renderer": ("Renderer",),
@@ -74,7 +76,7 @@ _MODULES = {
     "scene.material": ("Material", "Texture"),
     "scene.node": ("PandaNode",),
     "scene.nodepath": ("NodePath",),
-    "scene.parameter": ("Parameter",),
+    "scene.parameter": ("KeyStep", "Parameter"),
     "scene.particles": ("ParticleNode", "VolumeShadow"),
     "scene.scene": ("Camera", "Scene"),
     "scene.spotlight": ("Spotlight",),

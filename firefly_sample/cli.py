@@ -1,25 +1,32 @@
 """The command ``firefly``.
 
 Results go to stdout, everything else to stderr. The exit code is 0, 1 after an error (one line says what),
-2 after a command line that cannot be understood, 130 after Ctrl-C.
+2 after a command line or a configuration that cannot be understood, 130 after Ctrl-C. A reader of stdout
+that goes away has seen enough, which is no error.
+
+All that takes long is imported when it is needed, by when Ctrl-C is answered.
 """
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from cyclopts import App, CycloptsError, Parameter
-from cyclopts.config import Env, Toml
-
-from firefly_sample.commands.terminal import complain
+from firefly_sample.commands.streams import safe_streams
+from firefly_sample.commands.terminal import check_stdout, complain
 from firefly_sample.errors import FireflyError
 
 if TYPE_CHECKING:
+    from cyclopts import App
+
+    from firefly_sample.commands.configuration import Table
     from firefly_sample.scene.scene import ScenePlugin
 
 __all__ = ["main"]
@@ -57,43 +64,97 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments : sequence of str, optional
         Without the program's name; those of the process when absent.
     """
+    own_process = arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if own_process:
+        signal.signal(signal.SIGINT, _leave)
+    if os.environ.get("COLUMNS") == "0":  # as in some containers; help cannot be wrapped to that
+        del os.environ["COLUMNS"]
     tokens = list(sys.argv[1:] if arguments is None else arguments)
-    try:
-        with warnings.catch_warnings():
+    with safe_streams(), warnings.catch_warnings():
+        if not sys.warnoptions:  # -W and PYTHONWARNINGS come first
             warnings.simplefilter("once", UserWarning)
-            warnings.showwarning = lambda message, *_: complain(f"warning: {message}")
-            code = _run(tokens)
-        sys.stdout.flush()
-    except CycloptsError as error:
-        error.verbose = False
-        complain(str(error))
-        return 2
-    except FireflyError as error:
-        complain(str(error))
-        return 1
-    except KeyboardInterrupt:
-        complain("interrupted")
-        return 130
-    except BrokenPipeError:
-        # the reader (head, less) has seen enough; the interpreter must not complain when it flushes again
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        warnings.showwarning = lambda message, *_: complain(f"warning: {message}")
+        try:
+            code = _run(tokens, own_process)
+            check_stdout()
+        except (FireflyError, Warning) as error:  # -W error makes warnings errors
+            complain(str(error))
+            code = 1
+        except MemoryError as error:
+            complain(f"out of memory: {error or 'the system has no more'}; a smaller picture takes less")
+            code = 1
+        except OSError as error:
+            where = f"{error.filename}: " if error.filename is not None else ""
+            complain(f"{where}{error.strerror or error}")
+            code = 1
+        except KeyboardInterrupt:
+            complain("interrupted")
+            code = 130
+        finally:
+            if own_process:  # there is nothing left to do but to end
+                signal.signal(signal.SIGINT, signal.SIG_DFL)
     return code
 
 
-def _run(tokens: list[str]) -> int:
+def _leave(*_: object) -> None:
+    """End the process at once: before a command begins there is nothing to be put in order.
+
+    Raising KeyboardInterrupt would not do, since libraries swallow it while they are imported.
+    """
+    try:
+        os.write(2, b"firefly: interrupted\n")
+    finally:
+        os._exit(130)
+
+
+def _run(tokens: list[str], own_process: bool) -> int:
+    from cyclopts import CycloptsError
+
+    from firefly_sample.commands.configuration import named_by_table, read_configuration
+
     words = next((words for words in _COMMANDS if tuple(tokens[: len(words)]) == words), ())
-    app = _app(words, _scene_of(words, tokens) if words in _WITH_SCENE else None)
-    result = app(tokens, result_action="return_value", exit_on_error=False, print_error=False)
+    tables: list[Table] = []
+    try:
+        tables = read_configuration(_COMMANDS)
+        plugin = _scene_of(words, tokens, tables) if words in _WITH_SCENE else None
+        command = _parse(words, tokens, tables, plugin)
+        if own_process:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        with _naming(plugin):
+            result = command()
+    except CycloptsError as error:
+        error.verbose = False
+        complain(named_by_table(error, tables, words))
+        return 2
     return result if isinstance(result, int) else 0
 
 
-def _scene_of(words: Words, tokens: list[str]) -> ScenePlugin:
+def _parse(
+    words: Words, tokens: list[str], tables: list[Table], plugin: ScenePlugin | None
+) -> Callable[[], object]:
+    """What the command line asks for, ready to be called."""
+    app = _app(words, tables, plugin)
+    command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
+    return partial(command, *bound.args, **bound.kwargs)
+
+
+def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:
+    """Where a plugin's code runs, errors of its own name it."""
+    if plugin is None:
+        return nullcontext()
+    from firefly_sample.scenes import naming
+
+    return naming(plugin)
+
+
+def _scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugin:
     """The scene whose options `tokens` may use.
 
     What directly follows the command, if it is no option, is the scene. Otherwise the configuration may
     name it, or it comes later and is found with the options of the scene that would be drawn without it.
     """
+    from cyclopts import CycloptsError
+
     from firefly_sample.commands.options import DEFAULT_SCENE
     from firefly_sample.scenes import find_scene
 
@@ -103,26 +164,28 @@ def _scene_of(words: Words, tokens: list[str]) -> ScenePlugin:
     name = DEFAULT_SCENE
     for known in (words, tokens):
         try:
-            _, bound, *_ = _app(words, find_scene(name), allow_unknown=True).parse_known_args(known)
+            _, bound, *_ = _app(words, tables, find_scene(name), allow_unknown=True).parse_known_args(known)
         except CycloptsError:
             break  # the real parse says what is wrong
         name = bound.arguments.get("scene", name)
     return find_scene(name)
 
 
-def _app(chosen: Words, plugin: ScenePlugin | None = None, allow_unknown: bool = False) -> App:
+def _app(
+    chosen: Words, tables: list[Table], plugin: ScenePlugin | None = None, allow_unknown: bool = False
+) -> App:
     """The whole command line, of which only the chosen command is more than its name and summary."""
+    from cyclopts import App, Parameter
+
+    from firefly_sample.commands.configuration import as_sources
+
     app = App(
         name="firefly",
         help="Many lights, deferred, measured: a night forest with hundreds of fireflies.",
         help_format="plaintext",
         version=_version,
         default_parameter=Parameter(negative=()),
-        config=[
-            Env("FIREFLY_", show=False),
-            Toml("firefly.toml", root_keys=("firefly",), allow_unknown=allow_unknown),
-            Toml("pyproject.toml", root_keys=("tool", "firefly"), allow_unknown=allow_unknown),
-        ],
+        config=as_sources(tables, allow_unknown),
         suppress_keyboard_interrupt=False,
     )
     groups = {

@@ -11,7 +11,10 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
+import operator
 import os
+import re
 import struct
 import zlib
 from collections.abc import Mapping
@@ -21,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.cache_files import drop_old, keep_whole
+from firefly_sample.cache_files import drop_old, keep_whole, user_cache
 
 __all__ = ["VARIABLE", "Kept", "derived_folder", "fingerprint", "load_derived", "save_derived"]
 
@@ -31,8 +34,10 @@ LARGEST_CACHE = 2**30
 """Bytes: the forest's models and textures take about 180 MB."""
 
 _SUFFIX = ".derived"
-_MAGIC = b"firefly_sample derived 1\n"
-_FRAME = struct.Struct("<II")  # bytes of the JSON header, CRC-32 of all that follows
+_OWN = re.compile(r"(model|texture)-[0-9a-f]{40}\.derived")
+"""Names of files that may be deleted to make room: the keys are those of `fingerprint`."""
+_MAGIC = b"firefly_sample derived 2\n"
+_FRAME = struct.Struct("<II")  # bytes of the JSON header, CRC-32 of the key and all that follows
 _ALIGNED = 64
 
 
@@ -54,14 +59,13 @@ class Kept(NamedTuple):
 def derived_folder() -> Path | None:
     """Where things are kept: `VARIABLE`'s folder, else ``firefly_sample/models`` in the user's cache.
 
-    That is $XDG_CACHE_HOME, or ~/.cache. None if the variable is "off", or nobody knows the user's home.
+    None if the variable is "off", or nobody knows the user's home.
     """
     given = os.environ.get(VARIABLE)
-    base = os.environ.get("XDG_CACHE_HOME")
+    if not given:
+        return user_cache("models")
     try:
-        if given:
-            return None if given.lower() == "off" else Path(given).expanduser()
-        return Path(base or Path.home() / ".cache") / "firefly_sample" / "models"
+        return None if given.lower() == "off" else Path(given).expanduser()
     except RuntimeError:  # no home
         return None
 
@@ -83,19 +87,19 @@ def fingerprint(*parts: object) -> str:
 
 
 def load_derived(key: str) -> Kept | None:
-    """What `save_derived` kept under `key`; None if there is nothing, or it is not whole."""
+    """What `save_derived` kept under `key`; None if there is nothing, or it is not that, whole."""
     folder = derived_folder()
     if folder is None:
         return None
     path = folder / f"{key}{_SUFFIX}"
-    try:
-        content = np.fromfile(path, dtype=np.uint8)
-        kept = _unpack(content)
+    if not path.is_file():  # a pipe would be waited for
+        return None
+    with contextlib.suppress(Exception):  # there is no end to what a wrong file may raise
+        kept = _unpack(key, np.fromfile(path, dtype=np.uint8))
         with contextlib.suppress(OSError):
             os.utime(path)  # used lately
-    except (OSError, ValueError, KeyError, TypeError, struct.error):
-        return None
-    return kept
+        return kept
+    return None
 
 
 def save_derived(key: str, about: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -105,31 +109,40 @@ def save_derived(key: str, about: Mapping[str, Any], arrays: Mapping[str, NDArra
         return
     # a full disk, or a folder that cannot be written, costs time and nothing else
     with contextlib.suppress(OSError):
-        _write(folder / f"{key}{_SUFFIX}", about, arrays)
+        _write(folder, key, about, arrays)
 
 
-def _unpack(content: NDArray[np.uint8]) -> Kept:
-    """The parts of a file. Raises ValueError, KeyError, TypeError or struct.error if it is not whole."""
+def _unpack(key: str, content: NDArray[np.uint8]) -> Kept:
+    """The parts of a file; any exception if it is not whole, or another key's."""
     content.setflags(write=False)
     start = len(_MAGIC) + _FRAME.size
     if content[: len(_MAGIC)].tobytes() != _MAGIC:
         raise ValueError("another kind of file")
     header_bytes, checksum = _FRAME.unpack(content[len(_MAGIC) : start].tobytes())
-    if zlib.crc32(content[start:].data) != checksum:
+    if zlib.crc32(content[start:].data, _seed(key)) != checksum:
         raise ValueError("damaged")
     header = json.loads(content[start : start + header_bytes].tobytes())
-    offset = _aligned(start + header_bytes)
+    end = start + header_bytes
     arrays = {}
     for name, code, shape in header["arrays"]:
-        dtype = np.dtype(code)
-        end = offset + dtype.itemsize * int(np.prod(shape, dtype=np.int64))
+        offset, dtype = _aligned(end), np.dtype(code)
+        end = offset + dtype.itemsize * math.prod(map(operator.index, shape))
+        if dtype.str != code or min(shape, default=0) < 0 or name in arrays:
+            raise ValueError("no such array")
         arrays[name] = content[offset:end].view(dtype).reshape(shape)
-        offset = _aligned(end)
+    if end != len(content):
+        raise ValueError("other arrays")
     return Kept(header["about"], arrays)
 
 
-def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+def _seed(key: str) -> int:
+    """What a file's checksum begins with, so that another key's file does not fit."""
+    return zlib.crc32(key.encode())
+
+
+def _write(folder: Path, key: str, about: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
     """Write a file whole, and make room for it."""
+    path = folder / f"{key}{_SUFFIX}"
     rows = {name: np.asarray(array, order="C") for name, array in arrays.items()}
     described = [(name, array.dtype.str, array.shape) for name, array in rows.items()]
     header = json.dumps({"about": about, "arrays": described}).encode()
@@ -139,14 +152,14 @@ def _write(path: Path, about: Mapping[str, Any], arrays: Mapping[str, NDArray[An
         parts.append(bytes(_aligned(position) - position))
         parts.append(array.reshape(-1).view(np.uint8).data)
         position = _aligned(position) + array.nbytes
-    checksum = 0
+    checksum = _seed(key)
     for part in parts:
         checksum = zlib.crc32(part, checksum)
     with keep_whole(path) as file:
         file.write(_MAGIC + _FRAME.pack(len(header), checksum))
         for part in parts:
             file.write(part)
-    drop_old(path, LARGEST_CACHE)
+    drop_old(path, _OWN, LARGEST_CACHE)
 
 
 def _aligned(position: int) -> int:

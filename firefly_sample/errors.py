@@ -1,4 +1,4 @@
-"""Every error this package raises on purpose.
+"""Every error this package raises on purpose, and the warning that has a class of its own.
 
 ::
 
@@ -19,7 +19,9 @@
         ├── NoGpuError                no GL library, no device, or a software driver where a GPU was required
         └── ShaderError               a shader that does not compile; names file and line
 
-Each is also the built-in exception that fits (`ValueError`, `ImportError`,
+    SoftwareDriverWarning             a UserWarning: there is no GPU, pictures are right but come slowly
+
+Each error is also the built-in exception that fits (`ValueError`, `ImportError`,
 `RuntimeError`), so that callers need not import this module to catch them.
 """
 
@@ -43,6 +45,7 @@ __all__ = [
     "SceneNotFoundError",
     "SettingsError",
     "ShaderError",
+    "SoftwareDriverWarning",
     "ViewerError",
     "did_you_mean",
 ]
@@ -110,6 +113,13 @@ class NoGpuError(GpuError):
 
 class ShaderError(GpuError):
     """A shader does not compile or link; the message names file and line."""
+
+
+class SoftwareDriverWarning(UserWarning):
+    """The driver computes on the CPU: right, but slow.
+
+    ``warnings.filterwarnings("ignore", category=firefly_sample.SoftwareDriverWarning)`` silences it.
+    """
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -82,7 +82,8 @@ def kept_texture_levels(
     kept = load_derived(key)
     if kept is not None:
         levels = list(kept.arrays.values())
-        whole = all(level.dtype == np.uint16 for level in levels)
+        whole = list(kept.arrays) == [str(number) for number in range(len(levels))]
+        whole &= all(level.dtype == np.dtype("<u2") for level in levels)
         if whole and [level.shape for level in levels] == _shapes(image.size):
             return levels
     levels = texture_levels(image.pixels, cutoff, stored)

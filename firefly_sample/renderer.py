@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import NoReturn, SupportsIndex
 
 from firefly_sample.drawn import LIGHT_PASSES, Drawn, count_walked
-from firefly_sample.errors import GpuError
+from firefly_sample.errors import GpuError, SoftwareDriverWarning
 from firefly_sample.frame import Frame, check_size
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.driver_variables import silent_changes
@@ -77,10 +77,6 @@ PASSES: tuple[type[Pass], ...] = (
 
 _AHEAD = 1
 """How many frames are drawn before `Renderer.render_many` reads one: enough to keep CPU and GPU busy."""
-
-
-class SoftwareDriverWarning(UserWarning):
-    """The driver computes on the CPU: right, but slow."""
 
 
 class Renderer:

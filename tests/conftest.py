@@ -8,9 +8,9 @@ import warnings
 import pytest
 from hypothesis import settings as search
 
+from firefly_sample import Renderer, SoftwareDriverWarning
 from firefly_sample.derived import VARIABLE
 from firefly_sample.gpu.device import Device
-from firefly_sample.renderer import Renderer, SoftwareDriverWarning
 
 # the same examples each run, and no clock, since machines differ
 search.register_profile("repeatable", deadline=None, derandomize=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 from firefly_sample.capture.frame_writer import FrameWriter
 from firefly_sample.capture.manifest import FrameEntry, Manifest, remove_manifest, write_manifest
-from firefly_sample.capture.writers import output_folder
+from firefly_sample.capture.writers import as_folder, output_folder
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import check_outputs
 from firefly_sample.settings import Settings, to_number, to_whole
@@ -105,7 +105,7 @@ def capture_frames(
     check_outputs(names, settings.supersample)
     plugin = find_scene(scene)
     resolved = resolve_parameters(plugin.name, plugin.parameters, dict(parameters or {}))
-    folder = Path(folder) if folder is not None else default_folder(scene)
+    folder = as_folder(folder) if folder is not None else default_folder(scene)
 
     with output_folder(folder):
         from firefly_sample.renderer import Renderer

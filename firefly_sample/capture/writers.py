@@ -11,15 +11,28 @@ from typing import IO, Any
 
 import numpy as np
 
-from firefly_sample.errors import FireflyError
+from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS, Image
 
-__all__ = ["file_name", "open_whole", "output_folder", "write_image"]
+__all__ = ["as_folder", "file_name", "open_whole", "output_folder", "write_image"]
 
 
 def file_name(output: str, index: int) -> str:
     """The file of one output of one frame, for example ``color_000012.png``: display codes make pictures."""
     return f"{output}_{index:06d}.{'png' if OUTPUTS[output].dtype == 'uint8' else 'npz'}"
+
+
+def as_folder(folder: str | Path) -> Path:
+    """The path of an output folder.
+
+    Raises
+    ------
+    OutputError
+        If it is empty text: that would be the working folder, which is never meant so.
+    """
+    if folder == "":
+        raise OutputError("the output folder must have a name, got ''; the working folder is '.'")
+    return Path(folder)
 
 
 def write_image(path: Path, output: str, image: Image) -> None:

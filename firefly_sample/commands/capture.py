@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -16,8 +15,8 @@ from firefly_sample.capture.sequence import (
     frame_times,
 )
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
-from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time, Whole
-from firefly_sample.commands.terminal import progress_bar
+from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Folder, Outputs, SceneName, Size, Time, Whole
+from firefly_sample.commands.terminal import print_result, print_summary, progress_bar
 from firefly_sample.frame import check_outputs
 
 __all__ = ["capture"]
@@ -27,8 +26,8 @@ def capture(
     scene: SceneName = DEFAULT_SCENE,
     *,
     output: Annotated[
-        Path | None,
-        Parameter(name=["--output", "-o"], metavar="DIR", show_default=lambda _: "captures/SCENE"),
+        Folder | None,
+        Parameter(name=["--output", "-o"], show_default=lambda _: "captures/SCENE"),
     ] = None,
     frames: Annotated[str, Parameter(metavar="A:B[:STEP]", allow_leading_hyphen=True)] = "0:1",
     fps: float = 24.0,
@@ -101,9 +100,10 @@ def capture(
             require_gpu=require_gpu,
             progress=progress,
         )
+    count = len(manifest["frames"])
+    summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
     if json:
-        print(manifest_as_json(manifest), end="")
-    elif not quiet:
-        count = len(manifest["frames"])
-        print(f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}")
+        print_result(manifest_as_json(manifest), summary)
+    else:
+        print_summary(summary, quiet)
     return 0

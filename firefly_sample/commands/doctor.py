@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag
-from firefly_sample.commands.terminal import print_json
+from firefly_sample.commands.terminal import print_json, print_result
 from firefly_sample.errors import FireflyError
 from firefly_sample.gpu.driver_variables import VARIABLES, variables_set, vector_bits
 
 if TYPE_CHECKING:
     from firefly_sample.gpu.device import Device
 
-__all__ = ["Finding", "doctor", "examine"]
+__all__ = ["Finding", "as_text", "doctor", "examine"]
 
 APT = "apt-get install --no-install-recommends"
 
@@ -38,7 +38,7 @@ class Finding:
     found : str
         What is there, or what is wrong.
     fix : str
-        The line that mends it; empty if there is nothing to mend.
+        The line that mends or adds it; empty if there is none.
     """
 
     name: str
@@ -63,7 +63,7 @@ def doctor(*, json: Flag = False) -> int:
     if json:
         print_json({"ready": ready, "findings": [asdict(finding) for finding in findings]})
     else:
-        print(_as_text(findings, ready))
+        print_result(as_text(findings, ready))
     return 0 if ready else 1
 
 
@@ -82,14 +82,25 @@ def examine() -> list[Finding]:
     ]
 
 
-def _as_text(findings: list[Finding], ready: bool) -> str:
-    marks = {(True, True): "ok", (True, False): "ok", (False, True): "MISSING", (False, False): "without"}
-    rows = [("note" if f.ok and f.fix else marks[f.ok, f.needed], f.name, f.found) for f in findings]
-    lines = align(rows).splitlines()
-    fixes = list(dict.fromkeys(f.fix for f in findings if f.fix))
-    if fixes:
-        lines += ["", "To mend it:", *(f"  {fix}" for fix in fixes)]
+def as_text(findings: list[Finding], ready: bool) -> str:
+    """The report as lines, with what to run for what is broken, then for what is only absent."""
+    rows = [(_mark(finding), finding) for finding in findings]
+    lines = align([(mark, finding.name, finding.found) for mark, finding in rows]).splitlines()
+    for head, mark in (
+        ("To mend it:", "MISSING"),
+        ("To draw what other machines draw:", "note"),
+        ("To add what is optional:", "without"),
+    ):
+        fixes = dict.fromkeys(finding.fix for has, finding in rows if finding.fix and has == mark)
+        if fixes:
+            lines += ["", head, *(f"  {fix}" for fix in fixes)]
     return "\n".join([*lines, "", f"firefly capture {'works' if ready else 'cannot work'} here."])
+
+
+def _mark(finding: Finding) -> str:
+    if finding.ok:
+        return "note" if finding.fix else "ok"
+    return "MISSING" if finding.needed else "without"
 
 
 def _packages() -> Iterator[Finding]:

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, Whole
-from firefly_sample.commands.terminal import print_json, progress_bar
+from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
 __all__ = ["numerics"]
 
@@ -44,9 +44,8 @@ def numerics(
     if json:
         print_json({"driver": driver, "tables": [table.as_dict() for table in measured]})
         return 0
-    print(driver)
+    lines = [driver]
     for table in measured:
-        print()
-        print(textwrap.fill(f"{table.name}: {table.about}", 110))
-        print(align(table.as_text()))
+        lines += ["", textwrap.fill(f"{table.name}: {table.about}", 110), align(table.as_text())]
+    print_result("\n".join(lines))
     return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -12,6 +11,7 @@ from firefly_sample.columns import align
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
     Flag,
+    Folder,
     Names,
     SceneName,
     Sizes,
@@ -20,7 +20,7 @@ from firefly_sample.commands.options import (
     Wholes,
     without_settings,
 )
-from firefly_sample.commands.terminal import print_json, progress_bar
+from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 from firefly_sample.settings import Settings
 
 __all__ = ["speed"]
@@ -30,7 +30,7 @@ __all__ = ["speed"]
 def speed(
     scene: SceneName = DEFAULT_SCENE,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"], metavar="DIR")] = None,
+    output: Annotated[Folder | None, Parameter(name=["--output", "-o"])] = None,
     lights: Wholes | None = None,
     sizes: Sizes = ((800, 600),),
     methods: Names | None = None,
@@ -95,10 +95,11 @@ def speed(
             require_gpu=require_gpu,
             progress=progress,
         )
+    done = f"the files in {output}" if output is not None else ""
     if json:
-        print_json(result)
+        print_json(result, done)
     else:
-        print(speed_as_text(result))
+        print_result(speed_as_text(result), done)
     return 0
 
 

@@ -12,7 +12,7 @@ from cyclopts import CycloptsError, Parameter
 
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, Names, Patterns, Whole
-from firefly_sample.commands.terminal import print_json, progress_bar
+from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
 __all__ = ["stability", "stability_as_markdown", "stability_as_text"]
 
@@ -61,7 +61,7 @@ def stability(
     if json:
         print_json(result | {"cases": [_finite_or_text(row) for row in result["cases"]]})
     else:
-        print(stability_as_markdown(result) if markdown else stability_as_text(result))
+        print_result(stability_as_markdown(result) if markdown else stability_as_text(result))
     return int(any(row["verdict"] == "fail" for row in result["cases"]))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.columns import align
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time, Whole
-from firefly_sample.commands.terminal import print_json, progress_bar
+from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
 __all__ = ["start"]
 
@@ -41,7 +41,7 @@ def start(
     if json:
         print_json(result)
     else:
-        print(start_as_text(result))
+        print_result(start_as_text(result))
     return 0
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -11,13 +10,14 @@ from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
     Flag,
+    Folder,
     SceneName,
     Size,
     Time,
     Whole,
     without_settings,
 )
-from firefly_sample.commands.terminal import print_json, progress_bar
+from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 from firefly_sample.settings import Settings
 
 __all__ = ["trade"]
@@ -28,8 +28,8 @@ def trade(
     scene: SceneName = DEFAULT_SCENE,
     *,
     output: Annotated[
-        Path | None,
-        Parameter(name=["--output", "-o"], metavar="DIR", show_default=lambda _: "measured/SCENE"),
+        Folder | None,
+        Parameter(name=["--output", "-o"], show_default=lambda _: "measured/SCENE"),
     ] = None,
     time: Time = DEFAULT_TIME,
     size: Size = (800, 600),
@@ -64,7 +64,7 @@ def trade(
     json
         Print what trade.json holds, not the table.
     """
-    from firefly_sample.measure.trade import measure_trade
+    from firefly_sample.measure.trade import default_folder, measure_trade
     from firefly_sample.measure.trade_report import trade_as_markdown
 
     with progress_bar("measuring") as progress:
@@ -81,8 +81,9 @@ def trade(
             require_gpu=require_gpu,
             progress=progress,
         )
+    done = f"the files in {output if output is not None else default_folder(scene)}"
     if json:
-        print_json(result)
+        print_json(result, done)
     else:
-        print(trade_as_markdown(result), end="")
+        print_result(trade_as_markdown(result), done)
     return 0

@@ -7,6 +7,7 @@ import inspect
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 from cyclopts import Group, Parameter, Token
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
     from firefly_sample.scene.scene import ScenePlugin
 
 __all__ = [
+    "COMMAND_OPTIONS",
     "DEFAULT_SCENE",
     "Flag",
+    "Folder",
     "Names",
     "Outputs",
     "Patterns",
@@ -32,11 +35,21 @@ __all__ = [
     "Whole",
     "Wholes",
     "parameter_help",
+    "scene_options",
     "with_scene_options",
     "without_settings",
 ]
 
 DEFAULT_SCENE = "forest"
+COMMAND_OPTIONS = frozenset(
+    {
+        *("budget_ms", "device", "dot", "fps", "frames", "fresh", "h", "headless", "help"),
+        *("json", "lights", "longest", "max_codes", "max_error", "methods", "o", "output"),
+        *("outputs", "performance_test", "preset", "q", "quiet", "require_gpu", "rounds"),
+        *("scene", "seconds", "seeds", "size", "sizes", "time", "version"),
+    }
+)
+"""What the options of the commands that take a scene are called; settings apart."""
 
 SETTINGS_HELP = {
     "look": "Correct shading, or classic: as Panda3D's sample shades, to compare with, including its faults "
@@ -70,6 +83,7 @@ SETTINGS_HELP = {
     "exposure": "Radiance is multiplied by it.",
     "tone": "The curve from radiance to display.",
 }
+_OF_FILES = frozenset((".png", ".jpg", ".jpeg", ".exr", ".npz", ".npy", ".json", ".md", ".gif", ".mp4"))
 _SETTINGS_DEFAULT = {
     "cutoff_threshold": "none, the budget",
     "shadow_resolution": "each light's own",
@@ -104,6 +118,18 @@ def _to_size(text: str) -> tuple[int, int]:
     if not (width and height):
         raise ValueError(f"width and height must be 1 or more, got {text!r}")
     return width, height
+
+
+def _folder(_: Any, tokens: Sequence[Token]) -> Path:
+    text = tokens[0].value
+    if not text.strip() or "\0" in text:
+        raise ValueError(f"it must name a folder, got {text!r}; the working folder is '.'")
+    folder = Path(text)
+    if folder.suffix.lower() in _OF_FILES and not folder.is_dir():
+        raise ValueError(
+            f"it must name a folder, whose files get names of their own; {text!r} is called like a file"
+        )
+    return folder
 
 
 def _whole(_: Any, tokens: Sequence[Token]) -> int:
@@ -165,6 +191,7 @@ Sizes = Annotated[
         negative=(),
     ),
 ]
+Folder = Annotated[Path, Parameter(converter=_folder, metavar="DIR")]
 Whole = Annotated[int, Parameter(converter=_whole, metavar="INT")]
 Wholes = Annotated[tuple[int, ...], Parameter(converter=_wholes, n_tokens=1, metavar="INTS", negative=())]
 Names = Annotated[tuple[str, ...], Parameter(converter=_outputs, n_tokens=1, metavar="NAMES", negative=())]
@@ -188,8 +215,7 @@ def without_settings(*names: str) -> Callable[[Callable[..., int]], Callable[...
 def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Callable[..., int]:
     """`command` with an option for each setting and each parameter of a scene.
 
-    A parameter whose name is already that of an option, say "size", has the option ``--scene-size``. So
-    that it is the same in all commands, a setting takes its name even where `without_settings` leaves it out.
+    See `scene_options` for the names of a scene's.
 
     Parameters
     ----------
@@ -204,10 +230,8 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     """
     signature = inspect.signature(command, eval_str=True)
     own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
-    taken = {name for p in own for name in _names_of(p)} | {field.name for field in fields(Settings)}
-    taken |= {"help", "version", "preset"}
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
-    added = _settings_options(left_out) + _scene_options(plugin, taken)
+    added = _settings_options(left_out) + _scene_parameters(plugin)
 
     @functools.wraps(command)
     def run(*arguments: Any, **options: Any) -> int:
@@ -237,17 +261,32 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     return run
 
 
-def _names_of(parameter: inspect.Parameter) -> list[str]:
-    """What an argument's options are called, as parameters of scenes are."""
-    metadata = getattr(parameter.annotation, "__metadata__", ())
-    given = [name for part in metadata if isinstance(part, Parameter) for name in part.name or ()]
-    return [parameter.name, *(name.lstrip("-").replace("-", "_") for name in given)]
+def scene_options(plugin: ScenePlugin) -> list[str]:
+    """The option of each of a scene's parameters, the same in all commands, for example ``--fireflies``.
+
+    A parameter whose name is that of another option of any command, say "size", has ``--scene-size``.
+
+    Raises
+    ------
+    SceneError
+        If two parameters would have the same option.
+    """
+    taken = COMMAND_OPTIONS | {field.name for field in fields(Settings)}
+    names: list[str] = []
+    for p in plugin.parameters:
+        name = f"scene_{p.name}" if p.name in taken else p.name
+        if name in taken or name in names:
+            raise SceneError(
+                f"scene {plugin.name!r}: parameter {p.name!r} needs another name, it occurs twice"
+            )
+        names.append(name)
+    return ["--" + name.replace("_", "-") for name in names]
 
 
 def _option(key: str, name: str, hint: Any, about: str, default: str, group: Group) -> inspect.Parameter:
     """A keyword `key` that is absent unless its option is given; `default` is what the help shows."""
     option = Parameter(
-        name="--" + name.replace("_", "-"),
+        name=name,
         help=about,
         group=group,
         show_default=lambda _: default,
@@ -265,7 +304,7 @@ def _settings_options(left_out: frozenset[str]) -> list[inspect.Parameter]:
     group = Group("Settings", sort_key=1)
     hints = get_type_hints(Settings)
     about = "Settings that go together, of which others that are given change some."
-    options = [_option("settings__preset", "preset", Literal[tuple(PRESETS)], about, "balanced", group)]
+    options = [_option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced", group)]
     for field in fields(Settings):
         if field.name in left_out:
             continue
@@ -274,24 +313,17 @@ def _settings_options(left_out: frozenset[str]) -> list[inspect.Parameter]:
         hint = choices[0] if len(choices) == 1 else hints[field.name]
         default = _SETTINGS_DEFAULT.get(field.name, str(field.default))
         about = SETTINGS_HELP[field.name]
-        options.append(_option(f"settings__{field.name}", field.name, hint, about, default, group))
+        name = "--" + field.name.replace("_", "-")
+        options.append(_option(f"settings__{field.name}", name, hint, about, default, group))
     return options
 
 
-def _scene_options(plugin: ScenePlugin, taken: set[str]) -> list[inspect.Parameter]:
+def _scene_parameters(plugin: ScenePlugin) -> list[inspect.Parameter]:
     group = Group(f"Scene {plugin.name}", sort_key=2)
-    options, used = [], set(taken)
-    for p in plugin.parameters:
-        name = f"scene_{p.name}" if p.name in taken else p.name
-        if name in used:
-            raise SceneError(
-                f"scene {plugin.name!r}: parameter {p.name!r} needs another name, it occurs twice"
-            )
-        used.add(name)
-        options.append(
-            _option(f"parameters__{p.name}", name, p.type, parameter_help(p), str(p.default), group)
-        )
-    return options
+    return [
+        _option(f"parameters__{p.name}", name, p.type, parameter_help(p), str(p.default), group)
+        for p, name in zip(plugin.parameters, scene_options(plugin), strict=True)
+    ]
 
 
 def parameter_help(parameter: SceneParameter) -> str:

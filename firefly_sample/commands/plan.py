@@ -9,7 +9,7 @@ from cyclopts.validators import mutually_exclusive
 
 from firefly_sample.capture.sequence import DEFAULT_TIME, capture_settings
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time
-from firefly_sample.commands.terminal import print_json
+from firefly_sample.commands.terminal import print_json, print_result
 
 __all__ = ["plan"]
 
@@ -49,5 +49,5 @@ def plan(
     if json:
         print_json(plan_as_dict(frame))
     else:
-        print((plan_as_dot if dot else plan_as_text)(frame), end="")
+        print_result((plan_as_dot if dot else plan_as_text)(frame))
     return 0

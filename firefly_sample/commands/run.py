@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time
-from firefly_sample.commands.terminal import print_json, progress_bar
+from firefly_sample.commands.terminal import json_text, progress_bar
 from firefly_sample.errors import SettingsError
 from firefly_sample.settings import Settings
 
@@ -53,11 +52,8 @@ def run(
     """
 
     def report(result: PerformanceResult) -> None:
-        if json:
-            print_json(result.as_dict())
-        else:
-            print(result.line())
-        sys.stdout.flush()  # a window goes on
+        # a window goes on, also where stdout is lost
+        print(json_text(result.as_dict()) if json else result.line(), flush=True)
 
     if headless and performance_test is None:
         raise SettingsError(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from firefly_sample.columns import align
-from firefly_sample.commands.options import Flag, parameter_help
-from firefly_sample.commands.terminal import print_json
+from firefly_sample.commands.options import Flag, parameter_help, scene_options
+from firefly_sample.commands.terminal import print_json, print_result
 
 __all__ = ["scenes"]
 
@@ -44,11 +44,14 @@ def scenes(*, json: Flag = False) -> int:
             ]
         )
         return 0
+    lines = []
     for plugin in plugins:
-        print(f"{plugin.name}: {plugin.summary}")
+        lines.append(f"{plugin.name}: {plugin.summary}")
         rows = [
-            (f"  --{p.name.replace('_', '-')}", str(p.default), parameter_help(p)) for p in plugin.parameters
+            (f"  {option}", str(p.default), parameter_help(p))
+            for p, option in zip(plugin.parameters, scene_options(plugin), strict=True)
         ]
         if rows:
-            print(align(rows))
+            lines.append(align(rows))
+    print_result("\n".join(lines))
     return 0

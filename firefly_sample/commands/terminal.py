@@ -6,11 +6,22 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["complain", "print_json", "progress_bar"]
+from firefly_sample.commands.streams import failure_of, was_closed
+from firefly_sample.errors import FireflyError
+
+__all__ = [
+    "check_stdout",
+    "complain",
+    "json_text",
+    "print_json",
+    "print_result",
+    "print_summary",
+    "progress_bar",
+]
 
 
 def complain(text: str) -> None:
-    """One line on stderr, whatever line breaks `text` has."""
+    """Print one line on stderr, whatever line breaks `text` has."""
     print("firefly:", " ".join(text.split()), file=sys.stderr)
 
 
@@ -31,8 +42,52 @@ def progress_bar(what: str, show: bool = True) -> Iterator[Callable[[int, int], 
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def print_json(value: object) -> None:
-    """`value` as JSON on stdout; keys of objects in their own order."""
+def print_result(text: str, done: str = "") -> None:
+    """Print a command's result on stdout; nothing if its reader has seen enough and gone.
+
+    Parameters
+    ----------
+    text : str
+        Lines; the last line's end is added.
+    done : str
+        What is written even where the result cannot be printed, for example "2 frames in out".
+
+    Raises
+    ------
+    FireflyError
+        If stdout is closed or full; the message says what is done.
+    """
+    if text:
+        print(text.removesuffix("\n"))
+    check_stdout(done)
+
+
+def print_summary(text: str, quiet: bool = False) -> None:
+    """Print what was done by the way of a result that is in files, unless `quiet` or stdout is closed.
+
+    Raises
+    ------
+    FireflyError
+        If stdout is full; the message says what was done.
+    """
+    print_result("" if quiet or was_closed(sys.stdout) else text, text)
+
+
+def print_json(value: object, done: str = "") -> None:
+    """Print `value` as JSON, see `print_result`."""
+    print_result(json_text(value), done)
+
+
+def json_text(value: object) -> str:
+    """`value` as lines of JSON; keys of objects stay in their own order."""
     import json
 
-    print(json.dumps(value, indent=2, allow_nan=False))
+    return json.dumps(value, indent=2, allow_nan=False)
+
+
+def check_stdout(done: str = "") -> None:
+    """Raise a FireflyError if something printed on stdout is lost and its reader has not simply gone."""
+    failure = failure_of(sys.stdout)
+    if failure is not None and not isinstance(failure, ConnectionError):
+        written = f"; written all the same: {done}" if done else ""
+        raise FireflyError(f"cannot write to stdout: {failure.strerror or failure}{written}")

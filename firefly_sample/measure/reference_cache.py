@@ -10,15 +10,15 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.cache_files import drop_old, keep_whole
+from firefly_sample.cache_files import drop_old, keep_whole, user_cache
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.particles import ParticleSet
@@ -43,14 +43,15 @@ __all__ = ["cache_folder", "fingerprint", "reference_frame"]
 Float64 = NDArray[np.float64]
 
 _KEPT = ("radiance", "light", "position")
+_OWN = re.compile(r"reference-[0-9a-f]{40}\.npz")
+"""Names of files that may be deleted to make room."""
 LARGEST_CACHE = 2**30
 """Bytes: thirty frames of 800x600."""
 
 
-def cache_folder() -> Path:
-    """Where references are kept: ``firefly_sample/reference`` in $XDG_CACHE_HOME, or in ~/.cache."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "firefly_sample" / "reference"
+def cache_folder() -> Path | None:
+    """Where references are kept: ``firefly_sample/reference`` in the user's cache; None if there is none."""
+    return user_cache("reference")
 
 
 def reference_frame(
@@ -93,14 +94,17 @@ def reference_frame(
         albedo = renderer.surface(plan).albedo() if plan.batches else np.zeros((*visibility.shape[:2], 3))
     finally:
         renderer.settings = before
-    path = (folder or cache_folder()) / f"{fingerprint(plan, visibility, albedo)}.npz"
-    kept = _load(path, visibility.shape[:2])
+    folder = folder or cache_folder()
+    if folder is None:
+        return render_reference(plan, visibility, albedo=albedo, progress=progress)
+    key = fingerprint(plan, visibility, albedo)
+    kept = _load(folder, key, visibility.shape[:2])
     if kept is not None:
         return finished(plan, **kept)
     made = render_reference(plan, visibility, albedo=albedo, progress=progress)
     # a full disk, or a folder that cannot be written, costs time and nothing else
     with contextlib.suppress(OSError):
-        _save(path, made)
+        _save(folder, key, made)
     return made
 
 
@@ -168,22 +172,30 @@ def _texture_parts(texture: Texture | None) -> Iterator[object]:
     yield None if texture is None else texture.pixels
 
 
-def _load(path: Path, shape: tuple[int, ...]) -> dict[str, Float64] | None:
-    """What was kept; None if there is nothing, or it is damaged."""
-    try:
+def _load(folder: Path, key: str, shape: tuple[int, ...]) -> dict[str, Float64] | None:
+    """What was kept under a key; None if there is nothing, or it is not that, whole."""
+    path = folder / _name(key)
+    if not path.is_file():  # a pipe would be waited for
+        return None
+    with contextlib.suppress(Exception):  # there is no end to what a wrong file may raise
         # np.load would leave a damaged file open
         with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             kept = {name: stored[name] for name in _KEPT}
+            whole = str(stored["key"]) == key
         with contextlib.suppress(OSError):
             os.utime(path)  # used lately
-    except (OSError, EOFError, KeyError, ValueError, BadZipFile):
-        return None
-    whole = all(image.shape == (*shape, 3) and image.dtype == np.float64 for image in kept.values())
-    return kept if whole else None
+        whole &= all(image.shape == (*shape, 3) and image.dtype == np.float64 for image in kept.values())
+        return kept if whole else None
+    return None
 
 
-def _save(path: Path, frame: ReferenceFrame) -> None:
+def _save(folder: Path, key: str, frame: ReferenceFrame) -> None:
     """Write a frame whole, and make room for it."""
+    path = folder / _name(key)
     with keep_whole(path) as file:
-        np.savez(file, **{name: getattr(frame, name) for name in _KEPT})
-    drop_old(path, LARGEST_CACHE)
+        np.savez(file, key=np.array(key), **{name: getattr(frame, name) for name in _KEPT})
+    drop_old(path, _OWN, LARGEST_CACHE)
+
+
+def _name(key: str) -> str:
+    return f"reference-{key}.npz"

@@ -13,7 +13,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.writers import open_whole, output_folder
+from firefly_sample.capture.writers import as_folder, open_whole, output_folder
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import check_size
 from firefly_sample.measure.errors import require
@@ -144,9 +144,10 @@ def measure_speed(
     steps = steps_of(plugin, dict(parameters or {}), lights, seeds)
     wanted = list(dict.fromkeys(check_size(size) for size in sizes))
     if folder is not None:
+        folder = as_folder(folder)
         require("matplotlib")
     with (
-        output_folder(Path(folder)) if folder is not None else nullcontext(),
+        output_folder(folder) if folder is not None else nullcontext(),
         Renderer(wanted[0], base, device=device, require_gpu=require_gpu, reuse=False) as renderer,
     ):
         for size in wanted:
@@ -166,9 +167,9 @@ def measure_speed(
             for step in steps:
                 result["rows"] = with_slopes([*result["rows"], *sweep.measure(size, step)])
                 if folder is not None:  # whoever is interrupted keeps what was measured
-                    _write(Path(folder), result)
+                    _write(folder, result)
         if folder is not None:
-            _write_report(Path(folder), result)
+            _write_report(folder, result)
     return result
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from firefly_sample.capture.writers import open_whole, output_folder, write_image
+from firefly_sample.capture.writers import as_folder, open_whole, output_folder, write_image
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import Frame
 from firefly_sample.measure.bench import Bench
@@ -28,7 +28,7 @@ from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 
-__all__ = ["DIFFERENCES", "NAME", "measure_trade"]
+__all__ = ["DIFFERENCES", "NAME", "default_folder", "measure_trade"]
 
 NAME = "trade.json"
 DIFFERENCES = 4
@@ -101,7 +101,7 @@ def measure_trade(
     reference_settings(base)
     require("embreex", "flip_evaluator", "matplotlib")
     given = resolve_parameters(plugin.name, plugin.parameters, given)
-    folder = Path(folder) if folder is not None else Path("measured") / plugin.name
+    folder = as_folder(folder) if folder is not None else default_folder(scene)
     built = build_scene(plugin, **given)
     with (
         output_folder(folder),
@@ -134,6 +134,11 @@ def measure_trade(
         _write(folder, result)  # last: what is interrupted before is gone on with
         steps.row(len(chosen))
     return result
+
+
+def default_folder(scene: str) -> Path:
+    """The folder of a measurement that was given none: ``measured/<the plugin's name>``."""
+    return Path("measured") / find_scene(scene).name
 
 
 def _head(

@@ -32,7 +32,7 @@ from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.particles import see_particles
-from firefly_sample.plan.position_warning import position_warning
+from firefly_sample.plan.position_warning import position_warnings
 from firefly_sample.plan.shadows import ShadowPlanner
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant
@@ -217,14 +217,15 @@ class Planner:
             warnings=plan_warnings(
                 needs,
                 snapshot,
+                lighting.in_scene,
                 lighting.sets,
-                position_warning(needs, lens, camera, seen, lighting.sets, max(exposure)),
+                cloud,
                 (
                     *eye.warnings,
                     *cut_off_warnings(self._cut_off(snapshot, eye, seen), eye, snapshot.id_names),
+                    *extent_warnings(self._extent(seen, eye, view), lighting.sets, view, seen.farthest),
+                    *position_warnings(needs, lens, camera, seen, lighting.sets, max(exposure)),
                 ),
-                cloud,
-                extent_warnings(self._extent(seen, eye, view), lighting.sets, view, seen.farthest),
             ),
         )
 

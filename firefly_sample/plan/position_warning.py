@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import Lens
 from firefly_sample.settings import PositionMethod
 
-__all__ = ["position_warning"]
+__all__ = ["position_warnings"]
 
 Float64 = NDArray[np.float64]
 
@@ -28,22 +28,22 @@ NEARNESS = 0.25
 _FINEST: tuple[PositionMethod, ...] = ("linear32f", "depth32f", "stored32f")
 
 
-def position_warning(
+def position_warnings(
     needs: Needs,
     lens: Lens,
     camera: CameraMatrices,
     seen: Visible,
     sets: Sequence[LightSet],
     exposure: float = 1.0,
-) -> str | None:
-    """One line if the expected error of positions passes a display code beside a light; else None.
+) -> Iterator[str]:
+    """Give a line if the expected error of positions passes a display code beside a light.
 
     It is expected at the farthest place that a light reaches and something is seen. It shows the more, the
     nearer that is to the light and the brighter: see `firefly_sample.plan.position_error`. `exposure` is the
     largest channel's.
     """
     if not needs.placed or needs.forward:
-        return None
+        return
     method, lamps = needs.settings.position, _lamps_of(sets, exposure)
     from_origin = float(np.linalg.norm(camera.view_to_world[3, :3]))
 
@@ -52,21 +52,23 @@ def position_warning(
 
     # bounding spheres are known, and mostly enough; boxes are tighter, and take a while
     if method != "stored16f" and worst_up_to(seen.farthest).codes() <= 1.0:
-        return None
+        return
     farthest = max(float(part.box[1][1]) for part in seen.parts)
     place = worst_up_to(farthest)
     if not place.distance > 0.0:
-        return None
+        return
     if method == "stored16f":
         reached = min(lens.get_far(), farthest, float(lamps.ends.max()))
         largest = max(reached, _across(lens, seen, reached))
         if largest > HALF_FLOAT_END:
-            return (
+            yield (
                 f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and {largest:.2g} are "
                 "seen: what is farther is lit as if it were there; use position=stored32f, which has no such "
                 "end"
             )
-    return place.line() if place.codes() > 1.0 else None
+            return
+    if place.codes() > 1.0:
+        yield place.line()
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from firefly_sample.plan.cloud import Cloud
-from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.instances import Group
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
+from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 
@@ -21,28 +22,27 @@ LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
 def plan_warnings(
     needs: Needs,
     snapshot: Snapshot,
+    in_scene: int,
     sets: Sequence[LightSet] = (),
-    positions: str | None = None,
-    camera: Sequence[str] = (),
     cloud: Cloud | None = None,
-    extents: Iterable[str] = (),
+    found: Iterable[str] = (),
 ) -> tuple[str, ...]:
     """One line each for what is drawn otherwise than the scene or the settings ask.
 
     Parameters
     ----------
+    in_scene : int
+        Lights that are attached and not hidden, ambient ones apart.
     sets : sequence of LightSet
         The lights in view.
-    positions : str, optional
-        What `firefly_sample.plan.position_warning` says.
-    camera : sequence of str
-        Lines on the camera's lens.
     cloud : Cloud, optional
         The particles.
-    extents : iterable of str
-        What `firefly_sample.plan.extent_warning` says.
+    found : iterable of str
+        Lines of other modules, on the lens and on positions, to be given with the rest.
     """
-    warnings = list(camera)
+    warnings = list(found)
+    if (needs.geometry or needs.hazy) and needs.picture and not (in_scene or snapshot.ambient):
+        warnings.extend(_darkness(snapshot))
     blended = dict.fromkeys(
         material.name
         for group in snapshot.groups
@@ -64,9 +64,6 @@ def plan_warnings(
         warnings.append(
             "interpolation=float64: the driver lacks ARB_gpu_shader_fp64, so the rasterizer interpolates"
         )
-    warnings.extend(extents)
-    if positions is not None:
-        warnings.append(positions)
     if needs.lit and not needs.classic and (clipped := _accumulation_warning(needs, sets)):
         warnings.append(clipped)
     if cloud is not None:
@@ -96,6 +93,22 @@ def _is_blended(group: Group, material: Material) -> bool:
         return True
     alphas = group.factors().base_colors[group.which == group.materials.index(material), 3]
     return bool((alphas < 1.0).any())
+
+
+def _darkness(snapshot: Snapshot) -> Iterator[str]:
+    """A line on a scene that nothing lights, unless something in it shines by itself."""
+    materials = (material for group in snapshot.groups for material in group.materials)
+    if snapshot.sprites or any(any(material.emission) for material in materials):
+        return
+    nodes = snapshot.root.node().iter_descendants() if snapshot.root is not None else ()
+    # an empty PointLights that is not hidden is no light either
+    hidden = not snapshot.lights and any(isinstance(node, LightNode | AmbientLight) for node in nodes)
+    why = "every light of the scene is hidden" if hidden else "the scene has no light"
+    how = "show one, or attach" if hidden else "attach"
+    yield (
+        f"{why}, so that its surfaces are black: {how} a PointLight, a DirectionalLight or an AmbientLight "
+        "under its root"
+    )
 
 
 def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud) -> Iterator[str]:

@@ -58,15 +58,15 @@ def load_model(path: str | Path) -> NodePath:
     path = Path(path)
     data, header = _read_container(path)
     key = model_key(path.stem, data)
-    model = load_kept(key, lambda: _parse(path, data, header)) if key else None
-    fresh = model is None
-    if model is None:
-        model = _parse(path, data, header)
+    kept = load_kept(key, lambda: _parse(path, data, header)) if key else None
+    if kept is not None:
+        return kept
+    model = _parse(path, data, header)
     try:
         root = model.as_tree(digests=key is not None)
     except SceneError as error:
         raise ModelError(f"model {path}: {error}") from error
-    if fresh and key:
+    if key:
         save_kept(key, model)
     return root
 

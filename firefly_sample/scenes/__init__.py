@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
     from firefly_sample.scene.scene import Scene, ScenePlugin
 
-__all__ = ["ENTRY_POINT_GROUP", "build_scene", "find_scene", "list_scenes"]
+__all__ = ["ENTRY_POINT_GROUP", "build_scene", "find_scene", "list_scenes", "naming"]
 
 ENTRY_POINT_GROUP = "firefly_sample.scenes"
 """The group of entry points in which a package announces its scenes."""
@@ -76,9 +78,9 @@ def build_scene(plugin: ScenePlugin, /, **given: Any) -> Scene:
     resolved = resolve_parameters(plugin.name, plugin.parameters, given)
     try:
         built: object = plugin.build(**resolved)
-    except FireflyError:
+    except (FireflyError, KeyboardInterrupt):
         raise
-    except Exception as error:
+    except BaseException as error:  # SystemExit, too
         modules = {type(plugin).__module__, getattr(plugin.build, "__module__", "")}
         raise SceneError(f"scene {plugin.name!r}: build() failed: {_fault(error, modules)}") from error
     if not isinstance(built, Scene):
@@ -90,7 +92,27 @@ def build_scene(plugin: ScenePlugin, /, **given: Any) -> Scene:
     return built
 
 
-def _fault(error: Exception, modules: set[str]) -> str:
+@contextmanager
+def naming(plugin: ScenePlugin) -> Iterator[None]:
+    """Raise a `SceneError` that names `plugin`, and the place, for what its own code raises in a block.
+
+    An error that no code of the plugin's package had a part in stays as it is, as does a `FireflyError`.
+    """
+    try:
+        yield
+    except (FireflyError, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # SystemExit, too
+        package = type(plugin).__module__.partition(".")[0]
+        frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+        modules = {name for frame in frames if (name := frame.f_globals.get("__name__", ""))}
+        own = {name for name in modules if name.partition(".")[0] == package}
+        if package == __name__.partition(".")[0] or not own:
+            raise
+        raise SceneError(f"scene {plugin.name!r}: {_fault(error, own)}") from error
+
+
+def _fault(error: BaseException, modules: set[str]) -> str:
     """What a plugin raised, on one line, and where: the innermost frame in one of its modules, if any."""
     text, places = str(error), []
     for frame, line in traceback.walk_tb(error.__traceback__):
@@ -99,7 +121,8 @@ def _fault(error: Exception, modules: set[str]) -> str:
     if isinstance(error, SyntaxError) and error.filename and not error.filename.startswith("<"):
         # the module that does not compile has no frame, and the text would repeat the place
         text, places = error.msg, [f"{error.filename}:{error.lineno}"]
-    parts = [type(error).__name__, *text.split()]
+    name = "sys.exit was called" if isinstance(error, SystemExit) else type(error).__name__
+    parts = [name, *text.split()]
     told = " ".join([f"{parts[0]}:", *parts[1:]] if parts[1:] else parts)
     return f"{told} ({places[-1]})" if places else told
 
@@ -139,9 +162,9 @@ def _load(name: str, value: str) -> ScenePlugin:
             f"scene {name!r}: {module_name} cannot be imported: {error}; "
             "is its package installed, or its folder in PYTHONPATH?"
         ) from error
-    except FireflyError:
+    except (FireflyError, KeyboardInterrupt):
         raise
-    except Exception as error:
+    except BaseException as error:  # SystemExit, too
         fault = _fault(error, {module_name})
         raise SceneError(f"scene {name!r}: {module_name} cannot be imported: {fault}") from error
     plugin: ScenePlugin | None = getattr(module, attribute, None)

@@ -23,8 +23,13 @@ def environment(**changes: str) -> dict[str, str]:
 
 def firefly(*arguments: object, cwd: Path, env: dict[str, str] | None = None, **options: Any):
     """``firefly ...`` in a process of its own."""
+    return run_python("-m", "firefly_sample.cli", *map(str, arguments), cwd=cwd, env=env, **options)
+
+
+def run_python(*arguments: str, cwd: Path, env: dict[str, str] | None = None, **options: Any):
+    """``python ...`` in a process of its own, which finds the tests' scenes."""
     return subprocess.run(
-        [sys.executable, "-m", "firefly_sample.cli", *map(str, arguments)],
+        [sys.executable, *arguments],
         cwd=cwd,
         env=env or environment(),
         capture_output=True,

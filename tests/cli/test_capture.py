@@ -16,15 +16,15 @@ import pytest
 from PIL import Image
 
 import firefly_sample
+from firefly_sample import SoftwareDriverWarning
 from firefly_sample.capture.sequence import capture_frames, capture_settings, parse_frames
 from firefly_sample.capture.writers import write_image
 from firefly_sample.cli import main
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.renderer import SoftwareDriverWarning
 from tests.cli.command import GLADE, environment, manifest_of
 
-pytestmark = pytest.mark.filterwarnings("ignore::firefly_sample.renderer.SoftwareDriverWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWarning")
 SMALL = ("--size", "40x30")
 
 

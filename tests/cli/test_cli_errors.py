@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import resource
 import shutil
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -206,20 +204,6 @@ def test_a_configuration_that_is_not_toml(here, capsys):
     (here / "firefly.toml").write_text("[firefly.capture\n")
     assert main(["capture", GLADE]) == 2
     assert only_line(capsys.readouterr().err)
-
-
-def test_a_reader_that_has_seen_enough(here):
-    command = f"{sys.executable} -m firefly_sample.cli plan {GLADE} --json | head -n 1"
-    done = subprocess.run(
-        ["sh", "-c", command],
-        cwd=here,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    )
-    assert (done.stdout, done.stderr) == ("{\n", "")
 
 
 def test_without_a_display_the_window_says_what_to_do(here):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.cli import main
+from firefly_sample.commands.doctor import Finding, as_text
 from firefly_sample.gpu.driver_variables import VARIABLES, vector_bits
 from tests.cli.command import broken_gl, environment, firefly
 from tests.conftest import make_renderer
@@ -44,6 +45,21 @@ def test_the_text_has_every_finding(capsys):
     for finding in found.values():
         line = next(line for line in text.splitlines() if finding["found"] in line)
         assert line.startswith("ok" if finding["ok"] else "without")
+
+
+def test_nothing_is_to_be_mended_where_only_extras_are_missing():
+    """In words of the text: what is broken, and what could be added."""
+    here = Finding("Python", True, True, "3.11")
+    extra = Finding("embreex", False, False, "not installed", "pip install 'embreex>=4,<5'")
+    broken = Finding("libGL", False, True, "not found", "apt-get install libgl1")
+    assert "To " not in as_text([here], True)
+    assert as_text([here, extra], True).endswith(
+        "\n\nTo add what is optional:\n  pip install 'embreex>=4,<5'\n\nfirefly capture works here."
+    )
+    assert as_text([here, extra, broken], False).endswith(
+        "\n\nTo mend it:\n  apt-get install libgl1\n\nTo add what is optional:\n"
+        "  pip install 'embreex>=4,<5'\n\nfirefly capture cannot work here."
+    )
 
 
 def test_without_gl_libraries(tmp_path):

@@ -1,6 +1,9 @@
 """References that are kept: found again if and only if nothing has changed."""
 
 import os
+import pickle
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -85,23 +88,89 @@ def test_the_smallest_change_misses(renderer, computed, tmp_path, change):
     assert len(computed) == 3
 
 
-@pytest.mark.parametrize("damage", ["empty", "cut", "other bytes", "other arrays"])
-def test_a_damaged_file_is_computed_again(renderer, computed, tmp_path, damage):
+def _with_arrays(path, **changes):
+    """The same file with other arrays in it, whole as `np.savez` writes it."""
+    with np.load(path) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    np.savez(path, **{name: array for name, array in (arrays | changes).items() if array is not None})
+
+
+def _array_alone(path):
+    with path.open("wb") as file:
+        np.save(file, np.zeros((36, 48, 3)))
+
+
+def _packed(path):
+    """A member that says it is compressed and is not."""
+    content = path.read_bytes()
+    with zipfile.ZipFile(path, "w") as file:
+        for name in ("key", "radiance", "light", "position"):
+            file.writestr(f"{name}.npy", content[:100])
+    content = bytearray(path.read_bytes())
+    method = content.find(b"PK\x01\x02") + 10  # of the first member, in the list at the end
+    content[method] = zipfile.ZIP_DEFLATED
+    path.write_bytes(content)
+
+
+def _middle_bit(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 255
+    path.write_bytes(content)
+
+
+IMAGE = np.zeros((36, 48, 3))
+DAMAGE = {
+    "empty": lambda path: path.write_bytes(b""),
+    "cut": lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
+    "another byte": _middle_bit,
+    "an array alone": _array_alone,
+    "no array": lambda path: path.write_bytes(pickle.dumps({"radiance": IMAGE})),
+    "packed": _packed,
+    "text": lambda path: path.write_text("radiance"),
+    "another key": lambda path: _with_arrays(path, key=np.array("0" * 40)),
+    "no key": lambda path: _with_arrays(path, key=None),
+    "without light": lambda path: _with_arrays(path, light=None),
+    "float32": lambda path: _with_arrays(path, light=IMAGE.astype(np.float32)),
+    "complex": lambda path: _with_arrays(path, light=IMAGE.astype(complex)),
+    "objects": lambda path: _with_arrays(path, light=np.full((36, 48, 3), None)),
+    "another size": lambda path: _with_arrays(path, light=IMAGE[1:]),
+    "two channels": lambda path: _with_arrays(path, light=IMAGE[..., :2]),
+    "a number": lambda path: _with_arrays(path, light=np.array(1.0)),
+}
+
+
+def test_whatever_else_is_in_a_file_counts_as_missing(renderer, computed, tmp_path):
     scene = ball_scene(5)
     first = reference_frame(renderer, scene, folder=tmp_path)
     (path,) = tmp_path.iterdir()
     content = path.read_bytes()
-    if damage == "other arrays":
-        np.savez(path, radiance=np.zeros(3), light=np.zeros(3), position=np.zeros(3))
-    else:
-        middle = bytearray(content)
-        middle[len(content) // 2] ^= 255
-        damaged = {"empty": b"", "cut": content[: len(content) // 2], "other bytes": bytes(middle)}
-        path.write_bytes(damaged[damage])
+    key = path.stem.removeprefix("reference-")
+    assert module._load(tmp_path, key, (36, 48)) is not None
+    for name, damage in DAMAGE.items():
+        damage(path)
+        assert module._load(tmp_path, key, (36, 48)) is None, name
+        path.write_bytes(content)
+    path.unlink()
+    os.mkfifo(path)  # not waited for
     again = reference_frame(renderer, scene, folder=tmp_path)
     assert len(computed) == 2
     assert same(first, again)
-    assert path.read_bytes() == content
+    with np.load(path) as stored:
+        assert str(stored["key"]) == key
+
+
+def test_nothing_is_deleted_but_references(renderer, tmp_path, monkeypatch):
+    """The folder is one that a caller gave, with files of others in it."""
+    others = {"mine.npz", f"{'0' * 40}.npz", ".x.tmp", "reference-notes.npz"}
+    for name in others:
+        (tmp_path / name).write_text("")
+        os.utime(tmp_path / name, (0, 0))
+    (tmp_path / f"reference-{'0' * 40}.npz").write_text("")
+    monkeypatch.setattr(module, "LARGEST_CACHE", 1)
+    reference_frame(renderer, ball_scene(3), folder=tmp_path)
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names > others
+    assert len(names) == len(others) + 1
 
 
 def test_a_folder_that_cannot_be_written_costs_time_alone(renderer, computed, tmp_path):
@@ -134,6 +203,18 @@ def test_the_folder_is_the_users_cache(monkeypatch, tmp_path):
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert cache_folder() == tmp_path / ".cache" / "firefly_sample" / "reference"
+
+
+def test_without_a_home_references_are_computed(renderer, computed, monkeypatch):
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")  # does not count
+    monkeypatch.setattr(Path, "home", homeless)
+    assert cache_folder() is None
+    reference_frame(renderer, ball_scene(3))
+    assert len(computed) == 1
+    assert not Path("relative").exists()
 
 
 def test_what_was_used_least_lately_goes_when_there_is_too_much(renderer, computed, tmp_path, monkeypatch):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firefly_sample import SoftwareDriverWarning
 from firefly_sample.cli import main
 from firefly_sample.commands.measure_stability import stability_as_markdown, stability_as_text
 from firefly_sample.errors import SettingsError
@@ -21,7 +22,6 @@ from firefly_sample.measure.stability_cases.bench import Bench
 from firefly_sample.measure.stability_cases.case import POSITIONS, Case, error_warning
 from firefly_sample.measure.stability_cases.scenes import wall_scene
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.renderer import SoftwareDriverWarning
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.settings import Settings
 
@@ -185,7 +185,7 @@ def test_depth32f_without_clip_control_errs_by_the_law_of_depth24(bench_lacking,
         assert f"expected: {allowed}" in stability_as_text({"driver": "", "cases": [row]})
 
 
-@pytest.mark.filterwarnings("ignore::firefly_sample.renderer.SoftwareDriverWarning")
+@pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWarning")
 def test_what_a_driver_cannot_draw_is_left_out(monkeypatch):
     monkeypatch.setattr(Bench, "capabilities", Capabilities(float64=False))
     rows = measure_stability(["thin triangles", "NDC, fov 90"])["cases"]
@@ -280,7 +280,7 @@ def test_what_makes_no_sense_is_one_line(capsys, arguments, code, message):
 # --- What is chosen ---
 
 
-@pytest.mark.filterwarnings("ignore::firefly_sample.renderer.SoftwareDriverWarning")
+@pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWarning")
 def test_the_measurement_has_the_keys_of_the_contract(monkeypatch):
     monkeypatch.setattr(stability, "ALL_CASES", (NOISE, replace(NOISE, name="other", methods=("float64",))))
     told = []
@@ -302,7 +302,7 @@ def chosen(monkeypatch, names, cases):
     return [row["case"] for row in measure_stability(cases, ["depth24"])["cases"]]
 
 
-@pytest.mark.filterwarnings("ignore::firefly_sample.renderer.SoftwareDriverWarning")
+@pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWarning")
 def test_a_whole_name_is_no_part_of_another(monkeypatch):
     names = ["f/n 10", "f/n 1000", "y/n 1000"]
     assert chosen(monkeypatch, names, ["f/n 10"]) == ["f/n 10"]

@@ -3,17 +3,19 @@
 import gc
 import resource
 import sys
+import warnings
 import weakref
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import firefly_sample
+from firefly_sample import SoftwareDriverWarning
 from firefly_sample.errors import GpuError, NoGpuError, OutputError, PlanError
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.renderer import SoftwareDriverWarning
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
@@ -199,6 +201,10 @@ def test_a_software_driver_is_warned_about_and_can_be_refused():
         if not renderer.software:
             pytest.skip("this machine has a GPU, so there is nothing to warn about")
     with pytest.warns(SoftwareDriverWarning, match="CPU"):
+        Renderer((8, 6)).close()
+    with warnings.catch_warnings():  # as the README says
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", category=firefly_sample.SoftwareDriverWarning)
         Renderer((8, 6)).close()
     with pytest.raises(NoGpuError, match="software rasteriser"):
         make_renderer((8, 6), require_gpu=True)

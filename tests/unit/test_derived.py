@@ -1,5 +1,6 @@
 """What is derived from models and kept: found whole, or made again."""
 
+import json
 import os
 import time
 import zlib
@@ -18,6 +19,20 @@ ARRAYS = {
     "one": np.array(1 / 3),
     "turned": np.arange(12.0).reshape(3, 4).T,
 }
+
+
+ROWS = [
+    *(["a", code, [1]] for code in ("<f4", "<u2", "|O", "no", "", 8, None, ["<f8"], {})),
+    *(["a", "<f8", shape] for shape in (1, None, [2], [-1], [0], [1.0], ["1"], [1, -1], [10**18], [[1]])),
+    *(None, [], ["a"], ["a", "<f8"], ["a", "<f8", [1], 0], [["a"], "<f8", [1]]),
+]
+"""Descriptions of an array that are not those of one float64."""
+
+
+def write_kept(path, header, rest=b""):
+    """A file whose checksum is right."""
+    checksum = zlib.crc32(header + rest, module._seed(path.stem))
+    path.write_bytes(module._MAGIC + module._FRAME.pack(len(header), checksum) + header + rest)
 
 
 @pytest.fixture
@@ -59,12 +74,37 @@ def test_no_byte_can_change_unnoticed(folder):
 
 @pytest.mark.parametrize(
     "header",
-    [b"[]", b"{}", b"1", b'{"arrays": [["a", "<f8", [99]]], "about": {}}', b"\xff", b'{"arrays": 1}'],
+    [
+        *(b"[]", b"{}", b"1", b"\xff", b'{"arrays": 1}', b'{"arrays": []}', b"", b"[" * 100_000),
+        b'{"arrays": [["a", "<f8", [99]]], "about": {}}',
+    ],
 )
 def test_a_whole_file_of_another_kind_counts_as_missing(folder, header):
     folder.mkdir()
-    frame = module._FRAME.pack(len(header), zlib.crc32(header))
-    (folder / "leaf.derived").write_bytes(module._MAGIC + frame + header)
+    write_kept(folder / "leaf.derived", header)
+    assert load_derived("leaf") is None
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_a_wrong_array_counts_as_missing(folder, row):
+    """The checksum is right and the JSON is; one array of 8 bytes is described wrongly."""
+    folder.mkdir()
+    for described, found in ((["a", "<f8", [1]], True), (row, False)):
+        header = json.dumps({"about": {}, "arrays": [described]}).encode()
+        start = len(module._MAGIC) + module._FRAME.size + len(header)
+        write_kept(folder / "leaf.derived", header, bytes(module._aligned(start) - start) + bytes(8))
+        assert (load_derived("leaf") is not None) == found
+
+
+def test_a_file_under_another_key_counts_as_missing(folder):
+    save_derived("leaf", ABOUT, ARRAYS)
+    (folder / "leaf.derived").rename(folder / "bark.derived")
+    assert load_derived("bark") is None
+
+
+def test_a_pipe_is_not_waited_for(folder):
+    folder.mkdir()
+    os.mkfifo(folder / "leaf.derived")
     assert load_derived("leaf") is None
 
 
@@ -112,22 +152,46 @@ def test_what_was_used_least_lately_goes_when_there_is_too_much(folder, monkeypa
         stamp = time.time() - 86_400 * days
         os.utime(folder / f"{key}.derived", (stamp, stamp))
 
-    for days, key in enumerate("abc"):
+    a, b, c, d, e = (f"model-{fingerprint(name)}" for name in "abcde")
+    for days, key in enumerate((a, b, c)):
         save_derived(key, {}, ARRAYS)
         used(key, 9 - days)
-    assert load_derived("a") is not None  # used again: b is the oldest now
-    size = (folder / "a.derived").stat().st_size
+    assert load_derived(a) is not None  # used again: b is the oldest now
+    size = (folder / f"{a}.derived").stat().st_size
     monkeypatch.setattr(module, "LARGEST_CACHE", int(3.5 * size))
-    (folder / ".dead.tmp").write_text("")
-    os.utime(folder / ".dead.tmp", (0, 0))
-    (folder / ".alive.tmp").write_text("")
-    save_derived("d", {}, ARRAYS)
-    assert sorted(path.name for path in folder.iterdir()) == [
-        *(".alive.tmp", "a.derived", "c.derived", "d.derived"),
-    ]
+    save_derived(d, {}, ARRAYS)
+    assert {path.stem for path in folder.iterdir()} == {a, c, d}
     monkeypatch.setattr(module, "LARGEST_CACHE", 1)
-    save_derived("e", {}, ARRAYS)
-    assert [path.name for path in folder.glob("*.derived")] == ["e.derived"]
+    save_derived(e, {}, ARRAYS)
+    assert {path.stem for path in folder.iterdir()} == {e}
+
+
+def test_nothing_is_deleted_but_what_was_written_here(folder, monkeypatch):
+    """A folder that the user shares with others: only old files with names of our own go."""
+    folder.mkdir()
+    digits = fingerprint("other")
+    others = [
+        *(".x.tmp", ".swp.tmp", "notes.tmp", ".firefly_sample-.tmp", ".firefly_sample-notes.old.tmp"),
+        *("mine.derived", f"{digits}.derived", f"model-{digits}.npz", f"old-model-{digits}.derived"),
+    ]
+    ours = ".firefly_sample-abcdef12.tmp"
+    for name in (*others, ours):
+        (folder / name).write_text("")
+    (folder / ".firefly_sample-aaaaaaaa.tmp").symlink_to(folder / "notes.tmp")
+    (folder / ".firefly_sample-bbbbbbbb.tmp").mkdir()
+    (folder / f"texture-{digits}.derived").symlink_to(folder / "mine.derived")
+    others += [path.name for path in folder.iterdir() if path.is_symlink() or path.is_dir()]
+    for path in folder.iterdir():
+        os.utime(path, (0, 0), follow_symlinks=False)
+    fresh = ".firefly_sample-99999999.tmp"
+    (folder / fresh).write_text("")  # somebody is writing it
+    monkeypatch.setattr(module, "LARGEST_CACHE", 1)
+    save_derived(f"model-{fingerprint('new')}", {}, ARRAYS)
+    assert {path.name for path in folder.iterdir()} == {
+        *others,
+        fresh,
+        f"model-{fingerprint('new')}.derived",
+    }
 
 
 def test_a_fingerprint_tells_parts_apart():

@@ -1,8 +1,12 @@
 """Models and the levels of their textures, kept: the same as those that are made."""
 
+import json
+from copy import deepcopy
+
 import numpy as np
 import pytest
 
+import firefly_sample.derived as derived
 import firefly_sample.mipmaps as mipmaps
 import firefly_sample.scene.loader as loader
 from firefly_sample.assets import model_path
@@ -12,7 +16,9 @@ from firefly_sample.mipmaps import kept_texture_levels, mip_chain, texture_level
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Texture
+from firefly_sample.scene.model_store import load_kept
 from firefly_sample.srgb import srgb_to_linear
+from tests.unit.test_derived import write_kept
 
 MODELS = ("bulb", "grass", "cat", "rocks")
 
@@ -125,6 +131,70 @@ def test_what_is_kept_under_a_models_name_may_be_anything(folder, calls, content
             file.write_bytes(content)
     assert described(load_model(path)) == before
     assert calls["parse"] == 2
+
+
+def fail():
+    raise AssertionError("nothing is parsed")
+
+
+def wrong_insides(header):
+    """Copies of a JSON value, in each of which one part has another type, is out of range, or is missing."""
+
+    def parts(value, path=()):
+        yield path, value
+        if isinstance(value, dict | list):
+            for key in value if isinstance(value, dict) else range(len(value)):
+                yield from parts(value[key], (*path, key))
+
+    for path, value in list(parts(header)):
+        wrong = [None, "?", [], {}, [1, 2], 0.25, True, -2, 10**9]
+        wrong = [other for other in wrong if type(other) is not type(value) or type(value) is int]
+        if value == []:
+            wrong.remove({})  # as empty
+        if path[-1:] == ("image",):  # a material may be without
+            wrong = [other for other in wrong if other not in (None, 0)]
+        if path[-2:-1] == ("base_color",):
+            wrong = [other for other in wrong if not isinstance(other, bool | float)]
+        for other in wrong:
+            copy = deepcopy(header)
+            if not path:
+                yield other
+                continue
+            inner = copy
+            for key in path[:-1]:
+                inner = inner[key]
+            inner[path[-1]] = other
+            yield copy
+        if isinstance(value, dict):
+            for key in value:
+                copy = deepcopy(header)
+                inner = copy
+                for step in path:
+                    inner = inner[step]
+                del inner[key]
+                yield copy
+
+
+def test_a_model_with_a_right_checksum_and_a_wrong_inside_counts_as_missing(folder):
+    """The header of a kept model is changed in every place, and the checksum is made to fit."""
+    load_model(model_path("bulb.glb"))
+    (path,) = (path for path in folder.iterdir() if path.name.startswith("model-"))
+    content = path.read_bytes()
+    start = len(derived._MAGIC) + derived._FRAME.size
+    size, _ = derived._FRAME.unpack(content[len(derived._MAGIC) : start])
+    text = content[start : start + size]
+    write_kept(path, text, content[start + size :])
+    assert load_kept(path.stem, fail) is not None
+    tried = 0
+    for header in wrong_insides(json.loads(text)):
+        changed = json.dumps(header).encode()
+        # spaces after the JSON, so that the arrays stay at multiples of 64 bytes
+        longer = max(0, -(-(len(changed) - size) // 64) * 64)
+        changed = changed.ljust(size + longer)
+        write_kept(path, changed, content[start + size :])
+        assert load_kept(path.stem, fail) is None, header
+        tried += 1
+    assert tried > 100
 
 
 @pytest.mark.parametrize("cutoff", [None, 0.5, 0.3])

@@ -1,0 +1,121 @@
+"""The process's standard streams while a command works: a failure to write is kept, not raised.
+
+A log's reader may go away and a disk fill up at any time, also while a library prints or a scene plugin does.
+That must not end the work, so nothing is raised where it happens; `failure_of` says afterwards that a stream
+has failed.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import select
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, TextIO
+
+__all__ = ["failure_of", "safe_streams", "was_closed"]
+
+
+@contextmanager
+def safe_streams() -> Iterator[None]:
+    """Replace `sys.stdout` and `sys.stderr`, where they are the process's own, by streams that never raise.
+
+    A standard descriptor that was closed when the process began is opened on the null device: otherwise the
+    next file, a picture say, would get its number, and what a C library writes to stderr.
+    """
+    before = sys.stdout, sys.stderr
+    for descriptor in range(3):
+        _occupy(descriptor)
+    safe = _safe(sys.stdout, sys.__stdout__, 1), _safe(sys.stderr, sys.__stderr__, 2)
+    sys.stdout, sys.stderr = safe
+    try:
+        yield
+    finally:
+        for stream in safe:
+            with suppress(OSError, ValueError):
+                stream.flush()
+        sys.stdout, sys.stderr = before
+
+
+def failure_of(stream: TextIO | None) -> OSError | None:
+    """What went wrong first when `stream` was written, all of it flushed; None if nothing did.
+
+    The failure of a stream that was closed from the start is EBADF.
+    """
+    if not isinstance(stream, _Stream):
+        return None
+    stream.flush()
+    return stream.sink.failure
+
+
+def was_closed(stream: TextIO | None) -> bool:
+    """Whether the process began without `stream`: nobody wants what is only said by the way."""
+    return isinstance(stream, _Stream) and stream.sink.began_closed
+
+
+def _occupy(descriptor: int) -> None:
+    """Open the null device as `descriptor`, if that is closed."""
+    try:
+        os.fstat(descriptor)
+    except OSError:
+        null = os.open(os.devnull, os.O_RDWR)
+        if null != descriptor:
+            os.dup2(null, descriptor)
+            os.close(null)
+        os.set_inheritable(descriptor, True)  # child processes need one as well
+
+
+def _safe(stream: TextIO | None, own: TextIO | None, descriptor: int) -> TextIO:
+    """A stream that never raises in place of the process's `own`; another stream as it is."""
+    if stream is None:
+        return _Stream(_Sink(descriptor, began_closed=True))
+    if stream is not own or not isinstance(stream, io.TextIOWrapper):
+        return stream  # a test's or a notebook's
+    with suppress(OSError):
+        stream.flush()
+    return _Stream(
+        _Sink(stream.fileno()),
+        encoding=stream.encoding,
+        # a name that the encoding lacks must not end the command either
+        errors="backslashreplace" if stream.errors == "strict" else stream.errors,
+        line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
+    )
+
+
+class _Sink(io.FileIO):
+    """A descriptor that takes everything; after the first failure nothing is written any more."""
+
+    def __init__(self, descriptor: int, began_closed: bool = False) -> None:
+        super().__init__(descriptor, "wb", closefd=False)
+        self.began_closed = began_closed
+        self.failure: OSError | None = None
+
+    def write(self, data: Any, /) -> int:
+        """Write all of `data`, or keep why that fails."""
+        left = memoryview(data).cast("B")
+        size = len(left)
+        if self.began_closed and size and self.failure is None:
+            self.failure = OSError(errno.EBADF, "it is closed")
+        while left and self.failure is None:
+            try:
+                written = super().write(left)
+            except OSError as error:
+                self.failure = error
+            else:
+                if written is None:  # full, and set not to wait
+                    select.select((), (self,), ())
+                else:
+                    left = left[written:]
+        return size
+
+
+class _Stream(io.TextIOWrapper):
+    """A text stream into a `_Sink`."""
+
+    def __init__(self, sink: _Sink, **options: Any) -> None:
+        super().__init__(sink if options.get("write_through") else io.BufferedWriter(sink), **options)
+        self.sink = sink
