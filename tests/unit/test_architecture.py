@@ -38,7 +38,7 @@ HOMES = {
     "glcontext": {"gpu"},
     "OpenGL": set(),
     "trimesh": {"scene", "interop"},
-    "glfw": {"viewer", "commands"},
+    "glfw": {"viewer"},
     "panda3d": set(),
     "pyrender": {"interop"},
     "cyclopts": {"cli", "commands"},
