@@ -58,7 +58,7 @@ def sh(checkout: Path, *words: str, file: Path | None = None) -> subprocess.Comp
         cwd=checkout.parent,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
 
@@ -246,11 +246,11 @@ class Started:
 
     def kill(self) -> None:
         self.process.kill()
-        self.process.wait(60)
+        self.process.wait(600)
 
 
 def wait_for(ready: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 600
     while not ready():
         assert time.monotonic() < deadline
         time.sleep(0.02)
@@ -272,7 +272,7 @@ def test_two_at_once_with_one_of_them_killed(faked: Path, killed: str) -> None:
             assert not (faked / ".venv" / ".complete").exists()
             (faked / "held").unlink()
             for name, one in (("first", first), ("second", second)):
-                assert one.process.wait(60) == (-9 if name == killed else 0)
+                assert one.process.wait(600) == (-9 if name == killed else 0)
         finally:
             second.kill()
     finally:

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def run(*command: str | Path, cwd: Path, **changes: str) -> str:
     clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | changes
     done = subprocess.run(
-        command, cwd=cwd, env=clean, capture_output=True, text=True, timeout=120, check=False
+        command, cwd=cwd, env=clean, capture_output=True, text=True, timeout=600, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

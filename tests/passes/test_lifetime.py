@@ -207,7 +207,7 @@ print("done")
 def test_pyrender_and_we_take_turns_and_its_end_is_no_riddle():
     """In a process of its own: pyrender's delete() shuts down the EGL display for everybody in it."""
     done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", PYRENDER], capture_output=True, text=True, timeout=120
+        [sys.executable, "-W", "ignore", "-c", PYRENDER], capture_output=True, text=True, timeout=600
     )
     assert done.returncode == 0, done.stderr
     gone, last = done.stdout.splitlines()
