@@ -170,7 +170,11 @@ fill_venv() {
 
 run_tests() {
     PATH=$venv/bin:$PATH
-    export PATH
+    # Compiled code is kept in .venv, also where the environment forbids it beside the sources: without it, every
+    # process of the tests would compile the package again.
+    unset PYTHONDONTWRITEBYTECODE
+    PYTHONPYCACHEPREFIX=$venv/pycache
+    export PATH PYTHONPYCACHEPREFIX
     cd "$root"
     ruff check .
     ruff format --check .
