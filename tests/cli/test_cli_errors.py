@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import resource
+import shlex
 import shutil
 import subprocess
 import sys
@@ -165,6 +166,9 @@ def test_a_full_disk_leaves_no_broken_file(here):
     done = firefly(
         *("capture", GLADE, "--size", "64x48", "-o", "out"),
         cwd=here,
+        env=environment(
+            PYTHONDONTWRITEBYTECODE="1"
+        ),  # Python keeps what it has cut off, and fails to load it later
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500)),
     )
     assert done.returncode == 1
@@ -217,7 +221,7 @@ def test_a_configuration_that_is_not_toml(here, capsys):
 
 
 def test_a_reader_that_has_seen_enough(here):
-    command = f"{sys.executable} -m firefly_sample.cli plan {GLADE} --json | head -n 1"
+    command = f"{shlex.quote(sys.executable)} -m firefly_sample.cli plan {GLADE} --json | head -n 1"
     done = subprocess.run(
         ["sh", "-c", command],
         cwd=here,

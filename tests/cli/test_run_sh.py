@@ -47,6 +47,7 @@ def checkout(tmp_path: Path) -> Path:
 
 def script(path: Path, *lines: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)  # it may be a link to the system's own
     path.write_text("\n".join(["#!/bin/sh", *lines]) + "\n")
     path.chmod(0o755)
 
