@@ -47,15 +47,9 @@ LARGEST_CACHE = 2**30
 """Bytes: thirty frames of 800x600."""
 
 
-def cache_folder() -> Path | None:
-    """The folder where references are kept: ``firefly_sample/reference`` in $XDG_CACHE_HOME, or in ~/.cache.
-
-    None if nobody knows the user's home.
-    """
-    try:
-        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    except RuntimeError:
-        return None
+def cache_folder() -> Path:
+    """Where references are kept: ``firefly_sample/reference`` in $XDG_CACHE_HOME, or in ~/.cache."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "firefly_sample" / "reference"
 
 
@@ -99,10 +93,7 @@ def reference_frame(
         albedo = renderer.surface(plan).albedo() if plan.batches else np.zeros((*visibility.shape[:2], 3))
     finally:
         renderer.settings = before
-    folder = folder or cache_folder()
-    if folder is None:
-        return render_reference(plan, visibility, albedo=albedo, progress=progress)
-    path = folder / f"{fingerprint(plan, visibility, albedo)}.npz"
+    path = (folder or cache_folder()) / f"{fingerprint(plan, visibility, albedo)}.npz"
     kept = _load(path, visibility.shape[:2])
     if kept is not None:
         return finished(plan, **kept)

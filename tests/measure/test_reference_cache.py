@@ -136,20 +136,6 @@ def test_the_folder_is_the_users_cache(monkeypatch, tmp_path):
     assert cache_folder() == tmp_path / ".cache" / "firefly_sample" / "reference"
 
 
-def test_without_a_home_there_is_a_reference_and_nothing_is_kept(renderer, computed, tmp_path, monkeypatch):
-    def homeless():
-        raise RuntimeError("Could not determine home directory.")
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    monkeypatch.setattr(module.Path, "home", homeless)
-    assert cache_folder() is None
-    for _ in range(2):
-        reference_frame(renderer, ball_scene(5))
-    assert len(computed) == 2
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_what_was_used_least_lately_goes_when_there_is_too_much(renderer, computed, tmp_path, monkeypatch):
     def ages():
         """Make every file a day older, so that the next one that is used is the newest."""
