@@ -9,11 +9,16 @@ import sys
 import warnings
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag
 from firefly_sample.commands.terminal import print_json
 from firefly_sample.errors import FireflyError, ViewerError
+from firefly_sample.gpu.driver_variables import VARIABLES, variables_set, vector_bits
+
+if TYPE_CHECKING:
+    from firefly_sample.gpu.device import Device
 
 __all__ = ["Finding", "doctor", "examine"]
 
@@ -71,6 +76,7 @@ def examine() -> list[Finding]:
         *_assets(),
         _library("GL", "libgl1"),
         _library("EGL", "libegl1"),
+        *_variables(),
         *_devices(),
         _display(),
     ]
@@ -78,7 +84,8 @@ def examine() -> list[Finding]:
 
 def _as_text(findings: list[Finding], ready: bool) -> str:
     marks = {(True, True): "ok", (True, False): "ok", (False, True): "MISSING", (False, False): "without"}
-    lines = align([(marks[f.ok, f.needed], f.name, f.found) for f in findings]).splitlines()
+    rows = [("note" if f.ok and f.fix else marks[f.ok, f.needed], f.name, f.found) for f in findings]
+    lines = align(rows).splitlines()
     fixes = list(dict.fromkeys(f.fix for f in findings if f.fix))
     if fixes:
         lines += ["", "To mend it:", *(f"  {fix}" for fix in fixes)]
@@ -131,6 +138,14 @@ def _library(name: str, package: str) -> Finding:
     return Finding(f"lib{name}", True, True, file)
 
 
+def _variables() -> Iterator[Finding]:
+    """Variables of the environment that change what drivers draw, or keep them from it."""
+    for name, value in variables_set().items():
+        variable = VARIABLES[name]
+        unsaid, fix = (", and call itself the same", f"unset {name}") if variable.silent else ("", "")
+        yield Finding(name, True, False, f"{value}: {variable.effect}{unsaid}", fix)
+
+
 def _devices() -> Iterator[Finding]:
     """Every EGL device, and what the one that is used by default can do."""
     count = _device_count()
@@ -167,11 +182,15 @@ def _device(index: int, chosen: bool) -> Iterator[Finding]:
     try:
         device = Device(index)
     except FireflyError as error:
-        yield Finding(name, False, chosen, str(error), f"{APT} libgl1-mesa-dri")
+        names = " ".join(variables_set())
+        yield Finding(
+            name, False, chosen, str(error), f"unset {names}" if names else f"{APT} libgl1-mesa-dri"
+        )
         return
     kind = "software, slow" if device.software else "GPU"
     yield Finding(name, True, chosen, f"{device.renderer} ({kind}); {device.vendor}; OpenGL {device.version}")
     if chosen:
+        yield Finding("same bytes", True, False, _same_bytes(device))
         can = device.capabilities
         found = "yes" if can.clip_control else "no: position=depth32f is as coarse as depth24"
         yield Finding("reversed depth", can.clip_control, False, found)
@@ -179,6 +198,16 @@ def _device(index: int, chosen: bool) -> Iterator[Finding]:
         yield Finding("signed normals", can.snorm_targets, False, found)
         yield Finding("largest picture", True, True, f"{device.max_size} pixels a side")
     device.release()
+
+
+def _same_bytes(device: Device) -> str:
+    """Where a frame comes out the same byte for byte."""
+    bits = vector_bits(device.renderer)
+    if bits is None:
+        return "on this kind of device with this version of the driver"
+    processors = "with AVX" if bits >= 256 else "without AVX"
+    mesa = device.version.rpartition(" ")[2]
+    return f"wherever the driver is {device.renderer} of Mesa {mesa}, which are processors {processors}"
 
 
 def _display() -> Finding:

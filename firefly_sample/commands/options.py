@@ -39,7 +39,8 @@ __all__ = [
 DEFAULT_SCENE = "forest"
 
 SETTINGS_HELP = {
-    "look": "Correct shading, or classic: as Panda3D's sample draws it, faults included.",
+    "look": "Correct shading, or classic: as Panda3D's sample shades, to compare with, including its faults "
+    "(wrong normals, light added in 8 bits).",
     "position": "Where a pixel's position comes from: its own target, or a depth buffer.",
     "normals": "How normals are stored.",
     "albedo": "How base colours are stored.",
