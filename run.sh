@@ -4,11 +4,16 @@
 #
 # The locks are made with uv; hatchling and editables are what an editable install is built with:
 #   lock="uv pip compile --universal --generate-hashes --no-header --no-annotate --python-version 3.11"
-#   printf 'hatchling>=1.27\neditables\n' | $lock --extra window --extra measure pyproject.toml - -o requirements.lock
-#   $lock --extra window --extra measure --group test pyproject.toml requirements.lock -o requirements-test.lock
+#   printf 'hatchling>=1.27\neditables\n' | $lock pyproject.toml - -o requirements.lock
+#   for extra in window measure; do
+#       $lock --extra $extra pyproject.toml requirements.lock -o requirements-$extra.lock
+#   done
+#   $lock --extra window --extra measure --group test pyproject.toml requirements.lock requirements-window.lock \
+#       requirements-measure.lock -o requirements-test.lock
 set -eu
 
-root=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
+script=$(readlink -f -- "$0") # the checkout is where the file is, not where a link to it is
+root=$(CDPATH='' cd -- "$(dirname -- "$script")" && pwd -P)
 venv=$root/.venv
 stamp=$venv/.complete
 python=${PYTHON:-python3}
@@ -33,13 +38,14 @@ Usage: sh run.sh COMMAND [OPTIONS]
   test        check style and types, then run the tests; options go to pytest
   COMMAND     any other command of firefly: scenes, plan, measure, doctor, ...
 
-What is missing is installed first: Debian packages, then Python packages into .venv.
+What is missing is installed first: Debian packages, then Python packages into .venv. `run` needs one more
+than `capture`; `measure`, --max-error, --max-codes and --budget-ms need more, and `test` needs most.
 sh run.sh COMMAND --help lists a command's options.
 END
 }
 
 has_python() {
-    "$python" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1
+    "$python" -I -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1
 }
 
 # Installs those of the Debian packages "$@" that are missing; elsewhere, what lacks is named when it is needed.
@@ -66,50 +72,109 @@ need_packages() {
     else
         die "system packages are missing; as root, run: apt-get update && $line"
     fi
-    say "installing system packages:$missing"
     $sudo dpkg --configure -a >/dev/null || say "dpkg --configure -a failed; going on"
     $sudo apt-get update -qq >/dev/null || say "apt-get update failed; trying with the package lists there are"
+    size=$($sudo env LC_ALL=C apt-get install --assume-no --no-install-recommends $missing 2>/dev/null |
+        sed -n 's/^After this operation, \(.*\) of additional.*/ (\1)/p') || :
+    say "installing system packages:$missing$size"
     $sudo env DEBIAN_FRONTEND=noninteractive $line -qq >/dev/null || die "this failed: $line"
 }
 
-# What a complete .venv looks like; it holds absolute paths, so a moved checkout needs a new one.
+# What a .venv is made from; it holds absolute paths, so a moved checkout needs a new one.
 fingerprint() {
-    sum=$(cd "$root" && cat requirements.lock requirements-test.lock pyproject.toml | cksum)
+    sum=$(cd "$root" && cat requirements*.lock pyproject.toml | cksum)
     printf '%s %s %s' "$sum" "$("$venv/bin/python" -V 2>/dev/null)" "$root"
 }
 
+# The parts of .venv, one a line: its commands, its packages and what says that they are installed.
+parts() {
+    for part in "$venv"/bin/* "$venv"/lib/*/site-packages/*; do
+        ! [ -e "$part" ] || printf '%s\n' "${part#"$venv/"}"
+    done
+}
+
+# True if .venv is finished, has each of the locks "$@", and still has every part that it had when finished; $held are
+# the locks that it has.
+is_whole() {
+    [ -r "$stamp" ] || return 1
+    {
+        IFS= read -r made && [ "$made" = "$(fingerprint)" ] && IFS= read -r held || return 1
+        for lock in "$@"; do
+            case " $held " in *" $lock "* | *" test "*) ;; *) return 1 ;; esac
+        done
+        while IFS= read -r part; do
+            [ -e "$venv/$part" ] || return 1
+        done
+    } <"$stamp"
+}
+
+# Waits until no other run.sh changes .venv. The system lets go of the lock when those who hold it end, however
+# they end: this process, and a pip that outlives it.
+take_turn() {
+    [ -w "$root" ] || die "cannot write into $root, where .venv belongs"
+    exec 9>>"$root/.venv.lock"
+    lock='import fcntl, sys; fcntl.flock(9, fcntl.LOCK_EX | (fcntl.LOCK_NB if "now" in sys.argv else 0))'
+    "$python" -I -c "$lock" now 2>/dev/null || {
+        say "another run.sh is installing: waiting for it"
+        "$python" -I -c "$lock" || die "cannot lock $root/.venv.lock"
+    }
+}
+
+# -I: neither a module in the working folder nor one in PYTHONPATH is taken for pip or for what is to be installed.
 pip_install() {
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-input "$@" >&2 ||
+    "$venv/bin/python" -I -m pip install --quiet --disable-pip-version-check --no-input "$@" >&2 ||
         die "the Python packages could not be installed (pip's reason is above); run the same command again"
 }
 
-# Fills .venv with requirements.lock, or with requirements-test.lock, which has the same and more.
-need_venv() { # run | test
-    have=$(cat "$stamp" 2>/dev/null || :)
-    want=$(fingerprint)
-    case $have in
-    "test $want") return 0 ;;
-    "run $want") [ "$1" = test ] || return 0 ;;
-    *)
-        # None yet, one for other locks, or one that was interrupted: only a new one is sure to be whole.
-        has_python || die "needs Python 3.11 or newer with venv; if it is not python3, say which: PYTHON=/path/to/python3 sh run.sh"
-        say "making .venv"
-        "$python" -m venv --clear "$venv" >&2 || die "cannot make $venv"
-        ;;
+# What a lock brings; a test holds the figures, to within a fifth.
+contents() {
+    case $1 in
+    base) echo "to draw: numpy, pillow, trimesh, moderngl and others (about 120 MB)" ;;
+    window) echo "for a window: glfw (about 1 MB)" ;;
+    measure) echo "to measure: embreex, matplotlib, flip-evaluator and others (about 120 MB)" ;;
+    test) echo "to test: panda3d, scipy, mypy and others (about 700 MB, less what is there already)" ;;
     esac
+}
 
+# Sees to it that .venv has requirements.lock ("base"), or requirements-NAME.lock for another name; the lock of the
+# tests holds all others.
+need_venv() { # base | window | measure | test ...
+    ! is_whole "$@" || return 0
+    has_python || die "needs Python 3.11 or newer with venv; if it is not python3, say which: PYTHON=/path/to/python3 sh run.sh"
+    take_turn
+    is_whole "$@" || fill_venv "$@" # another run.sh may just have filled it
+    exec 9>&-
+}
+
+# The stamp goes first and comes last, so that no interrupted .venv has one.
+fill_venv() {
+    is_whole || held=
     rm -f "$stamp"
-    say "installing Python packages"
-    lock=$root/requirements.lock
-    [ "$1" = run ] || lock=$root/requirements-test.lock
-    pip_install --require-hashes -r "$lock"
+    if [ -z "$held" ]; then
+        # none yet, one for other locks, one that was interrupted or has lost a part: only a new one is sure to be whole
+        say "making .venv"
+        "$python" -I -m venv --clear "$venv" >&2 || die "cannot make $venv"
+    fi
+    for lock in "$@"; do
+        case " $held " in *" $lock "*) continue ;; esac
+        say "installing Python packages $(contents "$lock")"
+        file=$root/requirements-$lock.lock
+        [ "$lock" != base ] || file=$root/requirements.lock
+        pip_install --require-hashes -r "$file"
+        held="$held $lock"
+    done
     pip_install --no-deps --no-build-isolation --editable "$root"
-    printf '%s %s' "$1" "$(fingerprint)" >"$stamp"
+    { fingerprint && printf '\n%s\n' "$held" && parts; } >"$stamp.part"
+    mv "$stamp.part" "$stamp"
 }
 
 run_tests() {
     PATH=$venv/bin:$PATH
-    export PATH
+    # Compiled code is kept in .venv, also where the environment forbids it beside the sources: without it, every
+    # process of the tests would compile the package again.
+    unset PYTHONDONTWRITEBYTECODE
+    PYTHONPYCACHEPREFIX=$venv/pycache
+    export PATH PYTHONPYCACHEPREFIX
     cd "$root"
     ruff check .
     ruff format --check .
@@ -130,8 +195,19 @@ test)
     run_tests "$@"
     ;;
 *)
+    locks=base
+    case $1 in
+    run) locks="$locks window" ;;
+    measure) locks="$locks measure" ;;
+    esac
+    case " $*" in
+    *" --max-error"* | *" --max-codes"* | *" --budget-ms"*) locks="base measure ${locks#base}" ;;
+    esac
+    case " $* " in
+    *" --help "* | *" -h "*) locks=base ;;
+    esac
     need_packages $gl_packages
-    need_venv run
+    need_venv $locks
     exec "$venv/bin/firefly" "$@"
     ;;
 esac

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 import warnings
 
 import pytest
@@ -19,6 +20,9 @@ search.load_profile("repeatable")
 
 # what is tested is made here and now, not by another version in the user's cache
 os.environ.setdefault(VARIABLE, "off")
+# without a home, Mesa would compile every shader anew for each renderer, which takes six times as long
+if "HOME" not in os.environ:
+    os.environ.setdefault("MESA_SHADER_CACHE_DIR", f"{tempfile.gettempdir()}/firefly-tests-{os.getuid()}")
 
 
 def pytest_addoption(parser):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag
 from firefly_sample.commands.terminal import print_json, print_result
-from firefly_sample.errors import FireflyError
+from firefly_sample.errors import FireflyError, ViewerError
 from firefly_sample.gpu.driver_variables import VARIABLES, variables_set, vector_bits
 
 if TYPE_CHECKING:
@@ -226,9 +226,11 @@ def _display() -> Finding:
     where = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
     if not where:
         return Finding("display", False, False, "none: firefly run needs one, firefly capture does not")
+    from firefly_sample.viewer.glfw_window import load_glfw
+
     try:
-        import glfw
-    except ImportError:
+        glfw = load_glfw()
+    except ViewerError:
         return Finding("display", True, False, f"{where}, untried without glfw")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # glfw warns where a plain answer is wanted

@@ -133,8 +133,9 @@ def _row(name: str, seconds: list[float], unit: list[float], digest: str) -> dic
 
 def _run(job: dict[str, Any], folder: str) -> tuple[float, dict[str, Any]]:
     """Seconds until a fresh process answers, and its answer."""
-    command = [sys.executable, "-m", "firefly_sample.measure.start_process", json.dumps(job)]
-    environment = {**os.environ, VARIABLE: folder}
+    # what can be imported here can be imported there, and nothing else: by itself, -m adds the working folder
+    command = [sys.executable, "-P", "-m", "firefly_sample.measure.start_process", json.dumps(job)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), VARIABLE: folder}
     with tempfile.TemporaryFile("w+") as errors:
         start = perf_counter()
         with subprocess.Popen(

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from firefly_sample.errors import ViewerError
 
-__all__ = ["Listener", "Window", "check_display"]
+__all__ = ["Listener", "Window", "check_display", "load_glfw"]
 
 LARGEST = 16384
 """Width or height of a window that is still asked for."""
@@ -40,7 +40,7 @@ def check_display() -> None:
     ViewerError
         If there is no display, or glfw is not installed; it says what works instead.
     """
-    _load_glfw()
+    load_glfw()
     if _needs_x11() and not os.environ.get("DISPLAY"):
         missing = (
             "this Wayland session has no XWayland" if os.environ.get("WAYLAND_DISPLAY") else "no display"
@@ -67,7 +67,7 @@ class Window:
         if max(size) > LARGEST:
             # X11 answers by ending the process
             raise ViewerError(f"no screen holds a window of {size[0]}x{size[1]}: choose a smaller size")
-        self._glfw: Any = _load_glfw()
+        self._glfw: Any = load_glfw()
         self._button: str | None = None
         self._cursor = (0.0, 0.0)
         self._title = title
@@ -201,13 +201,21 @@ def _needs_x11() -> bool:
     return sys.platform.startswith(("linux", "freebsd"))
 
 
-def _load_glfw() -> ModuleType:
-    """The module glfw, which on Linux must be its X11 half: our contexts are GLX."""
-    name = "PYGLFW_LIBRARY_VARIANT"
-    before = os.environ.get(name)
+def load_glfw() -> ModuleType:
+    """Import the module glfw; on Linux it must be its X11 half, because our contexts are GLX.
+
+    While it is imported, glfw looks at libraries in child processes: these must not import what lies in the
+    working folder.
+
+    Raises
+    ------
+    ViewerError
+        If glfw is not installed.
+    """
+    wanted = {"PYTHONSAFEPATH": "1"} | ({"PYGLFW_LIBRARY_VARIANT": "x11"} if _needs_x11() else {})
+    before = {name: os.environ.get(name) for name in wanted}
+    os.environ.update(wanted)
     try:
-        if _needs_x11():
-            os.environ[name] = "x11"
         import glfw
     except ImportError as error:
         raise ViewerError(
@@ -215,10 +223,10 @@ def _load_glfw() -> ModuleType:
             "or use 'firefly capture', which needs no window"
         ) from None
     finally:
-        if _needs_x11():
+        for name, value in before.items():
             os.environ.pop(name, None)
-            if before is not None:
-                os.environ[name] = before
+            if value is not None:
+                os.environ[name] = value
     return glfw
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import pty
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from firefly_sample.cli import main
 
@@ -34,7 +37,7 @@ def run_python(*arguments: str, cwd: Path, env: dict[str, str] | None = None, **
         env=env or environment(),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
         **options,
     )
@@ -54,3 +57,11 @@ def broken_gl(folder: Path) -> dict[str, str]:
     for name in ("libGL.so.1", "libEGL.so.1"):
         (folder / name).touch()
     return environment(LD_LIBRARY_PATH=str(folder))
+
+
+def open_terminal() -> tuple[int, int]:
+    """The two ends of a pseudo-terminal: what the user sees, and what a command is given."""
+    try:
+        return pty.openpty()
+    except OSError as error:
+        pytest.skip(f"this machine has no pseudo-terminals (is /dev/pts mounted?): {error}")

@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 import resource
 import shutil
-import tempfile
-from pathlib import Path
 
 import pytest
 
 from firefly_sample.assets import asset_dir
 from firefly_sample.cli import main
 from tests.cli.command import GLADE, ROOT, broken_gl, environment, firefly
+from tests.cli.permissions import obeyed_permissions
 
 STATUE = "tests.cli.glade:statue"
 
@@ -127,7 +126,7 @@ def test_a_damaged_model(here, capsys):
     assert [path.name for path in here.iterdir()] == ["half.glb"]
 
 
-@pytest.mark.parametrize("folder", ["file", "file/below", "/proc/frames"])
+@pytest.mark.parametrize("folder", ["file", "file/below", "/dev/null/frames"])
 def test_a_folder_that_cannot_be_written(here, capsys, folder):
     (here / "file").touch()
     assert main(["capture", GLADE, "--size", "4x3", "-o", folder]) == 1
@@ -135,26 +134,38 @@ def test_a_folder_that_cannot_be_written(here, capsys, folder):
     assert [path.name for path in here.iterdir()] == ["file"]
 
 
-def test_a_folder_without_write_permission(capsys):
-    folder = Path(tempfile.mkdtemp())  # not pytest's own, into which nobody but its owner can look
-    folder.chmod(0o555)
-    is_root = os.geteuid() == 0
-    if is_root:
-        os.seteuid(65534)
-    try:
-        code = main(["capture", GLADE, "--size", "4x3", "-o", str(folder / "new")])
-    finally:
-        if is_root:
-            os.seteuid(0)
-        folder.rmdir()
-    assert code == 1
+def test_a_folder_without_write_permission(here, capsys):
+    folder = here / "shut"
+    folder.mkdir(0o555)
+    with obeyed_permissions():
+        assert main(["capture", GLADE, "--size", "4x3", "-o", str(folder / "new")]) == 1
     assert "Permission denied" in only_line(capsys.readouterr().err)
+    assert list(folder.iterdir()) == []
+
+
+def test_a_working_folder_that_may_not_be_read(here, capsys):
+    arguments = ["plan", GLADE, "--json"]
+    assert main(arguments) == 0  # whatever is imported late is there now, wherever the checkout lies
+    expected = capsys.readouterr().out
+    here.chmod(0)
+    try:
+        with obeyed_permissions():
+            assert main(arguments) == 0
+    finally:
+        here.chmod(0o755)
+    out, err = capsys.readouterr()
+    assert out == expected
+    assert err.startswith("firefly: warning: no configuration is read: ")
+    assert err.count("\n") == 1
 
 
 def test_a_full_disk_leaves_no_broken_file(here):
     done = firefly(
         *("capture", GLADE, "--size", "64x48", "-o", "out"),
         cwd=here,
+        env=environment(
+            PYTHONDONTWRITEBYTECODE="1"
+        ),  # Python keeps what it has cut off, and fails to load it later
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500)),
     )
     assert done.returncode == 1

@@ -84,7 +84,7 @@ def test_where_the_loader_knows_no_gl_library(tmp_path):
         env=environment(LD_LIBRARY_PATH=broken_gl(tmp_path / "lib")["LD_LIBRARY_PATH"]),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     assert (done.returncode, done.stderr) == (1, "")
@@ -223,7 +223,7 @@ def test_a_missing_package(tmp_path):
         env=environment(),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     ready, found = report(done.stdout)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import pty
 import re
 import signal
 import subprocess
@@ -13,7 +12,7 @@ import sys
 import pytest
 
 from firefly_sample.cli import main
-from tests.cli.command import GLADE, environment, firefly
+from tests.cli.command import GLADE, environment, firefly, open_terminal
 
 LINE = (
     r"performance test: (\d+) frames in ([\d.]+) s, ([\d.]+) frames/s at (\d+)x(\d+), "
@@ -106,7 +105,7 @@ def test_ctrl_c_prints_the_result_so_far(tmp_path, form):
         for _ in range(20):
             assert process.stdout.readline() == "tick\n"
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=600)
     finally:
         process.kill()
     assert process.returncode == 130
@@ -128,7 +127,7 @@ def test_ctrl_c_prints_the_result_so_far(tmp_path, form):
 
 def test_a_terminal_sees_how_far_it_is(tmp_path):
     """The bar is on stderr; what is piped from stdout stays clean."""
-    terminal, end = pty.openpty()
+    terminal, end = open_terminal()
     try:
         process = subprocess.Popen(
             [sys.executable, "-m", "firefly_sample.cli", "run", GLADE, "--performance-test", "1.5", *SMALL],
@@ -142,7 +141,7 @@ def test_a_terminal_sees_how_far_it_is(tmp_path):
         seen = b""
         while part := read(terminal):
             seen += part
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=600)
     finally:
         os.close(terminal)
     assert process.returncode == 0

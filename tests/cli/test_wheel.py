@@ -15,10 +15,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def run(*command: str | Path, cwd: Path) -> str:
-    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+def run(*command: str | Path, cwd: Path, **changes: str) -> str:
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | changes
     done = subprocess.run(
-        command, cwd=cwd, env=clean, capture_output=True, text=True, timeout=120, check=False
+        command, cwd=cwd, env=clean, capture_output=True, text=True, timeout=600, check=False
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -94,3 +94,26 @@ def test_forest_is_found_by_the_installed_command(installed: Path, tmp_path: Pat
     name, where = run(installed / "bin" / "python", "-c", code, cwd=tmp_path).split()
     assert name == "forest"
     assert Path(where).is_relative_to(installed)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("measure", "start", "tests.cli.glade:glade", "--size", "8x6", "--rounds", "1"),
+        ("capture", "tests.cli.glade:glade", "--size", "8x6", "-o", "out"),
+        ("doctor",),  # it loads glfw, which starts Python to look at libraries
+    ],
+)
+def test_nothing_that_lies_in_the_working_folder_is_run(
+    installed: Path, tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    """Neither by the command nor by a process that it starts: each module there would leave a file."""
+    here = tmp_path / "here"
+    here.mkdir()
+    borrowed = {path.name.split(".")[0] for path in Path(sysconfig.get_path("purelib")).iterdir()}
+    for name in borrowed | sys.stdlib_module_names | {"firefly_sample", "usercustomize"}:
+        code = f"import os; os.mkdir({str(tmp_path / 'ran')!r}); raise SystemExit({name!r})\n"
+        (here / f"{name}.py").write_text(code)
+    # PYTHONPATH is how a scene that is not installed is found, also by the processes of a measurement
+    run(installed / "bin" / "firefly", *words, cwd=here, PYTHONPATH=str(ROOT), DISPLAY=":4242")
+    assert not (tmp_path / "ran").exists()

@@ -26,7 +26,7 @@ def picture(scene, folder):
         env=environment(**{VARIABLE: str(folder)}),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=True,
     )
     assert done.stderr == ""

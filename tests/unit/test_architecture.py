@@ -6,7 +6,6 @@ import ast
 import statistics
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -51,7 +50,7 @@ HOMES = {
     "glcontext": {"gpu"},
     "OpenGL": set(),
     "trimesh": {"scene", "interop"},
-    "glfw": {"viewer", "commands"},
+    "glfw": {"viewer"},
     "panda3d": set(),
     "pyrender": {"interop"},
     "cyclopts": {"cli", "commands"},
@@ -216,7 +215,7 @@ def test_every_public_name_can_be_imported():
 
 def run(code: str) -> str:
     return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=600, check=True
     ).stdout
 
 
@@ -233,11 +232,12 @@ def test_a_plan_needs_neither_gl_nor_trimesh():
 
 
 def test_importing_the_package_takes_little_longer_than_numpy():
-    def seconds(code: str) -> float:
-        start = time.perf_counter()
-        run(code)
-        return time.perf_counter() - start
+    """Processor time, which other work on the machine hardly changes."""
+    code = "import resource; {}; print(sum(resource.getrusage(resource.RUSAGE_SELF)[:2]))"
 
-    pairs = [(seconds("import numpy"), seconds("import numpy, firefly_sample")) for _ in range(5)]
+    def seconds(modules: str) -> float:
+        return float(run(code.format(f"import {modules}")))
+
+    pairs = [(seconds("numpy"), seconds("numpy, firefly_sample")) for _ in range(5)]
     alone, both = (statistics.median(column) for column in zip(*pairs, strict=True))
     assert both - alone < 0.2

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
+from collections.abc import Iterator
+from contextlib import suppress
+from importlib.metadata import Distribution, distribution
 from pathlib import Path
 
 import pytest
@@ -12,12 +16,19 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-RUN = [
-    *PROJECT["project"]["dependencies"],
-    *PROJECT["project"]["optional-dependencies"]["window"],
-    *PROJECT["project"]["optional-dependencies"]["measure"],
-    *PROJECT["build-system"]["requires"],
-]
+EXTRAS = PROJECT["project"]["optional-dependencies"]
+BASE = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"]]
+LOCKS = {
+    "requirements.lock": BASE,
+    "requirements-window.lock": [*BASE, *EXTRAS["window"]],
+    "requirements-measure.lock": [*BASE, *EXTRAS["measure"]],
+    "requirements-test.lock": [
+        *BASE,
+        *EXTRAS["window"],
+        *EXTRAS["measure"],
+        *PROJECT["dependency-groups"]["test"],
+    ],
+}
 
 
 def pins(name: str) -> dict[str, list[Requirement]]:
@@ -30,13 +41,7 @@ def pins(name: str) -> dict[str, list[Requirement]]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("lock", "wanted"),
-    [
-        ("requirements.lock", RUN),
-        ("requirements-test.lock", [*RUN, *PROJECT["dependency-groups"]["test"]]),
-    ],
-)
+@pytest.mark.parametrize(("lock", "wanted"), LOCKS.items())
 def test_lock_satisfies_the_project(lock: str, wanted: list[str]) -> None:
     locked = pins(lock)
     for text in wanted:
@@ -47,12 +52,71 @@ def test_lock_satisfies_the_project(lock: str, wanted: list[str]) -> None:
             assert asked.specifier.contains(version.version), f"{text}: {pin}"
 
 
-def test_tests_run_with_the_versions_that_users_get() -> None:
-    tested = pins("requirements-test.lock")
-    assert all(tested[name] == pin for name, pin in pins("requirements.lock").items())
+def test_there_is_no_other_lock() -> None:
+    assert {path.name for path in ROOT.glob("requirements*")} == LOCKS.keys()
 
 
-@pytest.mark.parametrize("lock", ["requirements.lock", "requirements-test.lock"])
+@pytest.mark.parametrize(
+    ("smaller", "larger"),
+    [
+        ("requirements.lock", "requirements-window.lock"),
+        ("requirements.lock", "requirements-measure.lock"),
+        ("requirements-window.lock", "requirements-test.lock"),
+        ("requirements-measure.lock", "requirements-test.lock"),
+    ],
+)
+def test_versions_are_the_same_in_every_lock(smaller: str, larger: str) -> None:
+    """So that one is added to another, and tests run with what users get."""
+    more = pins(larger)
+    assert all(more[name] == pin for name, pin in pins(smaller).items())
+
+
+def test_drawing_installs_nothing_for_windows_measuring_or_tests() -> None:
+    """Nothing is locked but what the dependencies ask for themselves."""
+    assert (
+        pins("requirements.lock")
+        .keys()
+        .isdisjoint(
+            canonicalize_name(Requirement(text).name)
+            for text in (*EXTRAS["window"], *EXTRAS["measure"], *EXTRAS["pyrender"], "scipy", "fonttools")
+        )
+    )
+
+
+def megabytes(lock: str) -> dict[str, float]:
+    """What each package of a lock takes here, in 1e6 bytes."""
+    wanted = [
+        name
+        for name, found in pins(lock).items()
+        if any(pin.marker is None or pin.marker.evaluate() for pin in found)
+    ]
+    return {name: sum(sizes_of(distribution(name))) / 1e6 for name in wanted}
+
+
+def sizes_of(package: Distribution) -> Iterator[int]:
+    folder = str(package.locate_file(""))
+    for file in package.files or ():
+        with suppress(OSError):
+            yield os.stat(f"{folder}/{file}").st_size
+
+
+def test_run_sh_says_how_large_what_it_installs_is() -> None:
+    base = megabytes("requirements.lock")
+    sizes = {"base": sum(base.values()), "test": sum(megabytes("requirements-test.lock").values())}
+    for extra in ("window", "measure"):
+        added = {
+            name: size for name, size in megabytes(f"requirements-{extra}.lock").items() if name not in base
+        }
+        sizes[extra] = sum(added.values())
+    told = dict(
+        re.findall(r'^    (\w+)\) echo ".*\(about (\d+) MB', (ROOT / "run.sh").read_text(), re.MULTILINE)
+    )
+    assert told.keys() == sizes.keys()
+    for lock, size in sizes.items():
+        assert float(told[lock]) == pytest.approx(size, rel=0.2, abs=0.5), lock
+
+
+@pytest.mark.parametrize("lock", LOCKS)
 def test_hashes_and_nothing_else(lock: str) -> None:
     pin = re.compile(r"[a-z0-9.-]+==[^ /]+( ; [a-z0-9_ .'<>=!()]+)? \\", re.IGNORECASE)
     digest = re.compile(r"    --hash=sha256:[0-9a-f]{64}( \\)?")

@@ -15,7 +15,7 @@ from PIL import Image
 from firefly_sample.viewer.views import PICTURE, draw_view, views_of
 from tests.cli.command import environment
 from tests.conftest import make_renderer
-from tests.viewer.driver import LAMPS, SIZE
+from tests.viewer.driver import BARE, LAMPS, SIZE
 from tests.viewer.workshop import workshop
 
 WORKSHOP = "tests.viewer.workshop:workshop"
@@ -76,7 +76,7 @@ def test_v_goes_through_the_buffers_and_back(open_window):
 
 def shows(window, picture):
     """Whether the window shows a picture where no text covers it; other drivers may differ a little."""
-    uncovered = slice(0, 295), slice(240, None)
+    uncovered = slice(0, 295), BARE[1]
     difference = np.abs(window.grab()[uncovered].astype(int) - picture[uncovered])
     return (difference > 2).any(axis=-1).mean() < 0.005
 
@@ -95,7 +95,7 @@ def test_the_shadow_maps_are_saved_as_they_are_shown(open_window, tmp_path):
     path = tmp_path / "workshop_0001.png"
     window.wait_until("a screenshot", lambda: complete(path, SIZE))
     saved = np.asarray(Image.open(path))
-    np.testing.assert_array_equal(saved[:220, 240:], shown)
+    np.testing.assert_array_equal(saved[BARE], shown)
     assert len(np.unique(saved)) > 100
     window.key("k")  # no shadows: another scene, nothing to see
     window.wait_until("a black picture", lambda: not window.picture().any())
@@ -156,7 +156,7 @@ def test_a_performance_test_from_the_start_prints_and_closes(open_window):
     (line,) = window.printed
     frames, seconds, *_ = numbers(line)
     assert frames > 0
-    assert 2.0 <= seconds < 20.0
+    assert seconds >= 2.0
 
 
 def test_a_performance_test_as_json(open_window):
@@ -199,7 +199,7 @@ def test_the_window_follows_its_size_and_saves_what_it_shows(open_window, tmp_pa
     first = tmp_path / "lamps_0001.png"
     window.wait_until("a screenshot", lambda: complete(first, SIZE))
     saved = first.read_bytes()
-    np.testing.assert_array_equal(np.asarray(Image.open(first))[:220, 240:], window.picture())
+    np.testing.assert_array_equal(np.asarray(Image.open(first))[BARE], window.picture())
     window.xdotool("windowsize", window.window(), "720", "300")
     second = tmp_path / "lamps_0002.png"
     window.wait_until("the larger window", lambda: window.grab((720, 300))[:, 600:].any())
@@ -361,6 +361,6 @@ def python(code, display, folder):
         env=environment(DISPLAY=display),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
