@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 
@@ -16,7 +17,7 @@ from PIL import Image
 from firefly_sample.commands.streams import failure_of, safe_streams
 from tests.cli.command import ROOT, environment
 
-FIREFLY = f"{sys.executable} -m firefly_sample.cli"
+FIREFLY = f"{shlex.quote(sys.executable)} -m firefly_sample.cli"
 CAPTURE = f"{FIREFLY} capture nothing:plugin --size 8x6 --frames 0:3 -o out"
 NOTHING = """
 from firefly_sample import Scene
