@@ -11,6 +11,7 @@ from firefly_sample.drawn import LIGHT_PASSES, Drawn, count_walked
 from firefly_sample.errors import GpuError, SoftwareDriverWarning
 from firefly_sample.frame import Frame, check_size
 from firefly_sample.gpu.device import Device
+from firefly_sample.gpu.driver_variables import silent_changes
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.limits import check_plan_limits, check_size_limit
@@ -102,7 +103,7 @@ class Renderer:
     NoGpuError
         If there is no OpenGL 3.3 or, with `require_gpu`, only a software driver.
     OutputError, GpuError
-        If the size is below 1, or above what the driver can draw.
+        If the size is below 1, or above what the driver can draw; or if the environment makes it crash.
 
     Examples
     --------
@@ -140,6 +141,8 @@ class Renderer:
             warnings.warn(
                 f"drawing on the CPU ({self.driver}): right, but slow", SoftwareDriverWarning, stacklevel=2
             )
+        for change in silent_changes(self.driver):
+            warnings.warn(change, stacklevel=2)
         with self._device:
             self._gpu = Gpu(self._device)
         self._presenter = Presenter(self._gpu) if window else None

@@ -93,7 +93,9 @@ _WHOLE = {
     "particle_slices": (2, 65536),
 }
 _MAY_BE_ABSENT = ("cutoff_threshold", "shadow_resolution", "volume_reads", "particle_slices")
-_NOT_CLASSIC = ("normals", "albedo", "interpolation", "accumulation", "light_resolution")
+_NOT_CLASSIC = ("normals", "albedo", "interpolation", "accumulation", "light_resolution", "clamp_light")
+_ONE_BY_ONE = ("auto", "volumes", "fullscreen")
+"""How lights are drawn where each is blended by itself."""
 NOT_FORWARD = {"light_resolution": "full", "interpolation": "rasterizer"}
 """What needs a G-buffer, and what is left without one."""
 _RANGES: dict[str, tuple[float, float]] = {"cutoff_budget": (0.0, 1e30), "cutoff_threshold": (0.0, 1e30)}
@@ -106,8 +108,10 @@ class Settings:
     Attributes
     ----------
     look : {"correct", "classic"}
-        "classic" draws what Panda3D's sample draws, faults of shading included: textures as stored,
-        light added in display space into 8 bits, normals not decoded. It is there to compare with.
+        "classic" shades as Panda3D's sample "fireflies" does, to compare with. It reproduces the sample's
+        faults: normals are in the wrong axes and never decoded, so that light comes from wrong directions;
+        colours are multiplied as stored; each light is cut off and rounded as it is added into 8 bits.
+        docs/lighting.md lists them, and what still differs.
     position : {"linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"}
         Where a pixel's position comes from. A linear distance in an R32F target of its own: 4 bytes a pixel,
         relative error 4e-7 at any near and far. A reversed 32-bit float depth buffer: the same, and a copy of
@@ -144,7 +148,8 @@ class Settings:
         "auto" estimates for each frame which of the two is cheaper. "fullscreen" is a full-screen pass a
         light; "loop" is one full-screen pass that walks all lights; "forward" has no G-buffer at all: every
         fragment is shaded by every light as it is drawn, seen or not. The picture is the same; the last three
-        are there to be measured.
+        are there to be measured. The look "classic" takes "auto", "volumes" and "fullscreen", which add each
+        light by itself.
     volume_proxy : {"cube", "icosphere0", "icosphere1", "icosphere2", "icosphere3"}
         The mesh drawn for a light that reaches in all directions: 12, 20, 80, 320 or 1280 triangles, which
         cover 91, 21, 6, 1.7 or 0.4 per cent more than the sphere. The picture is the same: few triangles
@@ -313,9 +318,10 @@ class Settings:
                     f"look 'classic' stores, adds up and blends as the original does: leave {name!r} at its "
                     "default, or choose look 'correct'"
                 )
-        if self.lights == "forward":
+        if self.lights not in _ONE_BY_ONE:
             raise SettingsError(
-                "look 'classic' is deferred, as the original is: 'lights' must not be forward"
+                "look 'classic' adds each light by itself into 8 bits, as the original does: "
+                f"'lights' must be one of {', '.join(_ONE_BY_ONE)}; got {self.lights!r}"
             )
 
     @property

@@ -62,8 +62,6 @@ def compare(scene, settings, size=(160, 120), time=0.0, capabilities=None, shado
             "emission",
             "shadow_atlas",
         )
-        if settings.look == "classic":
-            outputs = outputs[:5]
         plan = renderer.plan(scene, time, outputs)
         frame = renderer.draw(plan)
         surface = renderer.surface(plan)

@@ -9,14 +9,25 @@ import sys
 import warnings
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag
 from firefly_sample.commands.terminal import print_json, print_result
 from firefly_sample.errors import FireflyError
+from firefly_sample.gpu.driver_variables import VARIABLES, variables_set, vector_bits
+
+if TYPE_CHECKING:
+    from firefly_sample.gpu.device import Device
 
 __all__ = ["Finding", "as_text", "doctor", "examine"]
 
+_FIXES = {
+    "MISSING": "To mend it:",
+    "without": "To add what is optional:",
+    "note": "To be without what is noted:",
+}
+"""What stands above the commands, by the mark of their findings."""
 APT = "apt-get install --no-install-recommends"
 
 
@@ -71,6 +82,7 @@ def examine() -> list[Finding]:
         *_assets(),
         _library("GL", "libgl1"),
         _library("EGL", "libegl1"),
+        *_variables(),
         *_devices(),
         _display(),
     ]
@@ -79,11 +91,15 @@ def examine() -> list[Finding]:
 def as_text(findings: list[Finding], ready: bool) -> str:
     """The report as lines, with what to run for what is broken, then for what is only absent."""
     marks = {(True, True): "ok", (True, False): "ok", (False, True): "MISSING", (False, False): "without"}
-    lines = align([(marks[f.ok, f.needed], f.name, f.found) for f in findings]).splitlines()
-    for head, needed in (("To mend it:", True), ("To add what is optional:", False)):
-        fixes = dict.fromkeys(f.fix for f in findings if f.fix and f.needed == needed)
-        if fixes:
-            lines += ["", head, *(f"  {fix}" for fix in fixes)]
+    rows = [("note" if f.ok and f.fix else marks[f.ok, f.needed], f.name, f.found) for f in findings]
+    lines = align(rows).splitlines()
+    fixes: dict[str, dict[str, None]] = {head: {} for head in _FIXES.values()}
+    for mark, finding in zip((row[0] for row in rows), findings, strict=True):
+        if finding.fix:
+            fixes[_FIXES[mark]][finding.fix] = None
+    for head, commands in fixes.items():
+        if commands:
+            lines += ["", head, *(f"  {command}" for command in commands)]
     return "\n".join([*lines, "", f"firefly capture {'works' if ready else 'cannot work'} here."])
 
 
@@ -133,6 +149,14 @@ def _library(name: str, package: str) -> Finding:
     return Finding(f"lib{name}", True, True, file)
 
 
+def _variables() -> Iterator[Finding]:
+    """Variables of the environment that change what drivers draw, or keep them from it."""
+    for name, value in variables_set().items():
+        variable = VARIABLES[name]
+        unsaid, fix = (", and call itself the same", f"unset {name}") if variable.silent else ("", "")
+        yield Finding(name, True, False, f"{value}: {variable.effect}{unsaid}", fix)
+
+
 def _devices() -> Iterator[Finding]:
     """Every EGL device, and what the one that is used by default can do."""
     count = _device_count()
@@ -169,11 +193,15 @@ def _device(index: int, chosen: bool) -> Iterator[Finding]:
     try:
         device = Device(index)
     except FireflyError as error:
-        yield Finding(name, False, chosen, str(error), f"{APT} libgl1-mesa-dri")
+        names = " ".join(variables_set())
+        yield Finding(
+            name, False, chosen, str(error), f"unset {names}" if names else f"{APT} libgl1-mesa-dri"
+        )
         return
     kind = "software, slow" if device.software else "GPU"
     yield Finding(name, True, chosen, f"{device.renderer} ({kind}); {device.vendor}; OpenGL {device.version}")
     if chosen:
+        yield Finding("same bytes", True, False, _same_bytes(device))
         can = device.capabilities
         found = "yes" if can.clip_control else "no: position=depth32f is as coarse as depth24"
         yield Finding("reversed depth", can.clip_control, False, found)
@@ -181,6 +209,16 @@ def _device(index: int, chosen: bool) -> Iterator[Finding]:
         yield Finding("signed normals", can.snorm_targets, False, found)
         yield Finding("largest picture", True, True, f"{device.max_size} pixels a side")
     device.release()
+
+
+def _same_bytes(device: Device) -> str:
+    """Where a frame comes out the same byte for byte."""
+    bits = vector_bits(device.renderer)
+    if bits is None:
+        return "on this kind of device with this version of the driver"
+    processors = "with AVX" if bits >= 256 else "without AVX"
+    mesa = device.version.rpartition(" ")[2]
+    return f"wherever the driver is {device.renderer} of Mesa {mesa}, which are processors {processors}"
 
 
 def _display() -> Finding:

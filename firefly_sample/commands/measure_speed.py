@@ -59,8 +59,8 @@ def speed(
     sizes
         Widths and heights in pixels, separated by commas; a whole sweep is 640x360,800x600,1920x1080.
     methods
-        Which ways of drawing lights, separated by commas, for example volumes,loop; all when absent. A name
-        that does not exist is answered with those that do.
+        Which ways of drawing lights, separated by commas, for example volumes,loop; all that the settings
+        allow when absent. A name that does not exist is answered with those that do.
     time
         Seconds.
     seeds

@@ -52,7 +52,8 @@ COMMAND_OPTIONS = frozenset(
 """What the options of the commands that take a scene are called; settings apart."""
 
 SETTINGS_HELP = {
-    "look": "Correct shading, or classic: as Panda3D's sample draws it, faults included.",
+    "look": "Correct shading, or classic: as Panda3D's sample shades, to compare with, including its faults "
+    "(wrong normals, light added in 8 bits).",
     "position": "Where a pixel's position comes from: its own target, or a depth buffer.",
     "normals": "How normals are stored.",
     "albedo": "How base colours are stored.",

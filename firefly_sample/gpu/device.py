@@ -9,6 +9,7 @@ from typing import Any
 import moderngl
 
 from firefly_sample.errors import GpuError, NoGpuError
+from firefly_sample.gpu.driver_variables import check_vector_width, variables_set
 from firefly_sample.gpu.raw import DEPTH_CLAMP, FRAMEBUFFER_SRGB, RawGL
 from firefly_sample.plan.frame_plan import Capabilities
 
@@ -34,6 +35,8 @@ class Device:
     ------
     NoGpuError
         If there is no OpenGL library, no such device, or it has no OpenGL 3.3.
+    GpuError
+        If the environment makes the driver overwrite memory.
     """
 
     def __init__(self, index: int | None = None, window: bool = False) -> None:
@@ -45,6 +48,11 @@ class Device:
         self.raw = RawGL(self._backend)
         self._handle = self.raw.current_context()
         self.renderer: str = self.ctx.info["GL_RENDERER"]
+        try:
+            check_vector_width(self.renderer)
+        except GpuError:
+            self.ctx.release()
+            raise
         self.software = any(name in self.renderer.lower() for name in _SOFTWARE)
         self.version: str = self.ctx.info["GL_VERSION"]
         self.vendor: str = self.ctx.info["GL_VENDOR"]
@@ -181,6 +189,9 @@ def _window_backend() -> Any:
 def _explain(error: BaseException, index: int) -> str:
     """What went wrong in one line, with the way out."""
     said = _one_line(error)
+    if "0x3" in said and variables_set():  # an error of EGL itself
+        given = " and ".join(f"{name}={value}" for name, value in variables_set().items())
+        return f"no OpenGL 3.3 context could be made ({said}) with {given} in the environment: unset that"
     if "libEGL" in said or "libGL" in said:
         return (
             f"no OpenGL library ({said}): install Mesa, on Debian or Ubuntu with "

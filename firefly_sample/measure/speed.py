@@ -70,7 +70,7 @@ def measure_speed(
     sizes : sequence of (int, int)
         Pixels.
     methods : sequence of str, optional
-        Of `METHODS`; all of them when absent.
+        Of `METHODS`; all of them that fit the settings when absent.
     settings : Settings, optional
         What all methods share; "lights" and "volume_depth_test" are each method's own, and "supersample"
         must be 1.
@@ -140,7 +140,7 @@ def measure_speed(
         raise SettingsError(f"setting 'supersample' must be 1 to measure speed; got {base.supersample}")
     if not longest > 0.0:
         raise SettingsError(f"the longest frame must be a number of seconds above 0, got {longest!r}")
-    names = check_methods(methods)
+    names = check_methods(methods, base)
     steps = steps_of(plugin, dict(parameters or {}), lights, seeds)
     wanted = list(dict.fromkeys(check_size(size) for size in sizes))
     if folder is not None:

@@ -8,6 +8,7 @@ from typing import Any
 from firefly_sample.errors import SettingsError, did_you_mean
 from firefly_sample.frame import Frame
 from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.settings import Settings
 
 __all__ = ["CHOSEN", "METHODS", "check_methods", "shaded_by"]
 
@@ -25,23 +26,34 @@ CHOSEN = "volumes"
 """What ratios refer to where it is measured."""
 
 
-def check_methods(given: Sequence[str] | None) -> list[str]:
-    """The names of methods without repetitions; all of `METHODS` when None is given.
+def check_methods(given: Sequence[str] | None, base: Settings) -> list[str]:
+    """The names of methods without repetitions; when None is given, all of `METHODS` that fit the settings.
 
     Raises
     ------
     SettingsError
-        If there is none, or no such method.
+        If there is none, no such method, or one that does not fit the settings.
     """
-    names = list(dict.fromkeys(METHODS if given is None else given))
+    if given is None:
+        return [name for name, changes in METHODS.items() if _fits(base, changes)]
+    names = list(dict.fromkeys(given))
     for name in names:
         if name not in METHODS:
             raise SettingsError(
                 f"there is no method {name!r}{did_you_mean(name, METHODS)}: choose from {', '.join(METHODS)}"
             )
+        base.with_changes(**METHODS[name])
     if not names:
         raise SettingsError(f"no methods were asked for: choose from {', '.join(METHODS)}")
     return names
+
+
+def _fits(base: Settings, changes: dict[str, Any]) -> bool:
+    try:
+        base.with_changes(**changes)
+    except SettingsError:
+        return False
+    return True
 
 
 def shaded_by(frame: Frame, plan: FramePlan) -> int:

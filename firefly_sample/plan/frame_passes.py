@@ -252,7 +252,7 @@ def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ..
         method="loop" if method == "loop" else "fullscreen" if kind == "directional" else method,
         window=settings.window if kind != "directional" else "karis",
         highlights=settings.specular if needs.highlights else "none",
-        clamp_light=settings.clamp_light and not needs.classic,
+        clamp_light=settings.clamp_light,
         taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
         position=_position(needs) if placed else "distance",
         normals=_normals(needs),

@@ -39,6 +39,8 @@ _BOTH = (False, True)
 _PACKINGS = tuple(product(get_args(NormalPacking)[:5], get_args(ColorPacking)))
 _ORIGINAL = ("undecoded", "linear")
 """What the classic look has."""
+_ONE_BY_ONE = ("sphere", "cone", "fullscreen")
+"""How the classic look draws lights."""
 
 
 def _geometry() -> Iterator[Variant]:
@@ -114,7 +116,7 @@ def _lights(kind: LightKind, methods: tuple[DrawMethod, ...]) -> Iterator[Varian
                         volume,
                     )
         for radiance, light in _TARGETS:
-            if fades or position == "distance":
+            if method in _ONE_BY_ONE and (fades or position == "distance"):
                 shared = {"falloff": falloff, "window": window, "orthographic": orthographic}
                 normals, colors = _ORIGINAL
                 yield LightVariant(

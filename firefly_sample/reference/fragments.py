@@ -77,19 +77,19 @@ class Fragments:
         """What vertices hold (m, k), at the pixels, shape (n, k)."""
         return np.asarray(np.einsum("ni,nik->nk", self.meeting.shares, values[self._corners]))
 
-    def normal(self) -> Float64:
-        """Unit normals in view space, turned to the eye on two-sided materials, shape (n, 3).
+    def normal(self, turned: bool = True) -> Float64:
+        """Unit normals in view space, shape (n, 3).
 
-        One without a length faces the eye.
+        Those of two-sided materials are turned to the eye where `turned`. One without a length faces the eye.
         """
         own = self.interpolated(self.batch.geom.normals)
-        turned = np.einsum("ni,nij->nj", own, normal_matrices(self.batch.model_to_view)[self.instance])
-        largest = np.abs(turned).max(axis=1, keepdims=True)
-        turned = turned / np.where(largest > 0.0, largest, 1.0)
-        length = np.linalg.norm(turned, axis=1, keepdims=True)
+        seen = np.einsum("ni,nij->nj", own, normal_matrices(self.batch.model_to_view)[self.instance])
+        largest = np.abs(seen).max(axis=1, keepdims=True)
+        seen = seen / np.where(largest > 0.0, largest, 1.0)
+        length = np.linalg.norm(seen, axis=1, keepdims=True)
         away = self.position if self.rays.perspective else self.rays.direction
-        unit = np.where(length > 0.0, turned / np.where(length > 0.0, length, 1.0), self.rays.to_eye())
-        if self.batch.variant.double_sided:
+        unit = np.where(length > 0.0, seen / np.where(length > 0.0, length, 1.0), self.rays.to_eye())
+        if turned and self.batch.variant.double_sided:
             unit = np.where((np.einsum("ni,ni->n", unit, away) > 0.0)[:, None], -unit, unit)
         return np.asarray(unit)
 

@@ -68,7 +68,7 @@ def reference_settings(settings: Settings) -> Settings:
     Raises
     ------
     SettingsError
-        If the look is "classic", of which there is no reference.
+        If the look is "classic", whose frames are display codes: see `firefly_sample.reference.classic`.
     """
     _check_look(settings)
     return settings.with_changes(cutoff_budget=0.0, cutoff_threshold=None, supersample=1)
@@ -183,5 +183,6 @@ def volume_shadow(plan: FramePlan, position: Float64) -> Float64:
 def _check_look(settings: Settings) -> None:
     if settings.look != "correct":
         raise SettingsError(
-            f"there is no reference for look {settings.look!r}: choose look 'correct', or leave 'look' out"
+            f"there is no reference for look {settings.look!r} in linear radiance: choose look 'correct', or "
+            "leave 'look' out"
         )

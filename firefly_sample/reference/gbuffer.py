@@ -9,9 +9,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from firefly_sample.planar import empty_planar
+
 __all__ = [
     "decode_albedo",
     "decode_normal",
+    "decode_shininess",
     "decode_specular",
     "encode_albedo",
     "encode_normal",
@@ -35,7 +38,10 @@ def decode_albedo(stored: ArrayLike) -> Float64:
 
 def unpack_ten_bits(texels: NDArray[np.uint32]) -> Float64:
     """Three fractions of 1 for each whole number, ten bits each from the lowest on, shape (..., 3)."""
-    return (texels[..., None] >> np.array([0, 10, 20], dtype=np.uint32) & np.uint32(1023)) / 1023.0
+    fractions = empty_planar(texels.shape, 3)
+    for channel in range(3):
+        fractions[..., channel] = (texels >> np.uint32(10 * channel) & np.uint32(1023)) / 1023.0
+    return fractions
 
 
 def encode_normal(normal: ArrayLike) -> Float64:
@@ -50,10 +56,15 @@ def encode_normal(normal: ArrayLike) -> Float64:
 def decode_normal(encoded: ArrayLike) -> Float64:
     """Octahedral coordinates (..., 2) to unit vectors (..., 3)."""
     e = np.asarray(encoded, dtype=np.float64)
-    z = 1.0 - np.abs(e).sum(axis=-1, keepdims=True)
-    xy = np.where(z < 0.0, (1.0 - np.abs(e[..., ::-1])) * _sign_not_zero(e), e)
-    n = np.concatenate([xy, z], axis=-1)
-    return np.asarray(n / np.linalg.norm(n, axis=-1, keepdims=True))
+    x, y = e[..., 0], e[..., 1]
+    z = 1.0 - (np.abs(x) + np.abs(y))
+    below = z < 0.0
+    n = empty_planar(z.shape, 3)
+    n[..., 0] = np.where(below, (1.0 - np.abs(y)) * _sign_not_zero(x), x)
+    n[..., 1] = np.where(below, (1.0 - np.abs(x)) * _sign_not_zero(y), y)
+    n[..., 2] = z
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    return n
 
 
 def encode_specular(specular: ArrayLike) -> Float64:
@@ -66,7 +77,14 @@ def encode_specular(specular: ArrayLike) -> Float64:
 def decode_specular(stored: ArrayLike) -> Float64:
     """The inverse of `encode_specular`."""
     given = np.asarray(stored, dtype=np.float64)
-    return np.concatenate([given[..., :3] ** 2, np.expm1(given[..., 3:] * 20.0 * np.log(2.0))], axis=-1)
+    decoded = empty_planar(given.shape[:-1], 4)
+    decoded[..., :3], decoded[..., 3] = decode_albedo(given[..., :3]), decode_shininess(given[..., 3])
+    return decoded
+
+
+def decode_shininess(stored: ArrayLike) -> Float64:
+    """Exponents of highlights of what `encode_specular` stores of them."""
+    return np.asarray(np.expm1(np.asarray(stored, dtype=np.float64) * 20.0 * np.log(2.0)))
 
 
 def quantise_snorm16(value: ArrayLike) -> Float64:

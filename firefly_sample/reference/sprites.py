@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.frame_plan import SpriteSet, View
 
-__all__ = ["SMALLEST", "Square", "add_sprite", "add_sprites", "square_of"]
+__all__ = ["SMALLEST", "Square", "add_sprite", "add_sprites", "light_of_sprite", "square_of"]
 
 Float64 = NDArray[np.float64]
 
@@ -88,11 +88,22 @@ def add_sprites(radiance: Float64, dots: SpriteSet, view: View, distance: Float6
 
 def add_sprite(radiance: Float64, dots: SpriteSet, index: int, view: View, distance: Float64) -> None:
     """Add one of the dots; see `add_sprites`."""
+    made = light_of_sprite(dots, index, view, distance)
+    if made is not None:
+        box, light = made
+        radiance[box] += light
+
+
+def light_of_sprite(
+    dots: SpriteSet, index: int, view: View, distance: Float64
+) -> tuple[tuple[slice, slice], Float64] | None:
+    """The rows and columns that one of the dots touches, and what it adds there; see `add_sprites`."""
     place, color = dots.positions[index], dots.colors[index]
     square = square_of(view, place, float(dots.radii[index]))
-    if square is not None:
-        strength = np.where(distance[square.box] >= place[1], square.profile(), 0.0)
-        radiance[square.box] += strength[..., None] * (color * square.fainter)
+    if square is None:
+        return None
+    strength = np.where(distance[square.box] >= place[1], square.profile(), 0.0)
+    return square.box, strength[..., None] * (color * square.fainter)
 
 
 def _span(middle: float, half: float, count: int) -> range:

@@ -63,6 +63,8 @@ def see_surfaces(
 ) -> Surfaces:
     """The surfaces behind the pixels' centres.
 
+    In the classic look textures are sampled as stored, and normals of two-sided materials are not turned.
+
     Parameters
     ----------
     plan : FramePlan
@@ -85,8 +87,9 @@ def see_surfaces(
     _check_shape("visibility", seen, (height, width, 2))
     seen = seen.reshape(-1, 2)
     _check_numbers(plan, seen)
-    made = _Columns(height * width)
-    rays, samplers = pixel_rays(plan.view), Samplers()
+    classic = plan.settings.look == "classic"
+    made = _Columns(height * width, turned=not classic)
+    rays, samplers = pixel_rays(plan.view), Samplers(stored=classic)
     given = [
         None if image is None else _flat_image(name, image, (height, width, 3))
         for name, image in (("albedo", albedo), ("ambient albedo", ambient_albedo))
@@ -107,9 +110,10 @@ def see_surfaces(
 
 
 class _Columns:
-    """What is known of n pixels."""
+    """What is known of n pixels; normals are `turned` as `Fragments.normal` says."""
 
-    def __init__(self, pixels: int) -> None:
+    def __init__(self, pixels: int, turned: bool) -> None:
+        self._turned = turned
         self.covered = np.zeros(pixels, dtype=bool)
         self.position = np.full((pixels, 3), np.nan)
         self.normal, self.albedo, self.ambient, self.emission = np.zeros((4, pixels, 3))
@@ -123,7 +127,7 @@ class _Columns:
         base = factors.base_colors[:, :3]
         self.covered[pixels] = True
         self.position[pixels] = found.position
-        self.normal[pixels] = found.normal()
+        self.normal[pixels] = found.normal(self._turned)
         self.emission[pixels] = factors.emissions
         self.specular[pixels] = factors.speculars
         tint = found.tint() if albedo is None or (ambient is None and not base.all()) else np.ones(3)

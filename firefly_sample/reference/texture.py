@@ -52,6 +52,8 @@ class Sampler:
         As a `Texture` has them.
     cutoff : float or None
         The alpha at which it is cut out, which its mipmaps depend on; None where it is not.
+    stored : bool
+        Sample colours as they are stored, not decoded: the classic look.
 
     Attributes
     ----------
@@ -59,8 +61,8 @@ class Sampler:
         Width and height.
     """
 
-    def __init__(self, pixels: NDArray[np.uint8], cutoff: float | None) -> None:
-        self._keep(texture_levels(pixels, cutoff))
+    def __init__(self, pixels: NDArray[np.uint8], cutoff: float | None, stored: bool = False) -> None:
+        self._keep(texture_levels(pixels, cutoff, stored))
 
     @classmethod
     def of_levels(cls, levels: Sequence[NDArray[np.uint16]]) -> Sampler:
@@ -104,9 +106,10 @@ class Sampler:
 
 
 class Samplers:
-    """Makes each sampler once, also for several threads."""
+    """Makes each sampler once, also for several threads; `stored` as a `Sampler` takes it."""
 
-    def __init__(self) -> None:
+    def __init__(self, stored: bool = False) -> None:
+        self._stored = stored
         self._made: dict[tuple[int, float | None], tuple[Texture, Sampler]] = {}
         self._lock = Lock()
 
@@ -115,5 +118,5 @@ class Samplers:
         key = (texture.serial, cutoff)
         with self._lock:
             if key not in self._made:
-                self._made[key] = texture, Sampler(texture.pixels, cutoff)
+                self._made[key] = texture, Sampler(texture.pixels, cutoff, self._stored)
             return self._made[key][1]

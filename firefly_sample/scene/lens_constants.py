@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LensError
+from firefly_sample.planar import empty_planar
 
 __all__ = ["Clip", "LensConstants", "Unprojection"]
 
@@ -210,15 +211,14 @@ class LensConstants:
 
     def view_from_distance(self, ndc_x: ArrayLike, ndc_y: ArrayLike, y: ArrayLike) -> Float64:
         """View-space points, shape (..., 3), for NDC and distances along the view axis (they broadcast)."""
-        ndc_x, ndc_y, y = np.broadcast_arrays(
-            np.asarray(ndc_x, dtype=np.float64),
-            np.asarray(ndc_y, dtype=np.float64),
-            np.asarray(y, dtype=np.float64),
-        )
+        right, up = np.asarray(ndc_x, dtype=np.float64), np.asarray(ndc_y, dtype=np.float64)
+        y = np.asarray(y, dtype=np.float64)
         w = y if self.perspective else np.ones_like(y)
-        x = (ndc_x - self.x_offset) / self.a * w
-        z = (ndc_y - self.z_offset) / self.c * w
-        return np.stack((x, y, z), axis=-1)
+        points = empty_planar(np.broadcast_shapes(right.shape, up.shape, y.shape), 3)
+        points[..., 0] = (right - self.x_offset) / self.a * w
+        points[..., 1] = y
+        points[..., 2] = (up - self.z_offset) / self.c * w
+        return points
 
     def view_from_depth(self, ndc_x: ArrayLike, ndc_y: ArrayLike, depth: ArrayLike) -> Float64:
         """View-space points, shape (..., 3), for NDC in [-1, 1] and depth-buffer values in [0, 1].

@@ -26,6 +26,7 @@ Float64 = NDArray[np.float64]
 
 LIGHT = (2.1, 1.85, 1.5)
 AMBIENT = (0.05, 0.065, 0.11)
+"""The light of the sky at `ambient` 1."""
 SKY = VerticalGradient(horizon=(0.0072, 0.0095, 0.016), zenith=(0.0012, 0.0016, 0.004))
 FLOOR = (0.30, 0.27, 0.25, 1.0)
 FLOOR_HEIGHT, FLOOR_RADIUS = -1.4, 2.6
@@ -57,6 +58,37 @@ _PARAMETERS = (
     Parameter("particle_size", float, 1.0, "Size of the puffs.", minimum=0.1, maximum=10.0),
     Parameter(
         "particle_alpha", float, 0.12, "Opacity of a puff through its middle.", minimum=0.0, maximum=1.0
+    ),
+    Parameter(
+        "morph",
+        float,
+        0.0,
+        "How far the cloud has turned from a heap (0) into a knot (1), at least.",
+        minimum=0.0,
+        maximum=1.0,
+        keys=(
+            KeyStep("2", 1.0, 0.1, help="more of a knot"),
+            KeyStep("1", 1.0, -0.1, help="more of a heap"),
+        ),
+    ),
+    Parameter(
+        "morphing",
+        bool,
+        True,
+        "Let the cloud go on to the knot and back as time goes; else it stays at morph.",
+        keys=(KeyStep("z", help="morphing on or off"),),
+    ),
+    Parameter(
+        "ambient",
+        float,
+        1.0,
+        "Brightness of the sky's light, which reaches all puffs and the floor, in shadow too.",
+        minimum=0.0,
+        maximum=100.0,
+        keys=(
+            KeyStep("l", 1.25, 0.05, help="more ambient light"),
+            KeyStep("y", 0.8, -0.05, help="less ambient light"),
+        ),
     ),
     Parameter(
         "shadows",
@@ -197,7 +229,8 @@ class SmokeScene(Scene):
         camera = root.attach_new_node(Camera("camera", PerspectiveLens(fov=30.0, near=0.1, far=200.0)))
         super().__init__(root, camera, background=SKY, exposure=1.15, focus=FOCUS)
         root.attach_new_node(_floor())
-        root.attach_new_node(AmbientLight("sky", AMBIENT))
+        self._sky = AmbientLight("sky", AMBIENT)
+        root.attach_new_node(self._sky)
         self._light = DirectionalLight("light", LIGHT)
         self._light_path = root.attach_new_node(self._light)
         self._values = {parameter.name: parameter.default for parameter in _PARAMETERS}
@@ -207,6 +240,8 @@ class SmokeScene(Scene):
         root.attach_new_node(self._particles)
         self._values |= parameters
         self._build_cloud()
+        self._morph()
+        self._light_sky()
         self._set_shadow()
         self._place_camera()
         self._placed_at: float | None = None
@@ -232,6 +267,10 @@ class SmokeScene(Scene):
         if name in ("seed", "particles", "particle_size", "particle_alpha"):
             self._build_cloud()
             self._set_shadow()
+        elif name in ("morph", "morphing"):
+            self._morph()
+        elif name == "ambient":
+            self._light_sky()
         elif name == "camera_ratio":
             self._place_camera()
         elif name in ("light_angle", "light_heading", "swing"):
@@ -269,6 +308,13 @@ class SmokeScene(Scene):
         )
         self._particles.mark_changed()
 
+    def _morph(self) -> None:
+        self._puffs.morph, self._puffs.morphing = self._values["morph"], self._values["morphing"]
+        self._particles.mark_changed()
+
+    def _light_sky(self) -> None:
+        self._sky.set_color(self._values["ambient"] * np.array(AMBIENT))
+
     def _set_shadow(self) -> None:
         values = self._values
         for name, choices in _CHOICES.items():
@@ -304,9 +350,11 @@ class _Puffs:
     """What the particle node calls."""
 
     cloud: Cloud
+    morph: float
+    morphing: bool
 
     def at(self, _: int, time: float) -> tuple[Float64, Float64, float, Float64]:
-        return self.cloud.at(time)
+        return self.cloud.at(time, self.morph, self.morphing)
 
 
 scene = Plugin(

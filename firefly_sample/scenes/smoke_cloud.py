@@ -24,6 +24,8 @@ _RADIUS, _SIZES = 0.062, 0.7
 """Of a puff, and how much they differ."""
 LARGEST_PUFF = _RADIUS * (1.0 + 0.5 * _SIZES)
 """Radius at a size of 1."""
+_LATENESS = 0.35
+"""By how much of the way the last puffs set out after the first ones."""
 _HEAPS = (
     ((0.0, 0.0, 0.02), 0.58),
     ((-0.46, 0.10, -0.14), 0.42),
@@ -60,11 +62,25 @@ class Cloud:
         self._radii = _RADIUS * (1.0 - 0.5 * _SIZES + _SIZES * u[7])
         self._late = u[8]
 
-    def at(self, time: float) -> tuple[Float64, Float64, float, Float64]:
-        """Positions, radii, alpha and colours at `time` (seconds)."""
-        # there and back, with a rest at each; no two puffs set out together
-        wave = 0.5 - 0.5 * math.cos(2.0 * math.pi * time / PERIOD)
-        share = _smooth(np.clip(1.9 * wave - 0.45 - 0.35 * (self._late - 0.5), 0.0, 1.0))[:, None]
+    def at(
+        self, time: float, morph: float = 0.0, morphing: bool = True
+    ) -> tuple[Float64, Float64, float, Float64]:
+        """Positions, radii, alpha and colours at `time` (seconds).
+
+        Parameters
+        ----------
+        morph : float
+            How far the puffs are on their way from the heap (0) to the knot (1), at least.
+        morphing : bool
+            Whether they go on from there to the knot and back as time goes.
+        """
+        gone = (1.0 + _LATENESS) * morph - 0.5 * _LATENESS
+        if morphing:
+            # there and back, with a rest at each
+            wave = 0.5 - 0.5 * math.cos(2.0 * math.pi * time / PERIOD)
+            gone = max(gone, 1.9 * wave - 0.45)
+        # no two puffs set out together
+        share = _smooth(np.clip(gone - _LATENESS * (self._late - 0.5), 0.0, 1.0))[:, None]
         places = (1.0 - share) * self._heap + share * self._knot
         drift = np.sin(2.1 * places[:, [1, 2, 0]] + 0.31 * time) * np.cos(
             2.7 * places[:, [2, 0, 1]] - 0.23 * time

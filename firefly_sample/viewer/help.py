@@ -36,7 +36,7 @@ def help_plate(
     of_scene: Section = (f"Scene {scene}", _key_rows(scene_keys))
     mouse = mouse_section(dragged)
     window: Section = ("Window", _key_rows(own_keys))
-    columns = ((of_scene, mouse), (window,)) if of_scene[1] else ((window,), (mouse,))
+    columns = ((of_scene,), (window, mouse)) if of_scene[1] else ((window,), (mouse,))
     plate = columns_plate(columns, driver, scale)
     fit = min(size[0] / plate.shape[1], size[1] / plate.shape[0])
     return plate if fit >= 1 else columns_plate(columns, driver, scale * fit)

@@ -2,7 +2,8 @@
 // COLORS 0: linear, as it is. COLORS 1: square roots. COLORS 2: square roots in ten bits each of a whole number: exact on
 // every driver, and llvmpipe takes a sixth of the geometry pass to convert for a normalised target of ten bits.
 // NORMALS 0, 1, 2: octahedral, in signed 16, unsigned 16 and unsigned 8 bits (Cigolle et al., JCGT 3(2), 2014).
-// NORMALS 3: n/2 + 1/2. NORMALS 4: n. NORMALS 5: n/2 + 1/2, never decoded, as in Panda3D's sample.
+// NORMALS 3: n/2 + 1/2. NORMALS 4: n. NORMALS 5: the faults of Panda3D's sample: n/2 + 1/2 in OpenGL's view axes (x right,
+// y up, z to the viewer), read again as it is, as if it were a normal in view axes with y forward and z up.
 // Float64 twin: firefly_sample/reference/gbuffer.py
 
 #if COLORS == 2
@@ -114,6 +115,8 @@ vec4 encode_normal(vec3 n)
 {
 #if NORMALS == 4
     return vec4(n, 0.0);
+#elif NORMALS == 5
+    return vec4(vec3(n.x, n.z, -n.y) * 0.5 + 0.5, 0.0);
 #else
     return vec4(n * 0.5 + 0.5, 0.0);
 #endif

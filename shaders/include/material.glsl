@@ -67,7 +67,8 @@ vec3 surface_view()
 #endif
 }
 
+// Panda3D's sample, NORMALS 5, leaves normals as they are where the back of a surface is seen.
 vec3 surface_normal(vec3 view)
 {
-    return unit_normal(v_normal, view, DOUBLE_SIDED != 0);
+    return unit_normal(v_normal, view, DOUBLE_SIDED != 0 && NORMALS != 5);
 }

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 
+import numpy as np
+import pytest
+
 from firefly_sample.cli import main
 from firefly_sample.commands.doctor import Finding, as_text
+from firefly_sample.gpu.driver_variables import VARIABLES, vector_bits
 from tests.cli.command import broken_gl, environment, firefly
+from tests.conftest import make_renderer
 
 
 def report(text):
@@ -46,7 +52,9 @@ def test_nothing_is_to_be_mended_where_only_extras_are_missing():
     here = Finding("Python", True, True, "3.11")
     extra = Finding("embreex", False, False, "not installed", "pip install 'embreex>=4,<5'")
     broken = Finding("libGL", False, True, "not found", "apt-get install libgl1")
+    noted = Finding("VARIABLE", True, False, "1: changes pictures", "unset VARIABLE")
     assert "To " not in as_text([here], True)
+    assert "\n\nTo be without what is noted:\n  unset VARIABLE\n\n" in as_text([here, noted], True)
     assert as_text([here, extra], True).endswith(
         "\n\nTo add what is optional:\n  pip install 'embreex>=4,<5'\n\nfirefly capture works here."
     )
@@ -114,6 +122,90 @@ def test_a_display_that_is_not_there(tmp_path):
     done = firefly("doctor", "--json", cwd=tmp_path, env=env)
     assert (done.returncode, done.stderr) == (0, "")
     assert report(done.stdout)[1]["display"]["found"] == ":4242 cannot be opened"
+
+
+def test_a_variable_that_makes_the_driver_crash(tmp_path, device):
+    """With AVX, vectors of 128 bits make llvmpipe overwrite memory; without, they are its own."""
+    env = environment(LP_NATIVE_VECTOR_WIDTH="128")
+    done = firefly("doctor", "--json", cwd=tmp_path, env=env)
+    ready, found = report(done.stdout)
+    if vector_bits(device.renderer) in (None, 128):
+        assert (ready, done.returncode) == (True, 0)
+        return
+    assert (ready, done.returncode, done.stderr) == (False, 1, "")
+    assert found["LP_NATIVE_VECTOR_WIDTH"]["found"].startswith("128: ")
+    for words in ("LP_NATIVE_VECTOR_WIDTH=128", "AVX", "unset it", "GALLIUM_OVERRIDE_CPU_CAPS=sse4.1"):
+        assert words in found["device 0"]["found"]
+    assert found["device 0"]["fix"] == "unset LP_NATIVE_VECTOR_WIDTH"
+
+
+def test_what_a_processor_without_avx_would_draw(tmp_path, device):
+    """The way out that the refusal names: narrow vectors, and other last digits."""
+    env = environment(LP_NATIVE_VECTOR_WIDTH="128", GALLIUM_OVERRIDE_CPU_CAPS="sse4.1")
+    options = ("--size", "64x48", "--frames", "0", "--outputs", "id,depth", "--json")
+    done = [
+        firefly("capture", "spheres", *options, "-o", folder, cwd=tmp_path, env=variables)
+        for folder, variables in (("narrow", env), ("ours", environment()))
+    ]
+    assert [one.returncode for one in done] == [0, 0], done[0].stderr
+    narrow, ours = (json.loads(one.stdout) for one in done)
+    if vector_bits(device.renderer) is None:
+        assert narrow["driver"] == ours["driver"]
+        return
+    assert vector_bits(narrow["driver"]) == 128
+    # the same driver string is what promises the same bytes
+    same = narrow["frames"][0]["sha256"] == ours["frames"][0]["sha256"]
+    assert same == (narrow["driver"] == ours["driver"])
+    for output, error in (("id", 0.0), ("depth", 1e-5)):
+        images = [
+            np.load(tmp_path / folder / f"{output}_000000.npz")[output] for folder in ("narrow", "ours")
+        ]
+        np.testing.assert_allclose(*images, rtol=error)
+
+
+def test_a_variable_that_leaves_no_context_is_named(tmp_path, device):
+    if vector_bits(device.renderer) is None:
+        pytest.skip("only Mesa takes its version from the environment")
+    done = firefly("doctor", "--json", cwd=tmp_path, env=environment(MESA_GL_VERSION_OVERRIDE="2.1"))
+    assert done.returncode == 1
+    _, found = report(done.stdout)
+    assert "MESA_GL_VERSION_OVERRIDE=2.1" in found["device 0"]["found"]
+    assert found["device 0"]["fix"] == "unset MESA_GL_VERSION_OVERRIDE"
+
+
+@pytest.mark.parametrize("name", [name for name, variable in VARIABLES.items() if variable.silent])
+def test_variables_that_change_pictures_in_silence_are_named(monkeypatch, capsys, device, name):
+    """Their values are read when the first context is made: here they change nothing."""
+    if vector_bits(device.renderer) is None:
+        pytest.skip("the variable is llvmpipe's")
+    monkeypatch.setenv(name, "anything")
+    assert main(["doctor"]) == 0
+    said = capsys.readouterr().out
+    assert re.search(rf"^note +{name} +anything: makes llvmpipe ", said, re.MULTILINE)
+    assert f"  unset {name}\n" in said
+    with pytest.warns(UserWarning, match=f"{name}=anything in the environment makes llvmpipe .*: unset it"):
+        make_renderer((1, 1)).close()
+
+
+def test_doctor_says_where_frames_have_the_same_bytes(capsys, device):
+    assert main(["doctor", "--json"]) == 0
+    said = report(capsys.readouterr().out)[1]["same bytes"]["found"]
+    if vector_bits(device.renderer) is not None:
+        assert device.renderer in said
+        assert ("with AVX" in said) == (vector_bits(device.renderer) >= 256)
+
+
+@pytest.mark.parametrize(
+    ("driver", "bits"),
+    [
+        ("llvmpipe (LLVM 15.0.6, 256 bits)", 256),
+        ("llvmpipe (LLVM 12.0.0, 128 bits)", 128),
+        ("softpipe", None),
+        ("NVIDIA H200/PCIe/SSE2", None),
+    ],
+)
+def test_vector_bits(driver, bits):
+    assert vector_bits(driver) == bits
 
 
 def test_a_missing_package(tmp_path):

@@ -120,13 +120,13 @@ def test_stored_albedo_is_exact_for_each_of_its_codes(device):
     assert np.abs(encode_albedo(decode_albedo(codes)) - codes).max() < 1e-15
 
 
-def test_classic_keeps_the_original_fault(device):
-    """Normals are stored as n * 0.5 + 0.5 and never decoded."""
+def test_classic_keeps_the_original_faults(device):
+    """Normals are stored as n/2 + 1/2 in OpenGL's view axes, (x, z, -y) of ours, and never decoded."""
     inputs = np.zeros((8, 4), dtype=np.float32)
     inputs[:, :3] = directions(8)[-8:]
     body = "result.rgb = decode_normal(encode_normal(a.xyz));"
     result = evaluate(device, ["gbuffer"], body, inputs, UNDECODED)
-    assert np.abs(result[:, :3] - (inputs[:, :3] * 0.5 + 0.5)).max() <= EPS
+    assert np.abs(result[:, :3] - (inputs[:, (0, 2, 1)] * (0.5, 0.5, -0.5) + 0.5)).max() <= EPS
 
 
 def test_specular_and_shininess_match_their_twin(device):

@@ -115,6 +115,14 @@ def test_supersampling_is_refused():
         measure(settings=Settings(supersample=2))
 
 
+def test_the_classic_look_is_measured_by_the_methods_that_it_has():
+    classic = Settings(look="classic")
+    methods = [row["method"] for row in measure(rounds=1, settings=classic)["rows"]]
+    assert methods == ["volumes", "original", "auto", "fullscreen"]
+    with pytest.raises(SettingsError, match=r"look 'classic'.*'lights' must be one of.*got 'loop'"):
+        measure(settings=classic, methods=("volumes", "loop"))
+
+
 def test_nothing_to_measure():
     for nothing in ({"rounds": 0}, {"seeds": ()}):
         with pytest.raises(SceneError, match="nothing to measure"):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from firefly_sample.reference.classic import render_classic
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
@@ -34,6 +35,16 @@ def test_culling_and_volumes_change_nothing_in_the_forest(forest):
             pictures.append(renderer.render(forest, 5.0, ("radiance",)).radiance)
     for other in pictures[1:]:
         assert np.abs(pictures[0] - other).max() <= 5e-6 * np.percentile(pictures[0], 99.9)
+
+
+def test_the_classic_forest_is_what_float64_says(forest):
+    """With ambient light, dots and sky: each light's share is rounded alike, hundreds of them a pixel."""
+    with make_renderer((160, 120), Settings(look="classic")) as renderer:
+        frame = renderer.render(forest, 5.0, outputs := ("color", "albedo", "visibility"))
+        plan = renderer.plan(forest, 5.0, outputs)
+    expected = render_classic(plan, frame.visibility, albedo=frame.albedo)
+    assert np.abs(frame.color.astype(int) - expected).max() <= 1
+    assert (frame.color == expected).mean() >= 0.999
 
 
 def test_five_hundred_lights_and_none_dropped(forest):

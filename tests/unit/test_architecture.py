@@ -18,7 +18,20 @@ import firefly_sample
 PACKAGE = Path(firefly_sample.__file__).parent
 
 LAYERS = (
-    ({"errors", "settings", "assets", "frame", "columns", "srgb", "mipmaps", "derived", "cache_files"},),
+    (
+        {
+            "errors",
+            "settings",
+            "assets",
+            "frame",
+            "columns",
+            "srgb",
+            "planar",
+            "mipmaps",
+            "derived",
+            "cache_files",
+        },
+    ),
     ({"scene"},),
     ({"scenes"}, {"plan"}),
     ({"gpu"}, {"reference"}),

@@ -27,6 +27,10 @@ from firefly_sample.settings import Settings
         {"exposure": "bright"},
         {"look": "classic", "exposure": 2.0},
         {"look": "classic", "tone": "exponential"},
+        {"look": "classic", "clamp_light": True},
+        {"look": "classic", "lights": "loop"},
+        {"look": "classic", "lights": "clustered"},
+        {"look": "classic", "lights": "forward"},
     ],
     ids=str,
 )

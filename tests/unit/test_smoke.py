@@ -7,11 +7,14 @@ from hypothesis import strategies as st
 
 from firefly_sample.errors import ParameterError
 from firefly_sample.plan.build import build_plan
+from firefly_sample.reference.particles import particle_light
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.scenes.smoke import AMBIENT
 from firefly_sample.scenes.smoke_cloud import EMBER, GOLD, LARGEST_PUFF, PERIOD, REACH, Cloud
 
 SMOKE = find_scene("smoke")
+SOME = Cloud(7, 500, 1.0, 0.1)
 
 
 def smoke(**parameters):
@@ -55,9 +58,9 @@ def test_a_drag_turns_the_light_and_tells_which_parameters_it_changed():
     assert scene.drag(0.0, 9.0)["light_angle"] == 85.0
 
 
-@given(st.integers(0, 2**63 - 1), st.floats(0.0, 1e5))
-def test_the_cloud_stays_within_its_reach(seed, time):
-    positions, radii, _, colors = Cloud(seed, 3000, 1.0, 0.1).at(time)
+@given(st.integers(0, 2**63 - 1), st.floats(0.0, 1e5), st.floats(0.0, 1.0), st.booleans())
+def test_the_cloud_stays_within_its_reach(seed, time, morph, morphing):
+    positions, radii, _, colors = Cloud(seed, 3000, 1.0, 0.1).at(time, morph, morphing)
     assert np.linalg.norm(positions, axis=1).max() <= REACH
     assert radii.max() <= LARGEST_PUFF
     assert colors.min() >= 0.0
@@ -71,6 +74,49 @@ def test_the_cloud_goes_from_one_shape_and_colour_to_the_other_and_back():
     np.testing.assert_allclose(knot[3], np.tile(GOLD, (500, 1)))
     np.testing.assert_allclose(again[3], heap[3])
     assert np.linalg.norm(heap[0] - knot[0], axis=1).mean() > 0.5
+
+
+def progress(*arguments):
+    """How far each of 500 puffs is on its way from heap to knot, from 0 to 1, as its colour tells."""
+    colors = SOME.at(*arguments)[3]
+    return (colors[:, 1] - EMBER[1]) / (GOLD[1] - EMBER[1])
+
+
+@given(st.floats(0.0, 1e4))
+def test_a_cloud_that_is_not_morphing_stays_what_morph_says(time):
+    np.testing.assert_allclose(progress(time, 0.0, False), 0.0, atol=1e-12)
+    np.testing.assert_allclose(progress(time, 1.0, False), 1.0, atol=1e-12)
+    half = progress(time, 0.5, False)
+    np.testing.assert_array_equal(half, progress(0.0, 0.5, False))
+    assert half.mean() == pytest.approx(0.5, abs=0.02)  # as many puffs set out early as late
+
+
+@given(st.floats(0.0, 2.0 * PERIOD), st.floats(0.0, 1.0))
+def test_a_cloud_that_is_morphing_goes_on_from_morph_to_the_knot_and_back_to_it(time, morph):
+    least, alone, both = progress(time, morph, False), progress(time), progress(time, morph, True)
+    np.testing.assert_array_equal(both, np.maximum(least, alone))
+    np.testing.assert_array_equal(progress(time, 0.0, True), alone)
+    np.testing.assert_allclose(progress(PERIOD / 2, morph), 1.0)
+
+
+def test_each_step_of_morph_moves_puffs_towards_the_knot():
+    steps = np.array([progress(0.0, morph, False) for morph in np.linspace(0.0, 1.0, 11)])
+    gone = np.diff(steps, axis=0)
+    assert gone.min() >= 0.0
+    assert (gone.max(axis=1) > 0.04).all()  # smoothly: the first ones go 1/20 of their way in the first step
+
+
+@pytest.mark.parametrize("ambient", [0.25, 1.0, 100.0])
+def test_ambient_light_adds_its_share_of_each_puffs_colour_whatever_shadows_it(ambient):
+    dark, lit = (build_plan(smoke(particles=20, ambient=share)) for share in (0.0, ambient))
+    added = particle_light(lit) - particle_light(dark)
+    expected = ambient * np.array(AMBIENT) * lit.particles.colors
+    np.testing.assert_allclose(added, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_without_ambient_light_nothing_is_drawn_for_it():
+    lit, dark = (build_plan(smoke(ambient=share)) for share in (1.0, 0.0))
+    assert {step.name for step in lit.passes} - {step.name for step in dark.passes} == {"ambient"}
 
 
 def test_more_puffs_never_move_the_first_ones():
@@ -101,6 +147,8 @@ def test_a_frame_does_not_depend_on_the_frames_before():
         ("show_texture", True, lambda plan: plan.passes[-1].name == "volume_texture"),
         ("shadows", False, lambda plan: plan.volume is None),
         ("particles", 50, lambda plan: len(plan.particles) == 50),
+        ("morph", 1.0, lambda plan: np.allclose(plan.particles.colors, GOLD)),
+        ("ambient", 3.0, lambda plan: np.allclose(plan.ambient, 3.0 * np.array(AMBIENT))),
         ("particle_size", 2.0, lambda plan: plan.particles.radii.min() > 0.07),
         ("particle_alpha", 0.5, lambda plan: plan.particles.optical_depths.min() > 0.6),
         (
@@ -120,10 +168,21 @@ def test_each_parameter_acts_in_a_running_scene_as_in_a_new_one(name, value, see
     after, new = build_plan(running), build_plan(smoke(**{name: value}))
     assert see(after)
     np.testing.assert_array_equal(after.particles.positions, new.particles.positions)
+    np.testing.assert_array_equal(after.ambient, new.ambient)
     assert (after.volume is None) == (new.volume is None)
     if after.volume is not None:
         np.testing.assert_array_equal(after.volume.places, new.volume.places)
         np.testing.assert_array_equal(after.volume.strengths, new.volume.strengths)
+
+
+def test_morphing_acts_in_a_running_scene():
+    running = smoke(morph=0.25)
+    moving = build_plan(running, time=PERIOD / 2)
+    running.set("morphing", False)
+    after = build_plan(running, time=PERIOD / 2)
+    assert np.abs(after.particles.positions - moving.particles.positions).max() > 0.5
+    new = build_plan(smoke(morph=0.25, morphing=False), time=PERIOD / 2)
+    np.testing.assert_array_equal(after.particles.positions, new.particles.positions)
 
 
 def test_the_seed_decides_which_puffs():

@@ -14,6 +14,24 @@ def test_keys_change_the_shadows(open_window):
         first = window.settled()
 
 
+def test_keys_morph_the_cloud_and_light_it(open_window):
+    """Paused at 9 s, when the cloud is a knot by itself: Z takes it back to a heap."""
+    window = open_window(*FEW, "--time", "9", scene="smoke")
+    pictures = [window.pause()]
+    for key in ("z", "2", "1", "l", "y"):
+        window.key(key)
+        pictures.append(window.changed_from(pictures[-1]))
+    # without the column of text, which says what was changed
+    knot, heap, between, again, bright, darker = (picture[:, 40:] for picture in pictures)
+    assert (knot != heap).any()
+    assert (between != heap).any()
+    np.testing.assert_array_equal(again, heap)
+    assert (bright > heap).any()
+    assert (bright >= heap).all()
+    assert (darker < bright).any()
+    assert (darker <= bright).all()
+
+
 def test_e_shows_the_slices_in_the_corner(open_window):
     window = open_window(*FEW, scene="smoke")
     window.pause()
