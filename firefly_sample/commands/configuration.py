@@ -15,9 +15,10 @@ from firefly_sample.errors import did_you_mean
 
 __all__ = ["Table", "as_sources", "named_by_table", "read_configuration"]
 
+_OURS = "firefly.toml"
 _LARGEST = 2**20
 """Bytes: no configuration is larger."""
-_LOST = (
+_NO_COMMAND = (
     "{} belongs to no command: options stand in tables such as [firefly.capture] or [tool.firefly.capture]"
 )
 
@@ -58,40 +59,41 @@ def read_configuration(commands: Collection[Words]) -> list[Table]:
     CycloptsError
         If a file cannot be read, is not TOML, or has a table that belongs to no command; it names the file.
     """
-    tables = []
-    for name, keys, ours in (
-        ("firefly.toml", ("firefly",), True),
-        ("pyproject.toml", ("tool", "firefly"), False),
-    ):
-        try:
-            data = _bytes_of(name)
-        except PermissionError as error:
-            if not _can_search():
-                warnings.warn(
-                    f"no configuration is read: the working folder cannot be searched ({error.strerror})",
-                    stacklevel=2,
-                )
-                break
-            _refuse(name, error.strerror or "permission denied", ours)
-        except OSError as error:
-            _refuse(name, error.strerror or str(error), ours)
-        else:
-            if data is None:
-                continue
-            import tomllib
+    try:
+        os.stat(_OURS)
+    except PermissionError as error:  # the folder's: a file that may not be read still has a state
+        text = f"no configuration is read: the working folder cannot be searched ({error.strerror})"
+        warnings.warn(text, stacklevel=2)
+        return []
+    except OSError:
+        pass
+    tables = _read(_OURS, ("firefly",)), _read("pyproject.toml", ("tool", "firefly"))
+    for table in filter(None, tables):
+        _check_table(table.path, table.keys, _inner(table.content, table.keys), commands)
+    return [table for table in tables if table is not None]
 
-            try:
-                content = tomllib.loads(data.decode())
-            except (ValueError, RecursionError) as error:
-                _refuse(name, f"it is not TOML: {error}", ours or b"firefly" in data)
-            else:
-                if ours and (others := sorted(set(content) - {keys[0]})):
-                    raise CycloptsError(f"{_path(name)}: {_LOST.format(others[0])}")
-                table = _inner(content, keys)
-                if table is not None:
-                    _check_table(_path(name), keys, table, commands)
-                    tables.append(Table(_path(name), keys, content))
-    return tables
+
+def _read(name: str, keys: Words) -> Table | None:
+    """A file's table; None if it is not there, or the file is somebody else's and cannot be read."""
+    path, ours = _path(name), name == _OURS
+    try:
+        data = _bytes_of(name)
+        if data is None:
+            return None
+        import tomllib
+
+        ours |= b"firefly" in data
+        content = tomllib.loads(data.decode())
+    except (OSError, ValueError, RecursionError) as error:
+        reason = error.strerror or error if isinstance(error, OSError) else f"it is not TOML: {error}"
+        text = f"{path} cannot be read: {reason}"
+        if ours:
+            raise CycloptsError(text) from error
+        warnings.warn(f"{text}; it is ignored", stacklevel=3)
+        return None
+    if name == _OURS and (others := sorted(set(content) - {keys[0]})):
+        raise CycloptsError(f"{path}: {_NO_COMMAND.format(others[0])}")
+    return None if _inner(content, keys) is None else Table(path, keys, content)
 
 
 def as_sources(tables: Iterable[Table], allow_unknown: bool) -> list[Env | Dict]:
@@ -161,24 +163,6 @@ def _bytes_of(name: str) -> bytes | None:
         os.close(handle)
 
 
-def _can_search() -> bool:
-    try:
-        os.stat("firefly.toml")
-    except PermissionError:
-        return False
-    except OSError:
-        pass
-    return True
-
-
-def _refuse(name: str, reason: str, ours: bool) -> None:
-    """Say why a file is not read: an error if it is, or may be, our configuration."""
-    text = f"{_path(name)} cannot be read: {reason}"
-    if ours:
-        raise CycloptsError(text)
-    warnings.warn(f"{text}; it is ignored", stacklevel=3)
-
-
 def _inner(content: Any, keys: tuple[str, ...]) -> Any:
     """What stands under `keys`; None if nothing does."""
     for key in keys:
@@ -202,7 +186,7 @@ def _check_table(
     for key, value in table.items():
         inner = (*words, key)
         if not any(known[: len(inner)] == inner for known in commands):
-            raise CycloptsError(f"{path}: {_LOST.format('.'.join((*keys, *inner)))}")
+            raise CycloptsError(f"{path}: {_NO_COMMAND.format('.'.join((*keys, *inner)))}")
         _check_table(path, keys, value, commands, inner)
 
 

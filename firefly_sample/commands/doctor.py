@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Finding", "as_text", "doctor", "examine"]
 
+_FIXES = {
+    "MISSING": "To mend it:",
+    "without": "To add what is optional:",
+    "note": "To undo what is noted:",
+}
+"""What stands above the commands, by the mark of their findings."""
 APT = "apt-get install --no-install-recommends"
 
 
@@ -83,14 +89,10 @@ def examine() -> list[Finding]:
 
 
 def as_text(findings: list[Finding], ready: bool) -> str:
-    """The report as lines, with what to run for what is broken, then for what is only absent."""
+    """Return the report as lines, and below them the commands that mend, add or undo what was found."""
     rows = [(_mark(finding), finding) for finding in findings]
     lines = align([(mark, finding.name, finding.found) for mark, finding in rows]).splitlines()
-    for head, mark in (
-        ("To mend it:", "MISSING"),
-        ("To draw what other machines draw:", "note"),
-        ("To add what is optional:", "without"),
-    ):
+    for mark, head in _FIXES.items():
         fixes = dict.fromkeys(finding.fix for has, finding in rows if finding.fix and has == mark)
         if fixes:
             lines += ["", head, *(f"  {fix}" for fix in fixes)]

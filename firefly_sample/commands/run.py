@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time
-from firefly_sample.commands.terminal import json_text, progress_bar
+from firefly_sample.commands.terminal import json_text, print_result, progress_bar
 from firefly_sample.errors import SettingsError
 from firefly_sample.settings import Settings
 
@@ -52,8 +52,11 @@ def run(
     """
 
     def report(result: PerformanceResult) -> None:
-        # a window goes on, also where stdout is lost
-        print(json_text(result.as_dict()) if json else result.line(), flush=True)
+        text = json_text(result.as_dict()) if json else result.line()
+        if performance_test is not None:
+            print_result(text)
+        else:  # the window goes on, also where stdout is lost
+            print(text, flush=True)
 
     if headless and performance_test is None:
         raise SettingsError(

@@ -7,7 +7,6 @@ has failed.
 
 from __future__ import annotations
 
-import errno
 import io
 import os
 import select
@@ -41,10 +40,7 @@ def safe_streams() -> Iterator[None]:
 
 
 def failure_of(stream: TextIO | None) -> OSError | None:
-    """What went wrong first when `stream` was written, all of it flushed; None if nothing did.
-
-    The failure of a stream that was closed from the start is EBADF.
-    """
+    """What went wrong first when `stream` was written, all of it flushed; None if nothing did."""
     if not isinstance(stream, _Stream):
         return None
     stream.flush()
@@ -52,8 +48,8 @@ def failure_of(stream: TextIO | None) -> OSError | None:
 
 
 def was_closed(stream: TextIO | None) -> bool:
-    """Whether the process began without `stream`: nobody wants what is only said by the way."""
-    return isinstance(stream, _Stream) and stream.sink.began_closed
+    """Whether the process began without `stream`, so that nobody reads what is written."""
+    return isinstance(stream, _Stream) and stream.was_closed
 
 
 def _occupy(descriptor: int) -> None:
@@ -71,7 +67,7 @@ def _occupy(descriptor: int) -> None:
 def _safe(stream: TextIO | None, own: TextIO | None, descriptor: int) -> TextIO:
     """A stream that never raises in place of the process's `own`; another stream as it is."""
     if stream is None:
-        return _Stream(_Sink(descriptor, began_closed=True))
+        return _Stream(_Sink(descriptor), was_closed=True)
     if stream is not own or not isinstance(stream, io.TextIOWrapper):
         return stream  # a test's or a notebook's
     with suppress(OSError):
@@ -89,17 +85,14 @@ def _safe(stream: TextIO | None, own: TextIO | None, descriptor: int) -> TextIO:
 class _Sink(io.FileIO):
     """A descriptor that takes everything; after the first failure nothing is written any more."""
 
-    def __init__(self, descriptor: int, began_closed: bool = False) -> None:
+    def __init__(self, descriptor: int) -> None:
         super().__init__(descriptor, "wb", closefd=False)
-        self.began_closed = began_closed
         self.failure: OSError | None = None
 
     def write(self, data: Any, /) -> int:
         """Write all of `data`, or keep why that fails."""
         left = memoryview(data).cast("B")
         size = len(left)
-        if self.began_closed and size and self.failure is None:
-            self.failure = OSError(errno.EBADF, "it is closed")
         while left and self.failure is None:
             try:
                 written = super().write(left)
@@ -116,6 +109,7 @@ class _Sink(io.FileIO):
 class _Stream(io.TextIOWrapper):
     """A text stream into a `_Sink`."""
 
-    def __init__(self, sink: _Sink, **options: Any) -> None:
+    def __init__(self, sink: _Sink, was_closed: bool = False, **options: Any) -> None:
         super().__init__(sink if options.get("write_through") else io.BufferedWriter(sink), **options)
         self.sink = sink
+        self.was_closed = was_closed

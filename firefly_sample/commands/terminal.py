@@ -57,8 +57,9 @@ def print_result(text: str, done: str = "") -> None:
     FireflyError
         If stdout is closed or full; the message says what is done.
     """
-    if text:
-        print(text.removesuffix("\n"))
+    if was_closed(sys.stdout):
+        raise _lost("it is closed", done)
+    print(text.removesuffix("\n"))
     check_stdout(done)
 
 
@@ -70,7 +71,9 @@ def print_summary(text: str, quiet: bool = False) -> None:
     FireflyError
         If stdout is full; the message says what was done.
     """
-    print_result("" if quiet or was_closed(sys.stdout) else text, text)
+    if not quiet and not was_closed(sys.stdout):
+        print(text)
+    check_stdout(text)
 
 
 def print_json(value: object, done: str = "") -> None:
@@ -89,5 +92,9 @@ def check_stdout(done: str = "") -> None:
     """Raise a FireflyError if something printed on stdout is lost and its reader has not simply gone."""
     failure = failure_of(sys.stdout)
     if failure is not None and not isinstance(failure, ConnectionError):
-        written = f"; written all the same: {done}" if done else ""
-        raise FireflyError(f"cannot write to stdout: {failure.strerror or failure}{written}")
+        raise _lost(failure.strerror or str(failure), done)
+
+
+def _lost(reason: str, done: str) -> FireflyError:
+    written = f"; written all the same: {done}" if done else ""
+    return FireflyError(f"cannot write to stdout: {reason}{written}")

@@ -41,8 +41,6 @@ def plan_warnings(
         Lines of other modules, on the lens and on positions, to be given with the rest.
     """
     warnings = list(found)
-    if (needs.geometry or needs.hazy) and needs.picture and not (in_scene or snapshot.ambient):
-        warnings.extend(_darkness(snapshot))
     blended = dict.fromkeys(
         material.name
         for group in snapshot.groups
@@ -82,6 +80,8 @@ def plan_warnings(
         ]
         if left_out:
             warnings.append(f"look 'classic' leaves out, as the original does: {', '.join(left_out)}")
+    if (needs.geometry or needs.hazy) and needs.picture and not (in_scene or snapshot.ambient):
+        warnings.extend(_darkness(snapshot))
     return tuple(warnings)
 
 

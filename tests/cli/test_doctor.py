@@ -52,7 +52,9 @@ def test_nothing_is_to_be_mended_where_only_extras_are_missing():
     here = Finding("Python", True, True, "3.11")
     extra = Finding("embreex", False, False, "not installed", "pip install 'embreex>=4,<5'")
     broken = Finding("libGL", False, True, "not found", "apt-get install libgl1")
+    noted = Finding("VARIABLE", True, False, "1: changes pictures", "unset VARIABLE")
     assert "To " not in as_text([here], True)
+    assert "\n\nTo undo what is noted:\n  unset VARIABLE\n\n" in as_text([here, noted], True)
     assert as_text([here, extra], True).endswith(
         "\n\nTo add what is optional:\n  pip install 'embreex>=4,<5'\n\nfirefly capture works here."
     )

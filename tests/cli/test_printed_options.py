@@ -36,7 +36,9 @@ def known():
     for words in cli._COMMANDS:
         names |= names_of(words, find_scene("forest") if words in cli._WITH_SCENE else None)
     for plugin in (*list_scenes(), find_scene("tests.cli.glade:crowded")):
-        names |= set(scene_options(plugin))
+        options = zip(plugin.parameters, scene_options(plugin), strict=True)
+        for parameter, option in options:
+            names |= {option, option.replace("--", "--no-")} if parameter.default is True else {option}
     return names
 
 

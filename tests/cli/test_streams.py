@@ -94,7 +94,7 @@ def test_a_manifest_that_cannot_be_printed_is_an_error_that_says_what_is_written
     ("command", "expected"),
     [
         ("scenes >/dev/full", (1, "", [FULL])),
-        ("--version >&-", (1, "", [CLOSED])),
+        ("scenes >&-", (1, "", [CLOSED])),
         ("--help >/dev/full", (1, "", [FULL])),
         ("nonsense 2>/dev/full", (2, "", [])),
     ],
