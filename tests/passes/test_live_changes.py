@@ -197,7 +197,7 @@ class Stage:
         self.scene.camera.node().lens = PerspectiveLens(vfov=40, near=0.5, far=50)
 
     def orthographic_lens(self):
-        self.scene.camera.node().lens = OrthographicLens(film_size=(9, 8), near=1, far=50)
+        self.scene.camera.node().lens = OrthographicLens(film_height=8, near=1, far=50)
 
     def exposure(self):
         self.scene.exposure = 3.0
