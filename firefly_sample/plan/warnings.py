@@ -40,7 +40,7 @@ def plan_warnings(
     found : iterable of str
         Lines of other modules, on the lens and on positions, to be given with the rest.
     """
-    warnings = list(found)
+    warnings: list[str] = []
     blended = dict.fromkeys(
         material.name
         for group in snapshot.groups
@@ -62,6 +62,7 @@ def plan_warnings(
         warnings.append(
             "interpolation=float64: the driver lacks ARB_gpu_shader_fp64, so the rasterizer interpolates"
         )
+    warnings.extend(found)
     if needs.lit and not needs.classic and (clipped := _accumulation_warning(needs, sets)):
         warnings.append(clipped)
     if cloud is not None:

@@ -61,7 +61,7 @@ def every_kind_of_thing(orthographic=False):
     scene.root.attach_new_node(PointLights("lights", positions, (0.3, 0.2, 0.1), 2.0))
     scene.root.find("**/sun").node().set_shadow_caster(True, 32)
     if orthographic:
-        scene.camera.node().lens = OrthographicLens((5.0, 4.0), near=0.1, far=100.0)
+        scene.camera.node().lens = OrthographicLens(film_height=4.0, near=0.1, far=100.0)
     return scene
 
 

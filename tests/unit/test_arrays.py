@@ -423,7 +423,7 @@ def test_what_is_no_number_is_refused(value):
         lambda: Settings(exposure=value),
         lambda: Settings(cutoff_budget=value),
         lambda: Parameter("size", float, 1.0, "Size.").check(value, "s"),
-        lambda: PerspectiveLens(near=value),
+        lambda: PerspectiveLens().set_near_far(value, 10.0),
         lambda: Material("m", shininess=value),
         lambda: Material("m", alpha_cutoff=value),
         lambda: light.set_radius(value),

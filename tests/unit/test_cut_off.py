@@ -18,6 +18,7 @@ from firefly_sample.plan.cut_off import cut_off
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import Lens, OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scenes import build_scene, find_scene
@@ -30,6 +31,7 @@ SIZE = (64, 48)
 def scene_of(lens: Lens | None = None, **things) -> Scene:
     """A scene of Geoms that stand at positions: name=(geom, (x, y, z))."""
     scene = Scene()
+    scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
     for name, (geom, position) in things.items():
         scene.root.attach_new_node(geom_node(name, geom, Material("m"))).set_pos(*position)
     if lens is not None:

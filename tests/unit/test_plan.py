@@ -225,7 +225,9 @@ def test_a_driver_without_clip_control_gets_a_standard_depth_and_a_warning():
 
 def pane(alpha=1.0, texel=255):
     texture = Texture(np.full((2, 2, 4), (9, 9, 9, texel)))
-    return wall_scene(material=Material("pane", (1, 1, 1, alpha), texture, alpha_mode="blend"))
+    scene = wall_scene(material=Material("pane", (1, 1, 1, alpha), texture, alpha_mode="blend"))
+    scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
+    return scene
 
 
 def test_blended_materials_are_named():
@@ -256,6 +258,7 @@ def test_only_the_blended_materials_that_let_something_through_are_named():
     node.add_geom(node.geoms[0][0], Material("solid", alpha_mode="blend"))
     node.add_geom(node.geoms[0][0], Material("leaf", (1, 1, 1, 0.2), alpha_mode="mask"))
     scene.root.attach_new_node(node)
+    scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
     (said,) = build_plan(scene).warnings
     assert "cut-outs: clear (" in said
 
