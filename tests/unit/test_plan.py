@@ -368,11 +368,12 @@ def test_every_variant_of_every_plan_is_a_legal_one():
             scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))
             cases = [(chosen, outputs) for chosen in settings for outputs in OUTPUT_SETS]
             cases += [(chosen, ("color", "light")) for chosen in lighting]
+            planner = Planner()
             for chosen, outputs in cases:
                 if chosen.supersample == 2 and any(OUTPUTS[name].sampled for name in outputs):
                     continue
                 for capabilities in (Capabilities(), Capabilities(False, False)):
-                    plan = build_plan(scene, chosen, (8, 6), outputs, 0.0, capabilities)
+                    plan = planner.plan(scene, chosen, (8, 6), outputs, 0.0, capabilities)
                     for step in plan.passes:
                         sets = [x for x in plan.lights if PASS_OF_KIND[x.kind] == step.name]
                         variants = [variant_for(step.variant, x) for x in sets] or [step.variant]
