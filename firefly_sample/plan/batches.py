@@ -88,6 +88,8 @@ class Visible:
         Of everything along the view axis; infinity and minus infinity where nothing is in view.
     factors : Factors
         Of everything, part by part.
+    centers, radii : ndarray of float64, shape (n, 3) and (n,)
+        Bounding spheres of all n instances in view, in view space, part by part.
     """
 
     def __init__(self, instances: Instances, world_to_view: Float64, planes: Float64) -> None:
@@ -96,7 +98,8 @@ class Visible:
         near = centers[seen, 1] - instances.radii[seen]
         order = np.lexsort((near, instances.which[seen]))
         chosen, near = seen[order], near[order]
-        far = centers[chosen, 1] + instances.radii[chosen]
+        self.centers, self.radii = centers[chosen], instances.radii[chosen]
+        far = self.centers[:, 1] + self.radii
         matrices = (instances.model_to_world[chosen].reshape(-1, 4) @ world_to_view).reshape(-1, 4, 4)
         ids = instances.ids[chosen]
         self.factors: Factors = instances.factors().take(chosen)

@@ -36,9 +36,9 @@ class Extent(NamedTuple):
     Attributes
     ----------
     name : str
-        Of the Geom that reaches farthest from the eye.
+        Of the Geom that reaches farthest from the eye; empty where nothing is in view or all is ordinary.
     size : float
-        How far, along an axis of view space; 0 where nothing is in view.
+        How far, along an axis of view space; 0 where nothing is in view, a bound where all is ordinary.
     wide : tuple of str
         Names of the Geoms that have triangles too wide for a rasterizer.
     """
@@ -59,6 +59,8 @@ class Extent(NamedTuple):
         near : float
             The near plane: what lies before it is cut off first, however wide it is.
         """
+        if _is_ordinary(seen, lens, near):  # nearly always: boxes take longer than spheres
+            return cls("", float((np.abs(seen.centers).max(axis=1) + seen.radii).max()), ())
         size, name = max(((_size(part), part.group.geom.name) for part in seen.parts), default=(0.0, ""))
         wide = [part.group.geom.name for part in seen.parts if _is_wide(part, planes, lens, near)]
         return cls(name, size, tuple(dict.fromkeys(wide)))
@@ -103,6 +105,17 @@ def extent_warnings(extent: Extent, sets: Sequence[LightSet], view: View, farthe
             f"geoms {', '.join(map(repr, wide))} have triangles that reach more than {WIDEST:g} half widths "
             "of the view aside, which lose pixels when they are clipped to it: cut them into smaller ones"
         )
+
+
+def _is_ordinary(seen: Visible, lens: LensConstants, near: float) -> bool:
+    """Return whether the bounding spheres of what is in view are within all bounds."""
+    if not len(seen.radii):
+        return False
+    middle = np.abs(seen.centers).max(axis=1)
+    reach = middle + seen.radii
+    ahead = np.maximum(near, seen.centers[:, 1] - seen.radii) if lens.perspective else 1.0
+    wide = reach * max(lens.a, lens.c) > WIDEST * ahead
+    return bool(middle.max() >= SMALLEST and reach.max() <= LARGEST and not wide.any())
 
 
 def _size(part: VisiblePart) -> float:
