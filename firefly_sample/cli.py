@@ -132,14 +132,14 @@ def _run(tokens: list[str], own_process: bool) -> int:
 def _parse(
     words: Words, tokens: list[str], tables: list[Table], plugin: ScenePlugin | None
 ) -> Callable[[], object]:
-    """What the command line asks for, ready to be called."""
+    """Return the function that the command line asks for, ready to be called."""
     app = _app(words, tables, plugin)
     command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
     return partial(command, *bound.args, **bound.kwargs)
 
 
 def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:
-    """Where a plugin's code runs, errors of its own name it."""
+    """Make errors of a plugin's code name the plugin."""
     if plugin is None:
         return nullcontext()
     from firefly_sample.scenes import naming

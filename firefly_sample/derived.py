@@ -87,7 +87,7 @@ def fingerprint(*parts: object) -> str:
 
 
 def load_derived(key: str) -> Kept | None:
-    """What `save_derived` kept under `key`; None if there is nothing, or it is not that, whole."""
+    """Return what `save_derived` kept under `key`, or None if it is missing or damaged."""
     folder = derived_folder()
     if folder is None:
         return None
@@ -136,7 +136,7 @@ def _unpack(key: str, content: NDArray[np.uint8]) -> Kept:
 
 
 def _seed(key: str) -> int:
-    """What a file's checksum begins with, so that another key's file does not fit."""
+    """Return the checksum's first part, from the key, so that another key's file does not fit."""
     return zlib.crc32(key.encode())
 
 

@@ -29,7 +29,7 @@ Float64 = NDArray[np.float64]
 Read = Callable[[str], bytes]
 
 _WITHOUT_STEEP = 0x7FFFFFFF
-"""What is left of a triangle's number without its mark: ``shaders/include/steep.glsl``."""
+"""Mask of a triangle's number without its mark: see ``shaders/include/steep.glsl``."""
 _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1, "visibility": -1}
 """Where nothing was drawn; 0 in the others."""
 _OCTAHEDRAL = {"snorm16": (1.0, 0.0), "unorm16": (2.0, 1.0), "unorm8": (255.0 / 127.0, 1.0)}

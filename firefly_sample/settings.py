@@ -98,7 +98,7 @@ _WHOLE = {
 _MAY_BE_ABSENT = ("cutoff_threshold", "shadow_resolution", "volume_reads", "particle_slices")
 _NOT_CLASSIC = ("normals", "albedo", "interpolation", "accumulation", "light_resolution", "clamp_light")
 _ONE_BY_ONE = ("auto", "volumes", "fullscreen")
-"""How lights are drawn where each is blended by itself."""
+"""Methods that blend each light by itself."""
 NOT_FORWARD = {"light_resolution": "full", "interpolation": "rasterizer"}
 """What needs a G-buffer, and what is left without one."""
 _RANGES: dict[str, tuple[float, float]] = {"cutoff_budget": (0.0, 1e30), "cutoff_threshold": (0.0, 1e30)}

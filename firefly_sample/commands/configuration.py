@@ -164,7 +164,7 @@ def _bytes_of(name: str) -> bytes | None:
 
 
 def _inner(content: Any, keys: tuple[str, ...]) -> Any:
-    """What stands under `keys`; None if nothing does."""
+    """Return the value under `keys`, or None."""
     for key in keys:
         content = content.get(key) if isinstance(content, dict) else None
     return content

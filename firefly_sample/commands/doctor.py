@@ -27,7 +27,7 @@ _FIXES = {
     "without": "To add what is optional:",
     "note": "To undo what is noted:",
 }
-"""What stands above the commands, by the mark of their findings."""
+"""Headings of the commands that follow the table, by the mark of their findings."""
 APT = "apt-get install --no-install-recommends"
 
 
@@ -214,7 +214,7 @@ def _device(index: int, chosen: bool) -> Iterator[Finding]:
 
 
 def _same_bytes(device: Device) -> str:
-    """Where a frame comes out the same byte for byte."""
+    """Say on which machines a frame has the same bytes."""
     bits = vector_bits(device.renderer)
     if bits is None:
         return "on this kind of device with this version of the driver"

@@ -49,7 +49,7 @@ COMMAND_OPTIONS = frozenset(
         *("scene", "seconds", "seeds", "size", "sizes", "time", "version"),
     }
 )
-"""What the options of the commands that take a scene are called; settings apart."""
+"""Names of the options of all commands that take a scene, without those of settings."""
 
 SETTINGS_HELP = {
     "look": "Correct shading, or classic: as Panda3D's sample shades, to compare with, including its faults "

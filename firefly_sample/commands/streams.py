@@ -40,7 +40,7 @@ def safe_streams() -> Iterator[None]:
 
 
 def failure_of(stream: TextIO | None) -> OSError | None:
-    """What went wrong first when `stream` was written, all of it flushed; None if nothing did."""
+    """Flush `stream` and return the first error of writing it, or None."""
     if not isinstance(stream, _Stream):
         return None
     stream.flush()
@@ -48,7 +48,7 @@ def failure_of(stream: TextIO | None) -> OSError | None:
 
 
 def was_closed(stream: TextIO | None) -> bool:
-    """Whether the process began without `stream`, so that nobody reads what is written."""
+    """Return whether the process began without `stream`, so that nobody reads it."""
     return isinstance(stream, _Stream) and stream.was_closed
 
 

@@ -153,7 +153,7 @@ class Device:
 
     @property
     def inherited(self) -> bool:
-        """Whether this process was forked from the one that made the device."""
+        """True if this process was forked from the one that made the device."""
         return os.getpid() != self._process
 
     def exclusively(self) -> AbstractContextManager[Any]:

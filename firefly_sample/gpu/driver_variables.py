@@ -24,7 +24,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Variable:
-    """What a variable does.
+    """The effect of a variable.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ def check_vector_width(driver: str) -> None:
 
 
 def _has_avx() -> bool:
-    """Whether the processor has AVX; False where the system does not say."""
+    """Return whether the processor has AVX; False where the system does not say."""
     try:
         return re.search(r"^flags\s*:.*\bavx\b", Path("/proc/cpuinfo").read_text(), re.MULTILINE) is not None
     except OSError:

@@ -59,7 +59,7 @@ def note_opened(holder: Holder | None, renderer: str, software: bool) -> None:
 
 
 def _screen(holder: Holder | None) -> tuple[str, int]:
-    """What threads belong to: all of EGL, or GLX on one connection to an X server."""
+    """Return what shares one set of driver threads: all of EGL, or GLX on one connection to an X server."""
     return (holder.api, holder.display) if holder is not None and holder.api == "GLX" else ("EGL", 0)
 
 
@@ -72,7 +72,7 @@ def _refusal(who: str) -> str:
 
 
 def _was_forked() -> bool:
-    """Whether this process is a fork, without a program of its own started since; unknown off Linux."""
+    """Return whether this process is a fork that has started no other program; False off Linux."""
     try:
         fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
     except OSError:
@@ -81,13 +81,13 @@ def _was_forked() -> bool:
 
 
 def _wants_threads() -> bool:
-    """Whether llvmpipe makes threads here: it draws by itself with one core, or where it is told to."""
+    """Return whether llvmpipe makes threads here: not on one core, nor with LP_NUM_THREADS=0."""
     given = os.environ.get("LP_NUM_THREADS", "")
     return int(given) > 0 if given.isdigit() else len(os.sched_getaffinity(0)) > 1
 
 
 def _has_threads() -> bool:
-    """Whether threads of llvmpipe live in this process; where this cannot be known, they do."""
+    """Return whether this process has threads of llvmpipe; True where this cannot be known."""
     names = []
     for task in Path("/proc/self/task").glob("*/comm"):
         with suppress(OSError):  # a thread may end meanwhile

@@ -135,7 +135,7 @@ class MaterialReader:
 
 
 def _is_plain(sampler: Any) -> bool:
-    """Whether a pyrender Sampler repeats and filters as all textures do here."""
+    """Return whether a pyrender Sampler repeats and filters as all textures do here."""
     import pyrender
 
     gltf = pyrender.GLTF

@@ -236,7 +236,7 @@ class MeshReader:
 
 
 def _tints_emission(colors: NDArray[Any], material: Material) -> bool:
-    """Whether vertex colours change what a material gives off, where they multiply it."""
+    """Return whether vertex colours, multiplied with a material's emission, change it."""
     return bool(material.emission.any() and (colors[:, :3] != 1.0).any())
 
 

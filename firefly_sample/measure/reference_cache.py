@@ -50,7 +50,7 @@ LARGEST_CACHE = 2**30
 
 
 def cache_folder() -> Path | None:
-    """Where references are kept: ``firefly_sample/reference`` in the user's cache; None if there is none."""
+    """Return the folder of references, ``firefly_sample/reference`` in the user's cache; None without one."""
     return user_cache("reference")
 
 
@@ -173,7 +173,7 @@ def _texture_parts(texture: Texture | None) -> Iterator[object]:
 
 
 def _load(folder: Path, key: str, shape: tuple[int, ...]) -> dict[str, Float64] | None:
-    """What was kept under a key; None if there is nothing, or it is not that, whole."""
+    """Return what was kept under a key, or None if it is missing or damaged."""
     path = folder / _name(key)
     if not path.is_file():  # a pipe would be waited for
         return None

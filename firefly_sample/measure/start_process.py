@@ -1,4 +1,4 @@
-"""What the processes do that `firefly_sample.measure.start` times, each with ``python -P -m``.
+"""The work of the processes that `firefly_sample.measure.start` times, each started with ``python -P -m``.
 
 It imports nothing before it is told what to do: each import is part of what is timed.
 """

@@ -251,7 +251,7 @@ class Planner:
         return self._cut[1]
 
     def _extent(self, seen: Visible, eye: Eye, view: View) -> Extent:
-        """How large what is in view is; measured anew only when something else is in view."""
+        """Return the extent of what is in view; measured anew only when something else is in view."""
         if self._measured is None or self._measured[0] is not seen:
             self._measured = seen, Extent.of(seen, eye.planes, view.lens, view.near)
         return self._measured[1]

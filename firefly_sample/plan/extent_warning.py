@@ -1,4 +1,4 @@
-"""What a plan has to say of scenes that are too small, too large or too wide for float32."""
+"""Warn of scenes that are too small, too large or too wide for float32."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DEPTHS = 1e-37
 
 
 class Extent(NamedTuple):
-    """How large what is in view is.
+    """The size of what is in view.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Extent(NamedTuple):
 
     @classmethod
     def of(cls, seen: Visible, planes: Float64, lens: LensConstants, near: float) -> Extent:
-        """That of what is in view.
+        """Return the extent of what is in view.
 
         Parameters
         ----------

@@ -100,7 +100,7 @@ class Group:
 
     @property
     def vertex_alpha(self) -> bool:
-        """Whether the alpha of vertex colours cuts out."""
+        """True if the alpha of vertex colours takes part in the cut-out."""
         return self.cutoff is not None and self.geom.alphas is not None and self.colors is None
 
     def factors(self) -> Factors:

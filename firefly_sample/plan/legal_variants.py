@@ -40,7 +40,7 @@ _PACKINGS = tuple(product(get_args(NormalPacking)[:5], get_args(ColorPacking)))
 _ORIGINAL = ("undecoded", "linear")
 """What the classic look has."""
 _ONE_BY_ONE = ("sphere", "cone", "fullscreen")
-"""How the classic look draws lights."""
+"""Methods by which the classic look draws lights."""
 
 
 _SURFACES = [

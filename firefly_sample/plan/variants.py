@@ -119,7 +119,7 @@ class InterpolationVariant(Variant):
 
 @dataclass(frozen=True)
 class ShadowVariant(Variant):
-    """What cuts a shadow map's casters out: the alpha of a texture, of vertex colours, of both or of none."""
+    """Variant of a shadow map's casters, by whose alpha they are cut out: a texture's, vertex colours', both's."""
 
     textured: bool = False
     vertex_alpha: bool = False

@@ -87,7 +87,7 @@ def plan_warnings(
 
 
 def _is_blended(group: Group, material: Material) -> bool:
-    """Whether a material is to be blended and, by some instance's alpha, lets something through."""
+    """Return whether a material is marked for blending and some instance of it is not opaque."""
     if material.alpha_mode != "blend":
         return False
     if group.vertex_alpha or (group.texture is not None and group.texture.least_alpha() < 1.0):

@@ -1,4 +1,4 @@
-"""What Panda3D's sample "fireflies" shows of a plan, in float64: the reference of the look "classic".
+"""Compute in float64 what Panda3D's sample "fireflies" shows: the reference of the look "classic".
 
 Written from what the sample computes, not from our shaders, and held against Panda3D's renderer. With a
 surface's unit normal (x, y, z) in view axes (x right, y forward, z up), the sample
@@ -102,5 +102,5 @@ def _arriving(plan: FramePlan, place: Float64, stored: Float64) -> Iterator[tupl
 
 
 def _to_codes(values: Float64) -> Float64:
-    """What a target of 8 bits keeps of values, in codes of 0 to 255."""
+    """Round values to the codes, 0 to 255, that a target of 8 bits keeps."""
     return np.asarray(np.rint(np.clip(values, 0.0, 1.0) * 255.0))

@@ -110,7 +110,7 @@ def see_surfaces(
 
 
 class _Columns:
-    """What is known of n pixels; normals are `turned` as `Fragments.normal` says."""
+    """Columns of data of n pixels; normals are `turned` as `Fragments.normal` says."""
 
     def __init__(self, pixels: int, turned: bool) -> None:
         self._turned = turned

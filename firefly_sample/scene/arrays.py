@@ -40,7 +40,7 @@ __all__ = [
 Float64 = NDArray[np.float64]
 
 ROUNDING = 1e-6
-"""How far below 0 or above 1 a float that was computed may be, and still be meant as 0 or 1."""
+"""Tolerance for computed floats just below 0 or just above 1, which are taken as 0 or 1."""
 _COUNTS = {3: "three", 4: "four"}
 DIVIDE = ": divide them by the number that is white (255), or give them as uint8"
 """The way out where colours are above 1."""
@@ -110,7 +110,7 @@ def as_color(
 
 
 def in_range(shares: Float64, largest: float = 1.0) -> bool:
-    """Whether all numbers are 0 to `largest`, up to rounding; NaN is not."""
+    """Return whether all numbers are 0 to `largest`, up to rounding; NaN is not."""
     return bool(((shares >= -ROUNDING) & (shares <= largest + ROUNDING)).all())
 
 

@@ -1,4 +1,4 @@
-"""What float32 does not hold at all: it is refused, or warned about, or right."""
+"""Cases of numbers that float32 does not hold: each is refused, warned about or drawn right."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ _GIVEN: tuple[Callable[[float], Any], ...] = (
 
 
 def _taken(bench: Bench, method: str) -> float:
-    """How many numbers beyond float32 are taken."""
+    """Return how many numbers beyond float32 are accepted."""
     taken = 0
     for give in _GIVEN:
         try:
@@ -135,11 +135,11 @@ _ENDS: tuple[tuple[str, Callable[[], Scene]], ...] = (
     ("", lambda: _flat(2e5)),
     ("lose pixels", lambda: _flat(1e8)),
 )
-"""What a plan says of scenes, and what it says nothing of."""
+"""Cases of scenes that a plan must warn about, and of scenes that it must not."""
 
 
 def _unsaid(bench: Bench, method: str) -> float:
-    """How many scenes are warned about that need not be, or not warned about that must be."""
+    """Return how many scenes have a needless warning or lack a needed one."""
     wrong = 0
     for expected, make in _ENDS:
         said = build_plan(make(), size=SIZE).warnings
