@@ -119,7 +119,7 @@ class InterpolationVariant(Variant):
 
 @dataclass(frozen=True)
 class ShadowVariant(Variant):
-    """Variant of a shadow map's casters, by whose alpha they are cut out: a texture's, vertex colours', both's."""
+    """Variant of a shadow map's casters: what alpha cuts them out, a texture's, vertex colours' or both's."""
 
     textured: bool = False
     vertex_alpha: bool = False

@@ -235,7 +235,7 @@ class PandaNode:
     # --- Python's copies: see the class ---
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the node's state and its links: child, sort number, and the index among the child's parents."""
+        """Return the node's state and its links: child, sort number, and place among the child's parents."""
         state = {name: value for name, value in self.__dict__.items() if name not in _LINKS}
         state["_links"] = [
             (child, sort, child.parents.index(self))
