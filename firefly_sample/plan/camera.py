@@ -36,7 +36,7 @@ class Eye:
     size : (int, int)
         Of the picture in pixels.
     window : bool
-        Draw a lens in a shape that it does not fit, with a warning: a window may get any shape.
+        Draw intrinsics, too, in a shape that they do not fit: a window may get any shape.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Eye:
     Raises
     ------
     LensError
-        If the lens does not fit the picture's shape; it names the camera.
+        If the lens is one of intrinsics for pictures of another shape; it names the camera.
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int], window: bool = False) -> None:
@@ -94,23 +94,28 @@ def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
 
 
 def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, tuple[str, ...]]:
-    """Return the camera's lens for a picture of a size, and warnings of its shape."""
+    """Return the camera's lens for a picture of a size, and warnings of its shape.
+
+    Where two numbers contradict the picture's shape, one of them stays, as in Panda3D's window.
+    """
     lens, shape = scene.lens, scene.lens.shape
-    warnings: tuple[str, ...] = ()
-    if window and shape.fixed_by and not shape.fits(*size):
-        lens = lens.make_copy()
-        lens.set_aspect_ratio(None)
+    if not shape.fixed_by or shape.fits(*size):
+        return lens.for_picture(*size), ()
+    contradiction = f"camera {scene.camera}: {shape.refusal(*size)}"
+    if window:
         # without the window's size and the camera's name: one line is enough while the window or the view is
         # dragged
-        warnings = (
-            f"the camera's {shape.fixed_by} fixes the picture's aspect ratio at "
-            f"{shape.picture:.5g} and the window has another, so it shows more or less than the lens says; "
-            "a capture of another aspect ratio is refused",
+        warning = (
+            f"the camera's {shape.fixed_by} fixes the picture's aspect ratio at {shape.picture:.5g} and the "
+            "window has another, so it shows more or less than the lens says"
         )
-    try:
-        return lens.for_picture(*size), warnings
-    except LensError as error:
-        raise LensError(f"camera {scene.camera}: {error}") from None
+    elif shape.calibrated:
+        raise LensError(contradiction)
+    else:
+        warning = f"{contradiction}; it is drawn with the picture's aspect ratio"
+    lens = lens.make_copy()
+    lens.set_aspect_ratio(None)
+    return lens.for_picture(*size), (warning,)
 
 
 def camera_matrices(scene: Scene) -> CameraMatrices:

@@ -2,7 +2,7 @@
 
 A lens says how wide the view is, and the picture says its shape. One number, be it an angle or a film size,
 stays at every picture's shape and the other side follows, as in Panda3D's window. Two numbers, an aspect
-ratio or intrinsics fix the shape, and a picture of another one is refused: see `Lens.for_picture`.
+ratio or intrinsics fix the shape: a picture of another one gives a warning, and with intrinsics an error.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ class PerspectiveLens(Lens):
             focal_length=fx,
         )
         fixed_by = f"calibration for pictures of {width}x{height}"
-        lens._shape = lens._shape._replace(fixed_by=fixed_by, pixel=1.0 / pixel_height)
+        lens._shape = lens._shape._replace(fixed_by=fixed_by, pixel=1.0 / pixel_height, calibrated=True)
         return lens
 
     def is_perspective(self) -> bool:

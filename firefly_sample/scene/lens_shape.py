@@ -20,11 +20,14 @@ class Shape(NamedTuple):
         What the user set that fixes it, in words; empty where the picture's shape decides.
     pixel : float
         Width over height of one pixel of the picture on the film.
+    calibrated : bool
+        True for intrinsics, which make no sense in a picture of another shape.
     """
 
     ratio: float = 1.0
     fixed_by: str = ""
     pixel: float = 1.0
+    calibrated: bool = False
 
     @property
     def picture(self) -> float:
