@@ -1,4 +1,4 @@
-"""Where a scene's camera is, and the lens that a picture is drawn with."""
+"""Find a scene's camera and the lens that a picture is drawn with."""
 
 from __future__ import annotations
 

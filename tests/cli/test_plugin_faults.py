@@ -1,4 +1,4 @@
-"""What a scene plugin may do wrong, in import, build and update: one line that names it and the place."""
+"""Faults of a scene plugin in import, build and update: each is one line that names plugin and place."""
 
 from __future__ import annotations
 

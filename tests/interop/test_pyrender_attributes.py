@@ -219,7 +219,7 @@ CASES: dict[type, dict[str, Any]] = {
 
 
 def settable(kind: type) -> set[str]:
-    """What can be set of an object of a class, or be given to make one."""
+    """Return the names of a class's settable attributes and constructor parameters."""
     found = inspect.getmembers(kind, lambda member: isinstance(member, property))
     given = set(inspect.signature(kind).parameters)
     return given | {name for name, member in found if member.fset is not None}

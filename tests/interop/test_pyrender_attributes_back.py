@@ -129,7 +129,7 @@ def scene_with(kind: type, **given: Any) -> Scene:
 
 
 def written(scene: Scene) -> tuple[list[Any], list[str]]:
-    """What pyrender holds of a scene, as plain values, and what was lost."""
+    """Return the contents of the pyrender scene as plain values, and the losses."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         made = to_pyrender(scene)

@@ -75,7 +75,7 @@ def _shaded():
 
 @pytest.mark.parametrize("duplicate", [copy.deepcopy, copy.copy, _pickled])
 def test_a_copied_geom_has_shadows_of_its_own(renderer, duplicate):
-    """What was drawn of the original is not taken for the copy's."""
+    """A copy is drawn by its own data, not by the original's GPU objects."""
     scene = _shaded()
     node = scene.root.find("**/card").node()
     geom, material = node.geoms[0]
@@ -94,7 +94,7 @@ def test_a_copied_geom_has_shadows_of_its_own(renderer, duplicate):
 
 
 def test_a_scene_of_part_of_a_tree_is_copied_with_what_is_above(renderer):
-    """What stands above the root counts: where it is, what it hides, its colour."""
+    """Nodes above the root count: their transform, hiding and colour."""
     scene = _shaded()
     above = Scene().root
     scene.root.reparent_to(above)

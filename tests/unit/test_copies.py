@@ -134,7 +134,7 @@ def _mutable(thing, found=None):
 
 
 def _shared(one, other):
-    """What both could change."""
+    """Return the mutable objects that two trees share."""
     mine, yours = _mutable(one), _mutable(other)
     return [mine[key] for key in mine.keys() & yours.keys()]
 
@@ -194,7 +194,7 @@ def test_copy_to_does_not_turn_a_subclass_into_its_base():
 @pytest.mark.parametrize("make", [_geom, _texture], ids=["geom", "texture"])
 @pytest.mark.parametrize("duplicate", [*WAYS.values(), copy.copy], ids=[*WAYS, "copy"])
 def test_a_copy_has_a_serial_of_its_own(duplicate, make):
-    """What is drawn of it is kept by its serial: one that is shared is another's."""
+    """GPU objects are cached by serial, so two objects must not share one."""
     thing = make()
     twin = duplicate(thing)
     later = make()
