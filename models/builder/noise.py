@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import wraps
+
 import numpy as np
 
 from builder.randomness import Random, lattice
@@ -72,9 +74,30 @@ def over(color, tone, share):
     return color + (np.asarray(tone) - color) * share[..., None]
 
 
+BLOCK = 8192
+"""Points whose noise is computed at once: what is in between stays in a processor's cache."""
+
+
+def in_blocks(noise):
+    """`noise(points, ...)` computed for a block of points at a time; points have shape (..., 3)."""
+
+    @wraps(noise)
+    def blockwise(points, *arguments, **options):
+        points = np.asarray(points, float)
+        flat = points.reshape(-1, 3)
+        values = np.empty(len(flat))
+        for first in range(0, len(flat), BLOCK):
+            block = slice(first, first + BLOCK)
+            values[block] = noise(flat[block], *arguments, **options)
+        return values.reshape(points.shape[:-1])
+
+    return blockwise
+
+
+@in_blocks
 def solid(points, seed, wavelength):
     """Smooth noise in -1..1 at points of shape (..., 3)."""
-    p = np.asarray(points, float) / wavelength
+    p = points / wavelength
     base = np.floor(p)
     t = p - base
     t = t * t * t * (t * (6.0 * t - 15.0) + 10.0)
@@ -93,6 +116,7 @@ def solid(points, seed, wavelength):
     return 2.0 * total - 1.0
 
 
+@in_blocks
 def fractal(points, seed, wavelength, octaves, gain=0.5):
     """Solid noise of several wavelengths, each half the one before, `gain` times as strong."""
     total, size = 0.0, 1.0

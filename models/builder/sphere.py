@@ -68,6 +68,25 @@ class Atlas:
         return result
 
 
+class Tiles:
+    """Finds the texels around a direction by looking only into the tiles of an atlas that reach it."""
+
+    def __init__(self, directions, side=16):
+        faces, n = len(directions), directions.shape[1] // side
+        texels = np.arange(directions[..., 0].size).reshape(faces, n, side, n, side)
+        self._texels = texels.swapaxes(2, 3).reshape(-1, side * side)
+        self._directions = directions.reshape(-1, 3)
+        tiles = self._directions[self._texels]
+        self._middles = unit(tiles.mean(axis=1))
+        self._reach = np.arccos((tiles @ self._middles[..., None]).min(axis=(1, 2)))
+
+    def within(self, angle, direction):
+        """Indices of the texels less than `angle` (radians, below pi) away from a unit vector."""
+        least = np.cos(np.minimum(angle + self._reach, math.pi))
+        texels = self._texels[self._middles @ direction >= least - 1e-9].reshape(-1)
+        return texels[self._directions[texels] @ direction > math.cos(angle)]
+
+
 def lit(slope, strength, light=(0.6, -0.5, 0.62)):
     """A factor around 1: a relief lit from one side, where it is lit flat at all."""
     toward = np.asarray(light) / np.linalg.norm(light)

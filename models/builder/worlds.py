@@ -8,7 +8,7 @@ import numpy as np
 
 from builder.noise import fractal, over, smooth, solid
 from builder.randomness import Random
-from builder.sphere import Atlas, lit
+from builder.sphere import Atlas, Tiles, lit
 from builder.surface import unit
 
 
@@ -75,9 +75,10 @@ def craters(d, seed, count, smallest, largest, fresh=0.0):
     # Few are large: the number above a size falls with its square.
     share = (np.arange(count) + 0.5) / count
     sizes = smallest / np.sqrt(share + (smallest / largest) ** 2)
+    tiles = Tiles(d)
     flat, level, bright = d.reshape(-1, 3), height.reshape(-1), dust.reshape(-1)
     for k, (centre, size) in enumerate(zip(places, sizes, strict=True)):
-        near = np.flatnonzero(flat @ centre > math.cos(min(2.6 * size, 3.0)))
+        near = tiles.within(min(2.6 * size, 3.0), centre)
         q = flat[near]
         r = np.linalg.norm(q - centre, axis=1) / size
         r = r * (1.0 + 0.09 * solid(q, seed + 5, 0.6 * size))
@@ -90,15 +91,15 @@ def craters(d, seed, count, smallest, largest, fresh=0.0):
         level[near] = np.where(r < 1.0, 0.25 * level[near] + bowl, level[near] * smooth(0.9, 1.6, r) + rim)
         bright[near] *= smooth(0.6, 1.3, r)
         if fresh and k % 9 == 4 and size > 1.6 * smallest:
-            _rays(flat, bright, centre, size, fresh, random)
+            _rays(tiles, flat, bright, centre, size, fresh, random)
     return height, dust
 
 
-def _rays(flat, bright, centre, size, fresh, random):
+def _rays(tiles, flat, bright, centre, size, fresh, random):
     """Streaks away from a crater."""
     side = unit(np.cross(centre, (0.3, 0.5, 0.81)))
     other = np.cross(centre, side)
-    near = np.flatnonzero(flat @ centre > math.cos(min(9.0 * size, 3.0)))
+    near = tiles.within(min(9.0 * size, 3.0), centre)
     q = flat[near]
     r = np.linalg.norm(q - centre, axis=1) / size
     angle = np.arctan2(q @ other, q @ side)
