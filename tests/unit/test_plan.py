@@ -6,24 +6,19 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import LightError, NodeError, OutputError, PlanError, SceneError
-from firefly_sample.frame import OUTPUTS
-from firefly_sample.passes.lights import variant_for
 from firefly_sample.plan.build import Planner, build_plan
 from firefly_sample.plan.frame_passes import check_passes
 from firefly_sample.plan.frame_plan import Capabilities, PassPlan
-from firefly_sample.plan.legal_variants import legal_variants
-from firefly_sample.plan.light_set import PASS_OF_KIND
-from firefly_sample.plan.variants import PASS_ORDER
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.scene import Scene, VerticalGradient
+from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
-from tests.scenes import ball_scene, geom_node, orthographic_wall, wall, wall_scene
+from tests.scenes import ball_scene, geom_node, wall, wall_scene
 
 
 def names(plan):
@@ -314,75 +309,6 @@ def test_a_camera_under_scaled_and_sheared_parents_keeps_a_right_angled_view():
     stretch.set_scale(-1, 1, 1)
     with pytest.raises(NodeError, match="mirrored"):
         build_plan(scene)
-
-
-SHINY = {"specular": (1, 1, 1), "emission": (1, 1, 1), "ambient": (1, 0, 0)}
-OUTPUT_SETS = (
-    ("color",),
-    ("radiance",),
-    ("depth", "normal"),
-    ("color", "id"),
-    ("light",),
-    ("light", "radiance"),
-    ("overdraw", "volumes", "wireframe", "shadow_atlas"),
-)
-
-
-def test_every_variant_of_every_plan_is_a_legal_one():
-    """What the compile test covers is what is shipped."""
-    legal = {name: set(legal_variants(name)) for name in PASS_ORDER}
-    texture = Texture(np.full((2, 2, 4), 255, dtype=np.uint8))
-    materials = [
-        Material("plain"),
-        Material("leaf", texture=texture, alpha_mode="mask", double_sided=True),
-        Material("bark", texture=texture),
-    ]
-    settings = [
-        Settings(look=look, position=position, lights=lights, supersample=supersample)
-        for look in ("correct", "classic")
-        for position in ("linear32f", "depth32f", "depth24")
-        for lights in ("volumes", "fullscreen", "loop")
-        for supersample in (1, 2)
-        if (look, lights) != ("classic", "loop")
-    ]
-    lighting = [
-        Settings(specular=specular, window=window, clamp_light=clamp, shadow_taps=taps, position=position)
-        for specular in ("phong", "blinn_phong")
-        for window in ("karis", "gltf")
-        for clamp in (False, True)
-        for taps in (1, 4, 16)
-        for position in ("linear32f", "depth24")
-    ]
-    seen = 0
-    for make in (wall_scene, orthographic_wall):
-        for material in materials:
-            scene = make()
-            scene.root.find("wall").set_material(material)
-            scene.root.attach_new_node(PointLights("l", [(0, 8, 0)], (1, 1, 1), 5.0))
-            for light in (PointLight("p"), Spotlight("t"), DirectionalLight("d")):
-                light.set_shadow_caster(True, 16)
-                scene.root.attach_new_node(light).set_pos(0, 5, 0)
-            scene.root.attach_new_node(geom_node("near", wall(0.5), Material("n", **SHINY))).set_pos(0, 7, 0)
-            scene.root.attach_new_node(AmbientLight("a", (1, 1, 1)))
-            scene.root.attach_new_node(Sprites("s", [(0, 8, 0)]))
-            scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))
-            cases = [(chosen, outputs) for chosen in settings for outputs in OUTPUT_SETS]
-            cases += [(chosen, ("color", "light")) for chosen in lighting]
-            planner = Planner()
-            for chosen, outputs in cases:
-                if chosen.supersample == 2 and any(OUTPUTS[name].sampled for name in outputs):
-                    continue
-                for capabilities in (Capabilities(), Capabilities(False, False)):
-                    plan = planner.plan(scene, chosen, (8, 6), outputs, 0.0, capabilities)
-                    for step in plan.passes:
-                        sets = [x for x in plan.lights if PASS_OF_KIND[x.kind] == step.name]
-                        variants = [variant_for(step.variant, x) for x in sets] or [step.variant]
-                        for variant in variants:
-                            assert variant in legal[step.name], (step.name, variant)
-                    for batch in plan.batches:
-                        assert batch.variant in legal["geometry"], batch.variant
-                        seen += 1
-    assert seen > 500
 
 
 def test_every_target_and_pass_says_what_asked_for_it():

@@ -1,0 +1,100 @@
+"""What the compile test covers is what plans ask for."""
+
+from functools import cache
+from itertools import cycle, product
+
+import numpy as np
+import pytest
+
+from firefly_sample.frame import OUTPUTS
+from firefly_sample.passes.lights import variant_for
+from firefly_sample.plan.build import Planner
+from firefly_sample.plan.frame_plan import Capabilities
+from firefly_sample.plan.legal_variants import legal_variants
+from firefly_sample.plan.light_set import PASS_OF_KIND
+from firefly_sample.plan.variants import PASS_ORDER
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.scene import VerticalGradient
+from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.sprites import Sprites
+from firefly_sample.settings import Settings
+from tests.scenes import geom_node, orthographic_wall, wall, wall_scene
+
+SCENES = (wall_scene, orthographic_wall)
+MATERIALS = ("plain", "leaf", "bark")
+DRIVERS = (Capabilities(), Capabilities(clip_control=False, snorm_targets=False))
+OUTPUT_SETS = (
+    ("color",),
+    ("radiance",),
+    ("depth", "normal"),
+    ("color", "id"),
+    ("light",),
+    ("light", "radiance"),
+    ("overdraw", "volumes", "wireframe", "shadow_atlas"),
+)
+PLACES = {
+    "look": ("correct", "classic"),
+    "position": ("linear32f", "depth32f", "depth24"),
+    "lights": ("volumes", "fullscreen", "loop"),
+    "supersample": (1, 2),
+}
+LIGHTING = {
+    "specular": ("phong", "blinn_phong"),
+    "window": ("karis", "gltf"),
+    "clamp_light": (False, True),
+    "shadow_taps": (1, 4, 16),
+    "position": ("linear32f", "depth24"),
+}
+SHINY = {"specular": (1, 1, 1), "emission": (1, 1, 1), "ambient": (1, 0, 0)}
+
+
+@cache
+def all_legal():
+    return {name: set(legal_variants(name)) for name in PASS_ORDER}
+
+
+@cache
+def lit_by_all(make, name):
+    """A surface of the material called `name` under every kind of light, and a planner for it."""
+    texture = Texture(np.full((2, 2, 4), 255, dtype=np.uint8))
+    material = {
+        "plain": Material("plain"),
+        "leaf": Material("leaf", texture=texture, alpha_mode="mask", double_sided=True),
+        "bark": Material("bark", texture=texture),
+    }[name]
+    scene = make()
+    scene.root.find("wall").set_material(material)
+    scene.root.attach_new_node(PointLights("l", [(0, 8, 0)], (1, 1, 1), 5.0))
+    for light in (PointLight("p"), Spotlight("t"), DirectionalLight("d")):
+        light.set_shadow_caster(True, 16)
+        scene.root.attach_new_node(light).set_pos(0, 5, 0)
+    scene.root.attach_new_node(geom_node("near", wall(0.5), Material("n", **SHINY))).set_pos(0, 7, 0)
+    scene.root.attach_new_node(AmbientLight("a", (1, 1, 1)))
+    scene.root.attach_new_node(Sprites("s", [(0, 8, 0)]))
+    scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))
+    return scene, Planner()
+
+
+@pytest.mark.parametrize(("names", "outputs"), [(PLACES, OUTPUT_SETS), (LIGHTING, [("color", "light")])])
+def test_every_variant_of_every_plan_is_a_legal_one(names, outputs):
+    """Every choice with every other; the materials, which change the variants of surfaces alone, in turn."""
+    legal, seen = all_legal(), set()
+    materials = cycle(MATERIALS)
+    for make, driver, wanted, *values in product(SCENES, DRIVERS, outputs, *names.values()):
+        chosen = dict(zip(names, values, strict=True))
+        if (chosen.get("look"), chosen.get("lights")) == ("classic", "loop"):
+            continue  # there is no such frame
+        if chosen.get("supersample") == 2 and any(OUTPUTS[name].sampled for name in wanted):
+            continue
+        scene, planner = lit_by_all(make, next(materials))
+        plan = planner.plan(scene, Settings(**chosen), (8, 6), wanted, 0.0, driver)
+        for step in plan.passes:
+            sets = [lights for lights in plan.lights if PASS_OF_KIND[lights.kind] == step.name]
+            for variant in [variant_for(step.variant, lights) for lights in sets] or [step.variant]:
+                assert variant in legal[step.name], (step.name, variant)
+                seen.add(variant)
+        for batch in plan.batches:
+            assert batch.variant in legal["geometry"], batch.variant
+            seen.add(batch.variant)
+    assert len(seen) > 200
