@@ -101,25 +101,25 @@ def _turn(a, b, c):
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def occluded(places, to_light, distances, triangles, chunk=4000):
+def occluded(places, to_light, distances, triangles, chunk=1000):
     """Which of n places have a triangle (m, 3, 3) between them and the light; Moeller and Trumbore, 1997.
 
-    Where a ray begins is not counted: hits nearer than 1e-6 are the surface itself.
+    Where a ray begins is not counted: hits nearer than 1e-6 are the surface itself. Their triple products
+    are sums of what depends on the ray times what depends on the triangle: matrix products.
     """
     a, edge1, edge2 = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    normal = np.cross(edge1, edge2)
+    offset = np.einsum("mi,mi->m", a, normal)
+    of_u = np.hstack([np.cross(a, edge2), edge2]).T
+    of_v = np.hstack([np.cross(edge1, a), -edge1]).T
     result = np.zeros(len(places), dtype=bool)
     for first in range(0, len(places), chunk):
         rows = slice(first, first + chunk)
-        d, p = to_light[rows, None], places[rows, None]
-        h = np.cross(d, edge2[None])
-        det = np.einsum("nmi,mi->nm", h, edge1)
+        d, p = to_light[rows], places[rows]
+        ray = np.hstack([d, np.cross(p, d)])
         with np.errstate(divide="ignore", invalid="ignore"):
-            inverse = 1.0 / det
-            s = p - a[None]
-            u = np.einsum("nmi,nmi->nm", s, h) * inverse
-            q = np.cross(s, edge1[None])
-            v = np.einsum("nmi,nmi->nm", d + 0 * q, q) * inverse
-            t = np.einsum("nmi,mi->nm", q, edge2) * inverse
+            inverse = -1.0 / (d @ normal.T)
+            u, v, t = (ray @ of_u) * inverse, (ray @ of_v) * inverse, (p @ normal.T - offset) * inverse
             hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 1e-6) & (t < distances[rows, None] - 1e-6)
         result[rows] = (hit & np.isfinite(inverse)).any(axis=1)
     return result

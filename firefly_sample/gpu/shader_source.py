@@ -14,9 +14,9 @@ from firefly_sample.gpu.records import RECORDS, record_glsl
 
 __all__ = ["ShaderSource", "load_source", "resolve_source"]
 
-_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
-_BLOCK = re.compile(r"^\s*#block\s+(\w+)\s*$")
-_RECORD = re.compile(r"^\s*#record\s+(\w+)\s*$")
+_DIRECTIVE = re.compile(
+    r'\s*#(?:include\s+"(?P<include>[^"]+)"|block\s+(?P<block>\w+)|record\s+(?P<record>\w+))\s*$'
+)
 # Mesa: 0:12(3): error; NVIDIA: 0(12) : error; macOS and Intel: ERROR: 0:12:
 _ERROR_LINE = re.compile(r"\b0[:(](\d+)")
 
@@ -73,8 +73,8 @@ def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path |
     lines[1:1] = head
     return ShaderSource(
         name,
-        "\n".join(line for line, _, _ in lines) + "\n",
-        tuple((file, number) for _, file, number in lines),
+        "\n".join([line for line, _, _ in lines]) + "\n",
+        tuple([(file, number) for _, file, number in lines]),
     )
 
 
@@ -96,17 +96,18 @@ def _read(
     record_text: Callable[[str], str],
 ) -> None:
     for number, line in enumerate(text.splitlines(), 1):
-        if include := _INCLUDE.match(line):
-            wanted = include.group(1)
+        # few lines have a "#", and thousands are read for a frame
+        found = _DIRECTIVE.match(line) if "#" in line else None
+        if found is None:
+            lines.append((line, name, number))
+        elif wanted := found["include"]:
             if wanted not in seen:
                 seen.add(wanted)
                 _read(folder, wanted, _text_of(folder, wanted), lines, seen, record_text)
-        elif block := _BLOCK.match(line):
-            _expand(block.group(1), BLOCKS, "uniform block", block_glsl, (name, number), lines)
-        elif record := _RECORD.match(line):
-            _expand(record.group(1), RECORDS, "record", record_text, (name, number), lines)
+        elif wanted := found["block"]:
+            _expand(wanted, BLOCKS, "uniform block", block_glsl, (name, number), lines)
         else:
-            lines.append((line, name, number))
+            _expand(found["record"], RECORDS, "record", record_text, (name, number), lines)
 
 
 def _expand(

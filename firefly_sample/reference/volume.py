@@ -51,12 +51,15 @@ def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None =
     order = known[np.argsort(codes, kind="stable")]
     codes = np.sort(codes)
     x, y, depth = places[order].T.copy()
-    own = np.full(len(order), -1) if rows is None else rows[order]
-    sums = np.zeros((3, len(order)))
+    own = None if rows is None else rows[order]
+    strengths = volume.strengths.T
+    if (strengths == strengths[0]).all():
+        strengths = strengths[:1]  # grey: one channel is every channel
+    sums = np.zeros((len(strengths), len(order)))
     middle = np.floor((volume.places[:, :2] - low) / cell).astype(np.int64) + 1
     starts = np.searchsorted(codes, np.arange(tall * wide + 1))
-    for row in range(len(volume)):
-        (column, line), (u, v, d) = middle[row].tolist(), volume.places[row].tolist()
+    discs = zip(middle.tolist(), volume.places.tolist(), (volume.radii**2).tolist(), strict=True)
+    for row, ((column, line), (u, v, d), square) in enumerate(discs):
         first, last = max(column - 1, 0), min(column + 1, wide - 1)
         if first > last:
             continue
@@ -64,9 +67,12 @@ def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None =
             part = slice(starts[there * wide + first], starts[there * wide + last + 1])
             if part.start == part.stop:
                 continue
-            squares = ((x[part] - u) ** 2 + (y[part] - v) ** 2) / volume.radii[row] ** 2
-            share = np.maximum(1.0 - squares, 0.0) ** 2 * ((depth[part] > d) & (own[part] != row))
-            sums[:, part] += volume.strengths[row][:, None] * share
+            before = depth[part] > d
+            if own is not None:
+                before &= own[part] != row
+            squares = ((x[part] - u) ** 2 + (y[part] - v) ** 2) / square
+            share = np.maximum(1.0 - squares, 0.0) ** 2 * before
+            sums[:, part] += strengths[:, row, None] * share
     taken[order] = sums.T
     return taken
 

@@ -1,5 +1,6 @@
 """Shadows of particles on the GPU against their float64 twin, and against exact sums."""
 
+from functools import cache
 from itertools import pairwise
 from statistics import NormalDist
 
@@ -10,7 +11,7 @@ from hypothesis import settings as search
 from hypothesis import strategies as st
 
 from firefly_sample.errors import GpuError
-from firefly_sample.measure.clouds import CLOUDS, blob, from_above, shadow_errors, slices_of
+from firefly_sample.measure.clouds import CLOUDS, from_above, shadow_errors, slices_of
 from firefly_sample.reference.volume import exact_taken, slice_sums, sliced_light
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode
@@ -34,14 +35,23 @@ METHODS = {
 }
 
 
-def drawn(scene, settings, outputs=("radiance", "volume_atlas"), size=(64, 48)):
-    """The plan, the slices that it drew, shape (slices, tile, tile, 3), and the light on each particle."""
-    with make_renderer(size, settings) as renderer:
-        plan = renderer.plan(scene, 0.0, outputs)
-        frame = renderer.draw(plan)
-        lit = plan.target("particle_light") is not None
-        light = light_on(renderer, plan) if lit else np.zeros((0, 3))
-    return plan, slices_of(plan, frame["volume_atlas"]), light, frame
+@pytest.fixture(scope="module")
+def drawn():
+    """``drawn(scene, settings, outputs, size)``: the plan, the slices that it drew, shape
+    (slices, tile, tile, 3), None if they are not asked for, the light on each particle, and the frame."""
+    with make_renderer() as renderer:
+
+        def draw(scene, settings, outputs=("radiance", "volume_atlas"), size=(64, 48)):
+            renderer.settings = settings
+            renderer.resize(size)
+            plan = renderer.plan(scene, 0.0, outputs)
+            frame = renderer.draw(plan)
+            lit = plan.target("particle_light") is not None
+            light = light_on(renderer, plan) if lit else np.zeros((0, 3))
+            slices = slices_of(plan, frame["volume_atlas"]) if "volume_atlas" in outputs else None
+            return plan, slices, light, frame
+
+        yield draw
 
 
 def shares(plan, light):
@@ -51,7 +61,7 @@ def shares(plan, light):
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_slices_and_lookups_are_those_of_the_twin(name):
+def test_slices_and_lookups_are_those_of_the_twin(drawn, name):
     settings = METHODS[name]
     plan, slices, light, _ = drawn(cloud_scene(puff(2000)), settings)
     volume = plan.volume
@@ -78,13 +88,13 @@ def test_slices_and_lookups_are_those_of_the_twin(name):
     ],
 )
 @pytest.mark.parametrize("kind", ["sun", "spot"])
-def test_what_a_shadow_says_is_done_as_in_the_twin(shadow, kind):
+def test_what_a_shadow_says_is_done_as_in_the_twin(drawn, shadow, kind):
     node = puff(800, colors=np.random.default_rng(3).uniform(0.1, 1.0, (800, 3)))
     lamp = None
     if kind == "spot":
         lamp = Spotlight("lamp", (3, 2, 1))
         lamp.set_cone(20, 40)
-    plan, slices, light, _ = drawn(cloud_scene(node, lamp, **shadow), Settings())
+    plan, slices, light, _ = drawn(cloud_scene(node, lamp, **shadow), Settings(volume_slices=16))
     volume = plan.volume
     np.testing.assert_allclose(slices, slice_sums(volume), atol=4e-6, rtol=2e-6)
     found = sliced_light(volume, slices, volume.places[plan.particles.rows], plan.particles.rows)
@@ -153,7 +163,7 @@ def test_lights_that_are_not_named_shine_through():
 
 @pytest.mark.parametrize("method", ["optical_depth", "blend", "loop"])
 @pytest.mark.parametrize("name", CLOUDS)
-def test_light_never_rises_with_depth(name, method):
+def test_light_never_rises_with_depth(drawn, name, method):
     """Along ways through the cloud, in what the GPU has drawn; a loop over the nearest ten may."""
     settings = Settings(volume_shadows=method)
     node = CLOUDS[name](1500)
@@ -166,7 +176,7 @@ def test_light_never_rises_with_depth(name, method):
         assert (np.diff(left, axis=0) <= 1e-7).all()
 
 
-def test_what_is_opaque_lets_nothing_through_and_stays_finite():
+def test_what_is_opaque_lets_nothing_through_and_stays_finite(drawn):
     node = ParticleNode("c", [(0, 0, 0.5), (0, 0, -0.5)], [0.5, 0.1], 1.0)
     node.set_bounding_sphere(1.2)
     plan, slices, light, frame = drawn(from_above(node), Settings())
@@ -179,29 +189,31 @@ def test_what_is_opaque_lets_nothing_through_and_stays_finite():
 
 @pytest.mark.parametrize("shadow", [{}, {"blur": 1.0}, {"blur": 2.5, "kernel": "gaussian"}, {"blur": 9.0}])
 @pytest.mark.parametrize("radius", [0.005, 0.02, 0.05, 0.3])
-def test_one_particle_does_not_shadow_itself(radius, shadow):
+def test_one_particle_does_not_shadow_itself(drawn, radius, shadow):
     """Wherever its middle lies between texels, opaque as it is."""
-    for settings in (Settings(), Settings(volume_interpolation=False), Settings(volume_shadows="loop")):
-        for place in np.random.default_rng(0).uniform(-0.3, 0.3, (6, 3)):
+    rng = np.random.default_rng(0)
+    for changes in ({}, {"volume_interpolation": False}, {"volume_shadows": "loop"}):
+        settings = Settings(volume_slices=16, **changes)
+        for place in rng.uniform(-0.3, 0.3, (3, 3)):
             node = ParticleNode("c", [place], radius, 1.0)
             node.set_bounding_sphere(1.0)
             scene = from_above(node)
             node.change_shadow(**shadow)
-            plan, _, light, _ = drawn(scene, settings)
+            plan, _, light, _ = drawn(scene, settings, ("radiance",))
             np.testing.assert_allclose(shares(plan, light), 1.0, atol=2e-5)
 
 
 @pytest.mark.parametrize("slices", [8, 64])
-def test_a_particle_in_the_middle_of_its_own_sphere_does_not_shadow_itself(slices):
+def test_a_particle_in_the_middle_of_its_own_sphere_does_not_shadow_itself(drawn, slices):
     """It lies where two slices meet: rounding must not put it into one, to be looked up from the other."""
     settings = Settings(volume_slices=slices, volume_tile=32)
     for place in np.random.default_rng(1).normal(size=(40, 3)) * 0.4:
         scene = cloud_scene(ParticleNode("c", [place], 0.05 + abs(place[0]), 1.0))
-        plan, _, light, _ = drawn(scene, settings, ("volume_atlas", "radiance"), (8, 6))
+        plan, _, light, _ = drawn(scene, settings, ("radiance",), (8, 6))
         np.testing.assert_allclose(shares(plan, light), 1.0, atol=2e-5)
 
 
-def test_particles_in_one_slice_share_its_light():
+def test_particles_in_one_slice_share_its_light(drawn):
     """In a sheet in a slice's middle nobody is before anybody: each keeps what half of the others leave."""
     middle = -0.5 / 32
     flat = np.column_stack([np.random.default_rng(0).uniform(-0.5, 0.5, (500, 2)), np.full(500, middle)])
@@ -215,7 +227,7 @@ def test_particles_in_one_slice_share_its_light():
     assert whole.min() < 0.5
 
 
-def test_what_leaves_the_sphere_neither_crosses_tiles_nor_turns_into_anything():
+def test_what_leaves_the_sphere_neither_crosses_tiles_nor_turns_into_anything(drawn):
     """Discs at the rim, beside it, before and behind: tiles hold what the twin says, and all stays finite."""
     places = [(1.0, 0, 0), (1.4, 0, 0), (0, 0, 3.0), (0, 0, -3.0), (30, 0, 0), (0, 0, 0)]
     node = ParticleNode("c", places, 0.5, 0.5)
@@ -229,7 +241,7 @@ def test_what_leaves_the_sphere_neither_crosses_tiles_nor_turns_into_anything():
     assert left[middle, 0] == pytest.approx(0.5, abs=2e-3)  # by the one above it, in the first slice
 
 
-def test_a_spotlight_from_any_side_agrees_with_the_twin():
+def test_a_spotlight_from_any_side_agrees_with_the_twin(drawn):
     for place in ((3, 0, 0), (0, 0, -1.6), (-1, 4, 2)):
         lamp = Spotlight("lamp", (1, 1, 1))
         lamp.set_cone(60, 60)
@@ -237,7 +249,7 @@ def test_a_spotlight_from_any_side_agrees_with_the_twin():
         path = scene.root.find("lamp")
         path.set_pos(*place)
         path.look_at(0, 0, 0)
-        plan, slices, _, _ = drawn(scene, Settings())
+        plan, slices, _, _ = drawn(scene, Settings(volume_slices=16), ("volume_atlas",))
         np.testing.assert_allclose(slices, slice_sums(plan.volume), atol=4e-6, rtol=2e-6)
 
 
@@ -250,11 +262,28 @@ def test_a_texture_above_the_drivers_limit_is_an_error():
             renderer.draw(plan)
 
 
+SMOOTH = [Settings(volume_slices=count) for count in (16, 32, 64, 128, 256)]
+STEPPED = [settings.with_changes(volume_interpolation=False) for settings in SMOOTH]
+BLEND = Settings(volume_shadows="blend")
+BLEND_8_BITS = BLEND.with_changes(volume_format="unorm8")
+ASKED = {
+    "blob": [Settings(), *SMOOTH, *STEPPED],
+    "sheets": [Settings()],
+    "faint": [Settings(), BLEND, BLEND_8_BITS],
+}
+
+
 @pytest.fixture(scope="module")
 def errors_of():
-    """``errors_of(node, *settings)``: the largest and the rms error of the light in a cloud, by each."""
+    """``errors_of(name)``: the largest and the rms error of the light in a cloud, by the settings `ASKED`."""
     with make_renderer((64, 48)) as renderer:
-        yield lambda node, *settings: shadow_errors(renderer, node, settings)
+
+        @cache
+        def errors(name):
+            asked = list(dict.fromkeys(ASKED[name]))
+            return dict(zip(asked, shadow_errors(renderer, CLOUDS[name](), asked), strict=True))
+
+        yield errors
 
 
 @pytest.mark.parametrize(
@@ -262,29 +291,22 @@ def errors_of():
     [("blob", 0.014, 0.0025), ("sheets", 0.36, 0.030), ("faint", 0.11, 0.0075)],
 )
 def test_sixty_four_slices_err_by_no_more_than_was_measured_before_design(errors_of, name, largest, rms):
-    (found,) = errors_of(CLOUDS[name](), Settings())
+    found = errors_of(name)[Settings()]
     assert found[0] <= largest
     assert found[1] <= rms
 
 
 def test_adding_alphas_errs_by_more_the_more_there_are(errors_of):
-    blend, coarse, right = errors_of(
-        CLOUDS["faint"](),
-        Settings(volume_shadows="blend"),
-        Settings(volume_shadows="blend", volume_format="unorm8"),
-        Settings(),
-    )
-    assert right[1] < 0.1 * blend[1]
-    assert coarse[0] > 0.9  # alphas below half a code are nothing at all
+    errors = errors_of("faint")
+    assert errors[Settings()][1] < 0.1 * errors[BLEND][1]
+    assert errors[BLEND_8_BITS][0] > 0.9  # alphas below half a code are nothing at all
 
 
 def test_errors_fall_with_slices(errors_of):
     """In steps, by half for each doubling. Between slices, faster, until what is left is the order of
     particles within a slice, which nobody knows: the error of a random order falls by the root of 2."""
-    smooth = [Settings(volume_slices=count) for count in (16, 32, 64, 128, 256)]
-    stepped = [settings.with_changes(volume_interpolation=False) for settings in smooth]
-    errors = [rms for _, rms in errors_of(blob(), *stepped, *smooth)]
-    stepped, smooth = errors[:5], errors[5:]
+    errors = errors_of("blob")
+    stepped, smooth = ([errors[settings][1] for settings in some] for some in (STEPPED, SMOOTH))
     assert all(after <= 0.6 * before for before, after in pairwise(stepped))
     assert all(after <= 0.75 * before for before, after in pairwise(smooth))
     assert all(fine < 0.6 * coarse for fine, coarse in zip(smooth, stepped, strict=True))
@@ -316,7 +338,9 @@ def test_a_cloud_without_grain_loses_three_quarters_of_its_error_with_each_doubl
     st.sampled_from(["sun", "spot"]),
 )
 @search(max_examples=30)
-def test_in_any_cloud_light_is_between_that_before_a_slice_and_behind_it(seed, count, alpha, slices, kind):
+def test_in_any_cloud_light_is_between_that_before_a_slice_and_behind_it(
+    drawn, seed, count, alpha, slices, kind
+):
     """That is all that slices lose: the order within one. And what is between texels: some hundredths."""
     rng = np.random.default_rng(seed)
     node = ParticleNode("c", ball_of(count, seed), rng.uniform(0.15, 0.4, count), alpha * rng.random(count))
@@ -334,7 +358,7 @@ def test_in_any_cloud_light_is_between_that_before_a_slice_and_behind_it(seed, c
     assert (found >= ends[1] - 0.03).all()
 
 
-def test_many_particles_are_drawn():
+def test_many_particles_are_drawn(drawn):
     """All of them, in one draw: their sum is known."""
     count = 300_000
     node = ParticleNode("c", 0.5 * ball_of(count), 0.05, 1e-4)
