@@ -18,8 +18,10 @@ search.register_profile("repeatable", deadline=None, derandomize=True)
 search.load_profile("repeatable")
 
 
-# what is tested is made here and now, not by another version in the user's cache
-os.environ.setdefault(VARIABLE, "off")
+# what is tested is made by this run, once, and not by another version in the user's cache
+if VARIABLE not in os.environ:
+    _derived = tempfile.TemporaryDirectory(prefix="firefly-tests-", ignore_cleanup_errors=True)
+    os.environ[VARIABLE] = _derived.name
 # without a home, Mesa would compile every shader anew for each renderer, which takes six times as long
 if "HOME" not in os.environ:
     os.environ.setdefault("MESA_SHADER_CACHE_DIR", f"{tempfile.gettempdir()}/firefly-tests-{os.getuid()}")

@@ -177,9 +177,10 @@ class Bench:
         most, least : int
             Pairs.
         """
-        first = self._pair(settings, False)
+        plans = self.plan(settings), self.plan(self.base)
+        first = self._pair(*plans, base_first=False)
         pairs = int(np.clip(1e3 * seconds / max(sum(first), 1e-3), least, most))
-        times = [self._pair(settings, bool(index % 2)) for index in range(pairs)]
+        times = [self._pair(*plans, base_first=bool(index % 2)) for index in range(pairs)]
         ratios = [own / base for own, base in times if base]
         return Timing(
             statistics.median(own for own, _ in times),
@@ -188,14 +189,12 @@ class Bench:
             pairs,
         )
 
-    def _pair(self, settings: Settings, base_first: bool) -> tuple[float, float]:
-        order = (self.base, settings) if base_first else (settings, self.base)
-        times = [self._milliseconds(chosen) for chosen in order]
+    def _pair(self, own: FramePlan, base: FramePlan, base_first: bool) -> tuple[float, float]:
+        times = [self._milliseconds(plan) for plan in ((base, own) if base_first else (own, base))]
         return (times[1], times[0]) if base_first else (times[0], times[1])
 
-    def _milliseconds(self, settings: Settings) -> float:
-        frame = self.renderer.draw(self.plan(settings), read=False)
-        return sum(frame.milliseconds.values())
+    def _milliseconds(self, plan: FramePlan) -> float:
+        return sum(self.renderer.draw(plan, read=False).milliseconds.values())
 
 
 def quartile_spread(values: list[float]) -> float:

@@ -237,11 +237,12 @@ def plan_volume(cloud: Cloud, settings: Settings) -> Volume | None:
         shadow.blur,
     )
     # what is behind a spotlight is no part of it, nor of the cloud's sphere
-    chosen = cloud.casts & np.isfinite(view.place(cloud.positions)).all(axis=1)
+    places = view.place(cloud.positions)
+    chosen = cloud.casts & np.isfinite(places).all(axis=1)
     positions, alphas = cloud.positions[chosen], cloud.alphas[chosen, None]
     tints = cloud.tints[chosen, None]
     taken = alphas * (1.0 - tints * cloud.colors[chosen])  # of each colour
-    places = view.place(positions)
+    places = places[chosen]
     # a shader has depths in float32, and must find a particle in the slice into which it was put
     places[:, 2] = places[:, 2].astype(np.float32)
     strengths = optical_depths(taken) if method == "optical_depth" else taken

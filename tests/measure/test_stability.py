@@ -25,7 +25,15 @@ from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.settings import Settings
 
-PAIRS = [(case, method) for case in ALL_CASES for method in case.methods]
+COSTLY = "100,000 lights"
+"""Takes as long as ten other cases: drawn here by float32 and by half-float positions alone. Fewer lights are
+drawn by all, and the command draws these by all."""
+PAIRS = [
+    (case, method)
+    for case in ALL_CASES
+    for method in case.methods
+    if case.name != COSTLY or method in ("linear32f", "stored16f")
+]
 
 
 @pytest.fixture(scope="module")
@@ -170,7 +178,9 @@ def bench_lacking(bench, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "case", [case for case in ALL_CASES if "depth32f" in case.methods], ids=lambda case: case.name
+    "case",
+    [case for case in ALL_CASES if "depth32f" in case.methods and case.name != COSTLY],
+    ids=lambda case: case.name,
 )
 def test_depth32f_without_clip_control_errs_by_the_law_of_depth24(bench_lacking, case):
     bench = bench_lacking(clip_control=False)

@@ -2,6 +2,7 @@
 
 import io
 import json
+from functools import partialmethod
 
 import numpy as np
 import pytest
@@ -30,6 +31,22 @@ from tests.scenes import ball_scene, wall_scene
 LIGHTS = 24
 """So few that they are drawn as volumes, which more settings are about."""
 SMALL = {"size": (64, 48), "seconds": 0.0, "time": 1.0, "parameters": {"fireflies": LIGHTS}}
+DARK = {**SMALL, "size": (32, 24), "parameters": {"fireflies": 0}}
+"""Ambient light alone: a dozen rows, where it does not matter what they are of."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def briefly():
+    """Time as few pairs of frames as may be: nothing here asks how long they took."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Bench, "time_of", partialmethod(Bench.time_of, least=1))
+        yield
+
+
+@pytest.fixture
+def unplotted(monkeypatch):
+    """Leave the figure empty, which takes longer to draw than a few rows to measure."""
+    monkeypatch.setattr("firefly_sample.measure.trade.pareto_figure", lambda result, file: None)
 
 
 @pytest.fixture(scope="module")
@@ -105,8 +122,7 @@ def test_the_report_has_a_line_a_row_and_pictures(measured):
             assert image.size == (128, 48)
 
 
-def test_an_interrupted_measurement_goes_on_and_another_one_begins_anew(tmp_path):
-    asked = {**SMALL, "size": (32, 24)}
+def test_an_interrupted_measurement_goes_on_and_another_one_begins_anew(tmp_path, unplotted):
     steps = []
 
     def stop(done, total):
@@ -117,19 +133,19 @@ def test_an_interrupted_measurement_goes_on_and_another_one_begins_anew(tmp_path
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        measure_trade(GLADE, tmp_path, **asked, progress=stop)
+        measure_trade(GLADE, tmp_path, **DARK, progress=stop)
     before = json.loads((tmp_path / "trade.json").read_text())["rows"]
     assert len(before) == 4
     assert steps == sorted(steps)
-    result = measure_trade(GLADE, tmp_path, **asked)
+    result = measure_trade(GLADE, tmp_path, **DARK)
     assert result["rows"][:4] == before  # not measured again: times never repeat to the last bit
     assert "unfinished" not in result
     with pytest.raises(KeyboardInterrupt):
-        measure_trade(GLADE, tmp_path, **asked, progress=stop)  # a finished one is no beginning
+        measure_trade(GLADE, tmp_path, **DARK, progress=stop)  # a finished one is no beginning
     other = json.loads((tmp_path / "trade.json").read_text())
     (tmp_path / "trade.json").write_text(json.dumps({**other, "unfinished": "another"}))
     with pytest.raises(KeyboardInterrupt):
-        measure_trade(GLADE, tmp_path, **asked, progress=stop)
+        measure_trade(GLADE, tmp_path, **DARK, progress=stop)
     assert json.loads((tmp_path / "trade.json").read_text())["rows"][0] != other["rows"][0]
 
 
@@ -144,18 +160,17 @@ def test_what_is_missing_is_told_before_anything_is_measured(tmp_path, monkeypat
     assert not (tmp_path / "new").exists()
 
 
-def test_an_interruption_of_the_report_loses_no_row(tmp_path, monkeypatch):
+def test_an_interruption_of_the_report_loses_no_row(tmp_path, monkeypatch, unplotted):
     def stop(*_):
         raise KeyboardInterrupt
 
-    asked = {**SMALL, "size": (32, 24)}
     with monkeypatch.context() as patch:
         patch.setattr("firefly_sample.measure.trade.pareto_figure", stop)
         with pytest.raises(KeyboardInterrupt):
-            measure_trade(GLADE, tmp_path, **asked)
+            measure_trade(GLADE, tmp_path, **DARK)
     before = json.loads((tmp_path / "trade.json").read_text())
     assert "unfinished" in before
-    assert measure_trade(GLADE, tmp_path, **asked)["rows"] == before["rows"]
+    assert measure_trade(GLADE, tmp_path, **DARK)["rows"] == before["rows"]
 
 
 def test_times_and_sizes_that_make_no_sense_are_refused(tmp_path):
@@ -164,7 +179,7 @@ def test_times_and_sizes_that_make_no_sense_are_refused(tmp_path):
             measure_trade(GLADE, tmp_path, **{**SMALL, "seconds": seconds})
 
 
-def test_a_damaged_file_is_no_reason_to_stop(tmp_path):
+def test_a_damaged_file_is_no_reason_to_stop(tmp_path, unplotted):
     (tmp_path / "trade.json").write_text("{")
     assert (
         measure_trade("tests.cli.glade:empty", tmp_path, **SMALL | {"parameters": {}})["rows"][0]["name"]
@@ -172,7 +187,7 @@ def test_a_damaged_file_is_no_reason_to_stop(tmp_path):
     )
 
 
-def test_a_scene_of_nothing_has_little_to_choose(tmp_path):
+def test_a_scene_of_nothing_has_little_to_choose(tmp_path, unplotted):
     result = measure_trade("tests.cli.glade:empty", tmp_path, **SMALL | {"parameters": {}})
     assert [row["name"] for row in result["rows"]] == ["default", "texture filtering"]
     assert result["rows"][0]["errors"]["largest"] == 0

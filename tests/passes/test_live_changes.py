@@ -232,15 +232,21 @@ def assert_as_fresh(renderer, scene):
     return images
 
 
+@pytest.fixture(scope="module")
+def renderer():
+    """One for many tests: what others had it draw before must not show either."""
+    with make_renderer(SIZE) as made:
+        yield made
+
+
 @pytest.mark.parametrize("change", CHANGES)
-def test_a_change_reaches_the_next_frame(change):
+def test_a_change_reaches_the_next_frame(renderer, change):
     stage = Stage()
-    with make_renderer(SIZE) as renderer:
-        before = draw(renderer, stage.scene)
-        getattr(stage, change)()
-        after = assert_as_fresh(renderer, stage.scene)
-        assert not same(before, after)
-        assert same(after, draw(renderer, stage.scene))
+    before = draw(renderer, stage.scene)
+    getattr(stage, change)()
+    after = assert_as_fresh(renderer, stage.scene)
+    assert not same(before, after)
+    assert same(after, draw(renderer, stage.scene))
 
 
 def test_all_changes_one_after_another():
@@ -326,14 +332,15 @@ def test_a_texture_that_two_materials_share_changes_in_both():
     ],
     ids=lambda changes: "-".join(map(str, next(iter(changes.items())))),
 )
-def test_settings_change_between_frames(changes):
+def test_settings_change_between_frames(renderer, changes):
     stage = Stage()
-    with make_renderer(SIZE) as renderer:
-        before = draw(renderer, stage.scene)
-        renderer.settings = Settings(**changes)
+    before = draw(renderer, stage.scene)
+    renderer.settings = Settings(**changes)
+    try:
         assert_as_fresh(renderer, stage.scene)
+    finally:
         renderer.settings = Settings()
-        assert same(draw(renderer, stage.scene), before)
+    assert same(draw(renderer, stage.scene), before)
 
 
 def test_size_changes_between_frames():

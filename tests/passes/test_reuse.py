@@ -122,7 +122,7 @@ STEPS = {
 }
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(sorted(STEPS)), st.integers(0, 4)), min_size=1, max_size=10))
 def test_no_history_shows(steps):
     scene = ball_scene(6, ambient=(0.01, 0.01, 0.02))
@@ -131,8 +131,9 @@ def test_no_history_shows(steps):
         for name, at in steps:
             STEPS[name](scene, renderer, at)
             seen = renderer.render(scene, 0.1 * at)
-            with make_renderer(renderer.size, renderer.settings) as fresh:
-                assert seen["color"].tobytes() == fresh.render(scene, 0.1 * at)["color"].tobytes(), steps
+        # a list's beginning is a history as well: comparing its last frame alone is a third of the time
+        with make_renderer(renderer.size, renderer.settings) as fresh:
+            assert seen["color"].tobytes() == fresh.render(scene, 0.1 * at)["color"].tobytes(), steps
 
 
 FRESH = """

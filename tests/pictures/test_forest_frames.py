@@ -15,13 +15,17 @@ def forest():
     return build_scene(find_scene("forest"), seed=7)
 
 
-@pytest.mark.parametrize("position", BOUNDS)
-def test_the_forest_is_what_float64_says(forest, position):
+@pytest.mark.parametrize(
+    ("position", "size"),
+    [(position, (800, 600) if position == "linear32f" else (240, 180)) for position in BOUNDS],
+)
+def test_the_forest_is_what_float64_says(forest, position, size):
+    """In full size as it is drawn by default; in small, by other ways to find positions."""
     dots = forest.root.find_all_matches("**/+Sprites")
     for path in dots:
         path.hide()  # the reference shades surfaces
     try:
-        error = against_reference(forest, Settings(position=position), (800, 600), 5.0)
+        error = against_reference(forest, Settings(position=position), size, 5.0)
     finally:
         for path in dots:
             path.show()
