@@ -50,12 +50,13 @@ def ball(radius=1.0, subdivisions=3):
     """
     vertices, triangles = icosahedron()
     for _ in range(subdivisions):
-        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2))[:, ::-1]
-        edges, numbers = np.unique(edges, axis=0, return_inverse=True)
         a, b, c = triangles.T
+        ends = np.stack([triangles, triangles[:, [1, 2, 0]]])
+        edges, numbers = np.unique(ends.max(axis=0) * len(vertices) + ends.min(axis=0), return_inverse=True)
         ab, bc, ca = len(vertices) + numbers.reshape(-1, 3).T
         triangles = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
-        vertices = unit(np.concatenate([vertices, vertices[edges].mean(axis=1)]))
+        middles = vertices[np.stack(np.divmod(edges, len(vertices)))].mean(axis=0)
+        vertices = unit(np.concatenate([vertices, middles]))
     corners = vertices[triangles]
     following, previous = (unit(np.roll(corners, by, axis=1) - corners) for by in (-1, 1))
     faces = unit(np.cross(following[:, 0], previous[:, 0]))
