@@ -246,8 +246,11 @@ def test_time_goes_on_unless_it_is_paused(open_window):
 
 
 def test_what_another_window_has_covered_in_a_pause_is_drawn_again(open_window):
-    window = open_window()
+    window = open_window("--lamps", "0", scene=WORKSHOP)
+    bare = window.message()
     before = window.pause()
+    # a message that ends would draw it again, too
+    window.wait_until("no message", lambda: np.array_equal(window.message(), bare))
     covering = open_window("--performance-test", "0.5", "--lamps", "3", stays=False)
     window.wait_until("another window on it", lambda: different(window, before))
     assert covering.finish() == (0, "")
