@@ -221,7 +221,7 @@ class Viewer:
     # --- What is shown ---
 
     def due(self, now: float) -> bool:
-        """Return whether a frame of the same size may differ from the last one at `now`, the clock's seconds."""
+        """Return whether a frame of the same size at `now` (the clock's seconds) may differ from the last."""
         self._stale |= self._now < self._message_until <= now
         self._now = now
         return self._stale or self.testing or not self._clock.paused
