@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
@@ -30,9 +29,45 @@ def wall(size=20.0, cells=1, name="wall"):
     return Geom(vertices, triangles, np.tile([0.0, -1.0, 0.0], (n * n, 1)), uv, name=name)
 
 
+def icosahedron():
+    """Its 12 vertices at distance 1 from the origin, and its 20 triangles."""
+    golden = (1 + 5**0.5) / 2
+    plane = np.array([(-1, golden), (1, golden), (-1, -golden), (1, -golden)])
+    vertices = np.zeros((3, 4, 3))
+    for axis in range(3):
+        vertices[axis, :, [axis, (axis + 1) % 3]] = plane.T
+    triangles = """
+        0 11 5   0 5 1   0 1 7   0 7 10  0 10 11  1 5 9  5 11 4  11 10 2  10 7 6  7 1 8
+        3 9 4    3 4 2   3 2 6   3 6 8   3 8 9    4 9 5  2 4 11  6 2 10   8 6 7   9 8 1
+    """
+    return vertices.reshape(12, 3) / np.hypot(1, golden), np.array(triangles.split(), int).reshape(20, 3)
+
+
 def ball(radius=1.0, subdivisions=3):
-    mesh = trimesh.creation.icosphere(subdivisions, radius)
-    return Geom(mesh.vertices, mesh.faces, mesh.vertex_normals, name="ball")
+    """A ball of nearly equal triangles, whose normals are means of its faces' by the angles there.
+
+    By hand, since importing trimesh takes longer than all the rest that a process of these tests does.
+    """
+    vertices, triangles = icosahedron()
+    for _ in range(subdivisions):
+        a, b, c = triangles.T
+        ends = np.stack([triangles, triangles[:, [1, 2, 0]]])
+        edges, numbers = np.unique(ends.max(axis=0) * len(vertices) + ends.min(axis=0), return_inverse=True)
+        ab, bc, ca = len(vertices) + numbers.reshape(-1, 3).T
+        triangles = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1).reshape(-1, 3)
+        middles = vertices[np.stack(np.divmod(edges, len(vertices)))].mean(axis=0)
+        vertices = unit(np.concatenate([vertices, middles]))
+    corners = vertices[triangles]
+    following, previous = (unit(np.roll(corners, by, axis=1) - corners) for by in (-1, 1))
+    faces = unit(np.cross(following[:, 0], previous[:, 0]))
+    angles = np.arccos((following * previous).sum(axis=-1))
+    normals = np.zeros_like(vertices)
+    np.add.at(normals, triangles, angles[..., None] * faces[:, None])
+    return Geom(radius * vertices, triangles, unit(normals), name="ball")
+
+
+def unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def wall_scene(distance=10.0, color=(0.5, 0.5, 0.5, 1.0), size=20.0, cells=1, material=None, **lens):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
-import trimesh
 
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
@@ -11,17 +12,19 @@ from firefly_sample.scene.lights import DirectionalLight, PointLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
-from tests.scenes import ball, geom_node, wall
+from tests.scenes import ball, geom_node, unit, wall
 
 KINDS = ("sun", "spot", "point")
 
 
 def box(extents=(1.0, 1.0, 1.0)):
     """A box around the origin with flat sides."""
-    mesh = trimesh.creation.box(extents)
-    vertices = mesh.vertices[mesh.faces].reshape(-1, 3)
-    triangles = np.arange(len(vertices)).reshape(-1, 3)
-    return Geom(vertices, triangles, np.repeat(mesh.face_normals, 3, axis=0), name="box")
+    corners = np.array(list(product((-0.5, 0.5), repeat=3))) * extents
+    triangles = "130 410 032 240 173 514 571 372 642 276 654 756"
+    vertices = corners[[int(corner) for triangle in triangles.split() for corner in triangle]]
+    a, b, c = vertices.reshape(-1, 3, 3).swapaxes(0, 1)
+    normals = np.repeat(unit(np.cross(b - a, c - a)), 3, axis=0)
+    return Geom(vertices, np.arange(36).reshape(-1, 3), normals, name="box")
 
 
 def light_of(kind):

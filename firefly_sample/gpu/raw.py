@@ -57,13 +57,16 @@ class RawGL:
         """Call an OpenGL function: whole numbers go as 32 bits, None and references as pointers."""
         function = self._functions.get(name)
         if function is None:
-            pointer = self._backend.load_opengl_function(name)
-            if not pointer:
-                raise ValueError(f"this driver has no {name}")
             types = [ctypes.c_uint if isinstance(value, int) else ctypes.c_void_p for value in arguments]
-            function = ctypes.CFUNCTYPE(returns, *types)(pointer)
-            self._functions[name] = function
+            function = self._load(name, returns, *types)
         return function(*arguments)
+
+    def _load(self, name: str, returns: Any, *types: Any) -> Any:
+        pointer = self._backend.load_opengl_function(name)
+        if not pointer:
+            raise ValueError(f"this driver has no {name}")
+        function = self._functions[name] = ctypes.CFUNCTYPE(returns, *types)(pointer)
+        return function
 
     def set_clip_range(self, zero_to_one: bool) -> None:
         """Choose the clip-space depth range: [0, 1], or OpenGL's own [-1, 1]. Needs ARB_clip_control."""
@@ -163,10 +166,9 @@ class RawGL:
         """How many GL objects live among the names 1..`highest`, by kind; kinds without any are left out."""
         counts = {}
         for kind in _KINDS:
-            live = sum(
-                bool(self._call(f"glIs{kind}", name, returns=ctypes.c_ubyte))
-                for name in range(1, highest + 1)
-            )
+            name = f"glIs{kind}"
+            exists = self._functions.get(name) or self._load(name, ctypes.c_bool, ctypes.c_uint)
+            live = sum(map(exists, range(1, highest + 1)))
             if live:
                 counts[kind] = live
         return counts

@@ -19,6 +19,7 @@ bool but for pixels. A colour of a surface, and a float pixel, may leave 0..1 by
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -151,7 +152,7 @@ class ReadOnlyArrays:
 def _given(what: str, values: ArrayLike, error: type[SceneError], kinds: str, expected: str) -> NDArray[Any]:
     """As an array of one of these kinds, which may still be the caller's own."""
     try:
-        if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        if _is_masked(values):
             raise ValueError("some entries are masked: fill them first")
         array = np.asarray(values)
     except (TypeError, ValueError, RuntimeError) as reason:
@@ -159,6 +160,12 @@ def _given(what: str, values: ArrayLike, error: type[SceneError], kinds: str, ex
     if array.dtype.kind not in kinds:
         raise error(f"{what} must be {expected}, got {_described(array)}")
     return array
+
+
+def _is_masked(values: ArrayLike) -> bool:
+    """Return whether entries are masked; numpy.ma is not imported for that, which takes long."""
+    masked = sys.modules.get("numpy.ma")  # there, if there is a masked array
+    return masked is not None and isinstance(values, masked.MaskedArray) and bool(masked.is_masked(values))
 
 
 def _described(array: NDArray[Any]) -> str:

@@ -57,6 +57,11 @@ class Window:
     size : (int, int)
         Width and height in the screen's coordinates, which are pixels on an ordinary screen.
 
+    Attributes
+    ----------
+    uncovered : bool
+        True if the last `wait` brought a part of the window to light that must be drawn again.
+
     Raises
     ------
     ViewerError
@@ -71,6 +76,7 @@ class Window:
         self._button: str | None = None
         self._cursor = (0.0, 0.0)
         self._title = title
+        self.uncovered = False
         # glfw's complaints come as warnings, too: here they become one error
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -129,10 +135,14 @@ class Window:
                 height = max(1, glfw.get_window_size(self._handle)[1])
                 listener.drag(self._button, right / height, down / height)
 
+        def uncover(_: Any) -> None:
+            self.uncovered = True
+
         glfw.set_key_callback(self._handle, key)
         glfw.set_mouse_button_callback(self._handle, button)
         glfw.set_cursor_pos_callback(self._handle, move)
         glfw.set_scroll_callback(self._handle, lambda _, __, steps: listener.scroll(steps))
+        glfw.set_window_refresh_callback(self._handle, uncover)
 
     def _letter(self, code: int, scancode: int) -> str:
         """What is printed on a key; where that is no Latin letter, what an American keyboard has there."""
@@ -172,6 +182,7 @@ class Window:
 
     def wait(self, seconds: float) -> None:
         """Report what has happened; with `seconds`, wait that long for something to happen."""
+        self.uncovered = False
         if seconds > 0:
             self._glfw.wait_events_timeout(seconds)
         else:

@@ -83,6 +83,7 @@ class Viewer:
         self._rows_stale = True
         self._told: set[str] = set()
         self._now = 0.0
+        self._stale = True
         self.closed = False
         plugin = stage.plugin
         self._own = self._own_bindings()
@@ -96,11 +97,6 @@ class Viewer:
         return f"{self._stage.plugin.name}{view} - firefly"
 
     @property
-    def still(self) -> bool:
-        """Whether every frame would be like the last one until something happens."""
-        return self._clock.paused and not self.testing
-
-    @property
     def testing(self) -> bool:
         """Whether a performance test runs."""
         return self._test is not None
@@ -109,6 +105,7 @@ class Viewer:
 
     def key(self, name: str, repeated: bool) -> None:
         """A key is pressed, or held down so long that it repeats."""
+        self._stale = True
         binding = self._bindings.get(name)
         if binding is not None and (binding.repeats or not repeated):
             self._rows_stale = True
@@ -116,6 +113,7 @@ class Viewer:
 
     def drag(self, button: str, right: float, down: float) -> None:
         """The mouse moves with a button held ("left", "right", "middle"), in heights of the window."""
+        self._stale = True
         if button == "right" and self._stage.drag(right, down):
             self._rows_stale = True
         elif button == "left":
@@ -129,6 +127,7 @@ class Viewer:
 
     def scroll(self, steps: float) -> None:
         """The wheel turns; steps above 0 are away from the user."""
+        self._stale = True
         self._own_camera().zoom(steps)
 
     # --- What comes of it ---
@@ -221,6 +220,12 @@ class Viewer:
 
     # --- What is shown ---
 
+    def due(self, now: float) -> bool:
+        """Return whether a frame of the same size at `now` (the clock's seconds) may differ from the last."""
+        self._stale |= self._now < self._message_until <= now
+        self._now = now
+        return self._stale or self.testing or not self._clock.paused
+
     def draw(self, size: tuple[int, int], scale: float, now: float) -> None:
         """Draw a frame on the window.
 
@@ -248,6 +253,7 @@ class Viewer:
             self._rows = status_rows(self._stage, drawn.frame, self._meter.text, self._clock.paused, test)
             self._rows_stale = False
         self._renderer.present(drawn.plan, self._layers(drawn, size, scale))
+        self._stale = False
 
     def _draw_or_take_back(self, time: float, scale: float) -> Drawn:
         """Draw the view; where a key has just made that impossible, say why, and undo what it did."""

@@ -94,19 +94,23 @@ def run(
 
 
 def _show(window: Window, viewer: Viewer, max_frames: int | None) -> None:
-    """Draw frame after frame until somebody wants to leave."""
+    """Draw frames until somebody wants to leave; while nothing changes, the last one stays on the window."""
     frames = 0
+    shown: tuple[tuple[int, int], float] | None = None
     while not (window.closed or viewer.closed) and frames != max_frames:
-        hidden = window.hidden
+        now, hidden = perf_counter(), window.hidden
+        due, seen = viewer.due(now), (window.framebuffer_size, window.scale)
         if hidden:
             viewer.hide()
-        else:
+            shown = None
+        elif due or window.uncovered or seen != shown:
             window.wait_for_screen(not viewer.testing)
-            viewer.draw(window.framebuffer_size, window.scale, perf_counter())
+            viewer.draw(*seen, now)
             window.set_title(viewer.title)
             window.swap()
             frames += 1
-        window.wait(IDLE_SECONDS if hidden or viewer.still else 0.0)
+            shown = seen
+        window.wait(0.0 if due and not hidden else IDLE_SECONDS)
 
 
 def _print_line(result: PerformanceResult) -> None:

@@ -25,7 +25,7 @@ from firefly_sample.viewer.performance import (
     check_seconds,
 )
 from firefly_sample.viewer.stage import Stage
-from firefly_sample.viewer.viewer import Viewer
+from firefly_sample.viewer.viewer import MESSAGE_SECONDS, RESULT_SECONDS, Viewer
 from tests.cli.command import GLADE
 from tests.conftest import make_renderer
 from tests.scenes import ball_scene
@@ -272,6 +272,9 @@ class Watching:
     def press(self, key):
         self.viewer.key(key, False)
 
+    def due(self):
+        return self.viewer.due(self.now)
+
 
 @pytest.fixture
 def watching(monkeypatch):
@@ -340,14 +343,60 @@ def test_a_pause_stops_time_but_not_the_test(watching):
     watching.draw()
     watching.press("p")
     watching.draw()
-    assert watching.viewer.still
+    assert not watching.due()
     watching.press("t")
-    assert not watching.viewer.still
+    assert watching.due()
     before, time = watching.draw(), watching.plan.time
     assert np.abs(watching.draw() - before).max() > 0.1
     assert watching.plan.time == time
     watching.press("t")
-    assert watching.viewer.still
+    watching.draw()
+    watching.now += RESULT_SECONDS
+    assert watching.due()  # the result goes
+    watching.draw()
+    assert not watching.due()
+
+
+def test_in_a_pause_a_frame_is_due_when_something_happens_and_when_a_message_ends(watching):
+    assert watching.due()
+    watching.draw()
+    assert watching.due()  # time goes on
+    watching.press("p")
+    for happens in (
+        lambda: None,
+        lambda: watching.press("v"),
+        lambda: watching.viewer.drag("left", 0.1, 0.0),
+        lambda: watching.viewer.drag("right", 0.1, 0.0),
+        lambda: watching.viewer.scroll(1.0),
+    ):
+        happens()
+        assert watching.due()
+        watching.draw()
+        assert not watching.due()
+    watching.now += 100.0
+    assert not watching.due()
+    watching.press("k")  # says what it has changed, from now on
+    watching.draw(0.0)
+    watching.now += 0.9 * MESSAGE_SECONDS
+    assert not watching.due()
+    shown = len(watching.layers)
+    watching.now += 0.2 * MESSAGE_SECONDS
+    assert watching.due()
+    assert watching.due()  # as long as it is not drawn
+    watching.draw()
+    assert len(watching.layers) == shown - 1
+    assert not watching.due()
+
+
+def test_time_goes_on_from_where_it_was_however_long_nothing_was_drawn(watching):
+    watching.draw(0.0)
+    watching.press("p")
+    watching.draw(0.0)
+    watching.now += 50.0
+    assert not watching.due()
+    watching.press("p")
+    watching.draw()
+    assert watching.plan.time == 0.0
 
 
 def test_a_test_from_the_start_leaves_at_its_end(watching):

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-FEW = ("--particles", "300", "--particle-size", "3", "--swing", "0")
+FEW = ("--particles", "300", "--particle-size", "3", "--swing", "0", "--volume-slices", "8")
 
 
 def test_keys_change_the_shadows(open_window):
-    window = open_window(*FEW, "--volume-slices", "8", scene="smoke")
+    window = open_window(*FEW, scene="smoke")
     first = window.pause()
     for key in ("h", "h", "i", "a", "b", "c"):
         window.key(key)

@@ -245,6 +245,18 @@ def test_time_goes_on_unless_it_is_paused(open_window):
     window.wait_until("the lamps to move on", lambda: not np.array_equal(window.picture(), still))
 
 
+def test_what_another_window_has_covered_in_a_pause_is_drawn_again(open_window):
+    window = open_window("--lamps", "0", scene=WORKSHOP)
+    bare = window.message()
+    before = window.pause()
+    # a message that ends would draw it again, too
+    window.wait_until("no message", lambda: np.array_equal(window.message(), bare))
+    covering = open_window("--performance-test", "0.5", "--lamps", "3", stays=False)
+    window.wait_until("another window on it", lambda: different(window, before))
+    assert covering.finish() == (0, "")
+    window.wait_until("the first picture", lambda: np.array_equal(window.picture(), before))
+
+
 def test_escape_closes_the_help_and_then_the_window(open_window):
     window = open_window()
     before = window.pause()
@@ -319,14 +331,14 @@ from firefly_sample.viewer.viewer import Viewer
 from firefly_sample.viewer.views import views_of
 from tests.viewer.workshop import workshop
 
-size = (400, 300)
+size = (100, 75)
 with Window("leak", size) as window:
     device = Device(window=True)
 
     def live():
         with device:
             device.unbind()
-            return device.raw.count_objects()
+            return device.raw.count_objects(1024)  # the lowest names come first
 
     Device(window=True)  # moderngl keeps a framebuffer for each
     before = live()
@@ -341,7 +353,7 @@ with Window("leak", size) as window:
             keys += ["k"] if now % (period // 2) else []
             for key in (*keys, "f1", "s"):
                 viewer.key(key, False)
-            viewer.draw((400 + now % 2, 300), 1.0, float(now))
+            viewer.draw((100 + now % 2, 75), 1.0, float(now))
             window.swap()
             gc.collect()  # scenes are full of cycles
             counts.append(live())
