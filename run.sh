@@ -65,6 +65,7 @@ need_packages() {
     [ -n "$missing" ] || return 0
 
     line="apt-get install -y --no-install-recommends$missing"
+    wait="-o DPkg::Lock::Timeout=600" # seconds, for another run.sh or the system's own upgrades
     if [ "$(id -u)" = 0 ]; then
         sudo=
     elif command -v sudo >/dev/null; then
@@ -77,18 +78,19 @@ need_packages() {
     size=$($sudo env LC_ALL=C apt-get install --assume-no --no-install-recommends $missing 2>/dev/null |
         sed -n 's/^After this operation, \(.*\) of additional.*/ (\1)/p') || :
     say "installing system packages:$missing$size"
-    $sudo env DEBIAN_FRONTEND=noninteractive $line -qq >/dev/null || die "this failed: $line"
+    $sudo env DEBIAN_FRONTEND=noninteractive $line $wait -qq >/dev/null || die "this failed: $line"
 }
 
 # What a .venv is made from; it holds absolute paths, so a moved checkout needs a new one.
 fingerprint() {
     sum=$(cd "$root" && cat requirements*.lock pyproject.toml | cksum)
-    printf '%s %s %s' "$sum" "$("$venv/bin/python" -V 2>/dev/null)" "$root"
+    printf '%s %s %s' "$sum" "$("${PYTHON:-$venv/bin/python}" -V 2>/dev/null)" "$root"
 }
 
 # The parts of .venv, one a line: its commands, its packages and what says that they are installed.
 parts() {
     for part in "$venv"/bin/* "$venv"/lib/*/site-packages/*; do
+        case $part in */__pycache__) continue ;; esac
         ! [ -e "$part" ] || printf '%s\n' "${part#"$venv/"}"
     done
 }
@@ -149,8 +151,9 @@ need_venv() { # base | window | measure | test ...
 # The stamp goes first and comes last, so that no interrupted .venv has one.
 fill_venv() {
     is_whole || held=
+    before=$held
     rm -f "$stamp"
-    if [ -z "$held" ]; then
+    if [ -z "$before" ]; then
         # none yet, one for other locks, one that was interrupted or has lost a part: only a new one is sure to be whole
         say "making .venv"
         "$python" -I -m venv --clear "$venv" >&2 || die "cannot make $venv"
@@ -163,7 +166,8 @@ fill_venv() {
         pip_install --require-hashes -r "$file"
         held="$held $lock"
     done
-    pip_install --no-deps --no-build-isolation --editable "$root"
+    # once: while it is replaced, there is no command firefly for others
+    [ -n "$before" ] || pip_install --no-deps --no-build-isolation --editable "$root"
     { fingerprint && printf '\n%s\n' "$held" && parts; } >"$stamp.part"
     mv "$stamp.part" "$stamp"
 }

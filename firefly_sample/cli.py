@@ -87,6 +87,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             where = f"{error.filename}: " if error.filename is not None else ""
             complain(f"{where}{error.strerror or error}")
             code = 1
+        except SystemExit as error:
+            complain(f"sys.exit({error.code!r}) was called before the command had done its work")
+            code = 1
         except KeyboardInterrupt:
             complain("interrupted")
             code = 130

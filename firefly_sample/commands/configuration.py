@@ -60,7 +60,7 @@ def read_configuration(commands: Collection[Words]) -> list[Table]:
         If a file cannot be read, is not TOML, or has a table that belongs to no command; it names the file.
     """
     try:
-        os.stat(_OURS)
+        os.lstat(_OURS)  # not what a link leads to: that is the file's own affair
     except PermissionError as error:  # the folder's: a file that may not be read still has a state
         text = f"no configuration is read: the working folder cannot be searched ({error.strerror})"
         warnings.warn(text, stacklevel=2)

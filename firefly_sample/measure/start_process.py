@@ -43,7 +43,8 @@ def main() -> int:
     """Do what the only argument says, in JSON, and answer in one line of JSON."""
     from firefly_sample.errors import FireflyError
 
-    given = json.loads(sys.argv[1])
+    given, stdout = json.loads(sys.argv[1]), sys.stdout
+    sys.stdout = sys.stderr  # the answer alone is on stdout, whatever a scene prints
     try:
         if given["scene"] is None:
             answer = open_context(given["device"])
@@ -51,7 +52,7 @@ def main() -> int:
             answer = first_picture(given["scene"], tuple(given["size"]), given["time"], given["device"])
     except FireflyError as error:
         answer = {"error": str(error)}
-    print(json.dumps(answer), flush=True)
+    print(json.dumps(answer), file=stdout, flush=True)
     return 0
 
 

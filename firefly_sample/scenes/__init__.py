@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +22,9 @@ __all__ = ["ENTRY_POINT_GROUP", "build_scene", "find_scene", "list_scenes", "nam
 
 ENTRY_POINT_GROUP = "firefly_sample.scenes"
 """The group of entry points in which a package announces its scenes."""
+_NOT_A_PLUGINS = sys.stdlib_module_names | {__name__.partition(".")[0]}
+_scene_modules: set[str] = set()
+"""Modules of the classes of all scenes that were built."""
 
 
 def find_scene(name: str) -> ScenePlugin:
@@ -81,14 +86,15 @@ def build_scene(plugin: ScenePlugin, /, **given: Any) -> Scene:
     except (FireflyError, KeyboardInterrupt):
         raise
     except BaseException as error:  # SystemExit, too
-        modules = {type(plugin).__module__, getattr(plugin.build, "__module__", "")}
-        raise SceneError(f"scene {plugin.name!r}: build() failed: {_fault(error, modules)}") from error
+        fault = _fault(error, _modules(plugin))
+        raise SceneError(f"scene {plugin.name!r}: build() failed: {fault}") from error
     if not isinstance(built, Scene):
         code = getattr(plugin.build, "__code__", None)
         where = f" ({code.co_filename}:{code.co_firstlineno})" if code is not None else ""
         raise SceneError(
             f"scene {plugin.name!r}: build() must give a Scene, got {type(built).__name__}{where}"
         )
+    _scene_modules.add(type(built).__module__)
     return built
 
 
@@ -103,13 +109,21 @@ def naming(plugin: ScenePlugin) -> Iterator[None]:
     except (FireflyError, KeyboardInterrupt):
         raise
     except BaseException as error:  # SystemExit, too
-        package = type(plugin).__module__.partition(".")[0]
+        packages = {name.partition(".")[0] for name in _modules(plugin) | _scene_modules} - _NOT_A_PLUGINS
         frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
         modules = {name for frame in frames if (name := frame.f_globals.get("__name__", ""))}
-        own = {name for name in modules if name.partition(".")[0] == package}
-        if package == __name__.partition(".")[0] or not own:
+        own = {name for name in modules if name.partition(".")[0] in packages}
+        if not own:
             raise
         raise SceneError(f"scene {plugin.name!r}: {_fault(error, own)}") from error
+
+
+def _modules(plugin: ScenePlugin) -> set[str]:
+    """Return the modules of a plugin's class and of its function `build`."""
+    build: Any = plugin.build
+    while isinstance(build, partial):
+        build = build.func
+    return {type(plugin).__module__, getattr(build, "__module__", None) or ""}
 
 
 def _fault(error: BaseException, modules: set[str]) -> str:

@@ -59,7 +59,8 @@ def write(tmp_path, monkeypatch):
         (tmp_path / "trouble.py").write_text(PLUGIN.format(what=what, where=where))
 
     yield make
-    sys.modules.pop("trouble", None)
+    for name in ("trouble", "elsewhere"):
+        sys.modules.pop(name, None)
 
 
 @pytest.mark.parametrize("where", ["import", "build", "update"])
@@ -73,6 +74,48 @@ def test_it_is_one_line_that_names_the_plugin_and_the_place(tmp_path, capsys, wr
     assert WHATS[what] in err
     assert f"({tmp_path / 'trouble.py'}:6)" in err
     assert err.count("\n") == 1
+
+
+HELPER = """
+import sys
+from firefly_sample import Scene
+
+class Trouble(Scene):
+    def update(self, time):
+        {what}
+"""
+KINDS = {
+    "an object of another module's class": "types.SimpleNamespace(**parts, build=build)",
+    "the package's own class": "Plugin('trouble', 'Fails.', (), build)",
+    "a partial function": "types.SimpleNamespace(**parts, build=partial(build))",
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("package", ["trouble", "elsewhere"])
+@pytest.mark.parametrize("what", ["sys.exit(0)", "1 / 0"])
+def test_however_a_plugin_is_made(tmp_path, capsys, write, kind, package, what):
+    """Also where the scene's class is in another package than the plugin."""
+    write("pass", "nowhere")
+    (tmp_path / f"{package}.py").write_text(HELPER.format(what=what))
+    own = f"from {package} import Trouble" if package != "trouble" else ""
+    with (tmp_path / "trouble.py").open("a") as module:
+        module.write(f"""
+import types
+from functools import partial
+from firefly_sample.scenes.plugin import Plugin
+{own}
+def build():
+    return Trouble()
+parts = {{"name": "trouble", "summary": "", "parameters": ()}}
+plugin = {KINDS[kind]}
+""")
+    assert main(["capture", "trouble:plugin", "--size", "8x6", "-o", str(tmp_path / "out")]) == 1
+    out, err = capsys.readouterr()
+    err = [line for line in err.splitlines() if "warning: " not in line]
+    assert (out, len(err)) == ("", 1)
+    assert err[0].startswith("firefly: scene 'trouble': ")
+    assert f"({tmp_path / package}.py:7)" in err[0]
 
 
 def test_ctrl_c_in_a_plugin_is_ctrl_c(capsys, write):

@@ -52,10 +52,12 @@ def script(path: Path, *lines: str) -> None:
     path.chmod(0o755)
 
 
-def sh(checkout: Path, *words: str, file: Path | None = None) -> subprocess.CompletedProcess[str]:
+def sh(
+    checkout: Path, *words: str, file: Path | None = None, **variables: str
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         ["sh", file or checkout / "run.sh", *words],
-        env={"PATH": str(checkout / "bin")},
+        env={"PATH": str(checkout / "bin"), **variables},
         cwd=checkout.parent,
         capture_output=True,
         text=True,
@@ -183,6 +185,8 @@ def test_more_is_added_to_what_is_there(faked: Path) -> None:
         assert installed(faked) == locks
     assert "making .venv" not in sh(faked, "measure").stderr
     assert installed(faked) == {"base", "window", "measure"}
+    # a second time, other commands that run meanwhile would miss it
+    assert (faked / "asked").read_text().count("--editable") == 1
     assert sh(faked, "run", "--max-error", "1").stderr == ""
     assert sh(faked, "capture").stderr == ""
 
@@ -201,6 +205,24 @@ def test_a_venv_that_has_lost_a_part_is_made_anew(faked: Path, part: str) -> Non
     assert "making .venv" in done.stderr
     assert lost.exists()
     assert sh(faked, "capture").stderr == ""
+
+
+def test_a_venv_without_compiled_code_is_whole(faked: Path) -> None:
+    with (faked / "bin" / "python3").open("a") as python:
+        python.write("[ ! -d .venv ] || mkdir -p .venv/lib/python3/site-packages/__pycache__\n")
+    sh(faked, "capture")
+    compiled = faked / ".venv" / "lib" / "python3" / "site-packages" / "__pycache__"
+    compiled.rmdir()
+    assert sh(faked, "capture").stderr == ""
+
+
+def test_another_python_makes_another_venv(faked: Path) -> None:
+    sh(faked, "capture")
+    newer = faked / "bin" / "python3.12"
+    script(newer, *(faked / "bin" / "python3").read_text().replace("3.11.0", "3.12.0").splitlines()[1:])
+    assert "making .venv" in sh(faked, "capture", PYTHON="python3.12").stderr
+    assert sh(faked, "capture", PYTHON="python3.12").stderr == ""
+    assert sh(faked, "capture", PYTHON="python3").stderr != ""
 
 
 def test_nothing_of_the_working_folder_or_pythonpath_is_imported(faked: Path) -> None:
