@@ -177,6 +177,11 @@ class Renderer:
         return self._device.renderer
 
     @property
+    def driver_version(self) -> str:
+        """The GL version string, for example "4.5 (Core Profile) Mesa 22.3.6"."""
+        return self._device.version
+
+    @property
     def software(self) -> bool:
         """True if the driver is a software rasteriser."""
         return self._device.software

@@ -59,6 +59,9 @@ class Manifest(TypedDict):
         The scene's parameter "seed"; None if it has none.
     driver : str
         The GL renderer string.
+    driver_version : str
+        The GL version string, which has the version of Mesa or of the GPU's driver. Both strings together say
+        which machines draw the same bytes.
     software : bool
         True if that is a software rasteriser.
     version : str
@@ -73,6 +76,7 @@ class Manifest(TypedDict):
     settings: dict[str, Any]
     seed: int | None
     driver: str
+    driver_version: str
     software: bool
     version: str
     frames: list[FrameEntry]

@@ -7,7 +7,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firefly_sample.capture.frame_writer import FrameWriter
 from firefly_sample.capture.manifest import FrameEntry, Manifest, remove_manifest, write_manifest
@@ -15,6 +15,9 @@ from firefly_sample.capture.writers import as_folder, output_folder
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import check_outputs
 from firefly_sample.settings import Settings, to_number, to_whole
+
+if TYPE_CHECKING:
+    from firefly_sample.renderer import Renderer
 
 __all__ = [
     "DEFAULT_TIME",
@@ -115,7 +118,7 @@ def capture_frames(
             Renderer(size, settings, device=device, require_gpu=require_gpu) as renderer,
             FrameWriter(folder) as writer,
         ):
-            manifest = _new_manifest(scene, resolved, settings, renderer.driver, renderer.software)
+            manifest = _new_manifest(scene, resolved, settings, renderer)
             tell = progress or (lambda done, total: None)
             tell(0, len(numbers))
             times = (time + index / fps for index in numbers)
@@ -209,9 +212,7 @@ def parse_frames(frames: str | int | range) -> range:
     return numbers
 
 
-def _new_manifest(
-    scene: str, parameters: dict[str, Any], settings: Settings, driver: str, software: bool
-) -> Manifest:
+def _new_manifest(scene: str, parameters: dict[str, Any], settings: Settings, renderer: Renderer) -> Manifest:
     from firefly_sample import __version__
 
     return {
@@ -219,8 +220,9 @@ def _new_manifest(
         "parameters": parameters,
         "settings": settings.as_dict(),
         "seed": parameters.get("seed"),
-        "driver": driver,
-        "software": software,
+        "driver": renderer.driver,
+        "driver_version": renderer.driver_version,
+        "software": renderer.software,
         "version": __version__,
         "frames": [],
     }

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -16,7 +19,7 @@ from firefly_sample.capture.sequence import (
 )
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Folder, Outputs, SceneName, Size, Time, Whole
-from firefly_sample.commands.terminal import print_result, print_summary, progress_bar
+from firefly_sample.commands.terminal import complain, print_result, print_summary, progress_bar
 from firefly_sample.frame import check_outputs
 
 __all__ = ["capture"]
@@ -85,7 +88,7 @@ def capture(
         require_gpu=require_gpu,
         quiet=quiet,
     )
-    with progress_bar("frames", show=not quiet) as progress:
+    with progress_bar("frames", show=not quiet) as show, _saying_what_is_left(folder, show) as progress:
         manifest = capture_frames(
             scene,
             folder,
@@ -107,3 +110,23 @@ def capture(
     else:
         print_summary(summary, quiet)
     return 0
+
+
+@contextmanager
+def _saying_what_is_left(
+    folder: Path, show: Callable[[int, int], None]
+) -> Iterator[Callable[[int, int], None]]:
+    """Give a function of (done, in all) that calls `show`; if the work ends early, print what is done."""
+    done = total = 0
+
+    def tell(now: int, in_all: int) -> None:
+        nonlocal done, total
+        done, total = now, in_all
+        show(now, in_all)
+
+    try:
+        yield tell
+    except BaseException:
+        if done:  # frames that were under way may be whole as well
+            complain(f"at least {done} of {total} frames are whole in {folder}; there is no manifest of them")
+        raise

@@ -15,6 +15,7 @@ from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag
 from firefly_sample.commands.terminal import print_json, print_result
 from firefly_sample.errors import FireflyError, ViewerError
+from firefly_sample.extras import pip_install
 from firefly_sample.gpu.driver_variables import VARIABLES, variables_set, vector_bits
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ def _packages() -> Iterator[Finding]:
         try:
             yield Finding(name, True, needed, version(name))
         except PackageNotFoundError:
-            yield Finding(name, False, needed, "not installed", f"pip install '{spec}'")
+            yield Finding(name, False, needed, "not installed", pip_install([spec]))
 
 
 def _assets() -> Iterator[Finding]:
@@ -131,7 +132,7 @@ def _assets() -> Iterator[Finding]:
         try:
             yield Finding(kind, True, True, str(asset_dir(kind)))
         except FireflyError as error:
-            yield Finding(kind, False, True, str(error), "pip install --force-reinstall firefly_sample")
+            yield Finding(kind, False, True, str(error), pip_install(["--force-reinstall", "firefly_sample"]))
 
 
 def _library(name: str, package: str) -> Finding:

@@ -17,6 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firefly_sample.errors import MissingPackageError, SceneError
+from firefly_sample.extras import install_command
 from firefly_sample.frame import check_size
 from firefly_sample.interop.losses import Losses
 from firefly_sample.interop.pyrender_cameras import Size
@@ -155,5 +156,5 @@ def _check_pyrender() -> None:
         import pyrender  # noqa: F401
     except ImportError as error:
         raise MissingPackageError(
-            f"pyrender cannot be imported ({error}): run pip install 'firefly_sample[pyrender]'"
+            f"pyrender cannot be imported ({error}): run {install_command('pyrender')}"
         ) from error

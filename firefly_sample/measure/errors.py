@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import MissingPackageError
+from firefly_sample.extras import install_command
 
 __all__ = ["Errors", "mean_flip", "picture_errors", "require", "scale_of"]
 
@@ -86,7 +87,7 @@ def require(*modules: str) -> None:
     for module in modules:
         if find_spec(module) is None:
             raise MissingPackageError(
-                f'measuring needs {_PACKAGES[module]}: pip install "firefly_sample[measure]"'
+                f"measuring needs {_PACKAGES[module]}: run {install_command('measure')}"
             )
 
 

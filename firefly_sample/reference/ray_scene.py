@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import MissingPackageError
+from firefly_sample.extras import install_command
 from firefly_sample.scene.geom import Geom
 
 __all__ = ["RayScene"]
@@ -140,7 +141,7 @@ def _embree(corners: NDArray[np.float32], triangles: NDArray[np.int32]) -> tuple
         from embreex.rtcore_scene import EmbreeScene
     except ImportError as error:
         raise MissingPackageError(
-            'rays need embreex, which is not installed: pip install "firefly_sample[measure]"'
+            f"rays need embreex, which is not installed: run {install_command('measure')}"
         ) from error
     scene = EmbreeScene(robust=True)
     if not len(triangles):

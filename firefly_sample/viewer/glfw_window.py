@@ -9,6 +9,7 @@ from types import ModuleType, TracebackType
 from typing import Any, Protocol
 
 from firefly_sample.errors import ViewerError
+from firefly_sample.extras import install_command
 
 __all__ = ["Listener", "Window", "check_display", "load_glfw"]
 
@@ -230,7 +231,7 @@ def load_glfw() -> ModuleType:
         import glfw
     except ImportError as error:
         raise ViewerError(
-            f"a window needs the package glfw ({error}): run pip install 'firefly_sample[window]', "
+            f"a window needs the package glfw ({error}): run {install_command('window')}, "
             "or use 'firefly capture', which needs no window"
         ) from None
     finally:

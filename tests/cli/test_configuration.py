@@ -13,6 +13,7 @@ from firefly_sample.errors import OutputError
 from firefly_sample.measure.speed import measure_speed
 from firefly_sample.measure.trade import measure_trade
 from tests.cli.command import GLADE, run_python
+from tests.cli.permissions import obeyed_permissions
 
 
 @pytest.fixture
@@ -153,22 +154,19 @@ def test_a_working_folder_that_is_gone(tmp_path):
     )
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become nobody")
-def test_a_working_folder_that_may_not_be_searched(tmp_path, capsys, monkeypatch):
-    (tmp_path / "firefly.toml").write_text("[firefly.plan]\nsize = '10x6'\n")
-    monkeypatch.chdir(tmp_path)
-    tmp_path.chmod(0o700)
-    assert main(["plan", GLADE]) == 0
-    assert " at 10x6" in capsys.readouterr().out
-    os.seteuid(65534)
+def test_a_link_into_a_folder_that_may_not_be_searched_is_a_file_that_cannot_be_read(here, capsys):
+    """It is the user's own file, so it is an error, and pyproject.toml is not to blame."""
+    shut = here / "shut"
+    shut.mkdir()
+    (here / "firefly.toml").symlink_to(shut / "firefly.toml")
+    shut.chmod(0)
     try:
-        code = main(["plan", GLADE])
+        with obeyed_permissions():
+            assert main(["plan", GLADE]) == 2
     finally:
-        os.seteuid(0)
-    out, err = capsys.readouterr()
-    assert code == 0
-    assert " at 800x600" in out
-    assert "no configuration is read: the working folder cannot be searched (Permission denied)" in err
+        shut.chmod(0o755)
+    err = capsys.readouterr().err
+    assert err.startswith(f"firefly: {here / 'firefly.toml'} cannot be read: Permission denied")
     assert err.count("\n") == 1
 
 

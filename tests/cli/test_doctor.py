@@ -230,5 +230,5 @@ def test_a_missing_package(tmp_path):
     )
     ready, found = report(done.stdout)
     assert (ready, done.returncode) == (False, 1)
-    assert found["rich"]["fix"].startswith("pip install 'rich")
+    assert found["rich"]["fix"].endswith(" -m pip install 'rich>=13'")
     assert (found["rich"]["needed"], found["glfw"]["needed"]) == (True, False)

@@ -13,7 +13,10 @@ from firefly_sample.settings import Settings
 from tests.cli.command import GLADE
 
 WHOLE = {
-    "capture": {"scene", "parameters", "settings", "seed", "driver", "software", "version", "frames"},
+    "capture": {
+        *("scene", "parameters", "settings", "seed", "driver", "driver_version", "software", "version"),
+        "frames",
+    },
     "plan": {"passes", "targets", "lights", "culling", "warnings"},
 }
 

@@ -48,7 +48,7 @@ def shell(script, cwd, **variables):
         env=environment(**variables),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
     lines = done.stderr.splitlines()
@@ -75,8 +75,25 @@ def test_a_capture_without_any_stream_and_without_a_working_folder(tmp_path, mod
     check_capture(tmp_path / "out")
 
 
+def test_a_capture_whose_log_is_on_a_full_disk(tmp_path, modules):
+    script = f"{CAPTURE} 2>/dev/full"
+    assert shell(script, tmp_path, PYTHONPATH=modules) == (0, "3 frames (color) in out\n", [])
+    check_capture(tmp_path / "out")
+
+
+def test_a_name_that_no_encoding_has_and_no_stream_to_say_it(tmp_path, modules):
+    """A warning names the folder, and stderr, which is closed, must take it all the same."""
+    folder = os.path.join(os.fsencode(tmp_path), b"\xff")
+    os.mkdir(folder)
+    with open(os.path.join(folder, b"pyproject.toml"), "w") as file:
+        file.write("[tool\n")
+    assert shell(f"{CAPTURE} 2>&-", folder, PYTHONPATH=modules) == (0, "3 frames (color) in out\n", [])
+    os.rename(os.path.join(folder, b"out"), tmp_path / "out")
+    check_capture(tmp_path / "out")
+
+
 def test_a_capture_whose_log_nobody_reads(tmp_path, modules):
-    """Its warnings meet a broken pipe before the first frame, and a full disk."""
+    """Its warnings meet a broken pipe before the first frame."""
     script = f"({CAPTURE}; echo $? >code) 2>&1 >summary | true"
     assert shell(script, tmp_path, PYTHONPATH=modules) == (0, "", [])
     assert (tmp_path / "code").read_text() == "0\n"
@@ -156,7 +173,7 @@ def test_a_pipe_that_does_not_wait_gets_everything(own_stdout):
         assert failure_of(sys.stdout) is None
     os.set_blocking(writing, True)
     sys.stdout.close()
-    assert int(reader.communicate(timeout=60)[0]) == len(text)
+    assert int(reader.communicate(timeout=600)[0]) == len(text)
 
 
 def test_a_name_that_the_encoding_lacks_is_escaped(own_stdout):

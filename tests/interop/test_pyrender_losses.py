@@ -256,7 +256,7 @@ def test_more_vertices_than_float32_can_count_are_refused(monkeypatch):
 @pytest.mark.parametrize("convert", [to_pyrender, from_pyrender])
 def test_without_pyrender_the_error_says_how_to_install_it(monkeypatch, convert):
     monkeypatch.setitem(sys.modules, "pyrender", None)
-    with pytest.raises(MissingPackageError, match=r"pip install 'firefly_sample\[pyrender\]'$") as caught:
+    with pytest.raises(MissingPackageError, match=r"-m pip install 'pyrender-maintained>=1.0'$") as caught:
         convert(Scene())
     assert "\n" not in str(caught.value)
     assert isinstance(caught.value, FireflyError)

@@ -63,7 +63,7 @@ def assert_all_agree(found: list[Agreement]) -> None:
 @pytest.mark.filterwarnings("ignore:cameras that are off centre")
 def test_perspective_pictures_agree(draw_with_pyrender, renderer, centred, far):
     found = []
-    for seed in range(30):
+    for seed in range(100):
         scene = random_scene(seed, perspective(seed, far, centred))
         ours = renderer.render(scene, 0.0, ("depth",)).depth
         found.append(agreement(ours, draw_with_pyrender(to_pyrender(scene, size=SIZE))[1]))
@@ -73,7 +73,7 @@ def test_perspective_pictures_agree(draw_with_pyrender, renderer, centred, far):
 @pytest.mark.parametrize("near", [NEAR, -5.0])
 def test_orthographic_pictures_agree(draw_with_pyrender, renderer, near):
     found = []
-    for seed in range(30):
+    for seed in range(100):
         scene = random_scene(seed, orthographic(seed, near))
         ours = renderer.render(scene, 0.0, ("depth",)).depth
         converted = to_pyrender(scene, size=SIZE)

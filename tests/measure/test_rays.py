@@ -139,7 +139,7 @@ def test_a_missing_library_is_named(monkeypatch):
         return real(name, *rest)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(MissingPackageError, match=r'pip install "firefly_sample\[measure\]"'):
+    with pytest.raises(MissingPackageError, match=r"-m pip install .*embreex"):
         cast_visibility(plan_of(ball_scene(1), (8, 6)))
 
 

@@ -28,6 +28,7 @@ from firefly_sample.settings import Settings
 COSTLY = "100,000 lights"
 """Takes as long as ten other cases: drawn here by float32 and by half-float positions alone. Fewer lights are
 drawn by all, and the command draws these by all."""
+assert COSTLY in {case.name for case in ALL_CASES}
 PAIRS = [
     (case, method)
     for case in ALL_CASES

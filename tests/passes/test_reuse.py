@@ -128,12 +128,13 @@ def test_no_history_shows(steps):
     scene = ball_scene(6, ambient=(0.01, 0.01, 0.02))
     with make_renderer() as renderer:
         renderer.render(scene)
-        for name, at in steps:
+        for number, (name, at) in enumerate(steps):
             STEPS[name](scene, renderer, at)
             seen = renderer.render(scene, 0.1 * at)
-        # a list's beginning is a history as well: comparing its last frame alone is a third of the time
-        with make_renderer(renderer.size, renderer.settings) as fresh:
-            assert seen["color"].tobytes() == fresh.render(scene, 0.1 * at)["color"].tobytes(), steps
+            # a list's beginning is a history as well: comparing each frame would take three times as long
+            if number in (len(steps) // 2, len(steps) - 1):
+                with make_renderer(renderer.size, renderer.settings) as fresh:
+                    assert seen["color"].tobytes() == fresh.render(scene, 0.1 * at)["color"].tobytes(), steps
 
 
 FRESH = """

@@ -20,6 +20,7 @@ LAYERS = (
     (
         {
             "errors",
+            "extras",
             "settings",
             "assets",
             "frame",

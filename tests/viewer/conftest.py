@@ -33,7 +33,7 @@ def display() -> Iterator[str]:
     with subprocess.Popen(command, pass_fds=(writable,), stderr=subprocess.DEVNULL) as server:
         os.close(writable)
         try:
-            assert select.select([readable], [], [], 30)[0], "Xvfb does not start"
+            assert select.select([readable], [], [], 600)[0], "Xvfb does not start"
             number = os.read(readable, 16).decode().strip()
             assert number.isdigit(), f"Xvfb did not start (exit code {server.poll()})"
             yield f":{number}"

@@ -186,7 +186,7 @@ def test_without_a_display(monkeypatch, wayland, said):
 
 def test_without_glfw(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "glfw", None)
-    with pytest.raises(ViewerError, match=r"pip install 'firefly_sample\[window\]'.*firefly capture"):
+    with pytest.raises(ViewerError, match=r"-m pip install 'glfw<3,>=2.7'.*firefly capture"):
         check_display()
 
 

@@ -24,7 +24,7 @@ def test_other_libraries_and_a_renderer_change_nothing_of_each_other(display):
     }
     printed = {}
     for order, process in running.items():
-        out, error = process.communicate(timeout=300)
+        out, error = process.communicate(timeout=600)
         assert process.returncode == 0, f"{order} first: {error}"
         printed[order] = [line.split() for line in out.splitlines() if line.startswith((*HOSTS, "again"))]
     *ours_first, again = printed["ours"]
@@ -100,6 +100,6 @@ def test_a_window_and_a_renderer_without_one_take_turns_and_the_windows_end_is_a
         env=environment(DISPLAY=display),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
     )
     assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr

@@ -1,0 +1,34 @@
+"""Say how to install the packages that only a part of this one needs."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from collections.abc import Iterable
+
+__all__ = ["install_command", "pip_install"]
+
+
+def install_command(extra: str) -> str:
+    """Return the command line that installs the packages of an extra, for example "measure".
+
+    It runs the Python that runs now, so that it needs no command pip, and names the packages themselves.
+    """
+    from importlib.metadata import PackageNotFoundError, requires
+
+    try:
+        requirements = requires("firefly_sample") or []
+    except PackageNotFoundError:  # run from a checkout that is not installed
+        requirements = []
+    specs = [
+        spec.strip()
+        for spec, _, marker in (requirement.partition(";") for requirement in requirements)
+        if re.search(rf"extra == ['\"]{extra}['\"]", marker)
+    ]
+    return pip_install(specs or [f"firefly_sample[{extra}]"])
+
+
+def pip_install(specs: Iterable[str]) -> str:
+    """Return the command line that installs packages into the Python that runs now."""
+    return shlex.join([sys.executable, "-m", "pip", "install", *specs])
