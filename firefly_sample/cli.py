@@ -151,7 +151,7 @@ def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:
 
 
 def _scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugin:
-    """The scene whose options `tokens` may use.
+    """Return the scene whose options `tokens` may use.
 
     What directly follows the command, if it is no option, is the scene. Otherwise the configuration may
     name it, or it comes later and is found with the options of the scene that would be drawn without it.
@@ -177,7 +177,7 @@ def _scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlug
 def _app(
     chosen: Words, tables: list[Table], plugin: ScenePlugin | None = None, allow_unknown: bool = False
 ) -> App:
-    """The whole command line, of which only the chosen command is more than its name and summary."""
+    """Make the whole command line, of which only the chosen command is more than its name and summary."""
     from cyclopts import App, Parameter
 
     from firefly_sample.commands.configuration import as_sources
@@ -207,7 +207,7 @@ def _app(
 
 
 def _load(words: Words, plugin: ScenePlugin | None) -> Callable[..., int]:
-    """The function of a command, with the options of a scene if it takes one."""
+    """Return the function of a command, with the options of a scene if it takes one."""
     command: Callable[..., int] = getattr(
         import_module(f"firefly_sample.commands.{'_'.join(words)}"), words[-1]
     )

@@ -74,7 +74,7 @@ def read_configuration(commands: Collection[Words]) -> list[Table]:
 
 
 def _read(name: str, keys: Words) -> Table | None:
-    """A file's table; None if it is not there, or the file is somebody else's and cannot be read."""
+    """Return a file's table; None if it is not there, or the file is somebody else's and cannot be read."""
     path, ours = _path(name), name == _OURS
     try:
         data = _bytes_of(name)
@@ -97,7 +97,7 @@ def _read(name: str, keys: Words) -> Table | None:
 
 
 def as_sources(tables: Iterable[Table], allow_unknown: bool) -> list[Env | Dict]:
-    """The environment and the tables as cyclopts takes them; what comes first counts."""
+    """Return the environment and the tables as cyclopts takes them; what comes first counts."""
     environment = Env if allow_unknown else _Environment
     return [
         environment("FIREFLY_", show=False),
@@ -126,7 +126,7 @@ class _Environment(Env):
 
 
 def named_by_table(error: CycloptsError, tables: Iterable[Table], words: Words) -> str:
-    """The text of an error; a key of a file is called by its table and its file."""
+    """Return the text of an error, in which a key of a file is called by its table and its file."""
     text, token = str(error), getattr(error, "token", None)
     for table in tables:
         if token is None or token.source != table.path or not token.keyword:
@@ -142,7 +142,7 @@ def named_by_table(error: CycloptsError, tables: Iterable[Table], words: Words) 
 
 
 def _bytes_of(name: str) -> bytes | None:
-    """A file's bytes, None if there is none; never waits, as for the writer of a pipe."""
+    """Read a file's bytes, None if there is none; never wait, as for the writer of a pipe."""
     try:
         handle = os.open(name, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:

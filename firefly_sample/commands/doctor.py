@@ -75,7 +75,7 @@ def doctor(*, json: Flag = False) -> int:
 
 
 def examine() -> list[Finding]:
-    """Everything that is known about this machine; a failing check is a finding, not an exception."""
+    """Return everything that is known about this machine; a failing check is a finding, not an exception."""
     return [
         Finding("Python", True, True, f"{platform.python_version()} ({sys.executable})"),
         Finding("platform", True, True, platform.platform()),
@@ -107,7 +107,7 @@ def _mark(finding: Finding) -> str:
 
 
 def _packages() -> Iterator[Finding]:
-    """The distribution's own requirements and their installed versions."""
+    """Yield the distribution's own requirements and their installed versions."""
     from importlib.metadata import PackageNotFoundError, requires, version
 
     try:
@@ -136,7 +136,7 @@ def _assets() -> Iterator[Finding]:
 
 
 def _library(name: str, package: str) -> Finding:
-    """Whether the loader finds a library as glcontext asks for it, and can load it."""
+    """Look for a library as glcontext asks for it, and load it."""
     import ctypes
     from ctypes.util import find_library
 
@@ -153,7 +153,7 @@ def _library(name: str, package: str) -> Finding:
 
 
 def _variables() -> Iterator[Finding]:
-    """Variables of the environment that change what drivers draw, or keep them from it."""
+    """Yield the variables of the environment that change what drivers draw, or keep them from it."""
     for name, value in variables_set().items():
         variable = VARIABLES[name]
         unsaid, fix = (", and call itself the same", f"unset {name}") if variable.silent else ("", "")
@@ -161,7 +161,7 @@ def _variables() -> Iterator[Finding]:
 
 
 def _devices() -> Iterator[Finding]:
-    """Every EGL device, and what the one that is used by default can do."""
+    """Yield every EGL device, and what the one that is used by default can do."""
     count = _device_count()
     if isinstance(count, Finding):
         yield count
@@ -176,7 +176,7 @@ def _devices() -> Iterator[Finding]:
 
 
 def _device_count() -> int | Finding:
-    """How many EGL devices there are, learnt from the refusal of one that does not exist."""
+    """Count the EGL devices; the number is learnt from the refusal of one that does not exist."""
     from firefly_sample.gpu.device import Device
 
     try:
@@ -225,7 +225,7 @@ def _same_bytes(device: Device) -> str:
 
 
 def _display() -> Finding:
-    """Whether a window could be opened."""
+    """Find out if a window could be opened."""
     where = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
     if not where:
         return Finding("display", False, False, "none: firefly run needs one, firefly capture does not")

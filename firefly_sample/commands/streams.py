@@ -65,7 +65,7 @@ def _occupy(descriptor: int) -> None:
 
 
 def _safe(stream: TextIO | None, own: TextIO | None, descriptor: int) -> TextIO:
-    """A stream that never raises in place of the process's `own`; another stream as it is."""
+    """Return a stream that never raises in place of the process's `own`; another stream as it is."""
     if stream is None:
         return _Stream(_Sink(descriptor), was_closed=True, encoding="utf-8", errors="backslashreplace")
     if stream is not own or not isinstance(stream, io.TextIOWrapper):

@@ -64,7 +64,7 @@ def print_result(text: str, done: str = "") -> None:
 
 
 def print_summary(text: str, quiet: bool = False) -> None:
-    """Print what was done by the way of a result that is in files, unless `quiet` or stdout is closed.
+    """Print one line on the files that were written, unless `quiet` or stdout is closed.
 
     Raises
     ------

@@ -137,7 +137,7 @@ def measure_trade(
 
 
 def default_folder(scene: str) -> Path:
-    """The folder of a measurement that was given none: ``measured/<the plugin's name>``."""
+    """Return the folder of a measurement that was given none: ``measured/<the plugin's name>``."""
     return Path("measured") / find_scene(scene).name
 
 
@@ -158,13 +158,13 @@ def _head(
 
 
 def _key(head: list[Any], chosen: list[Variation]) -> str:
-    """Of what is measured: rows of another measurement are not mixed in."""
+    """Return a digest of what is measured, so that rows of another measurement are not mixed in."""
     text = json.dumps([head, [(variation.name, variation.changes) for variation in chosen]], sort_keys=True)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def _measured(path: Path, key: str) -> list[dict[str, Any]]:
-    """The rows of an interrupted measurement of the same."""
+    """Return the rows of an interrupted measurement of the same."""
     try:
         before = json.loads(path.read_text(encoding="utf-8"))
         return list(before["rows"]) if before.get("unfinished") == key else []
@@ -218,7 +218,7 @@ def _row(bench: Bench, variation: Variation, seconds: float) -> dict[str, Any]:
 
 
 def _filtering(bench: Bench) -> dict[str, Any]:
-    """What the driver's filtering of textures does: a reference that filters exactly, held against ours."""
+    """Measure the driver's filtering of textures: a reference that filters exactly, held against ours."""
     renderer, base = bench.renderer, bench.base
     renderer.settings = reference_settings(base.with_changes(lights="volumes", light_resolution="full"))
     plan = renderer.plan(bench.scene, bench.time, ("visibility",))

@@ -28,7 +28,7 @@ _scene_modules: set[str] = set()
 
 
 def find_scene(name: str) -> ScenePlugin:
-    """The scene plugin that is called `name`.
+    """Return the scene plugin that is called `name`.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def find_scene(name: str) -> ScenePlugin:
 
 
 def list_scenes() -> list[ScenePlugin]:
-    """Every installed scene plugin, sorted by name.
+    """Return every installed scene plugin, sorted by name.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def list_scenes() -> list[ScenePlugin]:
 
 
 def build_scene(plugin: ScenePlugin, /, **given: Any) -> Scene:
-    """A new scene of `plugin`, with its defaults for the parameters that are not given.
+    """Build a new scene of `plugin`, with its defaults for the parameters that are not given.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def _modules(plugin: ScenePlugin) -> set[str]:
 
 
 def _fault(error: BaseException, modules: set[str]) -> str:
-    """What a plugin raised, on one line, and where: the innermost frame in one of its modules, if any."""
+    """Describe what a plugin raised, on one line, and where: the innermost frame in one of its modules."""
     text, places = str(error), []
     for frame, line in traceback.walk_tb(error.__traceback__):
         if frame.f_globals.get("__name__") in modules:
@@ -165,7 +165,7 @@ def _named(entry: EntryPoint) -> ScenePlugin:
 
 
 def _load(name: str, value: str) -> ScenePlugin:
-    """The plugin at `value`, "package.module:object", that was asked for as `name`."""
+    """Load the plugin at `value`, "package.module:object", that was asked for as `name`."""
     module_name, _, attribute = value.partition(":")
     if not all(part.isidentifier() for part in (*module_name.split("."), attribute)):
         raise SceneNotFoundError(f"scene {name!r}: {value!r} is not of the form package.module:object")

@@ -13,24 +13,30 @@ from firefly_sample.commands.measure_start import start_as_text
 from firefly_sample.derived import VARIABLE
 from firefly_sample.errors import FireflyError
 from firefly_sample.measure.start import CACHES, measure_start
-from tests.cli.command import environment
+from tests.cli.command import ROOT, environment
 
 SIZE = [48, 36]
 
 
-def picture(scene, folder):
-    """The digest of a picture that a fresh process draws."""
+def answer(scene, **variables):
+    """The answer of a fresh process that draws a picture, and what else it said."""
     job = json.dumps({"scene": scene, "size": SIZE, "time": 5.0, "device": None})
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-m", "firefly_sample.measure.start_process", job],
-        env=environment(**{VARIABLE: str(folder)}),
+        env=environment(**variables),
         capture_output=True,
         text=True,
         timeout=600,
         check=True,
     )
-    assert done.stderr == ""
-    return json.loads(done.stdout)["sha256"]
+    return json.loads(done.stdout), done.stderr
+
+
+def picture(scene, folder):
+    """The digest of a picture that a fresh process draws."""
+    told, said = answer(scene, **{VARIABLE: str(folder)})
+    assert said == ""
+    return told["sha256"]
 
 
 def test_the_forest_is_the_same_with_the_cache_off_empty_full_damaged_and_shut(tmp_path):
@@ -73,6 +79,15 @@ def test_the_command_measures_every_state_of_the_cache(capsys, tmp_path, monkeyp
     assert not own.exists()
     lines = start_as_text(result).splitlines()
     assert [line.split()[0] for line in lines[2:5]] == list(CACHES)
+
+
+def test_what_a_scene_prints_is_not_taken_for_the_answer(tmp_path):
+    (tmp_path / "chatty.py").write_text(
+        'print({"driver": "mine"})\nfrom tests.cli.glade import glade as plugin\n'
+    )
+    told, said = answer("chatty:plugin", PYTHONPATH=f"{tmp_path}{os.pathsep}{ROOT}")
+    assert told.keys() == {"driver", "sha256"}
+    assert said == "{'driver': 'mine'}\n"
 
 
 def test_what_cannot_be_drawn_is_said_in_one_line(capsys):
