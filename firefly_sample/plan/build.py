@@ -39,16 +39,13 @@ from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
 from firefly_sample.plan.volume import plan_volume
 from firefly_sample.plan.warnings import plan_warnings
-from firefly_sample.scene.arrays import as_color, as_numbers
+from firefly_sample.scene.arrays import LARGEST, as_color, as_numbers
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import Settings, to_number
 
 __all__ = ["Planner", "build_plan"]
-
-LARGEST = 1e30
-"""Of exposures: what goes to the GPU as float32 keeps room for a product."""
 
 Float64 = NDArray[np.float64]
 PointRows = tuple[Float64, Float64, Float64]
