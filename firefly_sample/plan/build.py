@@ -99,7 +99,7 @@ class Planner:
         self._shadows = ShadowPlanner()
         self._eye: tuple[tuple[Any, ...], Eye] | None = None
         self._seen: tuple[tuple[Any, ...], Visible] | None = None
-        self._cut: tuple[Visible, CutOff] | None = None
+        self._cut: tuple[tuple[Visible, bool], CutOff] | None = None
         self._measured: tuple[Visible, Extent] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
         self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
@@ -219,7 +219,11 @@ class Planner:
                 cloud,
                 (
                     *eye.warnings,
-                    *cut_off_warnings(self._cut_off(snapshot, eye, seen), eye, snapshot.id_names),
+                    *cut_off_warnings(
+                        self._cut_off(snapshot, eye, seen, bool(len(sprites) or len(particles))),
+                        eye,
+                        snapshot.id_names,
+                    ),
                     *extent_warnings(self._extent(seen, eye, view), lighting.sets, view, seen.farthest),
                     *position_warnings(needs, lens, camera, seen, lighting.sets, max(exposure)),
                 ),
@@ -241,10 +245,11 @@ class Planner:
             self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
         return self._seen[1]
 
-    def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible) -> CutOff:
+    def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible, others: bool) -> CutOff:
         """Return what the lens's planes cut off; found anew only with what is in view."""
-        if self._cut is None or self._cut[0] is not seen:
-            self._cut = seen, cut_off(snapshot.instances, eye, seen)
+        state = seen, others
+        if self._cut is None or self._cut[0] != state:
+            self._cut = state, cut_off(snapshot.instances, eye, seen, others)
         return self._cut[1]
 
     def _extent(self, seen: Visible, eye: Eye, view: View) -> Extent:
