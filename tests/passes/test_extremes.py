@@ -8,7 +8,7 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
-from tests.scenes import wall_scene
+from tests.scenes import geom_node, wall, wall_scene
 
 
 def test_a_blinding_light_is_white(render):
@@ -48,6 +48,27 @@ def test_a_highlight_of_no_colour_stays_dark_in_any_light(render, lights):
     assert np.isfinite(frame.radiance).all()
     assert frame.radiance[6, 8, 0] == pytest.approx(1e30)
     assert not frame.radiance[..., 1:].any()
+
+
+@pytest.mark.parametrize("kind", [Spotlight, PointLight])
+@pytest.mark.parametrize("half", [1e2, 1e5, 3e9])
+def test_a_roof_that_is_too_wide_for_a_shadow_map_is_named(render, kind, half):
+    """It lets light through, which no ordinary roof does."""
+    scene, lamp = Scene(), kind("lamp", (1, 1, 1))
+    for name, size, z in (("floor", 20.0, 0.0), ("roof", half, 20.0)):
+        geom = wall(size)
+        geom.name = name
+        path = scene.root.attach_new_node(geom_node(name, geom, Material("m", double_sided=True)))
+        path.set_pos_hpr(0.37 * size if name == "roof" else 0.0, 0.0, z, 11, -90, 0)
+    lamp.set_attenuation((1, 0, 0))
+    lamp.set_shadow_caster(True, 256)
+    scene.root.attach_new_node(lamp).set_pos_hpr(0, 0, 30, 0, -90, 0)
+    scene.camera.set_pos_hpr(0, -15, 10, 0, -35, 0)
+    frame = render(scene, None, (40, 30), ("light",))
+    said = [line for line in frame.warnings if "shine through" in line]
+    assert [line.startswith("light 'lamp': geoms 'roof' have") for line in said] == [True] * (half > 1e6)
+    if not said:
+        assert not frame.light.any()
 
 
 def test_a_scene_of_lights_alone_is_its_background(render):
