@@ -397,7 +397,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 def number_or_none(value: Any) -> float | None:
-    """As a float; None where it is no number: text, a bool, a complex number, an array with dimensions."""
+    """Return a value as a float; None for text, bools, complex numbers and arrays with dimensions."""
     if type(value) is float:
         return value
     kind = getattr(getattr(value, "dtype", None), "kind", "f")
@@ -411,7 +411,7 @@ def number_or_none(value: Any) -> float | None:
 
 
 def to_number(value: Any) -> float:
-    """As a float; NaN where it is no number."""
+    """Return a value as a float; NaN where it is no number."""
     number = number_or_none(value)
     return math.nan if number is None else number
 
