@@ -313,8 +313,8 @@ class Renderer:
     def surface(self, plan: FramePlan) -> Surface:
         """Return the G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.
 
-        `Frame` holds the same as float32; whoever measures errors wants this. A Surface reads
-        what it needs when one of its methods first asks for it.
+        `Frame` holds the same as float32; whoever measures errors wants this. A Surface reads what it
+        needs when one of its methods first asks for it.
 
         Raises
         ------

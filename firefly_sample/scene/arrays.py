@@ -115,12 +115,12 @@ def as_color(
 
 
 def in_range(shares: Float64, largest: float = 1.0) -> bool:
-    """Return whether all numbers are 0 to `largest`, up to rounding; NaN is not."""
+    """Return whether all numbers are 0 to `largest`, up to rounding; False with a NaN."""
     return not outside(shares, largest).any()
 
 
 def outside(shares: Float64, largest: float = 1.0) -> NDArray[np.bool_]:
-    """Return which numbers are not 0 to `largest`, up to rounding; NaN is not."""
+    """Return which numbers are not 0 to `largest`, up to rounding; NaN is one of them."""
     return np.asarray(~((shares >= -ROUNDING) & (shares <= largest + ROUNDING)))
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight
 from firefly_sample.scene.material import Material
+from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
@@ -48,6 +49,18 @@ def test_a_highlight_of_no_colour_stays_dark_in_any_light(render, lights):
     assert np.isfinite(frame.radiance).all()
     assert frame.radiance[6, 8, 0] == pytest.approx(1e30)
     assert not frame.radiance[..., 1:].any()
+
+
+def test_a_red_particle_in_any_light_stays_red(render):
+    scene = Scene()
+    scene.root.attach_new_node(ParticleNode("puff", [(0, 5, 0)], 3.0, 1.0, (1, 0, 0)))
+    light = PointLight("l", (1e10,) * 3)
+    light.set_attenuation((0, 0, 1e-30))
+    scene.root.attach_new_node(light).set_pos(0, 5, 1)
+    radiance = render(scene, None, (17, 13), ("radiance",)).radiance
+    assert np.isfinite(radiance).all()
+    assert radiance[6, 8, 0] > 1e29
+    assert not radiance[..., 1:].any()
 
 
 @pytest.mark.parametrize("kind", [Spotlight, PointLight])
