@@ -23,7 +23,9 @@ LIGHT_PASSES = frozenset(PASS_OF_KIND.values())
 
 @dataclass(eq=False)
 class Drawn:
-    """A plan that the GPU has been told to draw. The device must be entered around the calls.
+    """A plan that the GPU has been told to draw.
+
+    The device must be entered around `copy` and `read`; `give_back` asks nothing of OpenGL.
 
     Attributes
     ----------

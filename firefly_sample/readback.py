@@ -285,7 +285,7 @@ class Surface:
         return np.where(known[..., None], place, np.nan)
 
     def _ndc(self) -> tuple[Float64, Float64]:
-        """Of the pixels' centres: of the columns, shape (1, width), and of the rows, shape (height, 1)."""
+        """Return the NDC of the pixels' centres: x of each column, (1, width), y of each row, (height, 1)."""
         width, height = self._plan.view.size
         ndc_x = (np.arange(width) + 0.5) / (width / 2) - 1.0
         ndc_y = 1.0 - (np.arange(height) + 0.5) / (height / 2)

@@ -6,6 +6,7 @@ import sys
 import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import NoReturn, SupportsIndex
 
@@ -203,7 +204,7 @@ class Renderer:
             raise GpuError("this renderer is closed: make a new one")
 
     def plan(self, scene: Scene, time: float = 0.0, outputs: Iterable[str] = ("color",)) -> FramePlan:
-        """What `render` would draw."""
+        """Return what `render` would draw."""
         names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
         with self._device.exclusively():
             return self._planner.plan(scene, self.settings, self.size, names, time, self._device.capabilities)
@@ -315,24 +316,34 @@ class Renderer:
         return Drawn(plan, gpu.lights_drawn, gpu.draw_calls, gpu.timers.end(), walked)
 
     def surface(self, plan: FramePlan) -> Surface:
-        """The G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.
+        """Return the G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.
 
-        `Frame` holds the same as float32; whoever measures errors wants this.
+        `Frame` holds the same as float32; whoever measures errors wants this. A Surface reads what it
+        needs when one of its methods first asks for it.
 
         Raises
         ------
         GpuError
-            If another plan was drawn since, or the renderer is closed.
+            If another plan was drawn since, or the renderer is closed; the Surface's methods raise it too.
         """
-        self._check_open()
-        if plan is not self._drawn:
-            raise GpuError("this plan is not the one that was drawn last: draw it again before reading it")
 
         def read(name: str) -> bytes:
-            with self._device:
+            with self._reading(plan):
                 return bytes(self._gpu.images.texture(plan, name).read())
 
-        return Surface(plan, read)
+        with self._reading(plan):
+            return Surface(plan, read)
+
+    @contextmanager
+    def _reading(self, plan: FramePlan) -> Iterator[None]:
+        """Enter the device if `plan` is what was drawn last, and keep other threads from drawing over it."""
+        self._check_open()
+        with self._device:
+            if plan is not self._drawn:
+                raise GpuError(
+                    "this plan is not the one that was drawn last: draw it again before reading it"
+                )
+            yield
 
     def close(self) -> None:
         """Free every GL object and the context.

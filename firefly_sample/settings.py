@@ -263,13 +263,13 @@ class Settings:
 
     def __post_init__(self) -> None:
         for name, choices in CHOICES.items():
-            value = getattr(self, name)
+            given = value = getattr(self, name)
             if type(choices[-1]) is int:
-                value = to_whole(value)
+                value = to_whole(given)
                 object.__setattr__(self, name, value)
             if value not in choices or (value is not None and type(value) is not type(choices[-1])):
                 shown = ", ".join(str(choice) for choice in choices if choice is not None)
-                raise SettingsError(f"setting {name!r} must be one of {shown}; got {value!r}")
+                raise SettingsError(f"setting {name!r} must be one of {shown}; got {given!r}")
         for name, (low, high) in _RANGES.items():
             value = getattr(self, name)
             if value is None and name in _MAY_BE_ABSENT:
@@ -397,7 +397,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 def number_or_none(value: Any) -> float | None:
-    """As a float; None where it is no number: text, a bool, a complex number, an array with dimensions."""
+    """Return a value as a float; None for text, bools, complex numbers and arrays with dimensions."""
     if type(value) is float:
         return value
     kind = getattr(getattr(value, "dtype", None), "kind", "f")
@@ -411,13 +411,13 @@ def number_or_none(value: Any) -> float | None:
 
 
 def to_number(value: Any) -> float:
-    """As a float; NaN where it is no number."""
+    """Return a value as a float; NaN where it is no number."""
     number = number_or_none(value)
     return math.nan if number is None else number
 
 
 def to_whole(value: Any) -> int | None:
-    """As an int; None where it is none. A float is none, nor is a bool; NumPy's integers are."""
+    """Return a value as an int; None for floats, bools and what else is none. NumPy's integers are."""
     try:
         return None if isinstance(value, bool) else operator.index(value)
     except TypeError:

@@ -46,7 +46,7 @@ void main()
             s.normal = to_light;
             strength *= shadow(s, to_light, 1.0, light.shadow);
 #endif
-            sum += strength * light.color.rgb;
+            sum += min(strength * light.color.rgb, 1e30);  // infinity times a colour of 0 would be no number
         }
     }
 #if FADED

@@ -63,12 +63,12 @@ _WITHOUT_AVX = ("nosse", "sse", "sse2", "sse3", "ssse3", "sse4.1")
 
 
 def variables_set() -> dict[str, str]:
-    """Those of `VARIABLES` that are set to something, and to what."""
+    """Return those of `VARIABLES` that are set to something, and to what."""
     return {name: os.environ[name] for name in VARIABLES if os.environ.get(name)}
 
 
 def silent_changes(driver: str) -> list[str]:
-    """A sentence for each variable by which a driver draws other pictures without saying so."""
+    """Return a sentence for each variable by which a driver draws other pictures without saying so."""
     if not driver.startswith("llvmpipe"):
         return []
     return [
@@ -79,7 +79,7 @@ def silent_changes(driver: str) -> list[str]:
 
 
 def vector_bits(driver: str) -> int | None:
-    """The width of llvmpipe's vectors as its name says it, None of other drivers."""
+    """Return the width of llvmpipe's vectors as its name says it, None of other drivers."""
     found = re.match(r"llvmpipe \(.*\b(\d+) bits\)", driver)
     return int(found[1]) if found else None
 

@@ -74,7 +74,7 @@ def _refusal(who: str) -> str:
 def _was_forked() -> bool:
     """Return whether this process is a fork that has started no other program; False off Linux."""
     try:
-        fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+        fields = Path("/proc/self/stat").read_bytes().rpartition(b")")[2].split()  # names may be no UTF-8
     except OSError:
         return False
     return bool(int(fields[6]) & _FORKED_WITHOUT_EXEC)
@@ -91,5 +91,5 @@ def _has_threads() -> bool:
     names = []
     for task in Path("/proc/self/task").glob("*/comm"):
         with suppress(OSError):  # a thread may end meanwhile
-            names.append(task.read_text())
-    return not names or any(name.startswith("llvmpipe-") for name in names)
+            names.append(task.read_bytes())
+    return not names or any(name.startswith(b"llvmpipe-") for name in names)

@@ -56,7 +56,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
         Seconds.
     size : (int, int), optional
         Width and height in pixels of the picture to be drawn. Lenses take its shape, as when the `Renderer`
-        draws; without it, cameras keep their lenses' own aspect ratio.
+        draws, with a warning where another was set; without it, cameras keep their lenses' own aspect ratio.
 
     Returns
     -------
@@ -69,6 +69,8 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
         If pyrender is not installed.
     LensError
         If the film of a perspective lens is off centre and there is no `size`: pyrender measures in pixels.
+        If the scene's camera has intrinsics for pictures of another shape than `size` has. It names the
+        camera.
     SceneError
         If `scene` is something else, a Geom has more than 2^24 vertices, or for what the `Renderer` would
         refuse as well: a camera's or spotlight's transform, the arrays of lights.
@@ -80,7 +82,8 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     ConversionWarning
         Once for each kind of thing that pyrender lacks, or would not draw: sprites, highlights, ambient
         colours of materials, cut-outs, a spotlight's exponent, fading other than by 1/d^2, shadows, more
-        than four lights of a kind, exposure, a background's gradient, tags and more. It names whose.
+        than four lights of a kind, exposure, a background's gradient, aspect ratios that contradict `size`,
+        tags and more. It names whose.
     """
     _check_pyrender()
     _check_type("to_pyrender", scene, Scene)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import LensError
 from firefly_sample.interop.losses import Losses
+from firefly_sample.plan.camera import lens_for_picture
 from firefly_sample.scene.lens import Lens, OrthographicLens, PerspectiveLens
 
 __all__ = ["Size", "camera_from_pyrender", "camera_to_pyrender"]
@@ -32,9 +33,9 @@ pyrender uploads it, the projection matrix is then that of an infinite one to th
 
 
 def camera_to_pyrender(
-    name: str, lens: Lens, size: Size | None, losses: Losses
+    name: str, lens: Lens, size: Size | None, losses: Losses, main: bool = True
 ) -> tuple[Any, Float64 | None]:
-    """A lens as a pyrender camera.
+    """Return a lens as a pyrender camera.
 
     Parameters
     ----------
@@ -43,6 +44,9 @@ def camera_to_pyrender(
     size : (int, int), optional
         Of the picture in pixels; the lens takes its shape, as when the Renderer draws.
     losses : Losses
+    main : bool
+        Whether this is the camera that is drawn. Another one whose intrinsics are for pictures of another
+        shape becomes a loss: it keeps what it sees, which pyrender stretches to the picture.
 
     Returns
     -------
@@ -55,15 +59,13 @@ def camera_to_pyrender(
     Raises
     ------
     LensError
-        If the film of a perspective lens is off centre and there is no size, or the lens does not fit it.
+        If the film of a perspective lens is off centre and there is no size, or if the main camera's
+        intrinsics are for pictures of another shape.
     """
     import pyrender
 
     if size is not None:
-        try:
-            lens = lens.for_picture(*size)
-        except LensError as error:
-            raise LensError(f"camera {name!r}: {error}") from None
+        lens = _for_picture(name, lens, size, losses, main)
     k, near, far = lens.constants(), lens.get_near(), lens.get_far()
     if not k.perspective:
         # In pyrender a near plane is above 0; the view's own depth is a length that suits every scale.
@@ -99,6 +101,20 @@ def camera_to_pyrender(
         name=name,
     )
     return camera, None
+
+
+def _for_picture(name: str, lens: Lens, size: Size, losses: Losses, main: bool) -> Lens:
+    """Return the lens that the Renderer would draw with, or as `camera_to_pyrender` says of other cameras."""
+    try:
+        shaped, contradiction = lens_for_picture(lens, size)
+    except LensError as error:
+        if main:
+            raise LensError(f"camera {name!r}: {error}") from None
+        losses.add(f"a camera that is not drawn would be stretched to the picture: {error}", name)
+        return lens
+    if contradiction:
+        losses.add(f"a camera takes the picture's aspect ratio: {contradiction}", name)
+    return shaped
 
 
 def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Losses) -> Lens | None:

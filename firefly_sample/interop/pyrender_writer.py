@@ -127,8 +127,9 @@ class _Writer:
         return []
 
     def _camera(self, path: NodePath, node: Camera) -> _Content:
-        """A camera, without the scale and shear that its node may have, as the renderer takes it."""
-        camera, place = camera_to_pyrender(node.name, node.lens, self._size, self._losses)
+        """Return a camera without the scale and shear that its node may have, as the renderer takes it."""
+        main = path == self._scene.camera
+        camera, place = camera_to_pyrender(node.name, node.lens, self._size, self._losses, main)
         net = net_matrix(path)
         view_to_world = camera_matrices(Scene(self._scene.root, path)).view_to_world
         if not np.allclose(net[:3, :3], view_to_world[:3, :3], rtol=0.0, atol=1e-9):

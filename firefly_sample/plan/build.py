@@ -39,16 +39,13 @@ from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
 from firefly_sample.plan.volume import plan_volume
 from firefly_sample.plan.warnings import plan_warnings
-from firefly_sample.scene.arrays import as_color, as_numbers
+from firefly_sample.scene.arrays import LARGEST, as_color, as_numbers
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import Settings, to_number
 
 __all__ = ["Planner", "build_plan"]
-
-LARGEST = 1e30
-"""Of exposures: what goes to the GPU as float32 keeps room for a product."""
 
 Float64 = NDArray[np.float64]
 PointRows = tuple[Float64, Float64, Float64]
@@ -102,7 +99,7 @@ class Planner:
         self._shadows = ShadowPlanner()
         self._eye: tuple[tuple[Any, ...], Eye] | None = None
         self._seen: tuple[tuple[Any, ...], Visible] | None = None
-        self._cut: tuple[Visible, CutOff] | None = None
+        self._cut: tuple[tuple[Visible, bool], CutOff] | None = None
         self._measured: tuple[Visible, Extent] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
         self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
@@ -222,8 +219,18 @@ class Planner:
                 cloud,
                 (
                     *eye.warnings,
-                    *cut_off_warnings(self._cut_off(snapshot, eye, seen), eye, snapshot.id_names),
-                    *extent_warnings(self._extent(seen, eye, view), lighting.sets, view, seen.farthest),
+                    *cut_off_warnings(
+                        self._cut_off(snapshot, eye, seen, bool(len(sprites) or len(particles))),
+                        eye,
+                        snapshot.id_names,
+                    ),
+                    *extent_warnings(
+                        self._extent(seen, eye, view),
+                        lighting.sets,
+                        view,
+                        seen.farthest,
+                        lighting.shadows.too_wide(),
+                    ),
                     *position_warnings(needs, lens, camera, seen, lighting.sets, max(exposure)),
                 ),
             ),
@@ -244,10 +251,11 @@ class Planner:
             self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
         return self._seen[1]
 
-    def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible) -> CutOff:
+    def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible, others: bool) -> CutOff:
         """Return what the lens's planes cut off; found anew only with what is in view."""
-        if self._cut is None or self._cut[0] is not seen:
-            self._cut = seen, cut_off(snapshot.instances, eye, seen)
+        state = seen, others
+        if self._cut is None or self._cut[0] != state:
+            self._cut = state, cut_off(snapshot.instances, eye, seen, others)
         return self._cut[1]
 
     def _extent(self, seen: Visible, eye: Eye, view: View) -> Extent:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.camera import Eye
+from firefly_sample.plan.chunks import corners_near
 from firefly_sample.plan.cull import frustum_corners, spheres_in_frustum
 from firefly_sample.plan.instances import Group, Instances
 
@@ -23,8 +24,6 @@ __all__ = ["CutOff", "cut_off", "cut_off_warnings"]
 Float64 = NDArray[np.float64]
 
 MOST_NAMES = 4
-CHUNK = 1 << 12
-"""Triangles that are tested at once."""
 TOUCH = 1e-9
 """Of a region's size: a smaller overlap is a touch, which cuts nothing off."""
 
@@ -37,13 +36,14 @@ class CutOff(NamedTuple):
     nothing_left: bool
 
 
-def cut_off(instances: Instances, eye: Eye, seen: Visible) -> CutOff:
+def cut_off(instances: Instances, eye: Eye, seen: Visible, others: bool = False) -> CutOff:
     """Return what each plane cuts off, looked for where the user would not expect it.
 
-    A plane that nobody has set should cut nothing. One that was set may, unless nothing is left to see.
+    A plane that nobody has set should cut nothing. One that was set may, unless nothing is left to see: no
+    geometry and, as `others` says, no sprites and no particles.
     """
     lens, near, far = eye.lens, eye.lens.get_near(), eye.lens.get_far()
-    nothing_left = not _anything_between(seen, near, far)
+    nothing_left = not (others or _anything_between(seen, near, far))
     before: tuple[int, ...] = ()
     behind: tuple[int, ...] = ()
     if near > 0.0 and (nothing_left or not lens.near_given):
@@ -140,19 +140,11 @@ class _Region(NamedTuple):
 
 def _reaches(group: Group, model_to_view: Float64, region: _Region) -> bool:
     """Return whether a triangle that can be seen reaches into the region."""
-    vertices, triangles = group.geom.vertices, group.geom.triangles
-    # a bit for each plane that a vertex lies beyond: a triangle that is beyond one has a bit in common
-    codes = np.zeros(len(vertices), dtype=np.uint8)
-    for bit, plane in enumerate(region.planes @ model_to_view.T):  # in model space, where vertices are
-        codes |= (vertices @ plane[:3] + plane[3] <= region.touch).astype(np.uint8) << bit
-    if np.bitwise_and.reduce(codes):
-        return False
-    near_it = np.flatnonzero(codes[triangles[:, 0]] & codes[triangles[:, 1]] & codes[triangles[:, 2]] == 0)
-    for start in range(0, len(near_it), CHUNK):
-        corners = vertices[triangles[near_it[start : start + CHUNK]]]
-        corners = corners @ model_to_view[:3, :3] + model_to_view[3, :3]
-        corners = corners[_facing(corners, group, region.perspective)]
-        if len(corners) and _overlaps(corners, region).any():
+    planes = region.planes @ model_to_view.T  # in model space, where vertices are
+    for corners in corners_near(group.geom, planes, region.touch):
+        seen = corners @ model_to_view[:3, :3] + model_to_view[3, :3]
+        seen = seen[_facing(seen, group, region.perspective)]
+        if len(seen) and _overlaps(seen, region).any():
             return True
     return False
 

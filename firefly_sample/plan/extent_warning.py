@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from firefly_sample.plan.batches import Visible, VisiblePart
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
+from firefly_sample.plan.wide_triangles import WIDEST, WIDEST_CASTER, has_wide
 from firefly_sample.scene.lens_constants import LensConstants
 
 __all__ = ["Extent", "extent_warnings"]
@@ -21,11 +23,7 @@ SMALLEST, LARGEST = 1e-15, 1e18
 """Scene units: between these sizes of what is in view, float32 holds squares of distances with enough of
 their digits, also of a tenth of the smallest size."""
 ENDLESS = 1e37
-"""Scene units: places beyond are no longer drawn, for want of room for a product."""
-WIDEST = 5e4
-"""Half widths of the view: triangles that reach as far aside keep all of their pixels, and of four times as
-far one in forty loses some. A rasterizer clips triangles to the view in float32, which leaves an edge where
-it belongs to 6e-8 of its length."""
+"""Scene units: positions beyond are no longer drawn, for want of room for a product."""
 DEPTHS = 1e-37
 """The least depth that a reversed depth buffer of float32 holds: near over distance."""
 
@@ -66,8 +64,14 @@ class Extent(NamedTuple):
         return cls(name, size, tuple(dict.fromkeys(wide)))
 
 
-def extent_warnings(extent: Extent, sets: Sequence[LightSet], view: View, farthest: float) -> Iterator[str]:
-    """One line each for what float32 does not hold.
+def extent_warnings(
+    extent: Extent,
+    sets: Sequence[LightSet],
+    view: View,
+    farthest: float,
+    casters: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> Iterator[str]:
+    """Yield one line each for what float32 does not hold.
 
     Parameters
     ----------
@@ -77,18 +81,20 @@ def extent_warnings(extent: Extent, sets: Sequence[LightSet], view: View, farthe
     view : View
     farthest : float
         Of everything in view, along the view axis.
+    casters : mapping of str to sequence of str
+        Names of Geoms that `casts_too_wide` is true of, by their light's name.
     """
     name, size, wide = extent
     placed = [lights for lights in sets if lights.kind != "directional" and len(lights)]
     if size > ENDLESS:
         yield (
-            f"geom {name!r} reaches {size:.1g} units from the eye, and float32 holds places up to "
+            f"geom {name!r} reaches {size:.1g} units from the eye, and float32 holds positions up to "
             f"{ENDLESS:g}: parts of it are not drawn; scale the scene down"
         )
     elif size > LARGEST and any(lights.reaches.max() > LARGEST for lights in placed):
         yield (
             f"geom {name!r} reaches {size:.1g} units from the eye, and float32 holds squares of distances "
-            f"up to {LARGEST:g}: lights without end leave it dark there; scale the scene down"
+            f"up to {LARGEST:g}: lights without a max distance do not light it there; scale the scene down"
         )
     elif 0.0 < size < SMALLEST and placed:
         yield (
@@ -104,6 +110,12 @@ def extent_warnings(extent: Extent, sets: Sequence[LightSet], view: View, farthe
         yield (
             f"geoms {', '.join(map(repr, wide))} have triangles that reach more than {WIDEST:g} half widths "
             "of the view aside, which lose pixels when they are clipped to it: cut them into smaller ones"
+        )
+    for light, names in casters.items():
+        yield (
+            f"light {light!r}: geoms {', '.join(map(repr, names))} have triangles that reach more than "
+            f"{WIDEST_CASTER:g} half widths of its shadow map's view aside, so that light may shine through "
+            "them: cut them into smaller ones"
         )
 
 
@@ -128,14 +140,4 @@ def _is_wide(part: VisiblePart, planes: Float64, lens: LensConstants, near: floa
     side = np.maximum(np.abs(low), np.abs(high))[[0, 2]] * (lens.a, lens.c)
     if side.max() <= WIDEST * (max(near, float(low[1])) if lens.perspective else 1.0):
         return False  # nearly always: the rest looks at every vertex
-    geom = part.group.geom
-    for matrix in part.model_to_view:
-        places = geom.vertices @ matrix[:3, :3] + matrix[3, :3]
-        ahead = places[:, 1] if lens.perspective else np.ones(len(places))
-        aside = np.abs(places[:, [0, 2]] * (lens.a, lens.c)).max(axis=1)
-        wide = (aside > WIDEST * ahead) & (ahead >= (near if lens.perspective else 0.0))
-        triangles = geom.triangles[wide[geom.triangles].any(axis=1)]
-        outside = places @ planes[:, :3].T + planes[:, 3] < 0.0
-        if len(triangles) and not outside[triangles].all(axis=1).any(axis=1).all():
-            return True
-    return False
+    return has_wide(part.group.geom, part.model_to_view, planes, lens, near, WIDEST)

@@ -33,6 +33,7 @@ from firefly_sample.plan.light_views import (
     sun_view,
 )
 from firefly_sample.plan.lights import LightSource
+from firefly_sample.plan.wide_triangles import casts_too_wide
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.lights import DirectionalLight
@@ -93,6 +94,10 @@ class ShadowMap:
         None where nothing in view can lie in this map: it is not drawn.
     key : bytes
         Of everything that the texels depend on.
+    light : str
+        The light's name.
+    wide : tuple of str
+        Names of Geoms that are too wide to cast a shadow into all of it.
     """
 
     name: str
@@ -101,6 +106,8 @@ class ShadowMap:
     world_to_light: Float64
     casters: tuple[CasterBatch, ...] | None
     key: bytes
+    light: str = ""
+    wide: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +126,14 @@ class ShadowPlan:
     size: tuple[int, int] = (0, 0)
     layout: tuple[Tile, ...] = ()
     maps: tuple[ShadowMap, ...] = ()
+
+    def too_wide(self) -> dict[str, tuple[str, ...]]:
+        """Return names of Geoms that are too wide for a map, by the lights' names."""
+        found: dict[str, dict[str, None]] = {}
+        for shadow in self.maps:
+            if shadow.wide:
+                found.setdefault(shadow.light, {}).update(dict.fromkeys(shadow.wide))
+        return {light: tuple(names) for light, names in found.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,7 +288,14 @@ class ShadowPlanner:
             name = f"{light.name} {view.name}".rstrip()
             casters = _casters(snapshot.groups, view, lens, reach) if needed else None
             made = ShadowMap(
-                name, tile, lens, view.world_to_light, casters, _digest(tile, lens, casters or ())
+                name=name,
+                tile=tile,
+                lens=lens,
+                world_to_light=view.world_to_light,
+                casters=casters,
+                key=_digest(tile, lens, casters or ()),
+                light=light.name,
+                wide=_too_wide(casters or (), view),
             )
             self._kept[key] = state, made
             maps.append(made)
@@ -344,6 +366,18 @@ def _casters(
             CasterBatch(group.geom, texture, cutoff, alphas[chosen], to_world, matrices, group.vertex_alpha)
         )
     return tuple(batches)
+
+
+def _too_wide(casters: tuple[CasterBatch, ...], view: LightView) -> tuple[str, ...]:
+    """Return names of Geoms that are too wide for a map."""
+    planes = view.lens.frustum_planes()
+    return tuple(
+        dict.fromkeys(
+            batch.geom.name
+            for batch in casters
+            if casts_too_wide(batch.geom, batch.model_to_world @ view.world_to_light, planes, view.lens)
+        )
+    )
 
 
 def _digest(tile: Tile, lens: LensConstants, casters: tuple[CasterBatch, ...]) -> bytes:

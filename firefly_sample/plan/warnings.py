@@ -97,7 +97,7 @@ def _is_blended(group: Group, material: Material) -> bool:
 
 
 def _darkness(snapshot: Snapshot) -> Iterator[str]:
-    """A line on a scene that nothing lights, unless something in it shines by itself."""
+    """Yield a line on a scene that nothing lights, unless something in it shines by itself."""
     materials = (material for group in snapshot.groups for material in group.materials)
     if snapshot.sprites or any(any(material.emission) for material in materials):
         return

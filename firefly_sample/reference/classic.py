@@ -40,7 +40,7 @@ def render_classic(
     albedo: Float64 | None = None,
     threads: int | None = None,
 ) -> NDArray[np.uint8]:
-    """A plan's picture in the look "classic".
+    """Return a plan's picture in the look "classic".
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def render_classic(
 
 
 def _lit_codes(plan: FramePlan, surfaces: Surfaces) -> Float64:
-    """The sum of all lights' codes on the covered pixels, shape (n, 3); above 255 where it is cut off."""
+    """Return the sum of all lights' codes on the covered pixels, shape (n, 3); above 255, it is cut off."""
     gbuffer, covered = surfaces.gbuffer, surfaces.covered
     place = gbuffer.position[covered]
     base = _to_codes(gbuffer.albedo[covered]) / 255.0
@@ -92,7 +92,7 @@ def _lit_codes(plan: FramePlan, surfaces: Surfaces) -> Float64:
 
 
 def _arriving(plan: FramePlan, place: Float64, stored: Float64) -> Iterator[tuple[NDArray[np.intp], Float64]]:
-    """For each light the positions (n, 3) that it reaches, and how much of which colours arrives there."""
+    """Yield for each light the positions (n, 3) that it reaches, and how much of which colours arrives."""
     for one in each_light(plan.lights):
         pixels = np.flatnonzero(one.in_reach(place))
         to_light, distance = one.ways(place[pixels])

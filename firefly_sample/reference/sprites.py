@@ -97,7 +97,7 @@ def add_sprite(radiance: Float64, dots: SpriteSet, index: int, view: View, dista
 def light_of_sprite(
     dots: SpriteSet, index: int, view: View, distance: Float64
 ) -> tuple[tuple[slice, slice], Float64] | None:
-    """The rows and columns that one of the dots touches, and what it adds there; see `add_sprites`."""
+    """Return the rows and columns that one of the dots touches, and what it adds; see `add_sprites`."""
     place, color = dots.positions[index], dots.colors[index]
     square = square_of(view, place, float(dots.radii[index]))
     if square is None:

@@ -5,16 +5,18 @@ what is given       what becomes of it
 ==================  =========================================================================================
 numbers             float64: from integers and floats of any width, byte order and memory layout
 indices             whole numbers: from integers, and from floats that are whole
-colours             float64, linear: unsigned integers as shares of the largest number of their type, so that
-                    255 of uint8 and 65535 of uint16 are 1; signed integers and floats as they are
-pixels of textures  uint8, as they are stored: uint8, and signed integers of 0 to 255, as they are; wider
-                    unsigned integers as shares of the largest number of their type, floats of 0 to 1 and
-                    bool as shares of 1, rounded to the nearest of 256 codes
+colours             float64, linear: uint8 and uint16 as shares of the largest number of their type, so that
+                    255 and 65535 are 1, as in glTF; signed integers and floats as they are
+pixels of textures  uint8, as they are stored: uint8, and signed integers of 0 to 255, as they are; uint16 as
+                    shares of 65535, floats of 0 to 1 and bool as shares of 1, rounded to the nearest of 256
+                    codes
 ==================  =========================================================================================
 
 Whatever gives NumPy an array may be given: lists, trimesh's and pandas' arrays, tensors in main memory.
-Refused by name are text, complex numbers, dates, objects, rows of different lengths, masked entries, and
-bool but for pixels. A colour of a surface, and a float pixel, may leave 0..1 by 1e-6, which is rounding.
+Refused by name are text, complex numbers, dates, objects, rows of different lengths, masked entries (of an
+array, or of the arrays in a list), bool but for pixels, and uint32 and uint64 as colours and pixels: they
+mostly hold 0 to 255, and nothing says so. A colour of a surface, and a float pixel, may leave 0..1 by 1e-6,
+which is rounding.
 """
 
 from __future__ import annotations
@@ -28,29 +30,32 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import SceneError
 
 __all__ = [
+    "LARGEST",
     "ReadOnlyArrays",
     "as_codes",
     "as_color",
     "as_colors",
     "as_numbers",
     "as_whole",
+    "hint_above_one",
     "in_range",
+    "outside",
     "read_only",
 ]
 
 Float64 = NDArray[np.float64]
 
+LARGEST = 1e30
+"""Largest number of what goes to the GPU as float32, which keeps room for a product."""
 ROUNDING = 1e-6
 """Tolerance for computed floats just below 0 or just above 1, which are taken as 0 or 1."""
 _COUNTS = {3: "three", 4: "four"}
-DIVIDE = ": divide them by the number that is white (255), or give them as uint8"
-"""The way out where colours are above 1."""
 
 
 def as_numbers(
     what: str, values: ArrayLike, error: type[SceneError] = SceneError, expected: str = "numbers"
 ) -> Float64:
-    """A float64 array of its own.
+    """Return numbers as a float64 array of their own.
 
     Parameters
     ----------
@@ -72,7 +77,7 @@ def as_numbers(
 
 
 def as_whole(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[Any]:
-    """An array of whole numbers, of whatever type holds them: what they may be is for the caller to check."""
+    """Return whole numbers as an array of whatever type holds them; the caller checks their range."""
     array = _given(what, values, error, "iuf", "whole numbers")
     if array.dtype.kind == "f" and not (np.isfinite(array) & (array == np.floor(array))).all():
         raise error(f"{what} must be whole numbers, got {_described(array)}")
@@ -82,10 +87,9 @@ def as_whole(what: str, values: ArrayLike, error: type[SceneError] = SceneError)
 def as_colors(
     what: str, values: ArrayLike, error: type[SceneError] = SceneError, expected: str = "numbers"
 ) -> Float64:
-    """Linear colours, as a float64 array of its own; see the module for what integers mean."""
+    """Return linear colours as a float64 array of their own; see the module for what integers mean."""
     array = _given(what, values, error, "iuf", expected)
-    largest = np.iinfo(array.dtype).max if array.dtype.kind == "u" else 1
-    return np.array(array, dtype=np.float64, order="C") / largest
+    return np.array(array, dtype=np.float64, order="C") / _white(what, array, error)
 
 
 def as_color(
@@ -95,7 +99,7 @@ def as_color(
     largest: float = 1.0,
     error: type[SceneError] = SceneError,
 ) -> Float64:
-    """One colour, read-only, shape (channels,), each of 0 to `largest`.
+    """Return one colour, read-only, shape (channels,), each of 0 to `largest`.
 
     Raises
     ------
@@ -105,18 +109,30 @@ def as_color(
     expected = f"{_COUNTS[channels]} numbers in 0..{largest:g}"
     given = as_colors(what, color, error, expected)
     if given.shape != (channels,) or not in_range(given, largest):
-        hint = "" if largest > 1.0 or given.max(initial=0.0) <= 1.0 else DIVIDE
+        hint = hint_above_one(given) if largest <= 1.0 else ""
         raise error(f"{what} must be {expected}, got {color!r}{hint}")
     return read_only(np.clip(given, 0.0, largest))
 
 
 def in_range(shares: Float64, largest: float = 1.0) -> bool:
-    """Return whether all numbers are 0 to `largest`, up to rounding; NaN is not."""
-    return bool(((shares >= -ROUNDING) & (shares <= largest + ROUNDING)).all())
+    """Return whether all numbers are 0 to `largest`, up to rounding; False with a NaN."""
+    return not outside(shares, largest).any()
+
+
+def outside(shares: Float64, largest: float = 1.0) -> NDArray[np.bool_]:
+    """Return which numbers are not 0 to `largest`, up to rounding; NaN is one of them."""
+    return np.asarray(~((shares >= -ROUNDING) & (shares <= largest + ROUNDING)))
+
+
+def hint_above_one(values: NDArray[Any]) -> str:
+    """Return the way out where colours are refused for numbers above 1 alone, to end a message; else ""."""
+    if values.size and values.min() >= 0.0 and np.isfinite(top := values.max()) and top > 1.0:
+        return ": divide them by the number that is white (255), or give them as uint8"
+    return ""
 
 
 def as_codes(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[np.uint8]:
-    """Pixels of 8 bits, as an array of its own; see the module for what other types mean."""
+    """Return pixels of 8 bits as an array of their own; see the module for what other types mean."""
     array = _given(what, values, error, "iufb", "numbers")
     if array.dtype == np.uint8:
         return np.array(array, order="C")
@@ -126,10 +142,10 @@ def as_codes(what: str, values: ArrayLike, error: type[SceneError] = SceneError)
         return array.astype(np.uint8, order="C")
     if array.dtype.kind == "f":
         if not in_range(array):
-            raise error(f"{what} of floats must be 0 to 1, got {_described(array)}{DIVIDE}")
+            raise error(f"{what} of floats must be 0 to 1, got {_described(array)}{hint_above_one(array)}")
         shares = np.clip(array.astype(np.float64), 0.0, 1.0)
     else:
-        shares = array / (np.iinfo(array.dtype).max if array.dtype.kind == "u" else 1)
+        shares = array / _white(what, array, error)
     return np.rint(shares * 255.0).astype(np.uint8, order="C")
 
 
@@ -149,8 +165,20 @@ class ReadOnlyArrays:
         self.__dict__.update(state)
 
 
+def _white(what: str, array: NDArray[Any], error: type[SceneError]) -> int:
+    """Return what stands for 1 in colours of an array's type, which is refused where that is unknown."""
+    if array.dtype.kind != "u":
+        return 1
+    if array.dtype.itemsize > 2:
+        raise error(
+            f"{what} of unsigned integers must be uint8 or uint16, whose largest number is white, got "
+            f"{_described(array)}: divide them by the number that is white, or give them as uint8 or uint16"
+        )
+    return int(np.iinfo(array.dtype).max)
+
+
 def _given(what: str, values: ArrayLike, error: type[SceneError], kinds: str, expected: str) -> NDArray[Any]:
-    """As an array of one of these kinds, which may still be the caller's own."""
+    """Return an array of one of these kinds, which may still be the caller's own."""
     try:
         if _is_masked(values):
             raise ValueError("some entries are masked: fill them first")
@@ -163,12 +191,18 @@ def _given(what: str, values: ArrayLike, error: type[SceneError], kinds: str, ex
 
 
 def _is_masked(values: ArrayLike) -> bool:
-    """Return whether entries are masked; numpy.ma is not imported for that, which takes long."""
+    """Return whether entries are masked; numpy.ma is not imported for that, which takes long.
+
+    Of a list or a tuple, the arrays in it are looked at, whose masks NumPy would drop.
+    """
     masked = sys.modules.get("numpy.ma")  # there, if there is a masked array
-    return masked is not None and isinstance(values, masked.MaskedArray) and bool(masked.is_masked(values))
+    if masked is None:
+        return False
+    parts = values if isinstance(values, list | tuple) else (values,)
+    return any(isinstance(part, masked.MaskedArray) and masked.is_masked(part) for part in parts)
 
 
 def _described(array: NDArray[Any]) -> str:
-    """The first of what an array holds, its type and its shape."""
+    """Return the first of what an array holds, its type and its shape, for a message."""
     first = ", ".join(repr(value) for value in array.ravel()[:3].tolist())
     return f"{first}{', ...' if array.size > 3 else ''} ({array.dtype} of shape {array.shape})"

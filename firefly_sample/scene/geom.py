@@ -9,11 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import (
-    DIVIDE,
+    LARGEST,
     ReadOnlyArrays,
     as_colors,
     as_numbers,
     as_whole,
+    hint_above_one,
     in_range,
     read_only,
 )
@@ -25,11 +26,9 @@ __all__ = ["Geom", "GeomNode"]
 
 Float64 = NDArray[np.float64]
 
-
-LARGEST = 1e30
-"""Of positions, normals and texture coordinates: float32 keeps room for a product."""
 _LENGTHS = 1e-6, 1e6
-"""Between these, a normal's length is left as it is: shaders make it 1, and square it for that."""
+"""Lengths of normals, least and greatest, that are left as they are: shaders make them 1, and square them
+for that."""
 
 
 class Geom(ReadOnlyArrays):
@@ -47,8 +46,7 @@ class Geom(ReadOnlyArrays):
         Texture coordinates with v up (the first row of an image is v = 1); zeros when absent.
     colors : array_like, shape (n, 3) or (n, 4), optional
         Linear vertex colours in 0..1 that multiply the material's base colour, and their alpha, which
-        multiplies its alpha; white when absent. Unsigned integers are shares of the largest number of their
-        type: uint8 is 0 to 255.
+        multiplies its alpha; white when absent. Of uint8, 255 is 1, and of uint16, 65535.
     name : str
         Used in messages.
 
@@ -98,6 +96,7 @@ class Geom(ReadOnlyArrays):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
+        self._bounds = None  # a copy's arrays could be written to
         self.serial = new_serial()
 
     def _indices(self, triangles: ArrayLike, vertices: int) -> NDArray[np.int32]:
@@ -174,7 +173,7 @@ class Geom(ReadOnlyArrays):
         self.revision += 1
 
     def _colors(self, colors: ArrayLike | None) -> tuple[Float64 | None, Float64 | None]:
-        """Colours without alpha; and alpha, where it is not 1 everywhere."""
+        """Return colours without alpha; and alpha, where it is not 1 everywhere."""
         if colors is None:
             return None, None
         given = as_colors(f"geom {self.name!r}: colors", colors)
@@ -184,9 +183,9 @@ class Geom(ReadOnlyArrays):
                 f"geom {self.name!r}: colors must have shape ({n}, 3) or ({n}, 4), got {given.shape}"
             )
         if not in_range(given):
-            hint = DIVIDE if given.min() >= 0.0 and given.max() > 1.0 else ""
             raise SceneError(
-                f"geom {self.name!r}: colors must be 0 to 1, got {given.min():g} to {given.max():g}{hint}"
+                f"geom {self.name!r}: colors must be 0 to 1, got {given.min():g} to {given.max():g}"
+                f"{hint_above_one(given)}"
             )
         given = np.clip(given, 0.0, 1.0)
         alphas = None if given.shape[1] == 3 or (given[:, 3] == 1.0).all() else read_only(given[:, 3].copy())

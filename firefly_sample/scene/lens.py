@@ -148,7 +148,9 @@ class PerspectiveLens(Lens):
             focal_length=fx,
         )
         fixed_by = f"calibration for pictures of {width}x{height}"
-        lens._shape = lens._shape._replace(fixed_by=fixed_by, pixel=1.0 / pixel_height, calibrated=True)
+        lens._shape = lens._shape._replace(
+            fixed_by=fixed_by, pixel=1.0 / pixel_height, calibrated=True, measure=""
+        )
         return lens
 
     def is_perspective(self) -> bool:
@@ -167,7 +169,8 @@ class PerspectiveLens(Lens):
         shape = None
         if vertical is not None:
             ratio = cot_half("the vertical field of view", vertical) / a
-            shape = Shape(ratio, f"field of view of {horizontal:g} x {vertical:g} degrees")
+            words = f"field of view of {horizontal:g} x {vertical:g} degrees"
+            shape = Shape(ratio, words, measure="fov")
         self._change("fov", float(horizontal), shape)
 
     def set_vfov(self, vertical: float) -> None:
@@ -254,7 +257,7 @@ class PerspectiveLens(Lens):
         given[name] = value
         if len(given) == 3:
             del given[next(iter(given))]
-        self._commit(given, self._shape if shape is None else shape)
+        self._commit(given, self._shape.after(self._given, given) if shape is None else shape)
 
     def _reshape(self, shape: Shape) -> None:
         self._commit(self._given, shape)

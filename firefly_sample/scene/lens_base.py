@@ -19,7 +19,7 @@ from firefly_sample.errors import LensError
 from firefly_sample.scene.arrays import as_numbers
 from firefly_sample.scene.lens_checks import finite, number, positive
 from firefly_sample.scene.lens_constants import Clip, LensConstants
-from firefly_sample.scene.lens_shape import Shape
+from firefly_sample.scene.lens_shape import Shape, ratio_shape
 
 __all__ = ["Lens"]
 
@@ -97,8 +97,7 @@ class Lens(ABC):
         if aspect_ratio is None:
             self._reshape(Shape(self._shape.ratio))
         else:
-            ratio = positive("aspect ratio", aspect_ratio)
-            self._reshape(Shape(ratio, f"aspect ratio of {ratio:g}"))
+            self._reshape(ratio_shape(positive("aspect ratio", aspect_ratio)))
 
     @property
     def shape(self) -> Shape:

@@ -70,7 +70,7 @@ class OrthographicLens(Lens):
             If a size is not above 0.
         """
         width = positive("film width", width)
-        self._commit("width", width, self._shape if height is None else film_shape(width, height))
+        self._change("width", width, None if height is None else film_shape(width, height))
 
     def set_film_height(self, height: float) -> None:
         """Set the height of the view in scene units; it stays so when the aspect ratio changes.
@@ -82,7 +82,7 @@ class OrthographicLens(Lens):
         LensError
             If it is not above 0.
         """
-        self._commit("height", positive("film height", height), self._shape)
+        self._change("height", positive("film height", height))
 
     def scale_film(self, factor: float) -> None:
         """Make the view larger or smaller by a factor; what was set of its shape stays.
@@ -92,7 +92,7 @@ class OrthographicLens(Lens):
         LensError
             If the factor is not above 0.
         """
-        self._commit(self._side, self._length * positive("factor", factor), self._shape)
+        self._change(self._side, self._length * positive("factor", factor))
 
     def get_film_size(self) -> tuple[float, float]:
         """Width and height of the view in scene units."""
@@ -101,6 +101,12 @@ class OrthographicLens(Lens):
     def _scales(self) -> tuple[float, float]:
         width, height = self.get_film_size()
         return 2.0 / width, 2.0 / height
+
+    def _change(self, side: str, length: float, shape: Shape | None = None) -> None:
+        """Set the side that stays."""
+        if shape is None:
+            shape = self._shape.after({f"film_{self._side}": self._length}, {f"film_{side}": length})
+        self._commit(side, length, shape)
 
     def _reshape(self, shape: Shape) -> None:
         self._commit(self._side, self._length, shape)

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LightError
-from firefly_sample.scene.arrays import as_color, as_colors
+from firefly_sample.scene.arrays import LARGEST, as_color, as_colors
 from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
-from firefly_sample.scene.rows import LARGEST_COLOR
 from firefly_sample.settings import SHADOW_RESOLUTIONS, to_number, to_whole
 
 __all__ = ["FadingLight", "Light", "ShadowCaster", "light_color"]
@@ -226,9 +225,8 @@ def light_color(name: str, color: ArrayLike) -> Float64:
     Raises
     ------
     LightError
-        If it is not three (or, as Panda3D has it, four) numbers from 0 to `LARGEST_COLOR`; it names the
-        light.
+        If it is not three (or, as Panda3D has it, four) numbers from 0 to 1e30; it names the light.
     """
     what = f"light {name!r}: color"
     rgb = as_colors(what, color, LightError, "three numbers of 0 or more")
-    return as_color(what, rgb[:3] if rgb.shape == (4,) else rgb, 3, LARGEST_COLOR, LightError)
+    return as_color(what, rgb[:3] if rgb.shape == (4,) else rgb, 3, LARGEST, LightError)

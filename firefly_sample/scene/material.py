@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import ReadOnlyArrays, as_codes, as_color, as_colors, read_only
+from firefly_sample.scene.arrays import LARGEST, ReadOnlyArrays, as_codes, as_color, as_colors, read_only
 from firefly_sample.scene.serials import new_serial
 from firefly_sample.settings import to_number
 
@@ -27,8 +27,8 @@ class Texture(ReadOnlyArrays):
     Parameters
     ----------
     pixels : array_like, shape (height, width, 4)
-        sRGB colour and linear alpha (coverage) in 8 bits; the first row is the top of the picture. Wider
-        unsigned integers, floats of 0 to 1 and bool are rounded to these: see `firefly_sample.scene.arrays`.
+        sRGB colour and linear alpha (coverage) in 8 bits; the first row is the top of the picture. uint16,
+        floats of 0 to 1 and bool are rounded to these: see `firefly_sample.scene.arrays`.
     name : str
         Used in messages and in the plan.
 
@@ -226,7 +226,7 @@ class Material(ReadOnlyArrays):
 
     def set_emission(self, color: ArrayLike) -> None:
         """Set the linear radiance (r, g, b) that the surface gives off."""
-        self.emission = self._color("emission", color, 3, 1e30)
+        self.emission = self._color("emission", color, 3, LARGEST)
         self.revision += 1
 
     def set_specular(self, color: ArrayLike) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError, did_you_mean
-from firefly_sample.scene.arrays import ReadOnlyArrays, as_numbers
+from firefly_sample.scene.arrays import ReadOnlyArrays, as_numbers, outside, read_only
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.random import check_seed
@@ -292,9 +292,8 @@ class ParticleNode(PandaNode):
     ) -> ParticleArrays:
         columns = (
             Column("radii", radii, 0, (("radius is not 0 to 1e18", lambda r: ~((r >= 0.0) & (r <= 1e18))),)),
-            Column("alphas", alphas, 0, (("alpha is not 0 to 1", lambda a: ~((a >= 0.0) & (a <= 1.0))),)),
-            Column(
-                "colors", colors, 3, (("color is not 0 to 1", lambda c: ~((c >= 0.0) & (c <= 1.0))),), True
-            ),
+            Column("alphas", alphas, 0, (("alpha is not 0 to 1", outside),)),
+            Column("colors", colors, 3, (("color is not 0 to 1", outside),), True),
         )
-        return ParticleArrays(*checked_rows(f"particles {self.name!r}", SceneError, positions, columns))
+        places, sizes, *shares = checked_rows(f"particles {self.name!r}", SceneError, positions, columns)
+        return ParticleArrays(places, sizes, *(read_only(np.clip(share, 0.0, 1.0)) for share in shares))

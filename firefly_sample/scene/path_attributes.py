@@ -105,7 +105,7 @@ class PathAttributes(PathBase):
     def set_color(self, *arguments: Any) -> None:
         """Give this node and what is below it one colour: ``set_color(r, g, b[, a[, priority]])``.
 
-        Or ``set_color(color[, priority])`` with 3 or 4 numbers. Linear, 0 to 1; an array of unsigned integers
+        Or ``set_color(color[, priority])`` with 3 or 4 numbers. Linear, 0 to 1; an array of uint8 or uint16
         as `firefly_sample.scene.arrays` says. The colour nearest to the geometry counts, except that a higher
         priority above wins over a lower one below.
         """

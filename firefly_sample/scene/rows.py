@@ -9,16 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import as_colors, as_numbers, read_only
+from firefly_sample.scene.arrays import LARGEST, as_colors, as_numbers, read_only
 
-__all__ = ["LARGEST_COLOR", "Column", "Fault", "checked_rows", "color_faults"]
+__all__ = ["Column", "Fault", "checked_rows", "color_faults"]
 
 Float64 = NDArray[np.float64]
 Fault = tuple[str, Callable[[Float64], NDArray[np.bool_]]]
 """What is wrong with an entry, and which numbers are."""
-
-LARGEST_COLOR = 1e30
-"""Of a colour's channel: what goes to the GPU as float32 keeps room for a product."""
 
 
 class Column(NamedTuple):
@@ -48,7 +45,7 @@ def color_faults() -> tuple[Fault, ...]:
     """What may be wrong with linear colours."""
     return (
         ("color is negative or not finite", lambda c: ~(np.isfinite(c) & (c >= 0))),
-        ("color is above 1e30", lambda c: c > LARGEST_COLOR),
+        ("color is above 1e30", lambda c: c > LARGEST),
     )
 
 

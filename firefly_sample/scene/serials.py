@@ -14,5 +14,5 @@ _NUMBERS = itertools.count()
 
 
 def new_serial() -> int:
-    """A number that nothing else in this process has had."""
+    """Return a number that nothing else in this process has had."""
     return next(_NUMBERS)

@@ -99,7 +99,7 @@ def _enter(above: _State, node: PandaNode, label: str) -> _State:
 
 
 def _labels(children: Sequence[PandaNode]) -> list[str]:
-    """The names of one parent's children, with numbers where they are equal."""
+    """Return the names of one parent's children, with numbers where they are equal."""
     names = [child.name for child in children]
     taken = set(names)
     if len(taken) == len(names):

@@ -161,7 +161,7 @@ class ForestScene(Scene):
         ambient: float = 1.0,
         mist: bool = False,
     ) -> None:
-        # The original's lens and point of view; at another shape than its 4:3 the vertical angle stays.
+        # The original's lens, to its rounding at 4:3, and point of view; at other shapes its height stays.
         lens = PerspectiveLens(fov=(39.32, 30.0), near=50.0, far=500.0)
         lens.set_vfov(30.0)
         lens.set_aspect_ratio(None)

@@ -1,7 +1,8 @@
 // Provides falloff: how a light fades with the distance d from it.
 // FALLOFF 0, Falloff.RAMP_SQUARED: (1 - d/reach)^2, exactly 0 from the reach on.
 // FALLOFF 1, Falloff.ATTENUATION: 1/(x + y*d + z*d^2) of fade, times a window that ends at 1/fade.w; none where that
-// is 0. WINDOW 0: Karis' (1 - (d/R)^4)^2. WINDOW 1: glTF's 1 - (d/R)^4.
+// is 0. The fraction is at most 1e30: infinity times a colour of 0 would be no number.
+// WINDOW 0: Karis' (1 - (d/R)^4)^2. WINDOW 1: glTF's 1 - (d/R)^4.
 // Float64 twin: firefly_sample/reference/falloff.py
 
 #if FALLOFF == 0
@@ -18,7 +19,7 @@ float falloff(float d, vec4 fade)
 #if WINDOW == 0
     window *= window;
 #endif
-    return window / (fade.x + d * (fade.y + d * fade.z));
+    return window / max(fade.x + d * (fade.y + d * fade.z), 1e-30);
 }
 #else
 #error "this falloff has no code"

@@ -1,4 +1,5 @@
 // Provides add_light, which adds what one light does to a surface to radiance_sum and light_sum.
+// What one light adds ends at LARGEST_LIGHT: infinity times an albedo of 0 would be no number.
 // light_sum is what a white surface without highlights would show. HALF keeps highlights apart: radiance is theirs.
 #include "include/phong.glsl"
 
@@ -7,6 +8,8 @@
 #else
 #define STRENGTH float
 #endif
+
+const float LARGEST_LIGHT = 1e30;
 
 vec3 radiance_sum = vec3(0.0);
 vec3 light_sum = vec3(0.0);
@@ -17,7 +20,7 @@ void add_light(Surface s, vec3 to_light, float n_dot_l, STRENGTH strength, vec3 
 #if CLAMP_LIGHT
     diffuse = min(diffuse, 1.0);
 #endif
-    diffuse *= strength;
+    diffuse = min(diffuse * strength, LARGEST_LIGHT);
     light_sum += diffuse;
 #if RADIANCE
 #if !HALF
@@ -29,7 +32,7 @@ void add_light(Surface s, vec3 to_light, float n_dot_l, STRENGTH strength, vec3 
 #if CLAMP_LIGHT
     shine = min(shine, 1.0);
 #endif
-    radiance_sum += shine * strength;
+    radiance_sum += min(shine * strength, LARGEST_LIGHT);
 #endif
 #endif
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pyrender
@@ -14,6 +15,7 @@ from hypothesis.extra.numpy import arrays
 from firefly_sample.errors import LensError
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.camera import camera_matrices
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath, net_matrix
@@ -72,9 +74,42 @@ def test_a_lens_takes_the_shape_of_the_picture_and_keeps_its_own_without_one():
     wide = to_pyrender(scene, size=(200, 50)).main_camera_node.camera
     assert wide.aspectRatio == pytest.approx(4.0)
     assert math.tan(wide.yfov / 2) == pytest.approx(math.tan(math.radians(30)) / 4.0)
-    scene.camera_node.lens = PerspectiveLens((60, 30))
-    with pytest.raises(LensError, match="camera 'camera': its field of view of 60 x 30 degrees fixes"):
-        to_pyrender(scene, size=(200, 50))
+
+
+@pytest.mark.parametrize("lens", [PerspectiveLens((60, 30)), OrthographicLens((3, 2))])
+def test_two_numbers_take_the_shape_of_the_picture_as_when_the_renderer_draws(lens):
+    scene = Scene()
+    scene.root.attach_new_node(Camera("other")).node().lens = lens.make_copy()
+    scene.camera_node.lens = lens
+    with pytest.warns(ConversionWarning) as said:
+        written = to_pyrender(scene, size=(200, 50))
+    assert re.search(
+        r"picture's aspect ratio: its (field|film) .* fixes .* at (2|1\.)\S*, but .* of 200x50 has 4: draw "
+        r".*: 'camera', 'other'",
+        " ".join(str(warning.message) for warning in said),
+    )
+    drawn = build_plan(scene, size=(200, 50)).view.lens
+    for node in written.camera_nodes:
+        got = node.camera.get_projection_matrix(200, 50)
+        assert (got[0, 0], got[1, 1]) == pytest.approx((drawn.a, drawn.c), rel=1e-14)
+
+
+def test_only_the_main_camera_s_intrinsics_must_fit_the_picture():
+    scene = Scene()
+    lens = PerspectiveLens.from_intrinsics(500, 480, 300, 200, 600, 400, pixel_center=0.5)
+    scene.root.attach_new_node(Camera("kinect")).node().lens = lens
+    with pytest.warns(ConversionWarning, match=r"stretched .* for pictures of 600x400 .*: 'kinect'$"):
+        written = to_pyrender(scene, size=(640, 640))
+    (kinect,) = (node for node in written.camera_nodes if node.name == "kinect")
+    np.testing.assert_allclose(
+        kinect.camera.get_projection_matrix(640, 640)[:2],
+        (TO_Z_UP @ lens.get_projection_mat()).T[:2],
+        rtol=1e-14,
+        atol=1e-15,
+    )
+    scene.camera_node.lens = lens
+    with pytest.raises(LensError, match="camera 'camera': its calibration for pictures of 600x400 fixes"):
+        to_pyrender(scene, size=(640, 640))
 
 
 def test_cameras_that_are_as_high_in_every_picture():

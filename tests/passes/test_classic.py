@@ -153,7 +153,7 @@ def test_the_picture_is_the_one_that_panda3d_draws(tmp_path):
     write_parts(tmp_path / "scene.npz", parts, plan, places, colors)
     files = tmp_path / "scene.npz", tmp_path / "frame.npz"
     command = [sys.executable, Path(__file__).with_name("panda_original.py"), *files]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert ended.returncode == 0, ended.stderr
     theirs = np.load(files[1])
     lit = theirs["color"].any(axis=-1) & (frame.visibility[..., 0] >= 0)

@@ -123,6 +123,46 @@ def test_threads_that_share_a_renderer_wait_for_each_other(egl):
         assert all(np.array_equal(color, alone[i % 3]) for color in pictures), i
 
 
+def test_threads_that_plan_draw_and_read_surfaces_get_their_own_or_an_error():
+    """Between a thread's draw and its reading, another one may draw: then it is told so."""
+    scenes, begun = [wall_scene(distance) for distance in (4.0, 8.0, 12.0)], threading.Barrier(3)
+    with make_renderer((16, 12)) as renderer, ThreadPoolExecutor(3) as pool:
+        refused = []
+
+        def work(i):
+            begun.wait(600)
+            for _ in range(20):
+                try:
+                    plan = renderer.plan(scenes[i])
+                    renderer.draw(plan, read=False)
+                    distance = renderer.surface(plan).distance()
+                except GpuError as error:
+                    refused.append(str(error))
+                    continue
+                assert distance == pytest.approx(np.full((12, 16), (4.0, 8.0, 12.0)[i]), rel=1e-6)
+            return i
+
+        assert list(pool.map(work, range(3))) == [0, 1, 2]
+    assert all("not the one that was drawn last" in said for said in refused)
+
+
+def test_a_surface_reads_no_other_plan_s_pixels():
+    with make_renderer((16, 12)) as renderer:
+        plan, other = (renderer.plan(wall_scene(distance)) for distance in (4.0, 8.0))
+        renderer.draw(plan)
+        begun, surface, later = (renderer.surface(plan) for _ in range(3))
+        assert begun.distance() == pytest.approx(np.full((12, 16), 4.0))
+        renderer.draw(other)
+        for read in (surface.distance, surface.albedo, surface.covered):
+            with pytest.raises(GpuError, match="drawn last: draw it again"):
+                read()
+        assert begun.distance() == pytest.approx(np.full((12, 16), 4.0))  # it was read before
+        renderer.draw(plan)
+        assert surface.distance() == pytest.approx(np.full((12, 16), 4.0))
+    with pytest.raises(GpuError, match="closed"):
+        later.distance()
+
+
 def test_a_renderer_that_another_thread_closes_says_that_it_is_closed():
     scene, closed = wall_scene(), threading.Barrier(5)
     for _ in range(3):
@@ -130,12 +170,12 @@ def test_a_renderer_that_another_thread_closes_says_that_it_is_closed():
         renderer.render(scene)
 
         def draw_until_closed(renderer=renderer):
-            closed.wait(60)
+            closed.wait(600)
             while True:
                 renderer.render(scene)
 
         def close(renderer=renderer):
-            closed.wait(60)
+            closed.wait(600)
             renderer.close()
 
         with ThreadPoolExecutor(5) as pool:
@@ -161,12 +201,12 @@ def test_a_context_that_is_kept_in_another_thread_is_said_to_be(egl):
     def keep():
         device.ctx.__enter__()
         entered.set()
-        leave.wait(60)
+        leave.wait(600)
         device.ctx.__exit__(None, None, None)
 
     thread = threading.Thread(target=keep)
     thread.start()
-    assert entered.wait(60)
+    assert entered.wait(600)
     with pytest.raises(GpuError, match="current in another thread") as caught, device:
         pass
     leave.set()
@@ -240,6 +280,6 @@ next(frames)
         [sys.executable, "-X", "dev", "-W", "default::ResourceWarning", "-c", code],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

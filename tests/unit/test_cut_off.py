@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.build import Planner, build_plan
 from firefly_sample.plan.camera import Eye
+from firefly_sample.plan.chunks import corners_near
 from firefly_sample.plan.collect import collect
 from firefly_sample.plan.cut_off import cut_off
 from firefly_sample.plan.frame_plan import Capabilities
@@ -20,7 +21,9 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import Lens, OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
+from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.scenes import ball, geom_node, wall
@@ -136,6 +139,50 @@ def test_the_scenes_have_planes_of_their_own(name):
     assert scene.lens.near_given
     assert scene.lens.far_given
     assert not [line for line in build_plan(scene, size=SIZE).warnings if "plane" in line]
+
+
+def test_sprites_and_particles_are_something_that_is_left_to_see():
+    """A backdrop behind a far plane that was set is left out on purpose, unless the picture is empty."""
+    lens = PerspectiveLens(near=0.1, far=20.0)
+    for thing in (Sprites("fireflies", [(0, 5, 0)], radii=0.1), ParticleNode("mist", [(0, 5, 0)], 0.5)):
+        scene = scene_of(lens, backdrop=(wall(40.0), (0, 30, 0)))
+        planner = Planner()
+
+        def lines(scene=scene, planner=planner):
+            plan = planner.plan(scene, Settings(), SIZE, ("color",), 0.0, Capabilities())
+            return [line for line in plan.warnings if "plane" in line]
+
+        assert "the far plane at 20 cuts off root/backdrop, and nothing else is in view" in lines()[0]
+        path = scene.root.attach_new_node(thing)
+        assert lines() == []
+        path.hide()
+        assert len(lines()) == 1
+        path.show()
+        path.set_y(-50)
+        assert len(lines()) == 1
+
+
+TRIANGLES = ball(1.0, 4)
+
+
+@given(st.randoms(use_true_random=False), st.floats(0.01, 1.0), st.booleans())
+def test_chunks_of_triangles_leave_none_out(random, size, moved):
+    """What the planes of a random box do not rule out, of a ball of 20 chunks in any order."""
+    numbers = np.random.default_rng(random.randrange(2**32))
+    geom = Geom(TRIANGLES.vertices, numbers.permutation(TRIANGLES.triangles))
+    if moved:
+        assert sum(map(len, corners_near(geom, np.array([(0, 0, 0, 1.0)]), 0.0))) == len(geom.triangles)
+        geom.set_vertices(numbers.permutation(geom.vertices) * (1, 2, 3) + 4)
+    middle = geom.vertices[numbers.integers(len(geom.vertices))] + numbers.normal(size=3) * 0.1
+    normals = np.linalg.qr(numbers.normal(size=(3, 3)))[0]
+    normals = np.concatenate([normals, -normals])
+    planes = np.column_stack([normals, size - normals @ middle])
+    beyond = geom.vertices @ planes[:, :3].T + planes[:, 3] <= 1e-9
+    expected = geom.triangles[~beyond[geom.triangles].all(axis=1).any(axis=1)]
+    found = [np.zeros((0, 3, 3)), *corners_near(geom, planes, 1e-9)]
+    assert np.array_equal(
+        np.unique(np.concatenate(found), axis=0), np.unique(geom.vertices[expected], axis=0)
+    )
 
 
 def test_it_is_found_anew_when_the_lens_or_the_model_has_changed():

@@ -155,12 +155,59 @@ def test_planning_a_picture_of_another_shape_names_the_camera_and_both_shapes(le
 def test_a_shape_can_be_left_to_the_picture_again():
     lens = PerspectiveLens(fov=(60, 40))
     lens.set_fov(50)  # as in Panda3D, the aspect ratio stays
-    assert lens.shape.fixed_by
+    assert lens.shape.fixed_by == "aspect ratio of 1.5863"
     own = lens.get_aspect_ratio()
     lens.set_aspect_ratio(None)
     assert lens.get_aspect_ratio() == own
     assert lens.for_picture(300, 100).get_fov()[0] == pytest.approx(50.0, rel=1e-14)
     assert lens.for_picture(300, 100).get_aspect_ratio() == 3.0
+
+
+PAIR = (60, 40)
+FIELD, FILM, RATIO = "field of view of 60 x 40 degrees", "film size of 60 x 40", "aspect ratio of "
+
+
+@pytest.mark.parametrize(
+    ("lens", "change", "says"),
+    [
+        (PerspectiveLens(fov=PAIR), ("set_fov", 60), FIELD),
+        (PerspectiveLens(fov=PAIR), ("set_film_size", 3), FIELD),
+        (PerspectiveLens(fov=PAIR), ("set_near_far", 1, 2), FIELD),
+        (PerspectiveLens(fov=PAIR), ("set_film_size", 3, 2), "film size of 3 x 2"),
+        (PerspectiveLens(fov=PAIR), ("set_vfov", 40), RATIO),
+        (PerspectiveLens(fov=PAIR), ("set_min_fov", 50), RATIO),
+        (PerspectiveLens(fov=PAIR, film_size=3), ("set_focal_length", 9), FIELD),
+        (PerspectiveLens(fov=PAIR, focal_length=3), ("set_film_size", 9), FIELD),
+        (PerspectiveLens(film_size=PAIR), ("set_film_size", 50), RATIO),
+        (PerspectiveLens(film_size=PAIR), ("set_focal_length", 50), FILM),
+        (PerspectiveLens(film_size=PAIR, focal_length=9), ("set_fov", 50), RATIO),
+        (PerspectiveLens(film_size=PAIR, focal_length=9), ("set_fov", 50, 40), "field of view of 50 x 40"),
+        (OrthographicLens(film_size=PAIR), ("set_film_size", 60), FILM),
+        (OrthographicLens(film_size=PAIR), ("set_film_size", 50), RATIO),
+        (OrthographicLens(film_size=PAIR), ("set_film_height", 30), RATIO),
+        (OrthographicLens(film_size=PAIR), ("scale_film", 2.0), RATIO),
+    ],
+    ids=str,
+)
+def test_what_fixes_a_shape_is_said_in_numbers_that_hold(lens, change, says):
+    lens = lens.make_copy()
+    name, *numbers = change
+    getattr(lens, name)(*numbers)
+    said = lens.shape.fixed_by
+    if says == RATIO:
+        says = f"aspect ratio of {lens.get_aspect_ratio():.5g}"
+    assert said.startswith(says)
+    if (numbers_said := re.search(r"(\S+) x (\S+)", said)) is not None:
+        holds = fov_of(lens) if "field" in said else lens.get_film_size()
+        assert (float(numbers_said[1]), float(numbers_said[2])) == pytest.approx(holds, rel=1e-5)
+
+
+@pytest.mark.parametrize("ratio", [1.5e308, 1e-300, 1e30, 5e-308])
+def test_the_wildest_aspect_ratio_is_warned_of_like_others(ratio):
+    scene = Scene()
+    scene.camera.node().lens = PerspectiveLens(vfov=60, aspect_ratio=ratio)
+    (warning,) = build_plan(scene, size=(640, 480)).warnings
+    assert re.search(r"its aspect ratio of \S+ fixes .* 640x480 has 1.3333: let the picture", warning)
 
 
 INTRINSICS = st.tuples(
