@@ -187,7 +187,6 @@ FIELD, FILM, RATIO = "field of view of 60 x 40 degrees", "film size of 60 x 40",
         (OrthographicLens(film_size=PAIR), ("set_film_height", 30), RATIO),
         (OrthographicLens(film_size=PAIR), ("scale_film", 2.0), RATIO),
     ],
-    ids=str,
 )
 def test_what_fixes_a_shape_is_said_in_numbers_that_hold(lens, change, says):
     lens = lens.make_copy()
