@@ -23,8 +23,8 @@ __all__ = ["ENTRY_POINT_GROUP", "build_scene", "find_scene", "list_scenes", "nam
 ENTRY_POINT_GROUP = "firefly_sample.scenes"
 """The group of entry points in which a package announces its scenes."""
 _NOT_A_PLUGINS = sys.stdlib_module_names | {__name__.partition(".")[0]}
-_scene_modules: set[str] = set()
-"""Modules of the classes of all scenes that were built."""
+_being_named: list[set[str]] = []
+"""For each block of `naming` that is open: the modules of the classes of the scenes that were built in it."""
 
 
 def find_scene(name: str) -> ScenePlugin:
@@ -94,7 +94,8 @@ def build_scene(plugin: ScenePlugin, /, **given: Any) -> Scene:
         raise SceneError(
             f"scene {plugin.name!r}: build() must give a Scene, got {type(built).__name__}{where}"
         )
-    _scene_modules.add(type(built).__module__)
+    for modules in _being_named:
+        modules.add(type(built).__module__)
     return built
 
 
@@ -104,18 +105,22 @@ def naming(plugin: ScenePlugin) -> Iterator[None]:
 
     An error that no code of the plugin's package had a part in stays as it is, as does a `FireflyError`.
     """
+    built: set[str] = set()
+    _being_named.append(built)
     try:
         yield
     except (FireflyError, KeyboardInterrupt):
         raise
     except BaseException as error:  # SystemExit, too
-        packages = {name.partition(".")[0] for name in _modules(plugin) | _scene_modules} - _NOT_A_PLUGINS
+        packages = {name.partition(".")[0] for name in _modules(plugin) | built} - _NOT_A_PLUGINS
         frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
         modules = {name for frame in frames if (name := frame.f_globals.get("__name__", ""))}
         own = {name for name in modules if name.partition(".")[0] in packages}
         if not own:
             raise
         raise SceneError(f"scene {plugin.name!r}: {_fault(error, own)}") from error
+    finally:
+        _being_named.pop()
 
 
 def _modules(plugin: ScenePlugin) -> set[str]:
