@@ -167,7 +167,7 @@ TRIANGLES = ball(1.0, 4)
 
 @given(st.randoms(use_true_random=False), st.floats(0.01, 1.0), st.booleans())
 def test_chunks_of_triangles_leave_none_out(random, size, moved):
-    """What the planes of a random box do not rule out, of a ball of 20 chunks in any order."""
+    """Of a ball in 20 chunks, every triangle is found that no plane of a random box rules out."""
     numbers = np.random.default_rng(random.randrange(2**32))
     geom = Geom(TRIANGLES.vertices, numbers.permutation(TRIANGLES.triangles))
     if moved:

@@ -17,7 +17,7 @@ def at_sample(view, column, row, y):
 
 
 def sample_of(view, y):
-    """How wide a sample is at some distances."""
+    """Return the width of a sample at some distances."""
     return 2.0 / (view.lens.a * SIZE[0]) * (np.abs(y) if view.lens.perspective else np.ones_like(y))
 
 

@@ -1,4 +1,4 @@
-"""What the compile test covers is what plans ask for."""
+"""Plans ask for no other variants than those that a test compiles."""
 
 from functools import cache
 from itertools import product
