@@ -11,10 +11,10 @@ from firefly_sample.frame import Frame, Image, LightCounts
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.pixel_buffers import Copies
 from firefly_sample.gpu.timers import Measured
+from firefly_sample.lab.reference.clusters import list_lengths
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.light_set import PASS_OF_KIND
 from firefly_sample.readback import Surface, read_images, targets_read
-from firefly_sample.reference.clusters import list_lengths
 
 __all__ = ["LIGHT_PASSES", "Drawn", "count_walked"]
 

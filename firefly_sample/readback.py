@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.frame import OUTPUTS, Image
-from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.targets import FORMATS, stored_dtype, stored_fractions
-from firefly_sample.planar import copy_channels, empty_planar, planar
-from firefly_sample.reference.gbuffer import (
+from firefly_sample.lab.reference.gbuffer import (
     decode_albedo,
     decode_normal,
     decode_shininess,
     unpack_ten_bits,
 )
-from firefly_sample.reference.shade import GBuffer
+from firefly_sample.lab.reference.shade import GBuffer
+from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.plan.targets import FORMATS, stored_dtype, stored_fractions
+from firefly_sample.planar import copy_channels, empty_planar, planar
 from firefly_sample.srgb import srgb_to_linear
 
 __all__ = ["Surface", "read_images", "targets_read"]

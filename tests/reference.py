@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firefly_sample.reference.shade import each_light, nearest_light, shade_lights
-from firefly_sample.reference.shadow import cube_faces, shadow
+from firefly_sample.lab.reference.shade import each_light, nearest_light, shade_lights
+from firefly_sample.lab.reference.shadow import cube_faces, shadow
 from tests.conftest import make_renderer
 
 BOUNDS = {"linear32f": 4e-6, "depth32f": 5e-5, "depth24": 1.2e-4}

@@ -56,7 +56,7 @@ def settings_within(
     """The given settings with what was chosen, or as they are where nothing is asked for; tells why."""
     if max_error is None and max_codes is None and budget_ms is None:
         return given
-    from firefly_sample.measure.choice import choose
+    from firefly_sample.lab.choice import choose
 
     with progress_bar("choosing settings", show=not quiet) as progress:
         choice = choose(

@@ -36,7 +36,7 @@ def numerics(
     json
         Print JSON.
     """
-    from firefly_sample.measure.numerics import measure_numerics
+    from firefly_sample.lab.numerics import measure_numerics
 
     names = [name.strip() for given in tables for name in given.split(",")]
     with progress_bar("tables") as progress:

@@ -76,7 +76,7 @@ def speed(
     json
         Print JSON.
     """
-    from firefly_sample.measure.speed import measure_speed
+    from firefly_sample.lab.speed import measure_speed
 
     with progress_bar("frames") as progress:
         result = measure_speed(

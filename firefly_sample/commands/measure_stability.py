@@ -48,7 +48,7 @@ def stability(
     markdown
         Print the tables of docs/stability.md.
     """
-    from firefly_sample.measure.stability import measure_stability
+    from firefly_sample.lab.stability import measure_stability
 
     if words:
         raise CycloptsError(f"{words[0]!r} is no option: a case is chosen by --case {words[0]!r}")
@@ -100,7 +100,7 @@ def stability_as_markdown(result: dict[str, Any]) -> str:
     Cases of positions have a column a method. Those that are 0 by every method are only named. The others,
     which have methods of their own, have a row a method. Then why what failed may.
     """
-    from firefly_sample.measure.stability_cases.case import POSITIONS
+    from firefly_sample.lab.stability_cases.case import POSITIONS
 
     rows = result["cases"]
     counts = Counter(row["verdict"] for row in rows)

@@ -34,7 +34,7 @@ def start(
     json
         Print JSON.
     """
-    from firefly_sample.measure.start import measure_start
+    from firefly_sample.lab.start import measure_start
 
     with progress_bar("processes") as progress:
         result = measure_start(scene, size=size, time=time, rounds=rounds, device=device, progress=progress)

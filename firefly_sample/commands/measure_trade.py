@@ -64,8 +64,8 @@ def trade(
     json
         Print what trade.json holds, not the table.
     """
-    from firefly_sample.measure.trade import default_folder, measure_trade
-    from firefly_sample.measure.trade_report import trade_as_markdown
+    from firefly_sample.lab.trade import default_folder, measure_trade
+    from firefly_sample.lab.trade_report import trade_as_markdown
 
     with progress_bar("measuring") as progress:
         result = measure_trade(

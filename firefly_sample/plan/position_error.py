@@ -9,7 +9,7 @@ twice to three times as much again: what float32 rounds of the depth that is int
 shader's constants. Through the inverse of the view-projection matrix, homogeneous coordinates of the world
 are small differences of large numbers, so the camera's distance from the world's origin is rounded, and
 that is magnified by y / near, too. (The law is derived in docs/unprojection.md; the factors are the largest
-errors measured on llvmpipe, by the cases "distance ..." of `firefly_sample.measure.stability`.)
+errors measured on llvmpipe, by the cases "distance ..." of `firefly_sample.lab.stability`.)
 
 Whether an error e shows is judged beside a light. Light that fades as 1/d^2 changes by 2*e/d where a
 surface at distance d from the light is moved by e. A display code is worth the least relative change at

@@ -2,7 +2,7 @@
 
 Places in the volume are in texels and slices: (x, y) in the tile that each slice has in one texture, and the
 depth as a number of slices from the side of the light. They are float64; what is in the texture is what
-particles put there, and is found in `firefly_sample.reference.volume` and on the GPU alike.
+particles put there, and is found in `firefly_sample.lab.reference.volume` and on the GPU alike.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
 // NORMALS 0, 1, 2: octahedral, in signed 16, unsigned 16 and unsigned 8 bits (Cigolle et al., JCGT 3(2), 2014).
 // NORMALS 3: n/2 + 1/2. NORMALS 4: n. NORMALS 5: the faults of Panda3D's sample: n/2 + 1/2 in OpenGL's view axes (x right,
 // y up, z to the viewer), read again as it is, as if it were a normal in view axes with y forward and z up.
-// Float64 twin: firefly_sample/reference/gbuffer.py
+// Float64 twin: firefly_sample/lab/reference/gbuffer.py
 
 #if COLORS == 2
 

@@ -3,7 +3,7 @@
 // Each comparison is made at the centre of a texel, with the depth that the surface's plane has there, so that a wide
 // filter needs no more bias than a narrow one: Isidoro, "Shadow Mapping: GPU-based Tips and Techniques", GDC 2006.
 // Only where the plane comes nearer to the light, though: where it falls away, the surface may not, as in a corner.
-// Float64 twin: firefly_sample/reference/shadow.py
+// Float64 twin: firefly_sample/lab/reference/shadow.py
 
 uniform sampler2DShadow u_shadow_atlas;
 uniform sampler2D u_shadow_maps;  // five texels a map: firefly_sample/gpu/light_rows.py

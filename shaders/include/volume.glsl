@@ -1,6 +1,6 @@
 // Provides volume_place, and volume_light: the share of a light that particles leave, by colour.
 // A place in the volume is texels across and up in a slice's tile, and the depth in slices.
-// Float64 twin: firefly_sample/reference/volume.py
+// Float64 twin: firefly_sample/lab/reference/volume.py
 #include "include/volume_tiles.glsl"
 
 uniform sampler2D u_volume_atlas;

@@ -10,8 +10,8 @@ import pytest
 from firefly_sample.capture.sequence import capture_frames
 from firefly_sample.cli import main
 from firefly_sample.errors import OutputError
-from firefly_sample.measure.speed import measure_speed
-from firefly_sample.measure.trade import measure_trade
+from firefly_sample.lab.speed import measure_speed
+from firefly_sample.lab.trade import measure_trade
 from tests.cli.command import GLADE, run_python
 from tests.cli.permissions import obeyed_permissions
 

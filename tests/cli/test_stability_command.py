@@ -8,7 +8,7 @@ import pytest
 
 from firefly_sample.cli import main
 from firefly_sample.commands.measure_stability import stability_as_text
-from firefly_sample.measure import stability
+from firefly_sample.lab import stability
 
 
 def row(case="distance, f/n 1e+06", method="depth24", verdict="pass", warning=""):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from firefly_sample.reference.color import linear_to_srgb, srgb_to_linear, tone_curve
+from firefly_sample.lab.reference.color import linear_to_srgb, srgb_to_linear, tone_curve
 from tests.glsl.harness import evaluate
 
 

@@ -3,9 +3,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from firefly_sample.plan.targets import NORMAL_FORMATS
-from firefly_sample.plan.variants import NormalPacking
-from firefly_sample.reference.gbuffer import (
+from firefly_sample.lab.reference.gbuffer import (
     decode_albedo,
     decode_normal,
     decode_specular,
@@ -14,6 +12,8 @@ from firefly_sample.reference.gbuffer import (
     encode_specular,
     quantise_snorm16,
 )
+from firefly_sample.plan.targets import NORMAL_FORMATS
+from firefly_sample.plan.variants import NormalPacking
 from tests.glsl.harness import evaluate
 
 EPS = float(np.finfo(np.float32).eps)

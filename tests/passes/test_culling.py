@@ -5,10 +5,10 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from firefly_sample.lab.reference.clusters import list_lengths
 from firefly_sample.plan import lighting
 from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.report import plan_as_dict
-from firefly_sample.reference.clusters import list_lengths
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
@@ -203,7 +203,7 @@ def test_the_background_costs_nothing():
 
 def test_the_forests_cells_shade_few_pairs_in_vain():
     """Per lit pair at most 1.6; volumes with a depth test shade more than twice as many."""
-    from firefly_sample.reference.shade import count_pairs
+    from firefly_sample.lab.reference.shade import count_pairs
 
     scene = build_scene(find_scene("forest"))
     with make_renderer((800, 600), count_fragments=True) as renderer:

@@ -1,4 +1,4 @@
-"""Extremes of whole pictures; those with a number are cases of `firefly_sample.measure.stability`."""
+"""Extremes of whole pictures; those with a number are cases of `firefly_sample.lab.stability`."""
 
 import numpy as np
 import pytest

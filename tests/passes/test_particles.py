@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from firefly_sample.reference.frame import render_reference
-from firefly_sample.reference.particles import add_particles, particle_light
+from firefly_sample.lab.reference.frame import render_reference
+from firefly_sample.lab.reference.particles import add_particles, particle_light
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
 from firefly_sample.scene.particles import ParticleNode
@@ -203,7 +203,7 @@ def test_supersampling_averages_four_samples():
 
 
 def codes(radiance):
-    from firefly_sample.reference.color import linear_to_srgb, tone_curve
+    from firefly_sample.lab.reference.color import linear_to_srgb, tone_curve
 
     return linear_to_srgb(tone_curve(radiance, "exponential")) * 255.0
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from firefly_sample.lab.reference.frame import render_reference
+from firefly_sample.lab.reference.raycast import cast_visibility
 from firefly_sample.plan.build import build_plan
-from firefly_sample.reference.frame import render_reference
-from firefly_sample.reference.raycast import cast_visibility
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import DirectionalLight

@@ -11,8 +11,8 @@ from hypothesis import settings as search
 from hypothesis import strategies as st
 
 from firefly_sample.errors import GpuError
-from firefly_sample.measure.clouds import CLOUDS, from_above, shadow_errors, slices_of
-from firefly_sample.reference.volume import exact_taken, slice_sums, sliced_light
+from firefly_sample.lab.clouds import CLOUDS, from_above, shadow_errors, slices_of
+from firefly_sample.lab.reference.volume import exact_taken, slice_sums, sliced_light
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.spotlight import Spotlight
@@ -109,7 +109,7 @@ def test_what_a_shadow_says_is_done_as_in_the_twin(drawn, shadow, kind):
 
 def light_of(plan, lights):
     """What the first light of a set would bring to particles without any shadow, shape (n, 3)."""
-    from firefly_sample.reference.one_light import OneLight
+    from firefly_sample.lab.reference.one_light import OneLight
 
     one = OneLight(lights, 0)
     to_light, distance = one.ways(plan.particles.positions)

@@ -1,0 +1,254 @@
+"""Candidates: settings drawn and timed as wholes, the most promising of what is known of choices alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from firefly_sample.errors import SceneError, SettingsError
+from firefly_sample.lab.bench import FINEST, Bench
+from firefly_sample.lab.errors import Errors
+from firefly_sample.lab.search import (
+    DIMENSIONS,
+    Measured,
+    Option,
+    Prediction,
+    options_of,
+    predictions,
+)
+from firefly_sample.lab.variations import Variation, signature, single_choices
+from firefly_sample.renderer import Renderer
+from firefly_sample.scene.scene import Scene
+from firefly_sample.settings import Settings
+
+__all__ = ["MARGIN", "Candidate", "Search"]
+
+MARGIN = 0.7
+"""Of a bound, that an error may have on the frames that are measured: the largest of a million values is
+another one on every frame."""
+MOST_NOISE = 0.1
+"""Of a time, by which another may be longer and still counts as the same."""
+UNCUT = 1e-6
+MOST_VERIFIED = 8
+MOST_TRIED = 20
+SECONDS_ALONE, SECONDS_TOGETHER = 1.5, 4.0
+"""About how long choices are timed."""
+STEPS_OF_REFERENCE = 5
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Settings that were measured.
+
+    Attributes
+    ----------
+    changes : dict
+        What differs from the base.
+    error : float
+        Largest error of radiance on any of the frames, over the 99.9th percentile.
+    codes : int
+        Largest difference of sRGB codes on any of them.
+    milliseconds, ratio, spread : float
+        Time on the first frame, over the base's, and how far the ratios' quartiles are apart.
+    """
+
+    changes: dict[str, Any]
+    error: float
+    codes: int
+    milliseconds: float
+    ratio: float
+    spread: float
+
+    @property
+    def name(self) -> str:
+        """The changes in words."""
+        return ", ".join(f"{name}={value}" for name, value in self.changes.items()) or "default"
+
+
+class Search:
+    """Measures choices alone, then the combinations that should do best."""
+
+    def __init__(
+        self,
+        renderer: Renderer,
+        scene: Scene,
+        times: tuple[float, ...],
+        base: Settings,
+        fixed: dict[str, Any],
+        by_codes: bool,
+        samples: int,
+        progress: Callable[[int, int], None] | None,
+    ) -> None:
+        self._base, self._fixed, self._by_codes, self._progress = base, fixed, by_codes, progress
+        self._done = 0
+        singles = [
+            single
+            for single in single_choices(renderer.plan(scene, times[0], ("color",)))
+            if not set(single.changes) & fixed.keys()
+        ]
+        self._total = STEPS_OF_REFERENCE * len(times) + len(singles) + MOST_TRIED
+        self._benches = []
+        for time in times:
+            self._benches.append(Bench(renderer, scene, time, base, samples=samples))
+            self._step(STEPS_OF_REFERENCE)
+        self.measured: list[Candidate] = []
+        self._finest: dict[str, Any] = {}
+        self._options = self._alone(singles)
+        self._best = self.measure(self._different(self._finest))
+
+    def _step(self, steps: int = 1) -> None:
+        self._done += steps
+        if self._progress is not None:
+            self._progress(min(self._done, self._total), self._total)
+
+    def _alone(self, singles: list[Variation]) -> list[list[Option]]:
+        """The options of each dimension, and the finest of each."""
+        bench = self._benches[0]
+        open_to = {name for single in singles for name in single.changes}
+        self._finest |= {name: value for name, value in FINEST.items() if name in open_to}
+        self._finest |= self._uncut()
+        dimensions = []
+        for names in DIMENSIONS:
+            mine = [single for single in singles if next(iter(single.changes)) in names]
+            if not mine or set(names) & self._fixed.keys():
+                continue
+            measured = [Measured({}, self._error_of(names, {}), 1.0, 0.0)]
+            seen = {signature(bench.plan(self._base))}
+            for single in mine:
+                self._step()
+                try:
+                    own = signature(bench.plan(self._base.with_changes(**single.changes)))
+                    if own in seen:
+                        continue
+                    error = self._error_of(names, single.changes)
+                except SceneError:
+                    continue  # maps or slices do not fit: it is no candidate
+                seen.add(own)
+                timing = bench.time_of(self._base.with_changes(**single.changes), SECONDS_ALONE, most=5)
+                measured.append(Measured(single.changes, error, timing.ratio, timing.spread))
+            best = min(measured, key=lambda entry: entry.error)
+            for name in names:
+                self._finest.pop(name, None)
+            self._finest |= best.changes
+            dimensions.append(options_of(measured))
+        return dimensions
+
+    def _different(self, changes: dict[str, Any]) -> dict[str, Any]:
+        """Those that change the base."""
+        return {name: value for name, value in changes.items() if getattr(self._base, name) != value}
+
+    def _error_of(self, names: tuple[str, ...], changes: dict[str, Any]) -> float:
+        """Of one choice, where all others are at their finest: nothing larger hides it."""
+        rest = {name: value for name, value in self._finest.items() if name not in names}
+        settings = self._base.with_changes(**(rest | changes))
+        errors = [bench.draw(settings).errors for bench in self._benches]
+        largest = max(e.largest for e in errors)
+        # codes are whole numbers: of equal ones, radiance tells
+        return max(e.codes for e in errors) + min(largest, 0.99) if self._by_codes else largest
+
+    def _predictions(self) -> list[Prediction]:
+        finest = self._best.codes if self._by_codes else self._best.error
+        return list(predictions(self._options, float(finest)))
+
+    def _uncut(self) -> dict[str, Any]:
+        if {"cutoff_budget", "cutoff_threshold"} & self._fixed.keys():
+            return {}
+        return {"cutoff_budget": UNCUT, "cutoff_threshold": None}
+
+    def measure(self, changes: dict[str, Any]) -> Candidate:
+        """Draw on all frames, and time on the first."""
+        for known in self.measured:
+            if known.changes == changes:
+                return known
+        settings = self._base.with_changes(**changes)
+        errors: list[Errors] = [bench.draw(settings).errors for bench in self._benches]
+        timing = self._benches[0].time_of(settings, SECONDS_TOGETHER)
+        candidate = Candidate(
+            changes,
+            max(e.largest for e in errors),
+            max(e.codes for e in errors),
+            timing.milliseconds,
+            timing.ratio,
+            timing.spread,
+        )
+        self.measured.append(candidate)
+        return candidate
+
+    def _verified(self, ranked: list[Prediction], good: Callable[[Candidate], bool]) -> list[Candidate]:
+        """The first of the ranked that are as they should be."""
+        kept: list[Candidate] = []
+        for prediction in ranked[:MOST_TRIED]:
+            candidate = self.measure(prediction.changes)
+            self._step()
+            if good(candidate):
+                kept.append(candidate)
+            if len(kept) == MOST_VERIFIED:
+                break
+        return kept
+
+    def fastest(self, max_error: float | None, max_codes: int | None, asked: str) -> Candidate:
+        """The fastest within the bounds; of those that time cannot tell apart, one that errs half as much.
+
+        `asked` is the bounds in words, for the error where nothing meets them.
+        """
+
+        def good(candidate: Candidate) -> bool:
+            return _within(candidate, max_error, max_codes, MARGIN)
+
+        # a prediction may well be too high: errors seldom fall on the same pixel
+        most = 1.5 * MARGIN * max_error if max_error is not None else (max_codes or 0) + 1.0
+        everything = self._predictions()
+        promising = [p for p in everything if p.error <= most]
+        ranked = sorted(promising, key=lambda p: (round(p.ratio, 3), p.error))
+        kept = self._verified(ranked, good)
+        if len(kept) < MOST_VERIFIED:
+            nearest = sorted(everything, key=lambda p: (p.error, p.ratio))[: MOST_VERIFIED - len(kept)]
+            kept += [candidate for candidate in self._verified(nearest, good) if candidate not in kept]
+        # noise may mislead what is timed for a moment: the base is not given up for what is slower
+        kept += [c for c in (self._best, self.measure({})) if good(c) and c not in kept]
+        if not kept:  # where nothing has more to spare, what has most of it
+            kept = [c for c in self.measured if _within(c, max_error, max_codes, 1.0)]
+            kept = [min(kept, key=lambda c: (c.error, c.ratio))] if kept else []
+        if not kept:
+            by_codes = self._by_codes
+            best = min(self.measured, key=lambda c: (c.codes if by_codes else c.error, c.error))
+            fixed = [name for name in self._fixed if name != "supersample"]  # which has no part in errors
+            stay = f", where {', '.join(fixed)} stay" if fixed else ""
+            raise SettingsError(
+                f"no settings come within {asked} on this scene{stay}: the best "
+                f"is an error of {best.error:.1e} and {best.codes} codes, with {best.name}"
+            )
+        quickest = min(kept, key=lambda candidate: candidate.ratio)
+        near = min(max(quickest.spread, 0.02), MOST_NOISE)
+        as_fast = [c for c in kept if c.ratio <= quickest.ratio * (1.0 + near)]
+        best = min(as_fast, key=lambda candidate: candidate.error)
+        return best if best.error <= 0.5 * quickest.error else quickest
+
+    def most_accurate(self, budget_ms: float) -> Candidate:
+        """The smallest error within a time."""
+
+        def good(candidate: Candidate) -> bool:
+            return candidate.milliseconds <= budget_ms
+
+        default = self.measure({})
+        everything = self._predictions()
+        within = [p for p in everything if p.ratio * default.milliseconds <= 1.1 * budget_ms]
+        kept = self._verified(sorted(within, key=lambda p: (p.error, p.ratio)), good)
+        kept += [candidate for candidate in (self._best, default) if good(candidate)]
+        if not kept:
+            fast = sorted(everything, key=lambda p: p.ratio)[:MOST_VERIFIED]
+            best = min((self.measure(p.changes) for p in fast), key=lambda candidate: candidate.milliseconds)
+            if not good(best):
+                raise SettingsError(
+                    f"no settings draw this scene in {budget_ms:g} ms: the fastest takes "
+                    f"{best.milliseconds:.0f} ms, with {best.name}"
+                )
+            return best
+        return min(kept, key=lambda candidate: candidate.error)
+
+
+def _within(candidate: Candidate, max_error: float | None, max_codes: int | None, margin: float) -> bool:
+    return (max_error is None or candidate.error <= margin * max_error) and (
+        max_codes is None or candidate.codes <= max_codes
+    )

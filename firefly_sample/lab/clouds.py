@@ -1,0 +1,117 @@
+"""Clouds of particles whose shadow is known exactly, and what slices make of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.lab.reference.volume import exact_taken, sliced_light
+from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.plan.volume import Volume, optical_depths
+from firefly_sample.renderer import Renderer
+from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.scene import Scene
+from firefly_sample.settings import Settings
+
+__all__ = ["CLOUDS", "Error", "blob", "faint", "from_above", "shadow_errors", "sheets", "slices_of"]
+
+Float64 = NDArray[np.float64]
+Error = tuple[float, float]
+"""The largest, and the root of the mean square."""
+
+PLACES = 3000
+"""At which a shadow is looked up."""
+
+
+def _alpha_of(positions: Float64, radius: float, depth: float) -> float:
+    """The alpha at which the way through the middle along Z has an optical depth."""
+    squares = (positions[:, :2] ** 2).sum(axis=1) / radius**2
+    return float(-np.expm1(-depth / (np.maximum(1.0 - squares, 0.0) ** 2).sum()))
+
+
+def blob(count: int = 20_000, radius: float = 0.12) -> ParticleNode:
+    """A normal distribution, cut off at 1: optical depth 2 through the middle."""
+    positions = np.random.default_rng(1).normal(size=(2 * count, 3)) / 3.0
+    positions = positions[np.linalg.norm(positions, axis=1) < 1.0 - radius][:count]
+    return ParticleNode("blob", positions, radius, _alpha_of(positions, radius, 2.0))
+
+
+def sheets(count: int = 6_000, radius: float = 0.15) -> ParticleNode:
+    """Three sheets across the light, each thinner than a slice: optical depth 3 through the middle."""
+    rng = np.random.default_rng(2)
+    depth = rng.choice([-0.6, 0.0, 0.55], size=count) + rng.normal(size=count) * 0.003
+    positions = np.column_stack([rng.uniform(-0.6, 0.6, (count, 2)), depth])
+    return ParticleNode("sheets", positions, radius, _alpha_of(positions, radius, 3.0))
+
+
+def faint(count: int = 20_000) -> ParticleNode:
+    """Particles of alpha 1e-3, most of them before each other."""
+    rng = np.random.default_rng(3)
+    positions = np.column_stack([rng.normal(size=(count, 2)) * 0.1, rng.uniform(-0.8, 0.8, count)])
+    return ParticleNode("faint", positions, 0.3, 1e-3)
+
+
+CLOUDS: dict[str, Callable[[], ParticleNode]] = {"blob": blob, "sheets": sheets, "faint": faint}
+
+
+def from_above(node: ParticleNode) -> Scene:
+    """A cloud in a sun straight above it, by which it is shadowed; seen from the side."""
+    scene = Scene()
+    sun = DirectionalLight("sun")
+    sun.set_direction((0.0, 0.0, -1.0))
+    scene.root.attach_new_node(sun)
+    node.set_shadow(VolumeShadow(sun))
+    scene.root.attach_new_node(node)
+    scene.camera.set_pos(0.0, -5.0, 0.0)
+    return scene
+
+
+def slices_of(plan: FramePlan, atlas: NDArray[np.float32]) -> Float64:
+    """The slices in an output "volume_atlas", shape (slices, tile, tile, 3), first row at the bottom."""
+    assert plan.volume is not None
+    across, side = plan.volume.grid[0], plan.volume.view.tile
+    rows = atlas[::-1].astype(np.float64)
+    corners = [(side * (k // across), side * (k % across)) for k in range(plan.volume.view.slices)]
+    return np.array([rows[y : y + side, x : x + side] for y, x in corners])
+
+
+def shadow_errors(
+    renderer: Renderer, node: ParticleNode, settings: Sequence[Settings], places: int = PLACES
+) -> list[Error]:
+    """How far the light in a cloud is from the exact one, with slices that are drawn by some settings.
+
+    At places near the middle, evenly along the light; what is exact is the product of what particles let
+    through, whatever the method adds up.
+
+    Parameters
+    ----------
+    settings : sequence of Settings
+        Of one `volume_tile`.
+    """
+    scene, errors = from_above(node), []
+    exact: Float64 | None = None
+    for chosen in settings:
+        renderer.settings = chosen
+        plan = renderer.plan(scene, 0.0, ("volume_atlas",))
+        slices = slices_of(plan, np.asarray(renderer.draw(plan)["volume_atlas"], dtype=np.float32))
+        volume = plan.volume
+        assert volume is not None
+        rng = np.random.default_rng(5)
+        across = volume.view.tile * (0.5 + 0.05 * rng.normal(size=(places, 2)))
+        # the same places, whatever the number of slices
+        at = np.column_stack([across, rng.random(places) * volume.view.slices])
+        if exact is None:
+            exact = np.exp(-exact_taken(_by_depth(volume, node), at))
+        difference = (sliced_light(volume, slices, at) - exact)[:, 0]
+        errors.append((float(np.abs(difference).max()), float(np.sqrt((difference**2).mean()))))
+    return errors
+
+
+def _by_depth(volume: Volume, node: ParticleNode) -> Volume:
+    """The same places with the particles' true optical depths."""
+    depths = optical_depths(node.arrays.alphas)[:, None]
+    return replace(volume, method="optical_depth", strengths=np.repeat(depths, 3, axis=1))

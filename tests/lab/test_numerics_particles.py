@@ -1,0 +1,63 @@
+"""Tables of particles: what must be true of their errors; times are not asserted."""
+
+from __future__ import annotations
+
+import pytest
+
+from firefly_sample.lab.numerics_particles import (
+    METHODS,
+    particle_order,
+    volume_cost,
+    volume_shadows,
+    volume_slices,
+)
+from tests.conftest import make_renderer
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    with make_renderer((64, 48)) as made:
+        yield made
+
+
+def test_errors_of_each_method(renderer):
+    table = volume_shadows(renderer)
+    assert [row[0] for row in table.rows] == list(METHODS)
+    for cloud in ("blob", "sheets", "faint"):
+        for row in table.rows:
+            largest = table.value(row[0], f"{cloud} max")
+            assert 0.0 < table.value(row[0], f"{cloud} rms") < largest <= 1.0
+        finest = table.value("optical_depth", f"{cloud} rms")
+        assert all(finest <= table.value(row[0], f"{cloud} rms") for row in table.rows)
+        # the sums are the same, before or after they are looked up
+        assert table.value("loop, all", f"{cloud} rms") == pytest.approx(
+            table.value("blend", f"{cloud} rms"), rel=1e-3
+        )
+    assert table.value("blend, 8 bits", "faint max") > 0.9
+
+
+def test_errors_by_slices(renderer):
+    table = volume_slices(renderer, count=5000, slices=(16, 32))
+    first, second = table.rows
+    assert first[2] is first[4] is None
+    assert second[2] == second[1] / first[1] < 0.6
+    assert second[4] == second[3] / first[3] < 0.8
+
+
+def test_costs_are_ratios_of_each_method(renderer):
+    table = volume_cost(renderer, counts=(50, 100), slices=(8,), rounds=2)
+    assert [row[0] for row in table.rows] == [
+        *(name for name in METHODS if "stepped" not in name),
+        "optical_depth, 8 slices",
+    ]
+    assert table.columns == ("method", "50 particles", "spread", "100 particles", "spread")
+    assert all(value > 0.0 for row in table.rows for value in row[1::2])
+
+
+def test_orders_differ_the_less_the_more_depths_are_told_apart(renderer):
+    table = particle_order(renderer, count=1500)
+    fine, coarse, none = (
+        table.value(name, "mean") for name in ("view, 4,096 slices", "view, 64 slices", "unsorted")
+    )
+    assert fine <= coarse < none
+    assert table.value("view, 4,096 slices", "max") <= 2
