@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from firefly_sample.scene.node import PandaNode
     from firefly_sample.scene.nodepath import NodePath
     from firefly_sample.scene.parameter import KeyStep, Parameter
-    from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+    from firefly_sample.scene.particles import ParticleNode, ParticleShadow
     from firefly_sample.scene.scene import Camera, Scene
     from firefly_sample.scene.spotlight import Spotlight
     from firefly_sample.settings import Settings
@@ -46,6 +46,7 @@ __all__ = [
     "PandaNode",
     "Parameter",
     "ParticleNode",
+    "ParticleShadow",
     "PerspectiveLens",
     "PointLight",
     "PointLights",
@@ -55,7 +56,6 @@ __all__ = [
     "SoftwareDriverWarning",
     "Spotlight",
     "Texture",
-    "VolumeShadow",
     "__version__",
     "build_plan",
     "capture_frames",
@@ -77,7 +77,7 @@ _MODULES = {
     "scene.node": ("PandaNode",),
     "scene.nodepath": ("NodePath",),
     "scene.parameter": ("KeyStep", "Parameter"),
-    "scene.particles": ("ParticleNode", "VolumeShadow"),
+    "scene.particles": ("ParticleNode", "ParticleShadow"),
     "scene.scene": ("Camera", "Scene"),
     "scene.spotlight": ("Spotlight",),
     "settings": ("Settings",),

@@ -154,7 +154,7 @@ OUTPUTS: dict[str, OutputInfo] = {
         True,
         "all shadow maps, in a size of their own, 0x0 without any: 1 is near the light (else reversed)",
     ),
-    "volume_atlas": OutputInfo(
+    "particle_shadow_atlas": OutputInfo(
         "float32",
         3,
         "light",

@@ -34,7 +34,7 @@ _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id":
 """Where nothing was drawn; 0 in the others."""
 _OCTAHEDRAL = {"snorm16": (1.0, 0.0), "unorm16": (2.0, 1.0), "unorm8": (255.0 / 127.0, 1.0)}
 """From stored fractions to -1..1."""
-_OWN_SIZE = ("shadow_atlas", "volume_atlas")
+_OWN_SIZE = ("shadow_atlas", "particle_shadow_atlas")
 _BAND = 1 << 16
 """Pixels that are decoded at a time: their float64 stay in a processor's cache."""
 _WIDEST = 16
@@ -121,7 +121,7 @@ class Surface:
             return self._stored(name, "final_radiance", np.float32)
         if name == "shadow_atlas":
             return self._stored(name, name, np.float32)
-        if name == "volume_atlas":
+        if name == "particle_shadow_atlas":
             return self._volume()
         if not self._plan.batches:
             return self._nothing(name)
@@ -158,11 +158,11 @@ class Surface:
 
     def _volume(self) -> NDArray[Any]:
         """The slices of the shadow of particles, three colours that may be the same."""
-        target = self._plan.target("volume_atlas")
+        target = self._plan.target("particle_shadow_atlas")
         if target is None:
-            return self._nothing("volume_atlas")
+            return self._nothing("particle_shadow_atlas")
         channels = min(FORMATS[target.format].components, 3)
-        values = self._floats("volume_atlas", channels)
+        values = self._floats("particle_shadow_atlas", channels)
         return np.broadcast_to(values[..., None], (*values.shape, 3)) if channels == 1 else values
 
     def _nothing(self, name: str) -> NDArray[Any]:

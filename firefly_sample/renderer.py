@@ -29,6 +29,11 @@ from firefly_sample.passes.half_depth import HalfDepthPass
 from firefly_sample.passes.interpolation import InterpolationPass
 from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
 from firefly_sample.passes.particle_light import ParticleLightPass
+from firefly_sample.passes.particle_shadow_blur_x import ParticleShadowBlurXPass
+from firefly_sample.passes.particle_shadow_blur_y import ParticleShadowBlurYPass
+from firefly_sample.passes.particle_shadow_slices import ParticleShadowSlicesPass
+from firefly_sample.passes.particle_shadow_sums import ParticleShadowSumsPass
+from firefly_sample.passes.particle_shadow_texture import ParticleShadowTexturePass
 from firefly_sample.passes.particles import ParticlesPass
 from firefly_sample.passes.plain import PlainPass
 from firefly_sample.passes.point_lights import PointLightsPass
@@ -36,11 +41,6 @@ from firefly_sample.passes.resolve import ResolvePass
 from firefly_sample.passes.shadow_maps import ShadowMapsPass
 from firefly_sample.passes.spotlights import SpotlightsPass
 from firefly_sample.passes.upsample import UpsamplePass
-from firefly_sample.passes.volume_blur_x import VolumeBlurXPass
-from firefly_sample.passes.volume_blur_y import VolumeBlurYPass
-from firefly_sample.passes.volume_slices import VolumeSlicesPass
-from firefly_sample.passes.volume_sums import VolumeSumsPass
-from firefly_sample.passes.volume_texture import VolumeTexturePass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.readback import Surface
@@ -51,10 +51,10 @@ __all__ = ["PASSES", "Renderer", "SoftwareDriverWarning"]
 
 PASSES: tuple[type[Pass], ...] = (
     ShadowMapsPass,
-    VolumeSlicesPass,
-    VolumeSumsPass,
-    VolumeBlurXPass,
-    VolumeBlurYPass,
+    ParticleShadowSlicesPass,
+    ParticleShadowSumsPass,
+    ParticleShadowBlurXPass,
+    ParticleShadowBlurYPass,
     GeometryPass,
     InterpolationPass,
     ForwardPass,
@@ -72,7 +72,7 @@ PASSES: tuple[type[Pass], ...] = (
     VolumesPass,
     WireframePass,
     ResolvePass,
-    VolumeTexturePass,
+    ParticleShadowTexturePass,
 )
 """Every pass in drawing order; a plan holds those that its frame needs."""
 

@@ -24,13 +24,13 @@ __all__ = [
     "Look",
     "NormalFormat",
     "ParticleOrder",
+    "ParticleShadowFormat",
+    "ParticleShadows",
     "PositionMethod",
     "Settings",
     "SpecularModel",
     "Tone",
-    "VolumeFormat",
     "VolumeProxy",
-    "VolumeShadows",
     "Window",
     "number_or_none",
     "preset_with",
@@ -52,8 +52,8 @@ LightResolution = Literal["full", "half"]
 Tone = Literal["exponential", "none"]
 SpecularModel = Literal["phong", "blinn_phong"]
 Window = Literal["karis", "gltf"]
-VolumeShadows = Literal["optical_depth", "blend", "loop", "none"]
-VolumeFormat = Literal["float32", "float16", "unorm8"]
+ParticleShadows = Literal["optical_depth", "blend", "loop", "none"]
+ParticleShadowFormat = Literal["float32", "float16", "unorm8"]
 ParticleOrder = Literal["view", "half_angle", "unsorted"]
 
 HALF_CODE = 1.5e-4
@@ -76,9 +76,9 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "window": get_args(Window),
     "clamp_light": (True, False),
     "shadow_taps": (1, 4, 16),
-    "volume_shadows": get_args(VolumeShadows),
-    "volume_format": get_args(VolumeFormat),
-    "volume_interpolation": (True, False),
+    "particle_shadows": get_args(ParticleShadows),
+    "particle_shadow_format": get_args(ParticleShadowFormat),
+    "particle_shadow_interpolation": (True, False),
     "particle_order": get_args(ParticleOrder),
 }
 
@@ -90,12 +90,12 @@ SHADOW_RESOLUTIONS = 16, 16384
 _WHOLE = {
     "shadow_atlas": (256, LARGEST_ATLAS),
     "shadow_resolution": SHADOW_RESOLUTIONS,
-    "volume_slices": (8, 256),
-    "volume_tile": (16, 1024),
-    "volume_reads": (1, 256),
-    "particle_slices": (2, 65536),
+    "particle_shadow_slices": (8, 256),
+    "particle_shadow_tile": (16, 1024),
+    "particle_shadow_reads": (1, 256),
+    "particle_order_depths": (2, 65536),
 }
-_MAY_BE_ABSENT = ("cutoff_threshold", "shadow_resolution", "volume_reads", "particle_slices")
+_MAY_BE_ABSENT = ("cutoff_threshold", "shadow_resolution", "particle_shadow_reads", "particle_order_depths")
 _NOT_CLASSIC = ("normals", "albedo", "interpolation", "accumulation", "light_resolution", "clamp_light")
 _ONE_BY_ONE = ("auto", "volumes", "fullscreen")
 """Methods that blend each light by itself."""
@@ -190,30 +190,30 @@ class Settings:
     shadow_atlas : int
         Texels along a side that the texture of all shadow maps may have, 256 to 16384. It is made only as
         large as the maps need.
-    volume_shadows : {"optical_depth", "blend", "loop", "none"}
+    particle_shadows : {"optical_depth", "blend", "loop", "none"}
         How particles shadow each other and what lies behind them. "optical_depth" adds up -ln(1 - alpha) in
         slices across the light, sums the slices once, and takes the exponential: right for any alpha.
         "blend" adds alphas, slice upon slice in as many steps, and takes 1 - sum: darker, black where 1 is
         reached. "loop" keeps slices as they are, and whoever asks for a shadow adds up those before: the
         first two's predecessor. "none" leaves shadows out.
-    volume_slices : int
+    particle_shadow_slices : int
         Slices of a cloud along the light, 8 to 256. Twice as many cost twice the memory and twice the sums,
         and take a quarter or more off the error.
-    volume_tile : int
+    particle_shadow_tile : int
         Texels across each slice, 16 to 1024. Half as many cost a quarter of the memory and the sums, and show
         at a shadow's edge: four times the error there.
-    volume_format : {"float32", "float16", "unorm8"}
+    particle_shadow_format : {"float32", "float16", "unorm8"}
         How a slice's texels are stored. "float16" errs by 5e-4 of the sum, more on a driver that cuts off.
         "unorm8" cannot hold less than 1/510, so that faint particles vanish; not with "optical_depth", which
         may be above 1.
-    volume_reads : int, optional
+    particle_shadow_reads : int, optional
         Slices before its own, the nearest ones, that "loop" adds up, 1 to 256; all when absent.
-    volume_interpolation : bool
+    particle_shadow_interpolation : bool
         Find shadows between slices by the depth in them, where the cloud allows it too; else in steps.
     particle_order : {"view", "half_angle", "unsorted"}
         Particles are drawn from back to front: along the view axis, which is right; along the axis half-way
         between view and light, which suits both; or as they come, which saves the sorting.
-    particle_slices : int, optional
+    particle_order_depths : int, optional
         Depths that the order tells apart, 2 to 65536, between the nearest and the farthest particle in view;
         all that float32 tells apart when absent.
     supersample : {1, 2}
@@ -249,14 +249,14 @@ class Settings:
     shadow_taps: int = 4
     shadow_resolution: int | None = None
     shadow_atlas: int = 8192
-    volume_shadows: VolumeShadows = "optical_depth"
-    volume_slices: int = 64
-    volume_tile: int = 128
-    volume_format: VolumeFormat = "float32"
-    volume_reads: int | None = None
-    volume_interpolation: bool = True
+    particle_shadows: ParticleShadows = "optical_depth"
+    particle_shadow_slices: int = 64
+    particle_shadow_tile: int = 128
+    particle_shadow_format: ParticleShadowFormat = "float32"
+    particle_shadow_reads: int | None = None
+    particle_shadow_interpolation: bool = True
     particle_order: ParticleOrder = "view"
-    particle_slices: int | None = None
+    particle_order_depths: int | None = None
     supersample: int = 1
     exposure: float = 1.0
     tone: Tone | None = None
@@ -297,14 +297,14 @@ class Settings:
         self._check_together()
 
     def _check_together(self) -> None:
-        if self.volume_format == "unorm8" and self.volume_shadows == "optical_depth":
+        if self.particle_shadow_format == "unorm8" and self.particle_shadows == "optical_depth":
             raise SettingsError(
-                "setting 'volume_format' must not be unorm8 with volume_shadows=optical_depth, which adds up "
-                "to more than 1: choose float16, or volume_shadows=blend or loop"
+                "setting 'particle_shadow_format' must not be unorm8 with particle_shadows=optical_depth, which adds up "
+                "to more than 1: choose float16, or particle_shadows=blend or loop"
             )
-        if self.volume_reads is not None and self.volume_shadows != "loop":
+        if self.particle_shadow_reads is not None and self.particle_shadows != "loop":
             raise SettingsError(
-                "setting 'volume_reads' is for volume_shadows=loop: leave it out, or choose that"
+                "setting 'particle_shadow_reads' is for particle_shadows=loop: leave it out, or choose that"
             )
         if self.lights == "forward":
             for name, value in NOT_FORWARD.items():
@@ -380,8 +380,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "cutoff_threshold": 1e-3,
         "volume_proxy": "icosphere0",
         "shadow_taps": 1,
-        "volume_slices": 32,
-        "volume_tile": 64,
+        "particle_shadow_slices": 32,
+        "particle_shadow_tile": 64,
     },
     "balanced": {},
     "accurate": {
@@ -389,8 +389,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "albedo": "rgba32f",
         "interpolation": "float64",
         "cutoff_budget": 1e-6,
-        "volume_slices": 128,
-        "volume_tile": 256,
+        "particle_shadow_slices": 128,
+        "particle_shadow_tile": 256,
     },
 }
 """What differs from the defaults, which are "balanced": the fastest that looks right, the most accurate."""

@@ -15,8 +15,8 @@
 #if TAPS
 #include "include/shadow.glsl"
 #endif
-#if VOLUME
-#include "include/volume.glsl"
+#if PARTICLE_SHADOW
+#include "include/particle_shadow.glsl"
 #endif
 #block Shading
 
@@ -52,7 +52,7 @@ void main()
 #if FADED
     sum *= place.w;
 #endif
-#if VOLUME
+#if PARTICLE_SHADOW
     if (color.w > 0.0) {  // it takes shadows
         vec3 shadowed = texelFetch(u_particles, at + ivec2(2, 0), 0).xyz;
         vec3 own = texelFetch(u_particles, at + ivec2(3, 0), 0).rgb;

@@ -9,7 +9,7 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
@@ -49,7 +49,7 @@ def cloud_scene(node, light=None, ground=True, **shadow):
     scene.root.attach_new_node(AmbientLight("sky", (0.05, 0.06, 0.1)))
     if ground:
         scene.root.attach_new_node(floor())
-    node.set_shadow(VolumeShadow(light, **shadow))
+    node.set_shadow(ParticleShadow(light, **shadow))
     scene.root.attach_new_node(node)
     scene.camera.set_pos(0, -5, 1)
     scene.camera.look_at(0, 0, -0.2)
@@ -69,5 +69,5 @@ def light_on(renderer, plan):
 
 
 def volume_of(scene, settings=None):
-    """The volume shadow in the plan of a scene."""
-    return build_plan(scene, settings or Settings(), (64, 48)).volume
+    """The particle shadow in the plan of a scene."""
+    return build_plan(scene, settings or Settings(), (64, 48)).particle_shadow

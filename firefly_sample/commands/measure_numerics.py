@@ -27,7 +27,7 @@ def numerics(
     tables
         Names, separated by spaces or commas: depth, normals, highlights, albedo, conversions, accumulation,
         piles, cutoff, reach, proxies, depth_tests, depth_clamp, cones, powers, ndc, far_from_origin,
-        filtering, cost, rates, frames, fragments, volume_shadows, volume_slices, volume_cost, particle_order.
+        filtering, cost, rates, frames, fragments, particle_shadows, particle_shadow_slices, particle_shadow_cost, particle_order.
         All when absent.
     device
         Which EGL device to draw with (see firefly doctor).

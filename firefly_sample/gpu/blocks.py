@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.light_rows import pixel_slopes
 from firefly_sample.plan.frame_plan import FramePlan, View
-from firefly_sample.plan.volume import Volume
+from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 
-__all__ = ["BLOCKS", "block_dtype", "block_glsl", "shading_values", "view_values", "volume_values"]
+__all__ = ["BLOCKS", "block_dtype", "block_glsl", "particle_shadow_values", "shading_values", "view_values"]
 
 Float64 = NDArray[np.float64]
 
@@ -39,13 +39,22 @@ BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
         ("inverse_z", "of z"),
         ("inverse_w", "of w"),
     ),
-    "Volume": (
-        ("volume_x", "view space to volume space: its X, rows for column vectors"),
-        ("volume_y", "its Y, along the light"),
-        ("volume_z", "its Z"),
-        ("volume_scale", "texels a unit (or slope); where slices begin; slices a unit; 1 for perspective"),
-        ("volume_tiles", "texels across a tile; tiles across; slices; how many a lookup adds up, 0 for sums"),
-        ("volume_sums", "1 to take the exponential; 1 to interpolate; half-width of the blur; 1 if Gaussian"),
+    "ParticleShadow": (
+        ("particle_shadow_x", "view space to particle_shadow space: its X, rows for column vectors"),
+        ("particle_shadow_y", "its Y, along the light"),
+        ("particle_shadow_z", "its Z"),
+        (
+            "particle_shadow_scale",
+            "texels a unit (or slope); where slices begin; slices a unit; 1 for perspective",
+        ),
+        (
+            "particle_shadow_tiles",
+            "texels across a tile; tiles across; slices; how many a lookup adds up, 0 for sums",
+        ),
+        (
+            "particle_shadow_sums",
+            "1 to take the exponential; 1 to interpolate; half-width of the blur; 1 if Gaussian",
+        ),
     ),
     "Shading": (
         ("ambient", "sum of the ambient lights"),
@@ -111,22 +120,29 @@ def _inverse(view: View) -> Float64:
     return np.asarray(view.lens.inverse_matrix() @ view.view_to_world)
 
 
-def volume_values(volume: Volume, view: View) -> NDArray[Any]:
-    """The `Volume` block."""
-    seen = volume.view
-    rows = (view.view_to_world @ seen.world_to_volume).T
-    loop = volume.method == "loop"
+def particle_shadow_values(particle_shadow: ParticleShadowPlan, view: View) -> NDArray[Any]:
+    """The `ParticleShadow` block."""
+    seen = particle_shadow.view
+    rows = (view.view_to_world @ seen.world_to_slices).T
+    loop = particle_shadow.method == "loop"
     return _packed(
-        "Volume",
+        "ParticleShadow",
         {
-            **dict(zip(("volume_x", "volume_y", "volume_z"), rows[:3], strict=True)),
-            "volume_scale": (seen.scale, seen.first, seen.per_unit, float(seen.perspective)),
-            "volume_tiles": (seen.tile, volume.grid[0], seen.slices, volume.reads if loop else 0),
-            "volume_sums": (
-                float(volume.method == "optical_depth"),
-                float(volume.interpolate),
-                volume.blur,
-                float(volume.kernel == "gaussian"),
+            **dict(
+                zip(("particle_shadow_x", "particle_shadow_y", "particle_shadow_z"), rows[:3], strict=True)
+            ),
+            "particle_shadow_scale": (seen.scale, seen.first, seen.per_unit, float(seen.perspective)),
+            "particle_shadow_tiles": (
+                seen.tile,
+                particle_shadow.grid[0],
+                seen.slices,
+                particle_shadow.reads if loop else 0,
+            ),
+            "particle_shadow_sums": (
+                float(particle_shadow.method == "optical_depth"),
+                float(particle_shadow.interpolate),
+                particle_shadow.blur,
+                float(particle_shadow.kernel == "gaussian"),
             ),
         },
     )

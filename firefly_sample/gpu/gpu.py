@@ -8,7 +8,14 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.gpu.blocks import BLOCKS, binding, block_dtype, shading_values, view_values, volume_values
+from firefly_sample.gpu.blocks import (
+    BLOCKS,
+    binding,
+    block_dtype,
+    particle_shadow_values,
+    shading_values,
+    view_values,
+)
 from firefly_sample.gpu.corner_tables import CornerTables
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import Images
@@ -52,8 +59,8 @@ class Gpu:
         self._shadow_table = None
         self.images.prepare(plan)
         blocks = {"View": view_values(plan.view), "Shading": shading_values(plan)}
-        if plan.volume is not None:
-            blocks["Volume"] = volume_values(plan.volume, plan.view)
+        if plan.particle_shadow is not None:
+            blocks["ParticleShadow"] = particle_shadow_values(plan.particle_shadow, plan.view)
         for name, values in blocks.items():
             self._blocks[name].write(values.tobytes())
             self._blocks[name].bind_to_uniform_block(binding(name))

@@ -36,9 +36,9 @@ def check_plan_limits(plan: FramePlan, limit: int) -> None:
             f"the shadow maps need {plan.shadows.size[0]}x{plan.shadows.size[1]} texels, above this "
             f"driver's limit of {limit} a side: set shadow_atlas to that"
         )
-    if plan.volume is not None and max(plan.volume.size) > limit:
-        width, height = plan.volume.size
+    if plan.particle_shadow is not None and max(plan.particle_shadow.size) > limit:
+        width, height = plan.particle_shadow.size
         raise GpuError(
             f"the slices of particles' shadow need {width}x{height} texels, above this driver's limit of "
-            f"{limit} a side: choose a smaller volume_tile, or fewer volume_slices"
+            f"{limit} a side: choose a smaller particle_shadow_tile, or fewer particle_shadow_slices"
         )

@@ -1,6 +1,6 @@
 """Rows of particles: for the slices of their shadow, for the light on each, and for drawing them in order.
 
-Places in the volume and in the picture are computed in float64; only what is left of them, texels and pixels,
+Positions in the slices and in the picture are computed in float64; only what is left of them, texels and pixels,
 is rounded to float32.
 """
 
@@ -11,30 +11,35 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.light_rows import dot_rows
 from firefly_sample.plan.frame_plan import SpriteSet, View
+from firefly_sample.plan.particle_shadow import ParticleShadowPlan
+from firefly_sample.plan.particle_shadow_discs import own_takings, splats
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
-from firefly_sample.plan.volume import Volume
-from firefly_sample.plan.volume_discs import own_takings, splats
 
 __all__ = ["RECORD_TEXELS", "particle_records", "particle_rows", "splat_rows"]
 
 Float32 = NDArray[np.float32]
 
 RECORD_TEXELS = 4
-"""Of a particle: its place and fade; its colour, and 1 if it takes shadows; its place in the volume; what a
+"""Of a particle: its place and fade; its colour, and 1 if it takes shadows; its place in the particle_shadow; what a
 lookup there finds of itself."""
 
 
-def splat_rows(volume: Volume) -> Float32:
+def splat_rows(particle_shadow: ParticleShadowPlan) -> Float32:
     """Rows of discs in slices, shape (n, 7): texels across and up, slice, radius in texels, strengths."""
-    radii, factors = splats(volume)
-    slices = np.clip(np.floor(volume.places[:, 2:]), 0, volume.view.slices - 1)
-    columns = [volume.places[:, :2], slices, radii[:, None], volume.strengths * factors[:, None]]
+    radii, factors = splats(particle_shadow)
+    slices = np.clip(np.floor(particle_shadow.places[:, 2:]), 0, particle_shadow.view.slices - 1)
+    columns = [
+        particle_shadow.places[:, :2],
+        slices,
+        radii[:, None],
+        particle_shadow.strengths * factors[:, None],
+    ]
     with np.errstate(over="ignore"):
         return np.concatenate(columns, axis=1).astype(np.float32)
 
 
-def particle_records(particles: ParticleSet, volume: Volume | None) -> Float32:
+def particle_records(particles: ParticleSet, particle_shadow: ParticleShadowPlan | None) -> Float32:
     """What a shader needs to light particles, as texels, shape (rows, width * `RECORD_TEXELS`, 4).
 
     As wide as the texture of their light, and as many rows of it as they fill.
@@ -45,10 +50,10 @@ def particle_records(particles: ParticleSet, volume: Volume | None) -> Float32:
     own = rows[: len(particles)]
     own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.fades
     own[:, 1, :3] = particles.colors
-    if volume is not None and len(volume):
+    if particle_shadow is not None and len(particle_shadow):
         own[:, 1, 3] = particles.rows >= 0
-        own[:, 2, :3] = volume.places[particles.rows]
-        own[:, 3, :3] = own_takings(volume)[particles.rows]
+        own[:, 2, :3] = particle_shadow.places[particles.rows]
+        own[:, 3, :3] = own_takings(particle_shadow)[particles.rows]
     return rows.reshape(height, width * RECORD_TEXELS, 4)
 
 

@@ -27,12 +27,12 @@ FINEST = {
     "normals": "rgba32f",
     "albedo": "rgba32f",
     "interpolation": "float64",
-    "volume_shadows": "optical_depth",
-    "volume_format": "float32",
-    "volume_reads": None,
-    "volume_interpolation": True,
+    "particle_shadows": "optical_depth",
+    "particle_shadow_format": "float32",
+    "particle_shadow_reads": None,
+    "particle_shadow_interpolation": True,
     "particle_order": "view",
-    "particle_slices": None,
+    "particle_order_depths": None,
 }
 PICTURE = ("radiance", "color")
 """Outputs that are held against the reference; what is timed is "color" alone."""

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.reference.volume import exact_taken, sliced_light
+from firefly_sample.lab.reference.particle_shadow import exact_taken, sliced_light
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.volume import Volume, optical_depths
+from firefly_sample.plan.particle_shadow import ParticleShadowPlan, optical_depths
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
@@ -64,18 +64,18 @@ def from_above(node: ParticleNode) -> Scene:
     sun = DirectionalLight("sun")
     sun.set_direction((0.0, 0.0, -1.0))
     scene.root.attach_new_node(sun)
-    node.set_shadow(VolumeShadow(sun))
+    node.set_shadow(ParticleShadow(sun))
     scene.root.attach_new_node(node)
     scene.camera.set_pos(0.0, -5.0, 0.0)
     return scene
 
 
 def slices_of(plan: FramePlan, atlas: NDArray[np.float32]) -> Float64:
-    """The slices in an output "volume_atlas", shape (slices, tile, tile, 3), first row at the bottom."""
-    assert plan.volume is not None
-    across, side = plan.volume.grid[0], plan.volume.view.tile
+    """The slices in an output "particle_shadow_atlas", shape (slices, tile, tile, 3), first row at the bottom."""
+    assert plan.particle_shadow is not None
+    across, side = plan.particle_shadow.grid[0], plan.particle_shadow.view.tile
     rows = atlas[::-1].astype(np.float64)
-    corners = [(side * (k // across), side * (k % across)) for k in range(plan.volume.view.slices)]
+    corners = [(side * (k // across), side * (k % across)) for k in range(plan.particle_shadow.view.slices)]
     return np.array([rows[y : y + side, x : x + side] for y, x in corners])
 
 
@@ -90,28 +90,28 @@ def shadow_errors(
     Parameters
     ----------
     settings : sequence of Settings
-        Of one `volume_tile`.
+        Of one `particle_shadow_tile`.
     """
     scene, errors = from_above(node), []
     exact: Float64 | None = None
     for chosen in settings:
         renderer.settings = chosen
-        plan = renderer.plan(scene, 0.0, ("volume_atlas",))
-        slices = slices_of(plan, np.asarray(renderer.draw(plan)["volume_atlas"], dtype=np.float32))
-        volume = plan.volume
-        assert volume is not None
+        plan = renderer.plan(scene, 0.0, ("particle_shadow_atlas",))
+        slices = slices_of(plan, np.asarray(renderer.draw(plan)["particle_shadow_atlas"], dtype=np.float32))
+        particle_shadow = plan.particle_shadow
+        assert particle_shadow is not None
         rng = np.random.default_rng(5)
-        across = volume.view.tile * (0.5 + 0.05 * rng.normal(size=(places, 2)))
+        across = particle_shadow.view.tile * (0.5 + 0.05 * rng.normal(size=(places, 2)))
         # the same places, whatever the number of slices
-        at = np.column_stack([across, rng.random(places) * volume.view.slices])
+        at = np.column_stack([across, rng.random(places) * particle_shadow.view.slices])
         if exact is None:
-            exact = np.exp(-exact_taken(_by_depth(volume, node), at))
-        difference = (sliced_light(volume, slices, at) - exact)[:, 0]
+            exact = np.exp(-exact_taken(_by_depth(particle_shadow, node), at))
+        difference = (sliced_light(particle_shadow, slices, at) - exact)[:, 0]
         errors.append((float(np.abs(difference).max()), float(np.sqrt((difference**2).mean()))))
     return errors
 
 
-def _by_depth(volume: Volume, node: ParticleNode) -> Volume:
+def _by_depth(particle_shadow: ParticleShadowPlan, node: ParticleNode) -> ParticleShadowPlan:
     """The same places with the particles' true optical depths."""
     depths = optical_depths(node.arrays.alphas)[:, None]
-    return replace(volume, method="optical_depth", strengths=np.repeat(depths, 3, axis=1))
+    return replace(particle_shadow, method="optical_depth", strengths=np.repeat(depths, 3, axis=1))

@@ -16,9 +16,9 @@ from firefly_sample.lab.numerics_gbuffer import albedo, conversions, normals
 from firefly_sample.lab.numerics_lights import accumulation, cutoff, piles
 from firefly_sample.lab.numerics_particles import (
     particle_order,
-    volume_cost,
-    volume_shadows,
-    volume_slices,
+    particle_shadow_cost,
+    particle_shadow_slices,
+    particle_shadows,
 )
 from firefly_sample.lab.numerics_proxies import proxies
 from firefly_sample.lab.numerics_rates import rates
@@ -55,9 +55,9 @@ _NUMBERS: dict[str, Callable[[Device], Table]] = {
 _FRAMES: dict[str, Callable[[Renderer], Table]] = {
     "frames": frames,
     "fragments": fragments,
-    "volume_shadows": volume_shadows,
-    "volume_slices": volume_slices,
-    "volume_cost": volume_cost,
+    "particle_shadows": particle_shadows,
+    "particle_shadow_slices": particle_shadow_slices,
+    "particle_shadow_cost": particle_shadow_cost,
     "particle_order": particle_order,
 }
 """Tables of what the renderer draws."""
@@ -75,7 +75,7 @@ def measure_numerics(
 ) -> tuple[str, list[Table]]:
     """Measure tables of `NAMES` on a driver.
 
-    All but "cost", "rates" and "volume_cost", which are times, give the same figures again on the same
+    All but "cost", "rates" and "particle_shadow_cost", which are times, give the same figures again on the same
     machine.
 
     Parameters

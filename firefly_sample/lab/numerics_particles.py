@@ -16,29 +16,29 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 
-__all__ = ["METHODS", "particle_order", "volume_cost", "volume_shadows", "volume_slices"]
+__all__ = ["METHODS", "particle_order", "particle_shadow_cost", "particle_shadow_slices", "particle_shadows"]
 
 METHODS: dict[str, dict[str, Any]] = {
     "optical_depth": {},
-    "optical_depth, float16": {"volume_format": "float16"},
-    "optical_depth, stepped": {"volume_interpolation": False},
-    "blend": {"volume_shadows": "blend"},
-    "blend, stepped": {"volume_shadows": "blend", "volume_interpolation": False},
-    "blend, 8 bits": {"volume_shadows": "blend", "volume_format": "unorm8"},
+    "optical_depth, float16": {"particle_shadow_format": "float16"},
+    "optical_depth, stepped": {"particle_shadow_interpolation": False},
+    "blend": {"particle_shadows": "blend"},
+    "blend, stepped": {"particle_shadows": "blend", "particle_shadow_interpolation": False},
+    "blend, 8 bits": {"particle_shadows": "blend", "particle_shadow_format": "unorm8"},
     "blend, 8 bits, stepped": {
-        "volume_shadows": "blend",
-        "volume_format": "unorm8",
-        "volume_interpolation": False,
+        "particle_shadows": "blend",
+        "particle_shadow_format": "unorm8",
+        "particle_shadow_interpolation": False,
     },
-    "loop, all": {"volume_shadows": "loop"},
-    "loop, nearest ten": {"volume_shadows": "loop", "volume_reads": 10},
+    "loop, all": {"particle_shadows": "loop"},
+    "loop, nearest ten": {"particle_shadows": "loop", "particle_shadow_reads": 10},
 }
-"""Of volume shadows, by the settings that differ from the defaults."""
+"""Of particle shadows, by the settings that differ from the defaults."""
 SLICES = (16, 32, 64, 128, 256)
 COUNTS = (10_000, 100_000)
 
 
-def volume_shadows(renderer: Renderer) -> Table:
+def particle_shadows(renderer: Renderer) -> Table:
     """Errors of what is left of the light in three clouds, by method."""
     settings = [Settings(**changes) for changes in METHODS.values()]
     errors = [shadow_errors(renderer, make(), settings) for make in CLOUDS.values()]
@@ -51,13 +51,13 @@ def volume_shadows(renderer: Renderer) -> Table:
         "sheets thinner than a slice, optical depth 3; faint: 20,000 particles of alpha 1e-3."
     )
     columns = tuple(f"{name} {what}" for name in CLOUDS for what in ("max", "rms"))
-    return Table("volume_shadows", about, ("method", *columns), rows)
+    return Table("particle_shadows", about, ("method", *columns), rows)
 
 
-def volume_slices(renderer: Renderer, count: int = 20_000, slices: Sequence[int] = SLICES) -> Table:
+def particle_shadow_slices(renderer: Renderer, count: int = 20_000, slices: Sequence[int] = SLICES) -> Table:
     """The same of the blob by the number of slices, and how much less than with half of them."""
-    smooth = [Settings(volume_slices=number) for number in slices]
-    stepped = [settings.with_changes(volume_interpolation=False) for settings in smooth]
+    smooth = [Settings(particle_shadow_slices=number) for number in slices]
+    stepped = [settings.with_changes(particle_shadow_interpolation=False) for settings in smooth]
     errors = [error for _, error in shadow_errors(renderer, blob(count), [*stepped, *smooth])]
     columns = errors[: len(slices)], errors[len(slices) :]
     rows: list[tuple[Value, ...]] = []
@@ -70,19 +70,21 @@ def volume_slices(renderer: Renderer, count: int = 20_000, slices: Sequence[int]
         f"Root mean square error of the light in the blob of {count:,} particles by slices, in steps and "
         "interpolated, and its ratio to that of half as many."
     )
-    return Table("volume_slices", about, ("slices", "stepped", "ratio", "interpolated", "ratio"), rows)
+    return Table(
+        "particle_shadow_slices", about, ("slices", "stepped", "ratio", "interpolated", "ratio"), rows
+    )
 
 
-def volume_cost(
+def particle_shadow_cost(
     renderer: Renderer, counts: Sequence[int] = COUNTS, slices: Sequence[int] = SLICES, rounds: int = 5
 ) -> Table:
     """Time of a frame of smoke over that of the same without shadows, by method and by slices."""
     ways = {name: changes for name, changes in METHODS.items() if "stepped" not in name}
-    ways |= {f"optical_depth, {number} slices": {"volume_slices": number} for number in slices}
+    ways |= {f"optical_depth, {number} slices": {"particle_shadow_slices": number} for number in slices}
     found: dict[str, list[Value]] = {name: [] for name in ways}
     for count in counts:
         scene = build_scene(find_scene("smoke"), particles=count)
-        every = {"": Settings(volume_shadows="none")} | {name: Settings(**ways[name]) for name in ways}
+        every = {"": Settings(particle_shadows="none")} | {name: Settings(**ways[name]) for name in ways}
         times: dict[str, list[float]] = {name: [] for name in every}
         for turn in range(rounds + 1):  # the first compiles
             for name, settings in every.items():
@@ -99,7 +101,7 @@ def volume_cost(
         "range over it. 64 slices where nothing else is said. They change from run to run."
     )
     columns = tuple(text for count in counts for text in (f"{count:,} particles", "spread"))
-    return Table("volume_cost", about, ("method", *columns), [(name, *found[name]) for name in ways])
+    return Table("particle_shadow_cost", about, ("method", *columns), [(name, *found[name]) for name in ways])
 
 
 def particle_order(renderer: Renderer, count: int = 20_000) -> Table:
@@ -108,8 +110,8 @@ def particle_order(renderer: Renderer, count: int = 20_000) -> Table:
     exact = _codes(renderer, scene, Settings())
     rows: list[tuple[Value, ...]] = []
     others: dict[str, dict[str, Any]] = {
-        "view, 4,096 slices": {"particle_slices": 4096},
-        "view, 64 slices": {"particle_slices": 64},
+        "view, 4,096 slices": {"particle_order_depths": 4096},
+        "view, 64 slices": {"particle_order_depths": 64},
         "half_angle": {"particle_order": "half_angle"},
         "unsorted": {"particle_order": "unsorted"},
     }

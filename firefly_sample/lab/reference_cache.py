@@ -29,9 +29,9 @@ from firefly_sample.lab.reference.frame import (
 )
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.shadows import ShadowMap
-from firefly_sample.plan.volume import Volume
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Texture
@@ -138,15 +138,25 @@ def _parts(plan: FramePlan) -> Iterator[object]:
     for lights in plan.lights:
         yield from (getattr(lights, field.name) for field in fields(LightSet))
     yield from (getattr(plan.particles, field.name) for field in fields(ParticleSet))
-    yield from _volume_parts(plan.volume)
+    yield from _particle_shadow_parts(plan.particle_shadow)
     for shadow in plan.shadows.maps:
         yield from _shadow_parts(shadow)
 
 
-def _volume_parts(volume: Volume | None) -> Iterator[object]:
-    if volume is not None:
-        yield from (volume.view.world_to_volume, volume.view.scale, volume.view.first, volume.view.per_unit)
-        yield from (volume.method, volume.places, volume.radii, volume.strengths)
+def _particle_shadow_parts(particle_shadow: ParticleShadowPlan | None) -> Iterator[object]:
+    if particle_shadow is not None:
+        yield from (
+            particle_shadow.view.world_to_slices,
+            particle_shadow.view.scale,
+            particle_shadow.view.first,
+            particle_shadow.view.per_unit,
+        )
+        yield from (
+            particle_shadow.method,
+            particle_shadow.places,
+            particle_shadow.radii,
+            particle_shadow.strengths,
+        )
 
 
 def _batch_parts(batch: Batch) -> Iterator[object]:

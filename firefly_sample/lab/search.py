@@ -25,12 +25,12 @@ DIMENSIONS: tuple[tuple[str, ...], ...] = (
     ("interpolation",),
     ("position",),
     ("volume_proxy",),
-    ("volume_interpolation",),
-    ("volume_slices",),
-    ("volume_tile",),
-    ("volume_format",),
-    ("volume_shadows", "volume_reads"),
-    ("particle_order", "particle_slices"),
+    ("particle_shadow_interpolation",),
+    ("particle_shadow_slices",),
+    ("particle_shadow_tile",),
+    ("particle_shadow_format",),
+    ("particle_shadows", "particle_shadow_reads"),
+    ("particle_order", "particle_order_depths"),
 )
 """Settings that are one decision together, those first that may err most."""
 

@@ -74,8 +74,8 @@ COMBINATIONS: dict[str, dict[str, Any]] = {
 """Choices that meet in practice: those of the documents that the sample follows, thin ones, and fine ones."""
 
 
-EIGHT_BITS = {"volume_shadows": "blend", "volume_format": "unorm8"}
-NEAREST_TEN = {"volume_shadows": "loop", "volume_reads": 10}
+EIGHT_BITS = {"particle_shadows": "blend", "particle_shadow_format": "unorm8"}
+NEAREST_TEN = {"particle_shadows": "loop", "particle_shadow_reads": 10}
 """Shadows of particles as the document that they follow has them."""
 
 
@@ -169,16 +169,22 @@ def signature(plan: FramePlan) -> tuple[Any, ...]:
         tuple((lights.kind, lights.proxy, lights.reaches.tobytes()) for lights in plan.lights),
         plan.shadows.layout,
         plan.settings.volume_proxy if _proxied(plan) else None,
-        _volume_signature(plan),
+        _particle_shadow_signature(plan),
         plan.particles.order.tobytes(),
     )
 
 
-def _volume_signature(plan: FramePlan) -> tuple[Any, ...]:
-    volume = plan.volume
-    if volume is None:
+def _particle_shadow_signature(plan: FramePlan) -> tuple[Any, ...]:
+    particle_shadow = plan.particle_shadow
+    if particle_shadow is None:
         return ()
-    return volume.method, volume.reads, volume.interpolate, volume.view.slices, volume.view.tile
+    return (
+        particle_shadow.method,
+        particle_shadow.reads,
+        particle_shadow.interpolate,
+        particle_shadow.view.slices,
+        particle_shadow.view.tile,
+    )
 
 
 def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
@@ -205,14 +211,16 @@ def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
         yield from (("shadow_taps", value) for value in CHOICES["shadow_taps"])
         yield from (("shadow_resolution", value) for value in RESOLUTIONS)
     if _clouded(plan):
-        yield from (("volume_shadows", value) for value in CHOICES["volume_shadows"])
-        yield from (("volume_format", value) for value in ("float32", "float16"))
-        yield from (("volume_slices", value) for value in SLICES)
-        yield from (("volume_tile", value) for value in TILES)
-        yield from (("volume_interpolation", value) for value in CHOICES["volume_interpolation"])
+        yield from (("particle_shadows", value) for value in CHOICES["particle_shadows"])
+        yield from (("particle_shadow_format", value) for value in ("float32", "float16"))
+        yield from (("particle_shadow_slices", value) for value in SLICES)
+        yield from (("particle_shadow_tile", value) for value in TILES)
+        yield from (
+            ("particle_shadow_interpolation", value) for value in CHOICES["particle_shadow_interpolation"]
+        )
     if len(plan.particles):
         yield from (("particle_order", value) for value in CHOICES["particle_order"])
-        yield from (("particle_slices", value) for value in DEPTHS)
+        yield from (("particle_order_depths", value) for value in DEPTHS)
 
 
 def _attenuated(plan: FramePlan, ending: bool = False) -> bool:

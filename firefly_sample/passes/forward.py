@@ -77,7 +77,7 @@ def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) ->
             falloff="ramp_squared",
             specular=False,
             taps=0,
-            volume=False,
+            particle_shadow=False,
         )
     return replace(
         shining(frame, lights),

@@ -74,8 +74,8 @@ class LightPass(Pass):
             outputs = tuple(_OUTPUTS.get(name, name) for name in images.color_names())
             program = gpu.programs.get(self.name, variant, outputs)
             needless = set() if variant.taps else {"shadow_atlas"}
-            needless |= set() if variant.volume else {"volume_atlas"}
-            if not (variant.taps or variant.volume or lights.kind != "directional"):
+            needless |= set() if variant.particle_shadow else {"particle_shadow_atlas"}
+            if not (variant.taps or variant.particle_shadow or lights.kind != "directional"):
                 needless |= {"distance", "position", "depth", "depth_copy"}
             textures = textures_of(images, (name for name in step.reads if name not in needless))
             if variant.taps:
@@ -118,7 +118,7 @@ def shining(frame: Shines, lights: LightSet) -> Shines:
         falloff=lights.falloff.value if fades else "ramp_squared",
         window=frame.window if fades and lights.falloff.value == "attenuation" else "karis",
         taps=frame.taps if lights.shadowed else 0,
-        volume=frame.volume and lights.clouded,
+        particle_shadow=frame.particle_shadow and lights.clouded,
     )
 
 
@@ -147,7 +147,7 @@ def draw_volumes(
     """
     method: DrawMethod = variant.method  # type: ignore[union-attr]
     if lines and method == "fullscreen":
-        return  # no volume: it has no edges
+        return  # no particle_shadow: it has no edges
     record, given = RECORD_OF_KIND[lights.kind], defines(variant)
     rows = light_rows(record, given, lights, plan.view)
     buffer = gpu.stream(key, rows)
@@ -208,8 +208,8 @@ def shadow_textures(
     if variant.taps:
         textures["u_shadow_atlas"] = images.read("shadow_atlas")
         textures["u_shadow_maps"] = gpu.shadow_table(plan)
-    if variant.volume:
-        textures["u_volume_atlas"] = images.read("volume_atlas")
+    if variant.particle_shadow:
+        textures["u_particle_shadow_atlas"] = images.read("particle_shadow_atlas")
     return textures
 
 

@@ -29,7 +29,7 @@ class ParticleLightPass(Pass):
         framebuffer = images.draw_into()
         gpu.ctx.enable_only(moderngl.BLEND)
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        records = particle_records(plan.particles, plan.volume)
+        records = particle_records(plan.particles, plan.particle_shadow)
         framebuffer.viewport = (0, 0, framebuffer.size[0], len(records))  # what particles fill
         table = gpu.tables.write(self.name, records)
         for index, lights in enumerate(LightSet.walked_together(plan.lights) or [None]):

@@ -31,13 +31,13 @@ from firefly_sample.plan.frame_plan import (
 from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
+from firefly_sample.plan.particle_shadow import plan_particle_shadow
 from firefly_sample.plan.particles import see_particles
 from firefly_sample.plan.position_warning import position_warnings
 from firefly_sample.plan.shadows import ShadowPlanner
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
-from firefly_sample.plan.volume import plan_volume
 from firefly_sample.plan.warnings import plan_warnings
 from firefly_sample.scene.arrays import LARGEST, as_color, as_numbers
 from firefly_sample.scene.lens import PerspectiveLens
@@ -152,8 +152,10 @@ class Planner:
         )
         sprites = _sprites(snapshot, time, camera.world_to_view, planes)
         clouded = lighting.counts(clouded=True)
-        volume = plan_volume(cloud, settings) if cloud is not None and clouded else None
-        particles = see_particles(cloud, camera.world_to_view, lens, sprites.positions, settings, volume)
+        particle_shadow = plan_particle_shadow(cloud, settings) if cloud is not None and clouded else None
+        particles = see_particles(
+            cloud, camera.world_to_view, lens, sprites.positions, settings, particle_shadow
+        )
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
         background = _background(scene)
         surfaces = seen.nearest, seen.farthest
@@ -171,7 +173,7 @@ class Planner:
             atlas=lighting.shadows.size,
             maps=len(lighting.shadows.maps),
             particles=len(particles),
-            volume=volume,
+            particle_shadow=particle_shadow,
             clouded=clouded,
             ambient=bool(ambient.any()),
             gradient=background.horizon != background.zenith,
@@ -204,7 +206,7 @@ class Planner:
             shadows=lighting.shadows,
             sprites=sprites,
             particles=particles,
-            volume=volume,
+            particle_shadow=particle_shadow,
             background=background,
             exposure=exposure,
             targets=targets,

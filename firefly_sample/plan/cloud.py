@@ -12,7 +12,7 @@ from firefly_sample.errors import SceneError
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.node import PandaNode
-from firefly_sample.scene.particles import ParticleNode, ShadowLight, VolumeShadow
+from firefly_sample.scene.particles import ParticleNode, ParticleShadow, ShadowLight
 
 __all__ = ["Cloud", "gather_particles", "lengths", "light_direction"]
 
@@ -31,7 +31,7 @@ class Cloud:
         Whether a particle names the light: it fades on these.
     casts : ndarray of bool, shape (n,)
         Whether it casts and receives shadows.
-    shadow : VolumeShadow or None
+    shadow : ParticleShadow or None
         How, but for what is the particles' own: darkness, tint, and whether they are enabled.
     shadow_net : ndarray of float64, shape (4, 4), or None
         Where that light is; None if it is not seen in the scene.
@@ -49,7 +49,7 @@ class Cloud:
     tints: Float64
     named: NDArray[np.bool_]
     casts: NDArray[np.bool_]
-    shadow: VolumeShadow | None
+    shadow: ParticleShadow | None
     shadow_net: Float64 | None
     sphere: tuple[Float64, float]
     outside: tuple[tuple[str, int, float], ...]
@@ -74,7 +74,7 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
     parts: list[tuple[Float64, ...]] = []
     spheres: list[tuple[Float64, float]] = []
     casting: list[tuple[str, Float64, Float64]] = []
-    shadow: VolumeShadow | None = None
+    shadow: ParticleShadow | None = None
     owner = ""
     for node, net in snapshot.particles:
         arrays = node.evaluate(time)
@@ -126,19 +126,19 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
     )
 
 
-def _agreed(before: VolumeShadow | None, owner: str, own: VolumeShadow, name: str) -> VolumeShadow:
+def _agreed(before: ParticleShadow | None, owner: str, own: ParticleShadow, name: str) -> ParticleShadow:
     """What two nodes' shadows have in common."""
     shown = own.show_texture or (before is not None and before.show_texture)
     shared = replace(own, darkness=1.0, tint=0.0, enabled=True, show_texture=shown)
     if before is not None:
         differing = [
             field.name
-            for field in fields(VolumeShadow)
+            for field in fields(ParticleShadow)
             if field.name != "show_texture" and getattr(before, field.name) != getattr(shared, field.name)
         ]
         if differing:
             raise SceneError(
-                f"particles {owner!r} and {name!r} have different volume shadows, and a frame has one: "
+                f"particles {owner!r} and {name!r} have different particle shadows, and a frame has one: "
                 f"give them the same {', '.join(differing)}"
             )
     return shared

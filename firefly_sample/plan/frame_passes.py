@@ -120,7 +120,7 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
     lights = frame.there("radiance", "light")
     if needs.shadow_maps:
         frame.add("shadow_maps", "; ".join(needs.shadows()), ShadowVariant(), writes=("shadow_atlas",))
-    if needs.volume_shadow:
+    if needs.particle_shadowed:
         _volume(needs, frame)
     if needs.drawn:
         because = f"{needs.geometry} geometry instances in view"
@@ -158,7 +158,9 @@ def choose_passes(needs: Needs, targets: tuple[Target, ...]) -> tuple[PassPlan, 
         _resolve(needs, frame)
     if needs.textured:
         because = "show_texture: the slices of shadow in the picture's corner"
-        frame.add("volume_texture", because, Variant(), reads=("volume_atlas",), tests=("color",))
+        frame.add(
+            "particle_shadow_texture", because, Variant(), reads=("particle_shadow_atlas",), tests=("color",)
+        )
     return tuple(frame.passes)
 
 
@@ -176,17 +178,17 @@ def _interpolation(variant: GeometryVariant, frame: _Passes) -> None:
 
 def _volume(needs: Needs, frame: _Passes) -> None:
     """Fill the slices, sum them as the method does, and blur what came of it."""
-    volume = needs.volume
-    assert volume is not None
-    atlas, scratch = ("volume_atlas",), ("volume_scratch",)
-    frame.add("volume_slices", needs.volume_reason, Variant(), writes=atlas)
-    if volume.method != "loop":
-        because = f"volume_shadows={volume.method} adds each slice to the next"
-        frame.add("volume_sums", because, Variant(), writes=("volume_sum",), tests=atlas)
-    if volume.blur > 0.0:
-        because = f"a {volume.kernel} blur of {volume.blur:g} texels"
-        frame.add("volume_blur_x", because, Variant(), reads=atlas, writes=scratch)
-        frame.add("volume_blur_y", because, Variant(), reads=scratch, writes=atlas)
+    particle_shadow = needs.particle_shadow
+    assert particle_shadow is not None
+    atlas, scratch = ("particle_shadow_atlas",), ("particle_shadow_scratch",)
+    frame.add("particle_shadow_slices", needs.particle_shadow_reason, Variant(), writes=atlas)
+    if particle_shadow.method != "loop":
+        because = f"particle_shadows={particle_shadow.method} adds each slice to the next"
+        frame.add("particle_shadow_sums", because, Variant(), writes=("particle_shadow_sum",), tests=atlas)
+    if particle_shadow.blur > 0.0:
+        because = f"a {particle_shadow.kernel} blur of {particle_shadow.blur:g} texels"
+        frame.add("particle_shadow_blur_x", because, Variant(), reads=atlas, writes=scratch)
+        frame.add("particle_shadow_blur_y", because, Variant(), reads=scratch, writes=atlas)
 
 
 def _particles(needs: Needs, frame: _Passes) -> None:
@@ -195,10 +197,10 @@ def _particles(needs: Needs, frame: _Passes) -> None:
     light = ParticleLightVariant(
         window=settings.window,
         taps=settings.shadow_taps if needs.shadow_maps else 0,  # type: ignore[arg-type]
-        volume=needs.volume_shadow,
+        particle_shadow=needs.particle_shadowed,
         orthographic=needs.orthographic,
     )
-    reads = frame.there("shadow_atlas", "volume_atlas")
+    reads = frame.there("shadow_atlas", "particle_shadow_atlas")
     writes = ("particle_light",)
     frame.add("particle_light", needs.particles_in_view, light, reads=reads, writes=writes)
     position = _surface_position(needs) if needs.drawn else "distance"
@@ -245,7 +247,7 @@ def _ambient(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
 
 def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ...]) -> None:
     settings = needs.settings
-    clouded = kind in needs.clouded and needs.volume_shadow
+    clouded = kind in needs.clouded and needs.particle_shadowed
     placed = kind != "directional" or kind in needs.shadowed or clouded
     method = _METHODS[needs.method]
     variant = LightVariant(
@@ -261,13 +263,13 @@ def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ..
         radiance="radiance" in lights or "half_shine" in lights,
         light="light" in lights or needs.half,
         half=needs.half,
-        volume=clouded,
+        particle_shadow=clouded,
     )
     reads = ["albedo"] if variant.radiance and not needs.half else []
     reads += ["normal", *(_place(needs, frame) if placed else ())]
     reads += ["specular"] if variant.highlights != "none" else []
     reads += ["shadow_atlas"] if kind in needs.shadowed else []
-    reads += ["volume_atlas"] if clouded else []
+    reads += ["particle_shadow_atlas"] if clouded else []
     tests = frame.there("half_depth" if needs.half else "depth") if needs.volume_test else ()
     if kind == "directional":
         tests = ()
@@ -308,10 +310,10 @@ def _forward(needs: Needs, frame: _Passes, because: str) -> None:
         specular=needs.highlights,
         emission=needs.emits,
         orthographic=needs.orthographic,
-        volume=bool(needs.clouded) and needs.volume_shadow,
+        particle_shadow=bool(needs.clouded) and needs.particle_shadowed,
     )
     lights = ", ".join(needs.all_lights()) or "no light"
-    reads = frame.there("shadow_atlas", "volume_atlas") if needs.lit else ()
+    reads = frame.there("shadow_atlas", "particle_shadow_atlas") if needs.lit else ()
     writes = ("depth", "coverage")
     frame.add(
         "forward", f"{because}, {lights}", variant, reads=reads, writes=writes, fills=frame.there("radiance")

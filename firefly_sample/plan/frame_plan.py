@@ -18,12 +18,12 @@ from firefly_sample.plan.clusters import Clusters
 from firefly_sample.plan.culling import Culling
 from firefly_sample.plan.instances import Factors
 from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.shadows import ShadowPlan
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant, Variant
 from firefly_sample.plan.view import View
-from firefly_sample.plan.volume import Volume
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Texture
 from firefly_sample.settings import Settings
@@ -153,7 +153,7 @@ class FramePlan:
         Where that is by clusters: the lights again, those together that one draw shades.
     shadows : ShadowPlan
     particles : ParticleSet
-    volume : Volume or None
+    particle_shadow : ParticleShadowPlan or None
         The shadows of particles; None without any.
     background : Background
     exposure : tuple of 3 floats
@@ -176,7 +176,7 @@ class FramePlan:
     shadows: ShadowPlan
     sprites: SpriteSet
     particles: ParticleSet
-    volume: Volume | None
+    particle_shadow: ParticleShadowPlan | None
     background: Background
     exposure: tuple[float, float, float]
     targets: tuple[Target, ...]

@@ -7,8 +7,8 @@ from typing import Any
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
 from firefly_sample.plan.targets import (
     COARSE_DEPTH,
+    PARTICLE_SHADOW_FORMATS,
     STORED_POSITIONS,
-    VOLUME_FORMATS,
     Target,
     particle_texels,
 )
@@ -45,8 +45,8 @@ def choose_targets(needs: Needs) -> tuple[Target, ...]:
         shape = {"per_sample": False, "size": needs.atlas, "compare": lit}
         kind = "depth32f" if needs.reverse else "depth24"
         targets.add("shadow_atlas", kind, needs.shadows(), far, **shape)
-    if needs.volume_shadow:
-        _add_volume(needs, targets)
+    if needs.particle_shadowed:
+        _add_particle_shadow(needs, targets)
     if needs.drawn:
         targets.add("depth", depth, ["geometry hides what is behind it"], far)
         if needs.forward:
@@ -111,18 +111,18 @@ def _add_gbuffer(needs: Needs, targets: _Targets) -> None:
         targets.add("depth_copy", depth, [reason], far)
 
 
-def _add_volume(needs: Needs, targets: _Targets) -> None:
-    volume = needs.volume
-    assert volume is not None
-    form = VOLUME_FORMATS[needs.settings.volume_format][volume.tinted]
-    shape: dict[str, Any] = {"per_sample": False, "size": volume.size}
-    targets.add("volume_atlas", form, [needs.volume_reason], **shape)
-    reasons = [f"a blur of {volume.blur:g} texels"] if volume.blur > 0.0 else []
-    targets.add("volume_scratch", form, reasons, **shape)
-    if volume.method != "loop":
-        tile = (volume.view.tile, volume.view.tile)
-        reason = f"volume_shadows={volume.method} adds each slice to the next"
-        targets.add("volume_sum", form, [reason], per_sample=False, size=tile)
+def _add_particle_shadow(needs: Needs, targets: _Targets) -> None:
+    particle_shadow = needs.particle_shadow
+    assert particle_shadow is not None
+    form = PARTICLE_SHADOW_FORMATS[needs.settings.particle_shadow_format][particle_shadow.tinted]
+    shape: dict[str, Any] = {"per_sample": False, "size": particle_shadow.size}
+    targets.add("particle_shadow_atlas", form, [needs.particle_shadow_reason], **shape)
+    reasons = [f"a blur of {particle_shadow.blur:g} texels"] if particle_shadow.blur > 0.0 else []
+    targets.add("particle_shadow_scratch", form, reasons, **shape)
+    if particle_shadow.method != "loop":
+        tile = (particle_shadow.view.tile, particle_shadow.view.tile)
+        reason = f"particle_shadows={particle_shadow.method} adds each slice to the next"
+        targets.add("particle_shadow_sum", form, [reason], per_sample=False, size=tile)
 
 
 def _add_particles(needs: Needs, targets: _Targets) -> None:

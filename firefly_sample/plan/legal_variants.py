@@ -98,10 +98,10 @@ def _lights(kind: LightKind, methods: tuple[DrawMethod, ...]) -> Iterator[Varian
         methods, fading, _BOTH, get_args(Position)
     ):
         clouds = _BOTH if kind != "point" else (False,)
-        for taps, volume, highlights, clamp, half in product(
+        for taps, particle_shadow, highlights, clamp, half in product(
             (0, 1, 4, 16), clouds, get_args(Highlights), _BOTH, _BOTH
         ):
-            if not fades and position != "distance" and not (taps or volume):
+            if not fades and position != "distance" and not (taps or particle_shadow):
                 continue  # without shadows, nobody asks where the surface is
             for radiance, light in [(highlights != "none", True)] if half else _TARGETS:
                 if highlights != "none" and not radiance:
@@ -121,7 +121,7 @@ def _lights(kind: LightKind, methods: tuple[DrawMethod, ...]) -> Iterator[Varian
                         radiance,
                         light,
                         half,
-                        volume,
+                        particle_shadow,
                     )
         for radiance, light in _TARGETS:
             if method in _ONE_BY_ONE and (fades or position == "distance"):
@@ -159,14 +159,14 @@ def _forward() -> Iterator[Variant]:
         for own, emission in product(_BOTH, repeat=2):
             # without a light there is nothing but these
             yield ForwardVariant("none", ambient=own, emission=emission, **_surface(surface))
-        for (kind, falloff, window), highlights, clamp, taps, volume in product(
+        for (kind, falloff, window), highlights, clamp, taps, particle_shadow in product(
             _WAYS, get_args(Highlights), _BOTH, (0, 1, 4, 16), _BOTH
         ):
-            if volume and kind == "point":
+            if particle_shadow and kind == "point":
                 continue
             lit = (kind, falloff, window, highlights, clamp, taps)
             shiny = highlights != "none"
-            shared = {"volume": volume, **_surface(surface)}
+            shared = {"particle_shadow": particle_shadow, **_surface(surface)}
             yield ForwardVariant(*lit, False, specular=shiny, **shared)
             for own, emission in product(_BOTH, repeat=2):
                 yield ForwardVariant(*lit, True, own, shiny, emission, **shared)
@@ -181,8 +181,8 @@ def _particle_light() -> Iterator[Variant]:
     for flat in _BOTH:
         yield ParticleLightVariant("none", orthographic=flat)
         for (kind, falloff, window), taps, first in product(_WAYS, (0, 1, 4, 16), _BOTH):
-            for volume, faded in product(_BOTH, repeat=2) if kind != "point" else [(False, False)]:
-                yield ParticleLightVariant(kind, falloff, window, taps, volume, faded, first, flat)
+            for particle_shadow, faded in product(_BOTH, repeat=2) if kind != "point" else [(False, False)]:
+                yield ParticleLightVariant(kind, falloff, window, taps, particle_shadow, faded, first, flat)
 
 
 def _particles() -> Iterator[Variant]:
@@ -220,12 +220,14 @@ def _light_views(view: View) -> Iterator[Variant]:
                 yield LightViewVariant(view, "clustered", flat, position)
 
 
-_VOLUME_PASSES = (*("volume_slices", "volume_sums", "volume_blur_x", "volume_blur_y"),)
+_PARTICLE_SHADOW_PASSES = (
+    *("particle_shadow_slices", "particle_shadow_sums", "particle_shadow_blur_x", "particle_shadow_blur_y"),
+)
 """One variant each: what differs between methods, formats and kernels are numbers."""
 
 _LEGAL: dict[str, Callable[[], Iterable[Variant]]] = {
     "shadow_maps": lambda: (ShadowVariant(*alphas) for alphas in product(_BOTH, repeat=2)),
-    **{name: lambda: [Variant()] for name in _VOLUME_PASSES},
+    **{name: lambda: [Variant()] for name in _PARTICLE_SHADOW_PASSES},
     "geometry": _geometry,
     "interpolation": _interpolation,
     "forward": _forward,
@@ -243,7 +245,7 @@ _LEGAL: dict[str, Callable[[], Iterable[Variant]]] = {
     "volumes": lambda: _light_views("volumes"),
     "wireframe": lambda: _light_views("wireframe"),
     "resolve": _resolve,
-    "volume_texture": lambda: [Variant()],
+    "particle_shadow_texture": lambda: [Variant()],
 }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from firefly_sample.plan.batches import Looks
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.light_set import LightKind
+from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 from firefly_sample.plan.targets import (
     ACCUMULATION_FORMATS,
     ALBEDO_FORMATS,
@@ -15,7 +16,6 @@ from firefly_sample.plan.targets import (
     STORED_POSITIONS,
     UNSIGNED,
 )
-from firefly_sample.plan.volume import Volume
 from firefly_sample.settings import Settings
 
 __all__ = ["NORMAL_OUTPUTS", "PLACE_OUTPUTS", "VOLUME_OUTPUTS", "Needs", "asked", "reverses_depth"]
@@ -53,7 +53,7 @@ class Needs:
         Shadow maps that are looked up.
     particles : int
         In view.
-    volume : Volume or None
+    particle_shadow : ParticleShadowPlan or None
         The shadows of particles.
     clouded : dict of LightKind to int
         The light in view that particles take some of, if there is one.
@@ -76,7 +76,7 @@ class Needs:
     atlas: tuple[int, int]
     maps: int
     particles: int
-    volume: Volume | None
+    particle_shadow: ParticleShadowPlan | None
     clouded: dict[LightKind, int]
     ambient: bool
     gradient: bool
@@ -111,7 +111,7 @@ class Needs:
     @property
     def drawn(self) -> bool:
         """Whether geometry is drawn: a look at the shadow maps alone does without."""
-        return self.geometry > 0 and not set(self.outputs) <= {"shadow_atlas", "volume_atlas"}
+        return self.geometry > 0 and not set(self.outputs) <= {"shadow_atlas", "particle_shadow_atlas"}
 
     @property
     def shadow_maps(self) -> bool:
@@ -146,7 +146,7 @@ class Needs:
     @property
     def placed(self) -> bool:
         """Whether light depends on where the surface is: only directional light without shadows does not."""
-        shadows = bool(self.shadowed) or (bool(self.clouded) and self.volume is not None)
+        shadows = bool(self.shadowed) or (bool(self.clouded) and self.particle_shadow is not None)
         return self.lit and (any(kind != "directional" for kind in self.lights) or shadows)
 
     @property
@@ -166,23 +166,23 @@ class Needs:
         return self.picture and self.sprites > 0 and not self.hazy
 
     @property
-    def volume_shadow(self) -> bool:
+    def particle_shadowed(self) -> bool:
         """Whether shadows of particles are looked up, or looked at."""
-        if self.volume is None:
+        if self.particle_shadow is None:
             return False
         seen = bool(self.clouded) and (self.lit or self.hazy)
-        return seen or self.textured or "volume_atlas" in self.outputs
+        return seen or self.textured or "particle_shadow_atlas" in self.outputs
 
     @property
-    def volume_reason(self) -> str:
+    def particle_shadow_reason(self) -> str:
         """What asks for the shadows of particles, in words."""
-        assert self.volume is not None
-        return f"shadows of {_particles(len(self.volume))} in light {self.volume.light!r}"
+        assert self.particle_shadow is not None
+        return f"shadows of {_particles(len(self.particle_shadow))} in light {self.particle_shadow.light!r}"
 
     @property
     def textured(self) -> bool:
         """Whether the slices' texture is shown in the picture."""
-        return self.volume is not None and self.volume.show and "color" in self.outputs
+        return self.particle_shadow is not None and self.particle_shadow.show and "color" in self.outputs
 
     @property
     def classic(self) -> bool:
@@ -281,8 +281,8 @@ class Needs:
         reasons = [self.lights_of(kind) for kind in self.lights if kind != "directional"]
         if "directional" in self.shadowed:
             reasons.append(f"shadows of {_count(self.shadowed['directional'], _NOUNS['directional'])}")
-        if "directional" in self.clouded and self.volume is not None:
-            reasons.append(f"shadows of particles in light {self.volume.light!r}")
+        if "directional" in self.clouded and self.particle_shadow is not None:
+            reasons.append(f"shadows of particles in light {self.particle_shadow.light!r}")
         return reasons
 
     @property

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.cloud import Cloud, lengths, light_direction
 from firefly_sample.plan.cull import spheres_in_frustum
-from firefly_sample.plan.volume import Volume, optical_depths
+from firefly_sample.plan.particle_shadow import ParticleShadowPlan, optical_depths
 from firefly_sample.scene.lens import Lens
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import ParticleOrder, Settings
@@ -37,7 +37,7 @@ class ParticleSet:
     fades : ndarray of float64, shape (n,)
         What distance leaves of the light that they take shadows from.
     rows : ndarray of int, shape (n,)
-        Their rows in `Volume`; -1 for what has no shadow.
+        Their rows in `ParticleShadowPlan`; -1 for what has no shadow.
     order : ndarray of int, shape (n + dots,)
         In which particles are drawn, and the soft dots of the same frame, whose numbers follow theirs.
     """
@@ -61,7 +61,7 @@ def see_particles(
     lens: Lens,
     dots: Float64,
     settings: Settings,
-    volume: Volume | None,
+    particle_shadow: ParticleShadowPlan | None,
 ) -> ParticleSet:
     """What of a cloud is in view, and in which order it is drawn.
 
@@ -78,7 +78,7 @@ def see_particles(
     positions = cloud.positions @ world_to_view[:3, :3] + world_to_view[3, :3]
     chosen = np.flatnonzero(spheres_in_frustum(lens.frustum_planes(), positions, cloud.radii))
     positions = positions[chosen]
-    rows = np.full(len(cloud), -1) if volume is None else volume.rows
+    rows = np.full(len(cloud), -1) if particle_shadow is None else particle_shadow.rows
     axis = _axis(settings.particle_order, cloud, world_to_view)
     radii = cloud.radii[chosen]
     drawn, share = _between_planes(positions, radii, lens.get_near(), lens.get_far())
@@ -90,7 +90,7 @@ def see_particles(
         colors=cloud.colors[chosen],
         fades=_fades(cloud, chosen),
         rows=np.asarray(rows[chosen], dtype=np.intp),
-        order=_order(positions, dots, axis, settings.particle_slices),
+        order=_order(positions, dots, axis, settings.particle_order_depths),
     )
 
 

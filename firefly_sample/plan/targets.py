@@ -19,9 +19,9 @@ __all__ = [
     "FORMATS",
     "NORMAL_FORMATS",
     "PARTICLE_ROW",
+    "PARTICLE_SHADOW_FORMATS",
     "STORED_POSITIONS",
     "UNSIGNED",
-    "VOLUME_FORMATS",
     "Target",
     "TargetFormat",
     "particle_texels",
@@ -113,12 +113,12 @@ ACCUMULATION_FORMATS = {
 """Format of each setting `accumulation`."""
 STORED_POSITIONS = {"stored16f": "rgba16f", "stored32f": "rgba32f"}
 """Format of the settings `position` that keep whole positions."""
-VOLUME_FORMATS = {
+PARTICLE_SHADOW_FORMATS = {
     "float32": ("r32f", "rgba32f"),
     "float16": ("r16f", "rgba16f"),
     "unorm8": ("r8", "rgba8"),
 }
-"""Format of each setting `volume_format`: of one number a texel, and of one for each colour."""
+"""Format of each setting `particle_shadow_format`: of one number a texel, and of one for each colour."""
 PARTICLE_ROW = 1024
 """Particles in a row of texels."""
 COARSE_DEPTH = {"depth24": "depth24", "depth16": "depth16", "inverse_matrix": "depth24"}

@@ -34,10 +34,10 @@ __all__ = [
 
 PASS_ORDER = (
     "shadow_maps",
-    "volume_slices",
-    "volume_sums",
-    "volume_blur_x",
-    "volume_blur_y",
+    "particle_shadow_slices",
+    "particle_shadow_sums",
+    "particle_shadow_blur_x",
+    "particle_shadow_blur_y",
     "geometry",
     "interpolation",
     "forward",
@@ -55,7 +55,7 @@ PASS_ORDER = (
     "volumes",
     "wireframe",
     "resolve",
-    "volume_texture",
+    "particle_shadow_texture",
 )
 """Every pass there is, in drawing order."""
 
@@ -144,7 +144,7 @@ class AmbientVariant(Variant):
 class LightVariant(Variant):
     """How lights find their pixels, where a pixel's position comes from, and what light does there.
 
-    `taps` is 0 for lights without shadow maps; `volume` is for light that particles take some of. `radiance`
+    `taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles take some of. `radiance`
     and `light` are the targets; with `half`, light of every second pixel, the first is of highlights alone.
     """
 
@@ -161,7 +161,7 @@ class LightVariant(Variant):
     radiance: bool = True
     light: bool = False
     half: bool = False
-    volume: bool = False
+    particle_shadow: bool = False
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ class ForwardVariant(Variant):
     cutout: bool = False
     double_sided: bool = False
     vertex_alpha: bool = False
-    volume: bool = False
+    particle_shadow: bool = False
     method: Literal["loop"] = "loop"
     id: Literal[False] = False
     visibility: Literal[False] = False
@@ -223,7 +223,7 @@ class ParticleLightVariant(Variant):
     falloff: Fading = "ramp_squared"
     window: Ending = "karis"
     taps: Literal[0, 1, 4, 16] = 0
-    volume: bool = False
+    particle_shadow: bool = False
     faded: bool = False
     first: bool = True
     orthographic: bool = False

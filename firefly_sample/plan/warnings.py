@@ -114,7 +114,7 @@ def _darkness(snapshot: Snapshot) -> Iterator[str]:
 
 def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud) -> Iterator[str]:
     """Lines on particles whose shadows are not as they should be."""
-    if needs.volume is not None:
+    if needs.particle_shadow is not None:
         for name, count, radius in cloud.outside:
             yield (
                 f"particles {name!r}: {count:,} of them leave the bounding sphere that was given, and are "

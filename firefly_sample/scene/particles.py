@@ -24,8 +24,8 @@ __all__ = [
     "ParticleArrays",
     "ParticleFunction",
     "ParticleNode",
+    "ParticleShadow",
     "ShadowLight",
-    "VolumeShadow",
 ]
 
 Float64 = NDArray[np.float64]
@@ -67,7 +67,7 @@ class ParticleArrays(ReadOnlyArrays):
 
 
 @dataclass(frozen=True)
-class VolumeShadow:
+class ParticleShadow:
     """How particles shadow each other, and what lies behind them, in one light.
 
     Attributes
@@ -80,7 +80,7 @@ class VolumeShadow:
         The blur's weights: equal ones, or those of a normal distribution that ends at twice its deviation.
     darkness : float
         Factor of what each particle takes of the light, 0 or more; 1 is what its alpha says. Of its optical
-        depth, that is, or of its alpha where the setting `volume_shadows` adds alphas.
+        depth, that is, or of its alpha where the setting `particle_shadows` adds alphas.
     tint : float
         0 to 1: how much of what a particle takes has its own colour left. At 1 a red particle takes no red.
     attenuation : {"none", "point", "plane"}
@@ -116,14 +116,14 @@ class VolumeShadow:
     def __post_init__(self) -> None:
         if not isinstance(self.light, DirectionalLight | Spotlight):
             raise SceneError(
-                "a volume shadow's light must be a DirectionalLight or a Spotlight, got "
+                "a particle shadow's light must be a DirectionalLight or a Spotlight, got "
                 f"{type(self.light).__name__}"
             )
         for name, high in (("blur", WIDEST_BLUR), ("darkness", 1e6), ("tint", 1.0), ("power", 16.0)):
             value = to_number(getattr(self, name))
             if not 0.0 <= value <= high:
                 raise SceneError(
-                    f"volume shadow of light {self.light.name!r}: {name} must be a number of 0 to {high:g}, "
+                    f"particle shadow of light {self.light.name!r}: {name} must be a number of 0 to {high:g}, "
                     f"got {getattr(self, name)!r}"
                 )
             object.__setattr__(self, name, value)
@@ -137,7 +137,7 @@ class VolumeShadow:
             if value not in names or type(value) is not type(names[0]):
                 shown = ", ".join(map(str, names))
                 raise SceneError(
-                    f"volume shadow of light {self.light.name!r}: {name} must be one of {shown}, "
+                    f"particle shadow of light {self.light.name!r}: {name} must be one of {shown}, "
                     f"got {value!r}"
                 )
 
@@ -183,7 +183,7 @@ class ParticleNode(PandaNode):
             raise SceneError(f"particles {name!r}: function must be callable, got {function!r}")
         self.function, self.seed = function, check_seed(seed)
         self.arrays = self._checked(positions, radii, alphas, colors)
-        self._shadow: VolumeShadow | None = None
+        self._shadow: ParticleShadow | None = None
         self._sphere: tuple[tuple[float, float, float], float] | None = None
 
     def set_arrays(
@@ -205,20 +205,20 @@ class ParticleNode(PandaNode):
             )
         return self._checked(*given)
 
-    def set_shadow(self, shadow: VolumeShadow | None) -> None:
+    def set_shadow(self, shadow: ParticleShadow | None) -> None:
         """Let the particles cast and receive shadows as `shadow` says; None for none.
 
         Raises
         ------
         SceneError
-            If it is no `VolumeShadow`.
+            If it is no `ParticleShadow`.
         """
-        if shadow is not None and not isinstance(shadow, VolumeShadow):
-            raise SceneError(f"particles {self.name!r}: a shadow is a VolumeShadow or None, got {shadow!r}")
+        if shadow is not None and not isinstance(shadow, ParticleShadow):
+            raise SceneError(f"particles {self.name!r}: a shadow is a ParticleShadow or None, got {shadow!r}")
         self._shadow = shadow
         self.mark_changed()
 
-    def get_shadow(self) -> VolumeShadow | None:
+    def get_shadow(self) -> ParticleShadow | None:
         """How the particles shadow each other."""
         return self._shadow
 
@@ -232,11 +232,11 @@ class ParticleNode(PandaNode):
         """
         if self._shadow is None:
             raise SceneError(f"particles {self.name!r} cast no shadows: give them some with set_shadow")
-        known = [field.name for field in fields(VolumeShadow)]
+        known = [field.name for field in fields(ParticleShadow)]
         for name in changes:
             if name not in known:
                 raise SceneError(
-                    f"particles {self.name!r}: a volume shadow has no {name!r}{did_you_mean(name, known)}: "
+                    f"particles {self.name!r}: a particle shadow has no {name!r}{did_you_mean(name, known)}: "
                     f"it has {', '.join(known)}"
                 )
         self.set_shadow(replace(self._shadow, **changes))

@@ -15,7 +15,7 @@ from firefly_sample.scene.lights import AmbientLight, DirectionalLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
-from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scenes.plugin import Plugin, check_live
 from firefly_sample.scenes.smoke_cloud import LARGEST_PUFF, REACH, Cloud
@@ -323,7 +323,7 @@ class SmokeScene(Scene):
                     f"scene 'smoke': {name} must be {' or '.join(choices)}, got {values[name]!r}"
                 )
         self._particles.set_shadow(
-            VolumeShadow(
+            ParticleShadow(
                 self._light,
                 blur=values["shadow_blur"],
                 kernel=values["shadow_kernel"],

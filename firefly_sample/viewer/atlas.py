@@ -10,7 +10,7 @@ from firefly_sample.plan.shadows import ShadowMap
 from firefly_sample.srgb import linear_to_srgb
 from firefly_sample.viewer.buffers import DARKEST, codes
 
-__all__ = ["EMPTY", "atlas_picture", "volume_picture"]
+__all__ = ["EMPTY", "atlas_picture", "particle_shadow_picture"]
 
 Pixels = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
@@ -63,29 +63,29 @@ def atlas_picture(depth: Float32, plan: FramePlan, size: tuple[int, int]) -> tup
     return picture, f"{count}, {texels[1]} x {texels[0]} texels: white near its light, dark far, blue nothing"
 
 
-def volume_picture(taken: Float32, plan: FramePlan, size: tuple[int, int]) -> tuple[Pixels, str]:
+def particle_shadow_picture(taken: Float32, plan: FramePlan, size: tuple[int, int]) -> tuple[Pixels, str]:
     """A picture of all slices of particles' shadow, as large as fits, and how to read it.
 
     Parameters
     ----------
     taken : ndarray of float32, shape (height, width, 3)
-        The output "volume_atlas".
+        The output "particle_shadow_atlas".
     plan, size
         As `atlas_picture` takes them.
     """
     picture = np.zeros((size[1], size[0], 3), dtype=np.uint8)
-    volume = plan.volume
-    if volume is None or not taken.size:
+    particle_shadow = plan.particle_shadow
+    if particle_shadow is None or not taken.size:
         return picture, "no particles cast shadows"
     rows, columns, fitted = _fit(taken.shape[:2], picture)
     seen = taken[rows[:, None], columns]
-    left = np.exp(-seen) if volume.method == "optical_depth" else 1.0 - seen
-    across, tile = volume.grid[0], volume.view.tile
+    left = np.exp(-seen) if particle_shadow.method == "optical_depth" else 1.0 - seen
+    across, tile = particle_shadow.grid[0], particle_shadow.view.tile
     slices = (taken.shape[0] - 1 - rows)[:, None] // tile * across + columns // tile
     fitted[...] = codes(linear_to_srgb(np.clip(left, 0.0, 1.0)))
-    fitted[slices >= volume.view.slices] = EMPTY
+    fitted[slices >= particle_shadow.view.slices] = EMPTY
     return picture, (
-        f"{volume.view.slices} slices of {volume.view.tile} texels, the nearest to the light lower left: "
+        f"{particle_shadow.view.slices} slices of {particle_shadow.view.tile} texels, the nearest to the light lower left: "
         "white lets all light through"
     )
 

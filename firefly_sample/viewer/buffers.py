@@ -24,7 +24,7 @@ HEAT = ((0, 0, 0), (40, 44, 160), (214, 58, 150), (255, 168, 60), (255, 255, 255
 
 def buffers_of(look: str) -> tuple[str, ...]:
     """Those of `BUFFERS` that a look has; "classic" has no highlights, emission, shadows and particles."""
-    missing = ("specular", "emission", "shadow_atlas", "volume_atlas") if look == "classic" else ()
+    missing = ("specular", "emission", "shadow_atlas", "particle_shadow_atlas") if look == "classic" else ()
     return tuple(name for name in BUFFERS if name not in missing)
 
 
@@ -171,5 +171,5 @@ _PICTURES: dict[str, Callable[[NDArray[Any]], tuple[Pixels, str]]] = {
     "wireframe": _wireframe,
 }
 
-BUFFERS = (*_PICTURES, "shadow_atlas", "volume_atlas")
+BUFFERS = (*_PICTURES, "shadow_atlas", "particle_shadow_atlas")
 """The outputs that the window shows, in its order."""

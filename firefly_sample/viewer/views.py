@@ -12,7 +12,7 @@ from firefly_sample.gpu.presenter import Layer
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
-from firefly_sample.viewer.atlas import atlas_picture, volume_picture
+from firefly_sample.viewer.atlas import atlas_picture, particle_shadow_picture
 from firefly_sample.viewer.buffers import BUFFERS, buffer_picture, buffers_of
 from firefly_sample.viewer.overlay import blend
 from firefly_sample.viewer.strip import buffer_strip, thumbnail_grid
@@ -118,8 +118,8 @@ def _buffer(plan: FramePlan, frame: Frame, name: str) -> tuple[NDArray[np.uint8]
     image = frame[name]
     if name == "shadow_atlas":
         return atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
-    if name == "volume_atlas":
-        return volume_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
+    if name == "particle_shadow_atlas":
+        return particle_shadow_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
     return buffer_picture(name, image, classic=plan.settings.look == "classic", exposure=plan.exposure)
 
 

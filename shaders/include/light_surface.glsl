@@ -3,8 +3,8 @@
 #if TAPS
 #include "include/shadow.glsl"
 #endif
-#if VOLUME
-#include "include/volume.glsl"
+#if PARTICLE_SHADOW
+#include "include/particle_shadow.glsl"
 #endif
 
 void light_surface(Surface s, Light light)
@@ -20,8 +20,8 @@ void light_surface(Surface s, Light light)
     strength *= shadow(s, to_light, n_dot_l, light.shadow);
 #endif
     STRENGTH arriving = STRENGTH(strength);
-#if VOLUME
-    arriving *= volume_light(volume_place(place_of(s)), vec3(0.0));
+#if PARTICLE_SHADOW
+    arriving *= volume_light(particle_shadow_position(place_of(s)), vec3(0.0));
 #endif
 #if HIGHLIGHTS
     add_light(s, to_light, n_dot_l, arriving, light.color.rgb, light.specular.rgb);

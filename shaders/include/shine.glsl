@@ -3,7 +3,7 @@
 // light_sum is what a white surface without highlights would show. HALF keeps highlights apart: radiance is theirs.
 #include "include/phong.glsl"
 
-#if VOLUME
+#if PARTICLE_SHADOW
 #define STRENGTH vec3  // particles may take some colours and leave others
 #else
 #define STRENGTH float

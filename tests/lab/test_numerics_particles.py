@@ -7,9 +7,9 @@ import pytest
 from firefly_sample.lab.numerics_particles import (
     METHODS,
     particle_order,
-    volume_cost,
-    volume_shadows,
-    volume_slices,
+    particle_shadow_cost,
+    particle_shadow_slices,
+    particle_shadows,
 )
 from tests.conftest import make_renderer
 
@@ -21,7 +21,7 @@ def renderer():
 
 
 def test_errors_of_each_method(renderer):
-    table = volume_shadows(renderer)
+    table = particle_shadows(renderer)
     assert [row[0] for row in table.rows] == list(METHODS)
     for cloud in ("blob", "sheets", "faint"):
         for row in table.rows:
@@ -37,7 +37,7 @@ def test_errors_of_each_method(renderer):
 
 
 def test_errors_by_slices(renderer):
-    table = volume_slices(renderer, count=5000, slices=(16, 32))
+    table = particle_shadow_slices(renderer, count=5000, slices=(16, 32))
     first, second = table.rows
     assert first[2] is first[4] is None
     assert second[2] == second[1] / first[1] < 0.6
@@ -45,7 +45,7 @@ def test_errors_by_slices(renderer):
 
 
 def test_costs_are_ratios_of_each_method(renderer):
-    table = volume_cost(renderer, counts=(50, 100), slices=(8,), rounds=2)
+    table = particle_shadow_cost(renderer, counts=(50, 100), slices=(8,), rounds=2)
     assert [row[0] for row in table.rows] == [
         *(name for name in METHODS if "stepped" not in name),
         "optical_depth, 8 slices",

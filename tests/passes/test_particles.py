@@ -242,7 +242,7 @@ def pops(settings, steps=8, start=20.0):
 def test_nothing_pops_when_the_order_changes():
     change, _ = pops(Settings())
     assert change <= 2.0
-    coarse, _ = pops(Settings(particle_slices=16), steps=2)
+    coarse, _ = pops(Settings(particle_order_depths=16), steps=2)
     assert coarse > change
 
 

@@ -37,8 +37,8 @@ SETTINGS = {
         position="stored16f",
         normals="rgb10a2",
         albedo="rgba8",
-        volume_format="unorm8",
-        volume_shadows="blend",
+        particle_shadow_format="unorm8",
+        particle_shadows="blend",
     ),
     "stored32f": Settings(position="stored32f", normals="rgba32f", albedo="rgba16f"),
     "depth32f": Settings(position="depth32f", normals="rgba8", albedo="sqrt8"),
@@ -246,10 +246,10 @@ def test_every_output_is_what_its_texels_say(settings):
     ("form", "method"), [("unorm8", "blend"), ("float16", "optical_depth"), ("float32", "optical_depth")]
 )
 def test_the_slices_of_shadow_are_what_their_texels_say(form, method):
-    with make_renderer((13, 7), Settings(volume_format=form, volume_shadows=method)) as renderer:
+    with make_renderer((13, 7), Settings(particle_shadow_format=form, particle_shadows=method)) as renderer:
         for tint in (0.0, 0.5):
             scene = cloud_scene(puff(40), ground=False, tint=tint)
-            assert check(renderer, scene, ("volume_atlas",)).volume_atlas.any()
+            assert check(renderer, scene, ("particle_shadow_atlas",)).particle_shadow_atlas.any()
 
 
 def test_an_averaged_picture_is_what_its_texels_say():

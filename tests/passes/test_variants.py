@@ -26,17 +26,17 @@ GBUFFER = {
 NOT_SHADERS = ("depth_copy",)
 FULLSCREEN = (
     *("interpolation", "ambient", "half_depth", "upsample", "resolve", "particle_light"),
-    *("volume_sums", "volume_blur_x", "volume_blur_y", "volume_texture"),
+    *("particle_shadow_sums", "particle_shadow_blur_x", "particle_shadow_blur_y", "particle_shadow_texture"),
 )
 FIXED = {
     "plain": ("radiance",),
     "particles": ("particles",),
     "particle_light": ("particle_light",),
-    "volume_slices": ("volume_atlas",),
-    "volume_sums": ("volume_atlas",),
-    "volume_blur_x": ("volume_scratch",),
-    "volume_blur_y": ("volume_atlas",),
-    "volume_texture": ("color",),
+    "particle_shadow_slices": ("particle_shadow_atlas",),
+    "particle_shadow_sums": ("particle_shadow_atlas",),
+    "particle_shadow_blur_x": ("particle_shadow_scratch",),
+    "particle_shadow_blur_y": ("particle_shadow_atlas",),
+    "particle_shadow_texture": ("color",),
 }
 """Targets of passes whose variants do not choose."""
 

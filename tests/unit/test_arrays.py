@@ -407,9 +407,9 @@ def test_whole_numbers_of_numpy_are_whole_numbers(value):
     assert check_size((value, value)) == (3, 3)
     assert Parameter("count", int, 1, "Count.").check(value, "s") == 3
     assert type(Parameter("count", int, 1, "Count.").check(value, "s")) is int
-    settings = Settings(supersample=value - 1, shadow_taps=value + 1, volume_slices=value * 8)
-    assert settings == Settings(supersample=2, shadow_taps=4, volume_slices=24)
-    assert type(settings.volume_slices) is int
+    settings = Settings(supersample=value - 1, shadow_taps=value + 1, particle_shadow_slices=value * 8)
+    assert settings == Settings(supersample=2, shadow_taps=4, particle_shadow_slices=24)
+    assert type(settings.particle_shadow_slices) is int
     path = NodePath("p")
     path.hide(value)
     assert path.node().draw_control == 3
@@ -429,7 +429,7 @@ def test_what_is_no_whole_number_is_refused(value):
         (lambda: check_size((value, value)), OutputError),
         (lambda: Parameter("count", int, 1, "Count.").check(value, "s"), ParameterError),
         (lambda: Settings(supersample=value), SettingsError),
-        (lambda: Settings(volume_slices=value), SettingsError),
+        (lambda: Settings(particle_shadow_slices=value), SettingsError),
         (lambda: NodePath("p").hide([value]), SceneError),
         (lambda: lamp.set_shadow_caster(True, [value]), SceneError),
         (lambda: ParticleNode("p", seed=value), ParameterError),

@@ -23,7 +23,7 @@ from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter
-from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Camera, Scene
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
@@ -72,7 +72,7 @@ def _nodes():
     spot.set_lens(PerspectiveLens(fov=50))
     spot.set_specular_color((0.1, 0.2, 0.3))
     smoke = ParticleNode("smoke", np.eye(3), (1, 2, 3), 0.3)
-    smoke.set_shadow(VolumeShadow(sun, blur=2.0))
+    smoke.set_shadow(ParticleShadow(sun, blur=2.0))
     smoke.set_bounding_sphere(3, (1, 2, 3))
     return [
         PandaNode("plain"),
@@ -386,7 +386,7 @@ def test_particles_keep_to_the_light_of_their_own_copy(duplicate):
     sun = DirectionalLight("sun")
     scene.root.attach_new_node(sun)
     smoke = ParticleNode("smoke", np.eye(3))
-    smoke.set_shadow(VolumeShadow(sun))
+    smoke.set_shadow(ParticleShadow(sun))
     scene.root.attach_new_node(smoke)
     twin = duplicate(scene)
     assert twin.root.find("**/smoke").node().get_shadow().light is twin.root.find("**/sun").node()

@@ -1,11 +1,11 @@
-"""ParticleNode and VolumeShadow: what they hold, and what they refuse."""
+"""ParticleNode and ParticleShadow: what they hold, and what they refuse."""
 
 import numpy as np
 import pytest
 
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.lights import DirectionalLight, PointLight
-from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.spotlight import Spotlight
 
 PLACES = [(0, 0, 0), (1, 2, 3)]
@@ -67,7 +67,7 @@ def test_changes_are_heard_by_whoever_watches_revisions():
     seen = [node.revision]
     for change in (
         lambda: node.set_arrays(PLACES, 1, 1, (1, 1, 1)),
-        lambda: node.set_shadow(VolumeShadow(sun)),
+        lambda: node.set_shadow(ParticleShadow(sun)),
         lambda: node.change_shadow(blur=2.0),
         lambda: node.set_bounding_sphere(3.0),
         lambda: node.set_bounding_sphere(None),
@@ -75,12 +75,12 @@ def test_changes_are_heard_by_whoever_watches_revisions():
         change()
         seen.append(node.revision)
     assert seen == sorted(set(seen))
-    assert node.get_shadow() == VolumeShadow(sun, blur=2.0)
+    assert node.get_shadow() == ParticleShadow(sun, blur=2.0)
 
 
 def test_a_copy_has_all_of_it():
     node = ParticleNode("smoke", PLACES, 0.5, 0.25, (0.1, 0.2, 0.3))
-    node.set_shadow(VolumeShadow(DirectionalLight("sun"), tint=0.5))
+    node.set_shadow(ParticleShadow(DirectionalLight("sun"), tint=0.5))
     node.set_bounding_sphere(3.0, (1, 2, 3))
     copy = node.make_copy()
     assert copy.get_shadow() is node.get_shadow()
@@ -103,12 +103,12 @@ def test_a_copy_has_all_of_it():
 )
 def test_a_shadow_refuses_what_it_cannot_be(values, message):
     with pytest.raises(SceneError, match=f"light 'lamp': {message}"):
-        VolumeShadow(Spotlight("lamp"), **values)
+        ParticleShadow(Spotlight("lamp"), **values)
 
 
 def test_a_shadow_is_of_one_sun_or_spotlight():
     with pytest.raises(SceneError, match="must be a DirectionalLight or a Spotlight, got PointLight"):
-        VolumeShadow(PointLight("bulb"))
+        ParticleShadow(PointLight("bulb"))
     with pytest.raises(SceneError, match="'smoke' cast no shadows: give them some with set_shadow"):
         ParticleNode("smoke").change_shadow(blur=1.0)
 
@@ -116,10 +116,10 @@ def test_a_shadow_is_of_one_sun_or_spotlight():
 def test_what_is_no_function_and_no_shadow_is_refused():
     with pytest.raises(SceneError, match="'smoke': function must be callable, got 5"):
         ParticleNode("smoke", function=5)
-    with pytest.raises(SceneError, match="'smoke': a shadow is a VolumeShadow or None, got 'sun'"):
+    with pytest.raises(SceneError, match="'smoke': a shadow is a ParticleShadow or None, got 'sun'"):
         ParticleNode("smoke").set_shadow("sun")
     node = ParticleNode("smoke")
-    node.set_shadow(VolumeShadow(DirectionalLight("sun")))
+    node.set_shadow(ParticleShadow(DirectionalLight("sun")))
     with pytest.raises(SceneError, match=r"has no 'blurr' \(did you mean 'blur'\?\)"):
         node.change_shadow(blurr=1.0)
 

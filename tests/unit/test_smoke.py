@@ -131,21 +131,29 @@ def test_a_frame_does_not_depend_on_the_frames_before():
     build_plan(scene, time=11.0)
     again = build_plan(scene, time=5.0)
     np.testing.assert_array_equal(first.particles.positions, again.particles.positions)
-    np.testing.assert_array_equal(first.volume.places, again.volume.places)
+    np.testing.assert_array_equal(first.particle_shadow.places, again.particle_shadow.places)
 
 
 @pytest.mark.parametrize(
     ("name", "value", "see"),
     [
-        ("shadow_blur", 3.0, lambda plan: plan.volume.blur == 3.0),
-        ("shadow_darkness", 2.0, lambda plan: plan.volume.strengths.max() > 0.15),
-        ("shadow_tint", 1.0, lambda plan: plan.volume.tinted),
+        ("shadow_blur", 3.0, lambda plan: plan.particle_shadow.blur == 3.0),
+        ("shadow_darkness", 2.0, lambda plan: plan.particle_shadow.strengths.max() > 0.15),
+        ("shadow_tint", 1.0, lambda plan: plan.particle_shadow.tinted),
         ("use_attenuation", True, lambda plan: plan.particles.fades.min() < 0.5),
-        ("use_interpolation", False, lambda plan: not plan.volume.interpolate),
-        ("bounding_radius", 2.0, lambda plan: plan.volume.view.per_unit == 32.0 / (2.0 + LARGEST_PUFF)),
-        ("bounding_radius", 0.0, lambda plan: plan.volume.view.per_unit > 32 / (REACH + LARGEST_PUFF)),
-        ("show_texture", True, lambda plan: plan.passes[-1].name == "volume_texture"),
-        ("shadows", False, lambda plan: plan.volume is None),
+        ("use_interpolation", False, lambda plan: not plan.particle_shadow.interpolate),
+        (
+            "bounding_radius",
+            2.0,
+            lambda plan: plan.particle_shadow.view.per_unit == 32.0 / (2.0 + LARGEST_PUFF),
+        ),
+        (
+            "bounding_radius",
+            0.0,
+            lambda plan: plan.particle_shadow.view.per_unit > 32 / (REACH + LARGEST_PUFF),
+        ),
+        ("show_texture", True, lambda plan: plan.passes[-1].name == "particle_shadow_texture"),
+        ("shadows", False, lambda plan: plan.particle_shadow is None),
         ("particles", 50, lambda plan: len(plan.particles) == 50),
         ("morph", 1.0, lambda plan: np.allclose(plan.particles.colors, GOLD)),
         ("ambient", 3.0, lambda plan: np.allclose(plan.ambient, 3.0 * np.array(AMBIENT))),
@@ -157,7 +165,7 @@ def test_a_frame_does_not_depend_on_the_frames_before():
             lambda plan: plan.lights[0].directions[0] @ plan.view.world_to_view[2, :3] < -0.999,
         ),
         ("camera_ratio", 2.0, lambda plan: plan.particles.positions[:, 1].mean() > 14.0),
-        ("shadow_kernel", "gaussian", lambda plan: plan.volume.kernel == "gaussian"),
+        ("shadow_kernel", "gaussian", lambda plan: plan.particle_shadow.kernel == "gaussian"),
     ],
 )
 def test_each_parameter_acts_in_a_running_scene_as_in_a_new_one(name, value, see):
@@ -169,10 +177,10 @@ def test_each_parameter_acts_in_a_running_scene_as_in_a_new_one(name, value, see
     assert see(after)
     np.testing.assert_array_equal(after.particles.positions, new.particles.positions)
     np.testing.assert_array_equal(after.ambient, new.ambient)
-    assert (after.volume is None) == (new.volume is None)
-    if after.volume is not None:
-        np.testing.assert_array_equal(after.volume.places, new.volume.places)
-        np.testing.assert_array_equal(after.volume.strengths, new.volume.strengths)
+    assert (after.particle_shadow is None) == (new.particle_shadow is None)
+    if after.particle_shadow is not None:
+        np.testing.assert_array_equal(after.particle_shadow.places, new.particle_shadow.places)
+        np.testing.assert_array_equal(after.particle_shadow.strengths, new.particle_shadow.strengths)
 
 
 def test_morphing_acts_in_a_running_scene():
@@ -211,7 +219,7 @@ def test_what_is_refused_changes_nothing():
         with pytest.raises(ParameterError, match=f"{name} must be .*, got '{value}'"):
             scene.set(name, value)
     scene.set("use_attenuation", True)
-    assert build_plan(scene).volume.kernel == "box"
+    assert build_plan(scene).particle_shadow.kernel == "box"
 
 
 def test_puffs_of_any_size_stay_in_their_sphere():
@@ -231,11 +239,11 @@ def test_a_forest_has_mist_where_it_is_asked_for():
     forest = build_scene(find_scene("forest"), fireflies=3)
     clear = build_plan(forest)
     assert len(clear.particles) == 0
-    assert not [step for step in clear.passes if step.name.startswith(("volume", "particle"))]
+    assert not [step for step in clear.passes if step.name.startswith(("particle_shadow", "particle"))]
     forest.set("mist", True)
     misty = build_plan(forest, time=1.0)
     assert len(misty.particles) > 300
-    assert misty.volume is None  # no light is named: nothing but fireflies light it
+    assert misty.particle_shadow is None  # no light is named: nothing but fireflies light it
     assert {"particle_light", "particles"} <= {step.name for step in misty.passes}
     node = forest.root.find("mist").node()
     moved = np.abs(node.evaluate(9.0).positions - node.evaluate(1.0).positions).max()

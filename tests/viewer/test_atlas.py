@@ -125,8 +125,8 @@ def test_without_shadows_it_is_black_and_says_why():
 
 def test_slices_of_shadow_are_white_where_light_comes_through():
     scene = cloud_scene(puff(50))
-    plan = build_plan(scene, Settings(), (80, 60), ("volume_atlas",))
-    width, height = plan.volume.size
+    plan = build_plan(scene, Settings(), (80, 60), ("particle_shadow_atlas",))
+    width, height = plan.particle_shadow.size
     taken = np.zeros((height, width, 3), np.float32)
     taken[: height // 2, :, 0] = np.log(2.0)  # the upper half lets half of the red through
     picture, note = volume_picture(taken, plan, (80, 60))
@@ -134,7 +134,7 @@ def test_slices_of_shadow_are_white_where_light_comes_through():
     assert (picture[:, :10] == 0).all()  # as high as fits, in the middle
     assert (picture[31:, 12:68] == 255).all()
     assert (picture[:29, 12:68] == (188, 255, 255)).all()
-    blend = build_plan(scene, Settings(volume_shadows="blend"), (80, 60), ("volume_atlas",))
+    blend = build_plan(scene, Settings(particle_shadows="blend"), (80, 60), ("particle_shadow_atlas",))
     halves, _ = volume_picture(np.full_like(taken, 0.5), blend, (80, 60))
     assert (halves[:, 12:68] == 188).all()
 

@@ -28,12 +28,12 @@ NOTHING = {
 def test_every_buffer_is_an_output_and_keeps_its_name_and_place():
     assert (
         *("albedo", "normal", "depth", "position_world", "id", "specular", "emission", "light"),
-        *("overdraw", "volumes", "wireframe", "shadow_atlas", "volume_atlas"),
+        *("overdraw", "volumes", "wireframe", "shadow_atlas", "particle_shadow_atlas"),
     ) == BUFFERS
     assert set(BUFFERS) <= OUTPUTS.keys()
     assert buffers_of("correct") == BUFFERS
     missing = set(BUFFERS) - set(buffers_of("classic"))
-    assert missing == {"specular", "emission", "shadow_atlas", "volume_atlas"}
+    assert missing == {"specular", "emission", "shadow_atlas", "particle_shadow_atlas"}
 
 
 @pytest.mark.parametrize("output", PICTURES)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-FEW = ("--particles", "300", "--particle-size", "3", "--swing", "0", "--volume-slices", "8")
+FEW = ("--particles", "300", "--particle-size", "3", "--swing", "0", "--particle-shadow-slices", "8")
 
 
 def test_keys_change_the_shadows(open_window):
@@ -64,7 +64,7 @@ def test_a_drag_with_the_right_button_turns_the_light_and_not_the_camera(open_wi
 
 def test_a_key_that_makes_the_scene_impossible_is_taken_back(open_window):
     """A blur for which a tile has no room: the window says so, and goes on as before."""
-    window = open_window(*FEW, "--volume-tile", "64", "--shadow-blur", "25", scene="smoke")
+    window = open_window(*FEW, "--particle-shadow-tile", "64", "--shadow-blur", "25", scene="smoke")
     bare = window.message()
     before = window.pause()
     window.wait_until("no message", lambda: np.array_equal(window.message(), bare))

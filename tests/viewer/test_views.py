@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.buffers import BUFFERS, buffers_of
 from firefly_sample.viewer.views import PICTURE, STRIP, draw_view, views_of
@@ -31,7 +31,7 @@ def scene():
         path.node() for path in built.root.find_all_matches("**") if isinstance(path.node(), DirectionalLight)
     )
     smoke = ParticleNode("smoke", [(0, 0, 1)], 0.5, 0.9)
-    smoke.set_shadow(VolumeShadow(sun))
+    smoke.set_shadow(ParticleShadow(sun))
     built.root.attach_new_node(smoke)
     return built
 

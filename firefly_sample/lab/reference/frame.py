@@ -1,7 +1,7 @@
 """A whole frame in float64: what the passes on the GPU are measured against.
 
 It starts from which triangle each pixel sees. From there on everything comes from the plan's own numbers:
-there is no G-buffer, whose packing would round, and no light volume; every light meets every pixel, shadows
+there is no G-buffer, whose packing would round, and no light particle_shadow; every light meets every pixel, shadows
 are cast by rays, and sRGB is exact.
 """
 
@@ -17,12 +17,12 @@ from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.color import linear_to_srgb, tone_curve
 from firefly_sample.lab.reference.one_light import OneLight
+from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
 from firefly_sample.lab.reference.particles import add_particles, particle_light
 from firefly_sample.lab.reference.rays import pixel_rays
 from firefly_sample.lab.reference.shade import Shadows, shade_lights
 from firefly_sample.lab.reference.sprites import add_sprites
 from firefly_sample.lab.reference.surfaces import Surfaces, see_surfaces
-from firefly_sample.lab.reference.volume import exact_taken, light_left
 from firefly_sample.plan.frame_plan import Background, FramePlan, View
 from firefly_sample.settings import Settings
 
@@ -158,10 +158,10 @@ def _shadow_rays(plan: FramePlan) -> ShadowRays | None:
 def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Shadows | None:
     """What surfaces, by rays, and particles leave of lights."""
     position = surfaces.gbuffer.position.reshape(-1, 3)
-    clouded = plan.volume is not None and any(lights.clouded for lights in plan.lights)
+    clouded = plan.particle_shadow is not None and any(lights.clouded for lights in plan.lights)
     if rays is None and not clouded:
         return None
-    left = volume_shadow(plan, position) if clouded else None
+    left = particle_shadowed(plan, position) if clouded else None
 
     def share(one: OneLight, pixels: NDArray[np.intp], _: Float64) -> Float64:
         lit = np.ones(len(pixels))
@@ -172,12 +172,12 @@ def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Sh
     return share
 
 
-def volume_shadow(plan: FramePlan, position: Float64) -> Float64:
+def particle_shadowed(plan: FramePlan, position: Float64) -> Float64:
     """What particles leave of their light at points in view space, shape (n, 3)."""
-    volume = plan.volume
-    assert volume is not None
+    particle_shadow = plan.particle_shadow
+    assert particle_shadow is not None
     world = position @ plan.view.view_to_world[:3, :3] + plan.view.view_to_world[3, :3]
-    return light_left(volume, exact_taken(volume, volume.view.place(world)))
+    return light_left(particle_shadow, exact_taken(particle_shadow, particle_shadow.view.place(world)))
 
 
 def _check_look(settings: Settings) -> None:

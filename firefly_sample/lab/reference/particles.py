@@ -1,7 +1,7 @@
 """Particles in float64: what light each gets, and what the eye sees of them, in exact order.
 
 The twin of ``shaders/particle_light.frag``, ``particles.vert`` and ``particles.frag``. What particles take of
-a light is summed up one by one: `firefly_sample.lab.reference.volume.exact_taken`.
+a light is summed up one by one: `firefly_sample.lab.reference.particle_shadow.exact_taken`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.one_light import OneLight
+from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
 from firefly_sample.lab.reference.shade import each_light
 from firefly_sample.lab.reference.sprites import add_sprite, square_of
-from firefly_sample.lab.reference.volume import exact_taken, light_left
 from firefly_sample.plan.frame_plan import FramePlan, View
 from firefly_sample.plan.particles import ParticleSet
 
@@ -31,10 +31,10 @@ def particle_light(plan: FramePlan, lit: Lit | None = None) -> Float64:
     place = particles.positions
     total = np.tile(plan.ambient, (len(place), 1))
     left = np.ones((len(place), 3))
-    if plan.volume is not None and len(place):
-        volume, known = plan.volume, particles.rows >= 0
-        taken = exact_taken(volume, volume.places[particles.rows], particles.rows)
-        left = np.where(known[:, None], light_left(volume, taken), 1.0)
+    if plan.particle_shadow is not None and len(place):
+        particle_shadow, known = plan.particle_shadow, particles.rows >= 0
+        taken = exact_taken(particle_shadow, particle_shadow.places[particles.rows], particles.rows)
+        left = np.where(known[:, None], light_left(particle_shadow, taken), 1.0)
     for one in each_light(plan.lights):
         reached = np.flatnonzero(one.in_reach(place))
         to_light, distance = one.ways(place[reached])

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from firefly_sample.lab.clouds import blob, faint, from_above, shadow_errors, slices_of
-from firefly_sample.lab.reference.volume import sliced_light
+from firefly_sample.lab.reference.particle_shadow import sliced_light
 from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.lab.stability_cases.case import Case
 from firefly_sample.scene.lights import AmbientLight
@@ -23,10 +23,10 @@ SLICES = (16, 32, 64, 128, 256)
 
 
 def _settings(method: str) -> Settings:
-    """Of a method of volume shadows; "stepped" is optical depth without interpolation."""
+    """Of a method of particle shadows; "stepped" is optical depth without interpolation."""
     if method == "stepped":
-        return Settings(volume_interpolation=False)
-    return Settings().with_changes(volume_shadows=method)
+        return Settings(particle_shadow_interpolation=False)
+    return Settings().with_changes(particle_shadows=method)
 
 
 def _faint(bench: Bench, method: str) -> float:
@@ -36,7 +36,7 @@ def _faint(bench: Bench, method: str) -> float:
 def _doubling(bench: Bench, method: str) -> float:
     """The largest ratio of a blob's root mean square error to that with half as many slices."""
     settings = _settings(method)
-    every = [settings.with_changes(volume_slices=count) for count in SLICES]
+    every = [settings.with_changes(particle_shadow_slices=count) for count in SLICES]
     errors = [error for _, error in shadow_errors(bench.renderer, blob(), every)]
     return max(after / before for before, after in pairwise(errors))
 
@@ -52,15 +52,15 @@ def _drawn(bench: Bench, node: ParticleNode, settings: Settings) -> tuple[Scene,
 def _rising(bench: Bench, method: str) -> float:
     """By how much light rises, at most, from one place to the next along ways through a cloud."""
     settings = _settings(method)
-    drawn = bench.draw(from_above(blob(3000)), settings, outputs=("volume_atlas",))
-    volume = drawn.plan.volume
-    assert volume is not None
-    slices = slices_of(drawn.plan, np.asarray(drawn.frame["volume_atlas"], dtype=np.float32))
-    depth = np.linspace(-1.0, volume.view.slices + 1.0, 500)
+    drawn = bench.draw(from_above(blob(3000)), settings, outputs=("particle_shadow_atlas",))
+    particle_shadow = drawn.plan.particle_shadow
+    assert particle_shadow is not None
+    slices = slices_of(drawn.plan, np.asarray(drawn.frame["particle_shadow_atlas"], dtype=np.float32))
+    depth = np.linspace(-1.0, particle_shadow.view.slices + 1.0, 500)
     worst, darkest = 0.0, 1.0
     for x, y in np.random.default_rng(0).uniform(40.0, 88.0, (12, 2)):
         places = np.column_stack([np.full(len(depth), x), np.full(len(depth), y), depth])
-        left = sliced_light(volume, slices, places)
+        left = sliced_light(particle_shadow, slices, places)
         worst, darkest = max(worst, float(np.diff(left, axis=0).max())), min(darkest, float(left.min()))
     return worst if darkest < 0.5 else math.inf  # where nothing is dark, nothing is shown
 
@@ -82,7 +82,7 @@ def _alone(bench: Bench, method: str) -> float:
         node.set_bounding_sphere(1.0)
         scene = from_above(node)
         node.change_shadow(blur=blur)
-        bare = bench.draw(scene, Settings(volume_shadows="none"))["radiance"]
+        bare = bench.draw(scene, Settings(particle_shadows="none"))["radiance"]
         shadowed = bench.draw(scene, _settings(method))["radiance"]
         worst = max(worst, float(np.abs(bare - shadowed).max() / bare.max()))
     return worst
@@ -93,14 +93,14 @@ def _many(bench: Bench, method: str) -> float:
     count = 1_000_000
     rng = np.random.default_rng(1)
     node = ParticleNode("many", rng.uniform(-0.5, 0.5, (count, 3)), 0.05, 1e-5)
-    settings = _settings(method).with_changes(volume_tile=48, volume_slices=8)
-    drawn = bench.draw(from_above(node), settings, (8, 6), outputs=("volume_atlas", "radiance"))
-    volume = drawn.plan.volume
-    assert volume is not None
-    slices = slices_of(drawn.plan, np.asarray(drawn.frame["volume_atlas"], dtype=np.float32))
+    settings = _settings(method).with_changes(particle_shadow_tile=48, particle_shadow_slices=8)
+    drawn = bench.draw(from_above(node), settings, (8, 6), outputs=("particle_shadow_atlas", "radiance"))
+    particle_shadow = drawn.plan.particle_shadow
+    assert particle_shadow is not None
+    slices = slices_of(drawn.plan, np.asarray(drawn.frame["particle_shadow_atlas"], dtype=np.float32))
     found = slices.sum() if method == "loop" else slices[-1].sum()
     # a disc of (1 - r^2)^2 has the area pi R^2 / 3
-    expected = (volume.strengths.sum(axis=1) * volume.radii**2).sum() * math.pi / 3.0
+    expected = (particle_shadow.strengths.sum(axis=1) * particle_shadow.radii**2).sum() * math.pi / 3.0
     return float(abs(found / expected - 1.0)) if len(drawn.plan.particles) == count else math.inf
 
 

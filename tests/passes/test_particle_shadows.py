@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from firefly_sample.errors import GpuError
 from firefly_sample.lab.clouds import CLOUDS, from_above, shadow_errors, slices_of
-from firefly_sample.lab.reference.volume import exact_taken, slice_sums, sliced_light
+from firefly_sample.lab.reference.particle_shadow import exact_taken, slice_sums, sliced_light
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.spotlight import Spotlight
@@ -23,15 +23,15 @@ from tests.conftest import make_renderer
 FINE = {"normals": "rgba32f", "albedo": "rgba32f"}
 METHODS = {
     "optical_depth": Settings(),
-    "stepped": Settings(volume_interpolation=False),
-    "few slices": Settings(volume_slices=10, volume_tile=64),
-    "half floats": Settings(volume_format="float16"),
-    "blend": Settings(volume_shadows="blend"),
-    "blend, 8 bits": Settings(volume_shadows="blend", volume_format="unorm8"),
-    "blend, stepped": Settings(volume_shadows="blend", volume_interpolation=False),
-    "loop": Settings(volume_shadows="loop"),
-    "loop of one": Settings(volume_shadows="loop", volume_reads=1),
-    "loop of ten": Settings(volume_shadows="loop", volume_reads=10),
+    "stepped": Settings(particle_shadow_interpolation=False),
+    "few slices": Settings(particle_shadow_slices=10, particle_shadow_tile=64),
+    "half floats": Settings(particle_shadow_format="float16"),
+    "blend": Settings(particle_shadows="blend"),
+    "blend, 8 bits": Settings(particle_shadows="blend", particle_shadow_format="unorm8"),
+    "blend, stepped": Settings(particle_shadows="blend", particle_shadow_interpolation=False),
+    "loop": Settings(particle_shadows="loop"),
+    "loop of one": Settings(particle_shadows="loop", particle_shadow_reads=1),
+    "loop of ten": Settings(particle_shadows="loop", particle_shadow_reads=10),
 }
 
 
@@ -41,14 +41,18 @@ def drawn():
     (slices, tile, tile, 3), None if they are not asked for, the light on each particle, and the frame."""
     with make_renderer() as renderer:
 
-        def draw(scene, settings, outputs=("radiance", "volume_atlas"), size=(64, 48)):
+        def draw(scene, settings, outputs=("radiance", "particle_shadow_atlas"), size=(64, 48)):
             renderer.settings = settings
             renderer.resize(size)
             plan = renderer.plan(scene, 0.0, outputs)
             frame = renderer.draw(plan)
             lit = plan.target("particle_light") is not None
             light = light_on(renderer, plan) if lit else np.zeros((0, 3))
-            slices = slices_of(plan, frame["volume_atlas"]) if "volume_atlas" in outputs else None
+            slices = (
+                slices_of(plan, frame["particle_shadow_atlas"])
+                if "particle_shadow_atlas" in outputs
+                else None
+            )
             return plan, slices, light, frame
 
         yield draw
@@ -64,12 +68,14 @@ def shares(plan, light):
 def test_slices_and_lookups_are_those_of_the_twin(drawn, name):
     settings = METHODS[name]
     plan, slices, light, _ = drawn(cloud_scene(puff(2000)), settings)
-    volume = plan.volume
-    rounding = {"float16": 5e-4 * 64, "unorm8": 0.5 / 255 * 64}.get(settings.volume_format, 4e-6)
-    most = 1.0 if settings.volume_format == "unorm8" else np.inf
-    expected = np.minimum(slice_sums(volume), most)
+    particle_shadow = plan.particle_shadow
+    rounding = {"float16": 5e-4 * 64, "unorm8": 0.5 / 255 * 64}.get(settings.particle_shadow_format, 4e-6)
+    most = 1.0 if settings.particle_shadow_format == "unorm8" else np.inf
+    expected = np.minimum(slice_sums(particle_shadow), most)
     np.testing.assert_allclose(slices, expected, atol=rounding, rtol=0)
-    found = sliced_light(volume, slices, volume.places[plan.particles.rows], plan.particles.rows)
+    found = sliced_light(
+        particle_shadow, slices, particle_shadow.places[plan.particles.rows], plan.particles.rows
+    )
     np.testing.assert_allclose(shares(plan, light), found, atol=4e-6)
 
 
@@ -94,10 +100,12 @@ def test_what_a_shadow_says_is_done_as_in_the_twin(drawn, shadow, kind):
     if kind == "spot":
         lamp = Spotlight("lamp", (3, 2, 1))
         lamp.set_cone(20, 40)
-    plan, slices, light, _ = drawn(cloud_scene(node, lamp, **shadow), Settings(volume_slices=16))
-    volume = plan.volume
-    np.testing.assert_allclose(slices, slice_sums(volume), atol=4e-6, rtol=2e-6)
-    found = sliced_light(volume, slices, volume.places[plan.particles.rows], plan.particles.rows)
+    plan, slices, light, _ = drawn(cloud_scene(node, lamp, **shadow), Settings(particle_shadow_slices=16))
+    particle_shadow = plan.particle_shadow
+    np.testing.assert_allclose(slices, slice_sums(particle_shadow), atol=4e-6, rtol=2e-6)
+    found = sliced_light(
+        particle_shadow, slices, particle_shadow.places[plan.particles.rows], plan.particles.rows
+    )
     if kind == "sun":
         np.testing.assert_allclose(shares(plan, light), found, atol=1e-5)
     else:
@@ -127,18 +135,18 @@ def test_the_ground_gets_what_the_last_slice_lets_through():
     wall = geom_node("wall", Geom(corners, [(0, 1, 2), (0, 2, 3)]), Material("wall", (0.7, 0.7, 0.7, 1)))
     scene.root.attach_new_node(wall)
     with make_renderer((160, 120), Settings(**FINE)) as renderer:
-        plan = renderer.plan(scene, 0.0, ("light", "position", "normal", "volume_atlas", "radiance"))
+        plan = renderer.plan(scene, 0.0, ("light", "position", "normal", "particle_shadow_atlas", "radiance"))
         frame = renderer.draw(plan)
         position = renderer.surface(plan).position()
     known = np.isfinite(position).all(axis=-1)
     to_world = plan.view.view_to_world
-    places = plan.volume.view.place(position[known] @ to_world[:3, :3] + to_world[3, :3])
-    left = sliced_light(plan.volume, slices_of(plan, frame["volume_atlas"]), places)
+    places = plan.particle_shadow.view.place(position[known] @ to_world[:3, :3] + to_world[3, :3])
+    left = sliced_light(plan.particle_shadow, slices_of(plan, frame["particle_shadow_atlas"]), places)
     (sun,) = plan.lights
     facing = np.maximum(frame["normal"][known] @ -sun.directions[0], 0.0)[:, None]
     expected = plan.ambient + facing * sun.colors[0] * left
     np.testing.assert_allclose(frame["light"][known], expected, atol=3e-4)
-    floor = places[:, 2] >= plan.volume.view.slices
+    floor = places[:, 2] >= plan.particle_shadow.view.slices
     inside = (places[:, 2] > 1) & ~floor
     assert floor.sum() > 1000
     assert inside.sum() > 1000
@@ -165,13 +173,13 @@ def test_lights_that_are_not_named_shine_through():
 @pytest.mark.parametrize("name", CLOUDS)
 def test_light_never_rises_with_depth(drawn, name, method):
     """Along ways through the cloud, in what the GPU has drawn; a loop over the nearest ten may."""
-    settings = Settings(volume_shadows=method)
+    settings = Settings(particle_shadows=method)
     node = CLOUDS[name](1500)
     plan, slices, _, _ = drawn(from_above(node), settings)
     depth = np.linspace(-1, 65, 400)
     for x, y in np.random.default_rng(0).uniform(20, 108, (12, 2)):
         places = np.column_stack([np.full(400, x), np.full(400, y), depth])
-        left = sliced_light(plan.volume, slices, places)
+        left = sliced_light(plan.particle_shadow, slices, places)
         assert left[0].tolist() == [1.0] * 3
         assert (np.diff(left, axis=0) <= 1e-7).all()
 
@@ -192,8 +200,8 @@ def test_what_is_opaque_lets_nothing_through_and_stays_finite(drawn):
 def test_one_particle_does_not_shadow_itself(drawn, radius, shadow):
     """Wherever its middle lies between texels, opaque as it is."""
     rng = np.random.default_rng(0)
-    for changes in ({}, {"volume_interpolation": False}, {"volume_shadows": "loop"}):
-        settings = Settings(volume_slices=16, **changes)
+    for changes in ({}, {"particle_shadow_interpolation": False}, {"particle_shadows": "loop"}):
+        settings = Settings(particle_shadow_slices=16, **changes)
         for place in rng.uniform(-0.3, 0.3, (3, 3)):
             node = ParticleNode("c", [place], radius, 1.0)
             node.set_bounding_sphere(1.0)
@@ -206,7 +214,7 @@ def test_one_particle_does_not_shadow_itself(drawn, radius, shadow):
 @pytest.mark.parametrize("slices", [8, 64])
 def test_a_particle_in_the_middle_of_its_own_sphere_does_not_shadow_itself(drawn, slices):
     """It lies where two slices meet: rounding must not put it into one, to be looked up from the other."""
-    settings = Settings(volume_slices=slices, volume_tile=32)
+    settings = Settings(particle_shadow_slices=slices, particle_shadow_tile=32)
     for place in np.random.default_rng(1).normal(size=(40, 3)) * 0.4:
         scene = cloud_scene(ParticleNode("c", [place], 0.05 + abs(place[0]), 1.0))
         plan, _, light, _ = drawn(scene, settings, ("radiance",), (8, 6))
@@ -220,9 +228,9 @@ def test_particles_in_one_slice_share_its_light(drawn):
     node = ParticleNode("c", flat, 0.1, 0.2)
     node.set_bounding_sphere(1.0)
     plan, slices, light, _ = drawn(from_above(node), Settings())
-    assert np.unique(np.floor(plan.volume.places[:, 2])).size == 1
-    below = plan.volume.places + np.array([0, 0, 1.0])
-    whole = sliced_light(plan.volume, slices, below)
+    assert np.unique(np.floor(plan.particle_shadow.places[:, 2])).size == 1
+    below = plan.particle_shadow.places + np.array([0, 0, 1.0])
+    whole = sliced_light(plan.particle_shadow, slices, below)
     np.testing.assert_allclose(shares(plan, light), np.sqrt(whole / (1 - 0.2)), rtol=0.02)
     assert whole.min() < 0.5
 
@@ -233,7 +241,7 @@ def test_what_leaves_the_sphere_neither_crosses_tiles_nor_turns_into_anything(dr
     node = ParticleNode("c", places, 0.5, 0.5)
     node.set_bounding_sphere(1.0)
     plan, slices, light, frame = drawn(from_above(node), Settings())
-    np.testing.assert_allclose(slices, slice_sums(plan.volume), atol=1e-6)
+    np.testing.assert_allclose(slices, slice_sums(plan.particle_shadow), atol=1e-6)
     assert np.isfinite(frame["radiance"]).all()
     left = shares(plan, light)
     assert (left <= 1.0 + 1e-6).all()
@@ -249,23 +257,23 @@ def test_a_spotlight_from_any_side_agrees_with_the_twin(drawn):
         path = scene.root.find("lamp")
         path.set_pos(*place)
         path.look_at(0, 0, 0)
-        plan, slices, _, _ = drawn(scene, Settings(volume_slices=16), ("volume_atlas",))
-        np.testing.assert_allclose(slices, slice_sums(plan.volume), atol=4e-6, rtol=2e-6)
+        plan, slices, _, _ = drawn(scene, Settings(particle_shadow_slices=16), ("particle_shadow_atlas",))
+        np.testing.assert_allclose(slices, slice_sums(plan.particle_shadow), atol=4e-6, rtol=2e-6)
 
 
 def test_a_texture_above_the_drivers_limit_is_an_error():
     scene = cloud_scene(puff(10))
-    with make_renderer((8, 8), Settings(volume_slices=256, volume_tile=1024)) as renderer:
+    with make_renderer((8, 8), Settings(particle_shadow_slices=256, particle_shadow_tile=1024)) as renderer:
         plan = renderer.plan(scene)
         renderer._device.max_size = 8192
         with pytest.raises(GpuError, match="16384x16384 texels, above this driver's limit of 8192 a side"):
             renderer.draw(plan)
 
 
-SMOOTH = [Settings(volume_slices=count) for count in (16, 32, 64, 128, 256)]
-STEPPED = [settings.with_changes(volume_interpolation=False) for settings in SMOOTH]
-BLEND = Settings(volume_shadows="blend")
-BLEND_8_BITS = BLEND.with_changes(volume_format="unorm8")
+SMOOTH = [Settings(particle_shadow_slices=count) for count in (16, 32, 64, 128, 256)]
+STEPPED = [settings.with_changes(particle_shadow_interpolation=False) for settings in SMOOTH]
+BLEND = Settings(particle_shadows="blend")
+BLEND_8_BITS = BLEND.with_changes(particle_shadow_format="unorm8")
 ASKED = {
     "blob": [Settings(), *SMOOTH, *STEPPED],
     "sheets": [Settings()],
@@ -321,11 +329,13 @@ def test_a_cloud_without_grain_loses_three_quarters_of_its_error_with_each_doubl
 
     rms = []
     for count in (16, 32, 64, 128, 256):
-        volume = volume_of(from_above(puff(8)), Settings(volume_slices=count, volume_tile=16))
+        particle_shadow = volume_of(
+            from_above(puff(8)), Settings(particle_shadow_slices=count, particle_shadow_tile=16)
+        )
         ends = taken(np.linspace(-1.0, 1.0, count + 1))
         slices = np.broadcast_to((ends[1:] - ends[0])[:, None, None, None], (count, 16, 16, 3))
         places = np.column_stack([np.full((len(depth), 2), 8.0), (depth + 1.0) * 0.5 * count])
-        difference = sliced_light(volume, slices, places)[:, 0] - np.exp(-(taken(depth) - ends[0]))
+        difference = sliced_light(particle_shadow, slices, places)[:, 0] - np.exp(-(taken(depth) - ends[0]))
         rms.append(np.sqrt((difference**2).mean()))
     assert all(after <= 0.27 * before for before, after in pairwise(rms))
 
@@ -345,13 +355,15 @@ def test_in_any_cloud_light_is_between_that_before_a_slice_and_behind_it(
     rng = np.random.default_rng(seed)
     node = ParticleNode("c", ball_of(count, seed), rng.uniform(0.15, 0.4, count), alpha * rng.random(count))
     lamp = Spotlight("lamp") if kind == "spot" else None
-    settings = Settings(volume_slices=slices)
-    plan, atlas, _, _ = drawn(cloud_scene(node, lamp, ground=False), settings, ("volume_atlas",), (8, 6))
-    volume = plan.volume
+    settings = Settings(particle_shadow_slices=slices)
+    plan, atlas, _, _ = drawn(
+        cloud_scene(node, lamp, ground=False), settings, ("particle_shadow_atlas",), (8, 6)
+    )
+    particle_shadow = plan.particle_shadow
     places = np.column_stack([rng.uniform(0, 128, (300, 2)), rng.uniform(0, slices, 300)])
-    found = sliced_light(volume, atlas, places)
+    found = sliced_light(particle_shadow, atlas, places)
     ends = [
-        np.exp(-exact_taken(volume, np.column_stack([places[:, :2], depth])))
+        np.exp(-exact_taken(particle_shadow, np.column_stack([places[:, :2], depth])))
         for depth in (np.floor(places[:, 2]), np.ceil(places[:, 2]))
     ]
     assert (found <= ends[0] + 0.03).all()
@@ -362,8 +374,8 @@ def test_many_particles_are_drawn(drawn):
     """All of them, in one draw: their sum is known."""
     count = 300_000
     node = ParticleNode("c", 0.5 * ball_of(count), 0.05, 1e-4)
-    plan, slices, _, _ = drawn(from_above(node), Settings(volume_tile=32, volume_slices=8))
-    volume = plan.volume
+    plan, slices, _, _ = drawn(from_above(node), Settings(particle_shadow_tile=32, particle_shadow_slices=8))
+    particle_shadow = plan.particle_shadow
     # a disc of (1 - r^2)^2 has the area pi R^2 / 3
-    expected = (volume.strengths[:, 0] * volume.radii**2).sum() * np.pi / 3
+    expected = (particle_shadow.strengths[:, 0] * particle_shadow.radii**2).sum() * np.pi / 3
     np.testing.assert_allclose(slices[-1, ..., 0].sum(), expected, rtol=2e-3)

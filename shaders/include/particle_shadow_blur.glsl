@@ -1,15 +1,15 @@
 // Provides blurred: the mean of texels of a tile to both sides along a step. Nothing lies beyond the tile.
-#include "include/volume_tiles.glsl"
+#include "include/particle_shadow_tiles.glsl"
 
 vec3 blurred(sampler2D atlas, ivec2 step)
 {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     ivec2 within = texel_in_tile(texel);
-    float blur = u_volume_sums.z;
-    bool gaussian = u_volume_sums.w > 0.5;
+    float blur = u_particle_shadow_sums.z;
+    bool gaussian = u_particle_shadow_sums.w > 0.5;
     int reach = int(ceil(blur));
     int at = within.x * step.x + within.y * step.y;
-    int last = int(u_volume_tiles.x) - 1;
+    int last = int(u_particle_shadow_tiles.x) - 1;
     vec3 sum = vec3(0.0);
     float total = 0.0;
     for (int i = -reach; i <= reach; ++i) {

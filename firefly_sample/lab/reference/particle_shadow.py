@@ -1,8 +1,8 @@
 """Shadows of particles in float64: what they really take of a light, and what slices make of it.
 
 `exact_taken` is the sum over all particles before a place, one by one. The rest is the twin of
-``shaders/volume_slices.frag``, ``volume_sums.frag``, ``volume_blur_*.frag`` and ``include/volume.glsl``: it
-differs from the GPU by rounding alone. Places are in texels and slices: `firefly_sample.plan.volume`.
+``shaders/particle_shadow_slices.frag``, ``particle_shadow_sums.frag``, ``volume_blur_*.frag`` and ``include/particle_shadow.glsl``: it
+differs from the GPU by rounding alone. Places are in texels and slices: `firefly_sample.plan.particle_shadow`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.volume import Volume
-from firefly_sample.plan.volume_discs import blur_weights, own_takings, splats
+from firefly_sample.plan.particle_shadow import ParticleShadowPlan
+from firefly_sample.plan.particle_shadow_discs import blur_weights, own_takings, splats
 
 __all__ = ["exact_taken", "light_left", "slice_sums", "sliced_light"]
 
@@ -23,7 +23,9 @@ MOST_CELLS = 256
 """Across the discs, by which places are sorted."""
 
 
-def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None = None) -> Float64:
+def exact_taken(
+    particle_shadow: ParticleShadowPlan, places: Float64, rows: NDArray[np.intp] | None = None
+) -> Float64:
     """What all particles before some places take: the sum of their strengths there, shape (m, 3).
 
     Parameters
@@ -31,20 +33,20 @@ def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None =
     places : ndarray of float64, shape (m, 3)
         Texels across and up, and slices; what is NaN gets 0.
     rows : ndarray of int, shape (m,), optional
-        Which of the volume's particles a place is the middle of: it does not count for itself. -1 for none.
+        Which of its particles a position is the middle of: it does not count for itself. -1 for none.
     """
     taken = np.zeros((len(places), 3))
-    if not len(volume):
+    if not len(particle_shadow):
         return taken
-    low = (volume.places[:, :2] - volume.radii[:, None]).min(axis=0)
-    high = (volume.places[:, :2] + volume.radii[:, None]).max(axis=0)
+    low = (particle_shadow.places[:, :2] - particle_shadow.radii[:, None]).min(axis=0)
+    high = (particle_shadow.places[:, :2] + particle_shadow.radii[:, None]).max(axis=0)
     with np.errstate(invalid="ignore"):
         reached = ((places[:, :2] >= low) & (places[:, :2] <= high)).all(axis=1) & (places[:, 2] > -np.inf)
     known = np.flatnonzero(reached)
     if not len(known):
         return taken
     # places by cells as wide as the largest disc, row by row, so that those near one are three ranges
-    cell = max(float(volume.radii.max()), float((high - low).max()) / MOST_CELLS)
+    cell = max(float(particle_shadow.radii.max()), float((high - low).max()) / MOST_CELLS)
     grid = np.floor((places[known, :2] - low) / cell).astype(np.int64)
     wide, tall = (grid.max(axis=0) + 3).tolist()
     codes = (grid[:, 1] + 1) * wide + (grid[:, 0] + 1)
@@ -52,13 +54,15 @@ def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None =
     codes = np.sort(codes)
     x, y, depth = places[order].T.copy()
     own = None if rows is None else rows[order]
-    strengths = volume.strengths.T
+    strengths = particle_shadow.strengths.T
     if (strengths == strengths[0]).all():
         strengths = strengths[:1]  # grey: one channel is every channel
     sums = np.zeros((len(strengths), len(order)))
-    middle = np.floor((volume.places[:, :2] - low) / cell).astype(np.int64) + 1
+    middle = np.floor((particle_shadow.places[:, :2] - low) / cell).astype(np.int64) + 1
     starts = np.searchsorted(codes, np.arange(tall * wide + 1))
-    discs = zip(middle.tolist(), volume.places.tolist(), (volume.radii**2).tolist(), strict=True)
+    discs = zip(
+        middle.tolist(), particle_shadow.places.tolist(), (particle_shadow.radii**2).tolist(), strict=True
+    )
     for row, ((column, line), (u, v, d), square) in enumerate(discs):
         first, last = max(column - 1, 0), min(column + 1, wide - 1)
         if first > last:
@@ -77,23 +81,23 @@ def exact_taken(volume: Volume, places: Float64, rows: NDArray[np.intp] | None =
     return taken
 
 
-def light_left(volume: Volume, taken: Float64) -> Float64:
+def light_left(particle_shadow: ParticleShadowPlan, taken: Float64) -> Float64:
     """The share of the light that is left where `taken` was summed up."""
-    return np.exp(-taken) if volume.method == "optical_depth" else np.maximum(1.0 - taken, 0.0)
+    return np.exp(-taken) if particle_shadow.method == "optical_depth" else np.maximum(1.0 - taken, 0.0)
 
 
-def slice_sums(volume: Volume) -> Float64:
+def slice_sums(particle_shadow: ParticleShadowPlan) -> Float64:
     """What is in the texture, by slice, shape (slices, tile, tile, 3), first row at the bottom.
 
     With "optical_depth" and "blend", what is taken up to the end of each slice; with "loop", in each.
     """
-    view = volume.view
+    view = particle_shadow.view
     tile = view.tile
     sums = np.zeros((view.slices, tile, tile, 3))
-    radii, factors = splats(volume)
-    which = np.clip(np.floor(volume.places[:, 2]), 0, view.slices - 1).astype(np.int64)
+    radii, factors = splats(particle_shadow)
+    which = np.clip(np.floor(particle_shadow.places[:, 2]), 0, view.slices - 1).astype(np.int64)
     for place, index, radius, strength in zip(
-        volume.places, which, radii, volume.strengths * factors[:, None], strict=True
+        particle_shadow.places, which, radii, particle_shadow.strengths * factors[:, None], strict=True
     ):
         columns, rows = _texels(place[0], radius, tile), _texels(place[1], radius, tile)
         squares = ((rows + 0.5 - place[1])[:, None] ** 2 + (columns + 0.5 - place[0]) ** 2) / radius**2
@@ -101,10 +105,13 @@ def slice_sums(volume: Volume) -> Float64:
         if share.size:
             box = np.s_[index, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
             sums[box] += share[..., None] * strength
-    if volume.method != "loop":
+    if particle_shadow.method != "loop":
         sums = np.cumsum(sums, axis=0)
-    if volume.blur > 0.0:
-        weights, reach = blur_weights(volume.blur, volume.kernel), math.ceil(volume.blur)
+    if particle_shadow.blur > 0.0:
+        weights, reach = (
+            blur_weights(particle_shadow.blur, particle_shadow.kernel),
+            math.ceil(particle_shadow.blur),
+        )
         for axis in (1, 2):
             pads = [(reach, reach) if index == axis else (0, 0) for index in range(4)]
             padded = np.pad(sums, pads)
@@ -122,7 +129,7 @@ def _texels(middle: float, radius: float, tile: int) -> NDArray[np.int64]:
 
 
 def sliced_light(
-    volume: Volume, sums: Float64, places: Float64, rows: NDArray[np.intp] | None = None
+    particle_shadow: ParticleShadowPlan, sums: Float64, places: Float64, rows: NDArray[np.intp] | None = None
 ) -> Float64:
     """The share of the light that a lookup in `slice_sums` finds at some places, shape (m, 3).
 
@@ -131,7 +138,7 @@ def sliced_light(
     places, rows
         As `exact_taken` takes them.
     """
-    view, count = volume.view, len(places)
+    view, count = particle_shadow.view, len(places)
     tile, slices = view.tile, view.slices
     inside = (places[:, 2] > 0.0) & ((places[:, :2] >= 0.0) & (places[:, :2] <= tile)).all(axis=1)
     place = np.where(inside[:, None], places, 0.5)
@@ -150,17 +157,17 @@ def sliced_light(
         return found
 
     here = texels(index)
-    if volume.method == "loop":
+    if particle_shadow.method == "loop":
         before = np.zeros((count, 3))
-        for back in range(1, min(volume.reads, slices) + 1):
+        for back in range(1, min(particle_shadow.reads, slices) + 1):
             before += texels(index - back)
     else:
         before = texels(index - 1)
         here = here - before
     own = np.zeros((count, 3))
-    if rows is not None and len(volume):
-        own = np.where((rows >= 0)[:, None], own_takings(volume)[rows], 0.0)
-    ends = volume.interpolate | (depth >= slices)
+    if rows is not None and len(particle_shadow):
+        own = np.where((rows >= 0)[:, None], own_takings(particle_shadow)[rows], 0.0)
+    ends = particle_shadow.interpolate | (depth >= slices)
     others = np.maximum(here - own, 0.0) * (depth - index)[:, None]
-    left = light_left(volume, before + np.where(ends[:, None], others, 0.0))
+    left = light_left(particle_shadow, before + np.where(ends[:, None], others, 0.0))
     return np.where(inside[:, None], left, 1.0)

@@ -1,4 +1,4 @@
-"""Volume blur x pass: slices blurred across."""
+"""Particle shadow blur x pass: slices blurred across."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["VolumeBlurXPass"]
+__all__ = ["ParticleShadowBlurXPass"]
 
 
-class VolumeBlurXPass(Pass):
+class ParticleShadowBlurXPass(Pass):
     """Once over every texel of all slices."""
 
-    name = "volume_blur_x"
+    name = "particle_shadow_blur_x"
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.cloud import gather_particles
+from firefly_sample.plan.particle_shadow import GUARD, MOST_OPAQUE, optical_depths, slice_grid
+from firefly_sample.plan.particle_shadow_discs import blur_weights
 from firefly_sample.plan.particles import see_particles
-from firefly_sample.plan.volume import GUARD, MOST_OPAQUE, optical_depths, slice_grid
-from firefly_sample.plan.volume_discs import blur_weights
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.particles import ParticleNode, VolumeShadow
+from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
@@ -24,7 +24,7 @@ from firefly_sample.settings import Settings
 from tests.clouds import ball_of, cloud_scene, puff, volume_of
 from tests.scenes import wall_scene
 
-PARTICLE_PASSES = {"volume_slices", "volume_sums", "particle_light", "particles"}
+PARTICLE_PASSES = {"particle_shadow_slices", "particle_shadow_sums", "particle_light", "particles"}
 
 
 def names(plan):
@@ -82,26 +82,26 @@ def test_a_cloud_lies_within_the_guard_of_its_tile(kind, seed, size, blur, slice
     path.set_pos(*(way / np.linalg.norm(way) * size * rng.uniform(1.6, 9.0)))
     path.look_at(0, 0, 0)
     node = ParticleNode("c", size * ball_of(50, seed), size * rng.uniform(0.0, 0.3, 50), 0.5)
-    node.set_shadow(VolumeShadow(light, blur=blur))
+    node.set_shadow(ParticleShadow(light, blur=blur))
     scene.root.attach_new_node(node)
     scene.camera.set_pos(0, -3 * size, 0)
-    volume = volume_of(scene, Settings(volume_slices=slices, volume_tile=tile))
+    particle_shadow = volume_of(scene, Settings(particle_shadow_slices=slices, particle_shadow_tile=tile))
     guard = GUARD + math.ceil(blur)
     for axis in (0, 1):
-        assert (volume.places[:, axis] - volume.radii >= guard - 1e-6).all()
-        assert (volume.places[:, axis] + volume.radii <= tile - guard + 1e-6).all()
-    assert (volume.places[:, 2] >= 0.0).all()
-    assert (volume.places[:, 2] <= slices).all()
+        assert (particle_shadow.places[:, axis] - particle_shadow.radii >= guard - 1e-6).all()
+        assert (particle_shadow.places[:, axis] + particle_shadow.radii <= tile - guard + 1e-6).all()
+    assert (particle_shadow.places[:, 2] >= 0.0).all()
+    assert (particle_shadow.places[:, 2] <= slices).all()
 
 
 def test_slices_begin_at_the_light():
     node = ParticleNode("c", [(0, 0, 0.9), (0, 0, 0), (0, 0, -0.9)], 0.1, 0.5)
     light = DirectionalLight("sun")
     light.set_direction((0, 0, -1))
-    volume = volume_of(cloud_scene(node, light))
-    np.testing.assert_allclose(volume.places[:, 2], [64 * 0.05, 32.0, 64 * 0.95])
-    np.testing.assert_allclose(volume.places[:, :2], 64.0)
-    np.testing.assert_allclose(volume.radii, 0.1 * 0.5 * (128 - 2 * GUARD))
+    particle_shadow = volume_of(cloud_scene(node, light))
+    np.testing.assert_allclose(particle_shadow.places[:, 2], [64 * 0.05, 32.0, 64 * 0.95])
+    np.testing.assert_allclose(particle_shadow.places[:, :2], 64.0)
+    np.testing.assert_allclose(particle_shadow.radii, 0.1 * 0.5 * (128 - 2 * GUARD))
 
 
 def test_a_spotlight_sees_discs_by_their_distance():
@@ -111,12 +111,12 @@ def test_a_spotlight_sees_discs_by_their_distance():
     path = scene.root.find("lamp")
     path.set_pos_hpr(0, 0, 4, 0, -90, 0)
     node.set_bounding_sphere(1.0)
-    volume = volume_of(scene)
-    np.testing.assert_allclose(volume.radii[0] / volume.radii[1], 4.5 / 3.5)
-    middle, aside = volume.places
+    particle_shadow = volume_of(scene)
+    np.testing.assert_allclose(particle_shadow.radii[0] / particle_shadow.radii[1], 4.5 / 3.5)
+    middle, aside = particle_shadow.places
     np.testing.assert_allclose(middle[:2], 64.0)
-    np.testing.assert_allclose(np.linalg.norm(aside[:2] - 64.0) / volume.radii[1], 3.0)
-    np.testing.assert_allclose(volume.places[:, 2], [16.0, 48.0])
+    np.testing.assert_allclose(np.linalg.norm(aside[:2] - 64.0) / particle_shadow.radii[1], 3.0)
+    np.testing.assert_allclose(particle_shadow.places[:, 2], [16.0, 48.0])
 
 
 def test_a_given_sphere_stays_where_it_is():
@@ -127,7 +127,7 @@ def test_a_given_sphere_stays_where_it_is():
     assert view.per_unit == 64 / 4.0
     node.set_arrays(node.arrays.positions[:5], 0.1, 0.5, (1, 1, 1))
     again = volume_of(scene).view
-    np.testing.assert_array_equal(again.world_to_volume, view.world_to_volume)
+    np.testing.assert_array_equal(again.world_to_slices, view.world_to_slices)
     assert again.per_unit == view.per_unit
 
 
@@ -153,10 +153,12 @@ def test_a_spotlight_within_the_cloud_is_an_error():
 
 def test_a_blur_needs_room_in_its_tile():
     scene = cloud_scene(puff(), blur=30.0)
-    build_plan(scene, Settings(volume_tile=128))
-    with pytest.raises(SceneError, match=r"light 'sun': a blur of 30 leaves 0 texels .* volume_tile of 72"):
-        build_plan(scene, Settings(volume_tile=64))
-    build_plan(scene, Settings(volume_tile=72))
+    build_plan(scene, Settings(particle_shadow_tile=128))
+    with pytest.raises(
+        SceneError, match=r"light 'sun': a blur of 30 leaves 0 texels .* particle_shadow_tile of 72"
+    ):
+        build_plan(scene, Settings(particle_shadow_tile=64))
+    build_plan(scene, Settings(particle_shadow_tile=72))
 
 
 def test_a_light_that_is_not_there_is_told_and_a_hidden_one_is_not():
@@ -165,10 +167,10 @@ def test_a_light_that_is_not_there_is_told_and_a_hidden_one_is_not():
     path.hide()
     hidden = build_plan(scene)
     assert hidden.warnings == ()
-    assert hidden.volume is None
+    assert hidden.particle_shadow is None
     path.detach_node()
     away = build_plan(scene)
-    assert away.volume is None
+    assert away.particle_shadow is None
     assert [w for w in away.warnings if "light 'sun', which particles take shadows from" in w]
 
 
@@ -177,15 +179,15 @@ def test_several_lights_or_one_twice_are_errors():
     other = DirectionalLight("moon")
     scene.root.attach_new_node(other)
     second = ParticleNode("steam", [(0, 0, 2)], 0.1, 0.5)
-    second.set_shadow(VolumeShadow(other))
+    second.set_shadow(ParticleShadow(other))
     scene.root.attach_new_node(second)
     with pytest.raises(
-        SceneError, match=r"'puff' and 'steam' have different volume shadows.* the same light$"
+        SceneError, match=r"'puff' and 'steam' have different particle shadows.* the same light$"
     ):
         build_plan(scene)
     sun = scene.root.find("sun").node()
-    second.set_shadow(VolumeShadow(sun, darkness=0.5, tint=0.25))  # these are each particle's own
-    assert len(build_plan(scene).volume) == 401
+    second.set_shadow(ParticleShadow(sun, darkness=0.5, tint=0.25))  # these are each particle's own
+    assert len(build_plan(scene).particle_shadow) == 401
     scene.root.attach_new_node("elsewhere").attach_new_node(sun)
     with pytest.raises(SceneError, match=r"light 'sun', .*, is 2 times in the scene"):
         build_plan(scene)
@@ -196,22 +198,22 @@ def test_clouds_in_one_light_shadow_each_other():
     high = ParticleNode("high", [(0.4, -0.1, 1)], 0.1, 0.5)
     high.set_shadow(scene.root.find("low").node().get_shadow())
     scene.root.attach_new_node(high)
-    volume = build_plan(scene).volume
-    np.testing.assert_allclose(volume.places[0, :2], volume.places[1, :2], atol=0.05)
-    assert volume.places[1, 2] < volume.places[0, 2]
+    particle_shadow = build_plan(scene).particle_shadow
+    np.testing.assert_allclose(particle_shadow.places[0, :2], particle_shadow.places[1, :2], atol=0.05)
+    assert particle_shadow.places[1, 2] < particle_shadow.places[0, 2]
 
 
 def test_what_a_particle_takes_is_its_alpha_by_darkness_and_tint():
     colors = [(1.0, 0.5, 0.0)]
     node = ParticleNode("c", [(0, 0, 0)], 0.1, 0.5, colors)
-    volume = volume_of(cloud_scene(node, darkness=2.0))
-    np.testing.assert_allclose(volume.strengths, [[2 * math.log(2.0)] * 3])
-    assert not volume.tinted
-    volume = volume_of(cloud_scene(node, tint=1.0))
-    np.testing.assert_allclose(volume.strengths, [[0.0, -math.log(0.75), math.log(2.0)]], atol=1e-15)
-    assert volume.tinted
-    volume = volume_of(cloud_scene(node, darkness=3.0), Settings(volume_shadows="blend"))
-    np.testing.assert_allclose(volume.strengths, [[1.5] * 3])
+    particle_shadow = volume_of(cloud_scene(node, darkness=2.0))
+    np.testing.assert_allclose(particle_shadow.strengths, [[2 * math.log(2.0)] * 3])
+    assert not particle_shadow.tinted
+    particle_shadow = volume_of(cloud_scene(node, tint=1.0))
+    np.testing.assert_allclose(particle_shadow.strengths, [[0.0, -math.log(0.75), math.log(2.0)]], atol=1e-15)
+    assert particle_shadow.tinted
+    particle_shadow = volume_of(cloud_scene(node, darkness=3.0), Settings(particle_shadows="blend"))
+    np.testing.assert_allclose(particle_shadow.strengths, [[1.5] * 3])
 
 
 def test_attenuation_is_by_distance_from_the_light_or_its_plane():
@@ -236,9 +238,9 @@ def test_one_node_may_do_without_shadows_that_another_has():
     other.set_shadow(replace(scene.root.find("puff").node().get_shadow(), enabled=False, show_texture=True))
     scene.root.attach_new_node(other)
     plan = build_plan(scene)
-    assert len(plan.volume) == 400
-    assert plan.volume.show
-    assert (plan.volume.rows[400:] == -1).all()
+    assert len(plan.particle_shadow) == 400
+    assert plan.particle_shadow.show
+    assert (plan.particle_shadow.rows[400:] == -1).all()
     other.change_shadow(kernel="gaussian", power=3.0)
     with pytest.raises(SceneError, match=r"give them the same kernel, power$"):
         build_plan(scene)
@@ -281,7 +283,7 @@ def test_the_half_angle_axis_is_between_the_view_and_the_light():
 @given(st.integers(0, 1000), st.sampled_from([2, 16, 4096, 65536, None]))
 def test_slices_of_the_view_are_in_order(seed, slices):
     scene = cloud_scene(ParticleNode("c", ball_of(300, seed), 0.1, 0.5))
-    plan = build_plan(scene, Settings(particle_slices=slices))
+    plan = build_plan(scene, Settings(particle_order_depths=slices))
     depth = plan.particles.positions[plan.particles.order, 1]
     assert sorted(plan.particles.order.tolist()) == list(range(300))
     thickness = np.ptp(depth) / slices if slices else 2.0**-23 * depth.max()
@@ -294,7 +296,7 @@ def test_what_is_far_away_leaves_the_order_of_what_is_near():
     order = build_plan(scene).particles.order
     scene.root.attach_new_node(Sprites("star", [(0, 1e12, 0)], (1, 1, 1), 1e9))
     np.testing.assert_array_equal(build_plan(scene).particles.order, [300, *order])
-    few = build_plan(scene, Settings(particle_slices=64)).particles.order
+    few = build_plan(scene, Settings(particle_order_depths=64)).particles.order
     assert few[0] == 300
     assert (few[1:100] != order[:99]).any()  # 64 slices of the particles alone
 
@@ -316,9 +318,9 @@ def test_a_ball_counts_as_far_as_it_is_between_the_planes(y, radius):
 def test_a_scene_without_particles_has_nothing_of_them():
     plan = build_plan(wall_scene())
     assert not PARTICLE_PASSES & set(names(plan))
-    assert plan.volume is None
+    assert plan.particle_shadow is None
     assert len(plan.particles) == 0
-    assert not [t.name for t in plan.targets if t.name.startswith(("volume", "particle"))]
+    assert not [t.name for t in plan.targets if t.name.startswith(("particle_shadow", "particle"))]
     assert not getattr(plan.passes[-1].variant, "particles", False)
     invisible = wall_scene()
     for node in (
@@ -334,19 +336,24 @@ def test_a_plan_has_what_its_particles_need():
     scene = cloud_scene(puff())
     plan = build_plan(scene)
     assert set(names(plan)) >= PARTICLE_PASSES
-    assert "volume_blur_x" not in names(plan)
-    assert plan.target("volume_scratch") is None
-    assert plan.target_size("volume_atlas") == (1024, 1024)
-    assert plan.target("volume_atlas").format == "r32f"
+    assert "particle_shadow_blur_x" not in names(plan)
+    assert plan.target("particle_shadow_scratch") is None
+    assert plan.target_size("particle_shadow_atlas") == (1024, 1024)
+    assert plan.target("particle_shadow_atlas").format == "r32f"
     blurred = build_plan(cloud_scene(puff(), blur=2.0, tint=0.5))
-    assert names(blurred)[:4] == ["volume_slices", "volume_sums", "volume_blur_x", "volume_blur_y"]
-    assert blurred.target("volume_atlas").format == "rgba32f"
-    loop = build_plan(scene, Settings(volume_shadows="loop"))
-    assert "volume_sums" not in names(loop)
-    assert "volume_slices" in names(loop)
-    none = build_plan(scene, Settings(volume_shadows="none"))
+    assert names(blurred)[:4] == [
+        "particle_shadow_slices",
+        "particle_shadow_sums",
+        "particle_shadow_blur_x",
+        "particle_shadow_blur_y",
+    ]
+    assert blurred.target("particle_shadow_atlas").format == "rgba32f"
+    loop = build_plan(scene, Settings(particle_shadows="loop"))
+    assert "particle_shadow_sums" not in names(loop)
+    assert "particle_shadow_slices" in names(loop)
+    none = build_plan(scene, Settings(particle_shadows="none"))
     assert {"particle_light", "particles"} <= set(names(none))
-    assert not {"volume_slices", "volume_sums"} & set(names(none))
+    assert not {"particle_shadow_slices", "particle_shadow_sums"} & set(names(none))
     scene.root.find("puff").node().change_shadow(enabled=False)
     assert names(build_plan(scene)) == names(none)
 
@@ -356,8 +363,8 @@ def test_a_cloud_out_of_view_still_casts_its_shadow():
     scene.camera.set_pos_hpr(0, -1.2, -1.2, 0, -80, 0)
     plan = build_plan(scene)
     assert len(plan.particles) == 0
-    assert len(plan.volume) == 400
-    assert "volume_slices" in names(plan)
+    assert len(plan.particle_shadow) == 400
+    assert "particle_shadow_slices" in names(plan)
     assert "particles" not in names(plan)
 
 
@@ -375,12 +382,14 @@ def test_the_classic_look_leaves_particles_out_and_says_so():
 
 
 def test_settings_that_contradict_are_refused():
-    with pytest.raises(SettingsError, match=r"'volume_format' must not be unorm8 with .*optical_depth"):
-        Settings(volume_format="unorm8")
-    with pytest.raises(SettingsError, match="'volume_reads' is for volume_shadows=loop"):
-        Settings(volume_reads=10)
-    with pytest.raises(SettingsError, match="'volume_slices' must be a whole number of 8 to 256"):
-        Settings(volume_slices=4)
+    with pytest.raises(
+        SettingsError, match=r"'particle_shadow_format' must not be unorm8 with .*optical_depth"
+    ):
+        Settings(particle_shadow_format="unorm8")
+    with pytest.raises(SettingsError, match="'particle_shadow_reads' is for particle_shadows=loop"):
+        Settings(particle_shadow_reads=10)
+    with pytest.raises(SettingsError, match="'particle_shadow_slices' must be a whole number of 8 to 256"):
+        Settings(particle_shadow_slices=4)
 
 
 def test_nothing_is_gathered_twice_or_lost():

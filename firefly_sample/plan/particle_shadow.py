@@ -1,8 +1,8 @@
-"""Volume shadows of particles: how a light sees a cloud, in slices along its way, and where these lie.
+"""Particle shadows of particles: how a light sees a cloud, in slices along its way, and where these lie.
 
-Places in the volume are in texels and slices: (x, y) in the tile that each slice has in one texture, and the
+Positions in it are in texels and slices: (x, y) in the tile that each slice has in one texture, and the
 depth as a number of slices from the side of the light. They are float64; what is in the texture is what
-particles put there, and is found in `firefly_sample.lab.reference.volume` and on the GPU alike.
+particles put there, and is found in `firefly_sample.lab.reference.particle_shadow` and on the GPU alike.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from firefly_sample.settings import Settings
 
 __all__ = [
     "MOST_OPAQUE",
-    "Volume",
-    "VolumeMethod",
-    "VolumeView",
+    "ParticleShadowMethod",
+    "ParticleShadowPlan",
+    "ParticleShadowView",
     "optical_depths",
-    "plan_volume",
+    "particle_shadow_view",
+    "plan_particle_shadow",
     "slice_grid",
-    "volume_view",
 ]
 
 Float64 = NDArray[np.float64]
-VolumeMethod = Literal["optical_depth", "blend", "loop"]
+ParticleShadowMethod = Literal["optical_depth", "blend", "loop"]
 
 MOST_OPAQUE = 1.0 - 2.0**-24
 """Alpha of what is called opaque: its optical depth, 16.6, is finite, and lets through less than any display
@@ -45,12 +45,12 @@ NEAREST = 1.001
 
 
 @dataclass(frozen=True, eq=False)
-class VolumeView:
+class ParticleShadowView:
     """How a light sees a sphere.
 
     Attributes
     ----------
-    world_to_volume : ndarray of float64, shape (4, 4)
+    world_to_slices : ndarray of float64, shape (4, 4)
         For row vectors: X right, Y along the light, Z up; from the sphere's center, or the light's place.
     perspective : bool
     scale : float
@@ -62,7 +62,7 @@ class VolumeView:
     slices : int
     """
 
-    world_to_volume: Float64
+    world_to_slices: Float64
     perspective: bool
     scale: float
     first: float
@@ -72,7 +72,7 @@ class VolumeView:
 
     def place(self, world: Float64) -> Float64:
         """Texels across and up, and slices, of points in world space, shape (n, 3); NaN behind the light."""
-        points = world @ self.world_to_volume[:3, :3] + self.world_to_volume[3, :3]
+        points = world @ self.world_to_slices[:3, :3] + self.world_to_slices[3, :3]
         w = np.ones(len(points))
         if self.perspective:
             w = np.where(points[:, 1] > 0.0, points[:, 1], np.nan)
@@ -84,20 +84,20 @@ class VolumeView:
         """Radii in texels of discs that face the light at points in world space, shape (n,)."""
         if not self.perspective:
             return radii * self.scale
-        depth = world @ self.world_to_volume[:3, 1] + self.world_to_volume[3, 1]
+        depth = world @ self.world_to_slices[:3, 1] + self.world_to_slices[3, 1]
         return np.asarray(radii * self.scale / np.where(depth > 0.0, depth, np.nan))
 
 
 @dataclass(frozen=True, eq=False)
-class Volume:
-    """The volume shadow of one frame.
+class ParticleShadowPlan:
+    """The particle shadow of one frame.
 
     Attributes
     ----------
     light : str
         Its name.
     method : {"optical_depth", "blend", "loop"}
-    view : VolumeView
+    view : ParticleShadowView
     grid : (int, int)
         Tiles across and up; slice k is tile (k % across, k // across), the first one lower left.
     reads : int
@@ -121,8 +121,8 @@ class Volume:
     """
 
     light: str
-    method: VolumeMethod
-    view: VolumeView
+    method: ParticleShadowMethod
+    view: ParticleShadowView
     grid: tuple[int, int]
     reads: int
     interpolate: bool
@@ -158,7 +158,7 @@ def slice_grid(slices: int) -> tuple[int, int]:
     return across, math.ceil(slices / across)
 
 
-def volume_view(
+def particle_shadow_view(
     kind: Literal["directional", "spot"],
     light: str,
     place: Float64,
@@ -168,7 +168,7 @@ def volume_view(
     slices: int,
     tile: int,
     blur: float,
-) -> VolumeView:
+) -> ParticleShadowView:
     """Fit a light's view to a sphere, with room for the blur around it.
 
     Parameters
@@ -189,51 +189,53 @@ def volume_view(
     inner = tile - 2 * guard
     if inner < 8:
         raise SceneError(
-            f"volume shadow of light {light!r}: a blur of {blur:g} leaves {max(inner, 0)} texels of a "
-            f"slice's {tile}: choose a smaller blur, or a volume_tile of {8 + 2 * guard} or more"
+            f"particle shadow of light {light!r}: a blur of {blur:g} leaves {max(inner, 0)} texels of a "
+            f"slice's {tile}: choose a smaller blur, or a particle_shadow_tile of {8 + 2 * guard} or more"
         )
     radius = max(radius, 1e-30)
     matrix = np.eye(4)
     if kind == "directional":
         matrix[:3, :3] = axes_along(direction).T
         matrix[3, :3] = -center @ matrix[:3, :3]
-        return VolumeView(matrix, False, 0.5 * inner / radius, -radius, 0.5 * slices / radius, tile, slices)
+        return ParticleShadowView(
+            matrix, False, 0.5 * inner / radius, -radius, 0.5 * slices / radius, tile, slices
+        )
     distance = float(np.linalg.norm(center - place))
     if distance < NEAREST * radius:
         raise SceneError(
-            f"volume shadow of light {light!r}: the light is within the particles' bounding sphere of radius "
+            f"particle shadow of light {light!r}: the light is within the particles' bounding sphere of radius "
             f"{radius:g}, {distance:g} from its middle: move it out, or give a smaller bounding sphere"
         )
     matrix[:3, :3] = axes_along((center - place) / distance).T
     matrix[3, :3] = -place @ matrix[:3, :3]
     slope = radius / math.sqrt(distance**2 - radius**2)
     first, per_unit = distance - radius, 0.5 * slices / radius
-    return VolumeView(matrix, True, 0.5 * inner / slope, first, per_unit, tile, slices)
+    return ParticleShadowView(matrix, True, 0.5 * inner / slope, first, per_unit, tile, slices)
 
 
-def plan_volume(cloud: Cloud, settings: Settings) -> Volume | None:
-    """The volume shadow of a cloud; None without one.
+def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan | None:
+    """The particle shadow of a cloud; None without one.
 
     Raises
     ------
     SceneError
-        As `volume_view`.
+        As `particle_shadow_view`.
     """
     shadow, net = cloud.shadow, cloud.shadow_net
-    if shadow is None or net is None or not cloud.casts.any() or settings.volume_shadows == "none":
+    if shadow is None or net is None or not cloud.casts.any() or settings.particle_shadows == "none":
         return None
-    method: VolumeMethod = settings.volume_shadows
+    method: ParticleShadowMethod = settings.particle_shadows
     light, place = shadow.light, net[3, :3]
     kind: Literal["directional", "spot"] = "directional" if isinstance(light, DirectionalLight) else "spot"
-    slices = settings.volume_slices
-    view = volume_view(
+    slices = settings.particle_shadow_slices
+    view = particle_shadow_view(
         kind,
         light.name,
         place,
         light_direction(light, net),
         *cloud.sphere,
         slices,
-        settings.volume_tile,
+        settings.particle_shadow_tile,
         shadow.blur,
     )
     # what is behind a spotlight is no part of it, nor of the cloud's sphere
@@ -246,13 +248,13 @@ def plan_volume(cloud: Cloud, settings: Settings) -> Volume | None:
     # a shader has depths in float32, and must find a particle in the slice into which it was put
     places[:, 2] = places[:, 2].astype(np.float32)
     strengths = optical_depths(taken) if method == "optical_depth" else taken
-    return Volume(
+    return ParticleShadowPlan(
         light=light.name,
         method=method,
         view=view,
         grid=slice_grid(slices),
-        reads=min(settings.volume_reads or slices, slices),
-        interpolate=shadow.interpolate and settings.volume_interpolation,
+        reads=min(settings.particle_shadow_reads or slices, slices),
+        interpolate=shadow.interpolate and settings.particle_shadow_interpolation,
         blur=shadow.blur,
         kernel=shadow.kernel,
         tinted=bool(tints.any()),

@@ -1,6 +1,6 @@
 #version 330 core
 // A square around each particle in the tile of its slice.
-#include "include/volume_tiles.glsl"
+#include "include/particle_shadow_tiles.glsl"
 
 in vec2 in_corner;
 in vec4 in_disc;      // texels across and up in the tile, slice, radius in texels
@@ -15,7 +15,7 @@ void main()
     v_strength = in_strength;
     v_corner = vec2(tile_corner(int(in_disc.z)));
     // no farther than the tile: what leaves it is not drawn
-    vec2 at = clamp(in_disc.xy + in_disc.w * in_corner, vec2(0.0), vec2(u_volume_tiles.x));
-    vec2 size = u_volume_tiles.x * vec2(u_volume_tiles.y, ceil(u_volume_tiles.z / u_volume_tiles.y));
+    vec2 at = clamp(in_disc.xy + in_disc.w * in_corner, vec2(0.0), vec2(u_particle_shadow_tiles.x));
+    vec2 size = u_particle_shadow_tiles.x * vec2(u_particle_shadow_tiles.y, ceil(u_particle_shadow_tiles.z / u_particle_shadow_tiles.y));
     gl_Position = vec4((v_corner + at) / size * 2.0 - 1.0, 0.0, 1.0);
 }

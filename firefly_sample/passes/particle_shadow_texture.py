@@ -1,4 +1,4 @@
-"""Volume texture pass: the slices of shadow, drawn into the picture's lower left corner."""
+"""Particle shadow texture pass: the slices of shadow, drawn into the picture's lower left corner."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, textures_of
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["VolumeTexturePass"]
+__all__ = ["ParticleShadowTexturePass"]
 
 SHARE = 0.4
 """Of the picture's shorter side."""
 
 
-class VolumeTexturePass(Pass):
+class ParticleShadowTexturePass(Pass):
     """Draws over what is there, in the shape of the texture."""
 
-    name = "volume_texture"
+    name = "particle_shadow_texture"
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        assert plan.volume is not None
+        assert plan.particle_shadow is not None
         framebuffer = images.draw_into()
-        width, height = plan.volume.size
+        width, height = plan.particle_shadow.size
         scale = SHARE * min(plan.size) / max(width, height)
         size = max(1, round(scale * width)), max(1, round(scale * height))
         framebuffer.viewport = (0, 0, *size)

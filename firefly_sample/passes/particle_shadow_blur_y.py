@@ -1,4 +1,4 @@
-"""Volume blur y pass: slices blurred up and down."""
+"""Particle shadow blur y pass: slices blurred up and down."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["VolumeBlurYPass"]
+__all__ = ["ParticleShadowBlurYPass"]
 
 
-class VolumeBlurYPass(Pass):
+class ParticleShadowBlurYPass(Pass):
     """Once over every texel of all slices."""
 
-    name = "volume_blur_y"
+    name = "particle_shadow_blur_y"
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
