@@ -31,7 +31,7 @@ __all__ = [
     "SpecularModel",
     "Tone",
     "VolumeProxy",
-    "Window",
+    "RangeFalloff",
     "number_or_none",
     "preset_with",
     "to_number",
@@ -51,7 +51,7 @@ VolumeProxy = Literal["cube", "icosphere0", "icosphere1", "icosphere2", "icosphe
 LightResolution = Literal["full", "half"]
 Tone = Literal["exponential", "none"]
 SpecularModel = Literal["phong", "blinn_phong"]
-Window = Literal["karis", "gltf"]
+RangeFalloff = Literal["karis", "gltf"]
 ParticleShadows = Literal["optical_depth", "blend", "loop", "none"]
 ParticleShadowFormat = Literal["float32", "float16", "unorm8"]
 ParticleOrder = Literal["view", "half_angle", "unsorted"]
@@ -66,14 +66,14 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "albedo": get_args(AlbedoFormat),
     "interpolation": get_args(Interpolation),
     "accumulation": get_args(Accumulation),
-    "lights": get_args(LightMethod),
+    "light_method": get_args(LightMethod),
     "volume_proxy": get_args(VolumeProxy),
     "light_resolution": get_args(LightResolution),
     "tone": (None, *get_args(Tone)),
     "supersample": (1, 2),
     "volume_depth_test": (True, False),
-    "specular": get_args(SpecularModel),
-    "window": get_args(Window),
+    "specular_model": get_args(SpecularModel),
+    "range_falloff": get_args(RangeFalloff),
     "clamp_light": (True, False),
     "shadow_taps": (1, 4, 16),
     "particle_shadows": get_args(ParticleShadows),
@@ -144,7 +144,7 @@ class Settings:
         The target that lights are added up in. 500 lights lose 1e-6 in "rgba32f" (16 bytes a pixel), up to
         12% in "rgba16f" (8) on a driver that truncates, half in "r11g11b10f" (4), and nearly everything that
         is dim in "rgba8" (4), which also clips at 1. docs/numerics.md tells how these figures come about.
-    lights : {"auto", "volumes", "clustered", "fullscreen", "loop", "forward"}
+    light_method : {"auto", "volumes", "clustered", "fullscreen", "loop", "forward"}
         How lights find their pixels. "volumes" is one instanced draw of volumes, a fragment for each light.
         "clustered" cuts the view into tiles and depth slices, lists which lights may reach each cell, and
         walks a pixel's list at once: half the pairs of pixel and light, and one read of the G-buffer for all.
@@ -171,10 +171,10 @@ class Settings:
     cutoff_threshold : float, optional
         Cuts each light off where its own radiance has fallen to this instead, however many there are:
         5/256 and 0.01 are in wide use, cheap, and visible.
-    window : {"karis", "gltf"}
+    range_falloff : {"karis", "gltf"}
         How a light with a max distance R ends: times (1 - (d/R)^4)^2, whose slope ends at 0 as well (Karis,
         "Real Shading in Unreal Engine 4", 2013), or times 1 - (d/R)^4, as glTF's KHR_lights_punctual has it.
-    specular : {"phong", "blinn_phong"}
+    specular_model : {"phong", "blinn_phong"}
         Highlights by the angle between the reflected light and the eye, or between the normal and the
         vector halfway between light and eye: rounder, and about four times the shininess for the same size.
     clamp_light : bool
@@ -237,14 +237,14 @@ class Settings:
     albedo: AlbedoFormat = "sqrt10"
     interpolation: Interpolation = "rasterizer"
     accumulation: Accumulation = "rgba32f"
-    lights: LightMethod = "auto"
+    light_method: LightMethod = "auto"
     volume_proxy: VolumeProxy = "icosphere1"
     light_resolution: LightResolution = "full"
     volume_depth_test: bool = True
     cutoff_budget: float = HALF_CODE
     cutoff_threshold: float | None = None
-    window: Window = "karis"
-    specular: SpecularModel = "phong"
+    range_falloff: RangeFalloff = "karis"
+    specular_model: SpecularModel = "phong"
     clamp_light: bool = False
     shadow_taps: int = 4
     shadow_resolution: int | None = None
@@ -306,11 +306,11 @@ class Settings:
             raise SettingsError(
                 "setting 'particle_shadow_reads' is for particle_shadows=loop: leave it out, or choose that"
             )
-        if self.lights == "forward":
+        if self.light_method == "forward":
             for name, value in NOT_FORWARD.items():
                 if getattr(self, name) != value:
                     raise SettingsError(
-                        f"setting {name!r} must be {value} with lights=forward, which shades fragments as "
+                        f"setting {name!r} must be {value} with light_method=forward, which shades fragments as "
                         "they are drawn and keeps no G-buffer: choose other lights"
                     )
         if self.look != "classic":
@@ -326,10 +326,10 @@ class Settings:
                     f"look 'classic' stores, adds up and blends as the original does: leave {name!r} at its "
                     "default, or choose look 'correct'"
                 )
-        if self.lights not in _ONE_BY_ONE:
+        if self.light_method not in _ONE_BY_ONE:
             raise SettingsError(
                 "look 'classic' adds each light by itself into 8 bits, as the original does: "
-                f"'lights' must be one of {', '.join(_ONE_BY_ONE)}; got {self.lights!r}"
+                f"'light_method' must be one of {', '.join(_ONE_BY_ONE)}; got {self.light_method!r}"
             )
 
     @property
@@ -432,7 +432,7 @@ def preset_with(name: str, changes: Mapping[str, Any]) -> dict[str, Any]:
     preset, without = dict(PRESETS[name]), set()
     if changes.get("cutoff_budget") is not None:
         without.add("cutoff_threshold")
-    if changes.get("lights") == "forward":
+    if changes.get("light_method") == "forward":
         without |= set(NOT_FORWARD)
     if changes.get("look") == "classic":
         without |= set(_NOT_CLASSIC)

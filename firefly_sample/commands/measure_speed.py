@@ -26,7 +26,7 @@ from firefly_sample.settings import Settings
 __all__ = ["speed"]
 
 
-@without_settings("lights", "volume_depth_test", "supersample")
+@without_settings("light_method", "volume_depth_test", "supersample")
 def speed(
     scene: SceneName = DEFAULT_SCENE,
     *,

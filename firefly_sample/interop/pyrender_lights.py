@@ -12,7 +12,7 @@ directional light. So for light with the attenuation (0, 0, q)
 
 is exact, and so is intensity = pi * max(color) for a directional light; ambient light is c * ambient in both.
 The way back is color = color * intensity / pi with the attenuation (0, 0, 1). A max distance is a range, with
-the window that glTF recommends for it (`Settings.window`); pyrender draws as if there were none.
+the window that glTF recommends for it (`Settings.range_falloff`); pyrender draws as if there were none.
 
 pyrender knows no other fading. Where there is more in an attenuation than q, the light is made equal far
 away; without q, at a distance of one unit; light that fades by (1 - d/R)^2 is made equal at R/2, where

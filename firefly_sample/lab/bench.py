@@ -110,7 +110,7 @@ class Bench:
         self.renderer, self.scene, self.time, self.base = renderer, scene, time, base
         renderer.reuse = False  # a kept G-buffer has no time
         self._samples = samples
-        finest = base.with_changes(**FINEST, lights="volumes", light_resolution="full", supersample=1)
+        finest = base.with_changes(**FINEST, light_method="volumes", light_resolution="full", supersample=1)
         self.reference: ReferenceFrame = reference_frame(renderer, scene, finest, time, progress)
         renderer.settings = reference_settings(finest)
         plan = renderer.plan(scene, time, ("visibility",))

@@ -36,7 +36,7 @@ def frames(renderer: Renderer, moments: int = 24, size: tuple[int, int] = (80, 6
     scene = build_scene(find_scene("forest"))
     for moment in range(moments):
         for name in POSITIONS:
-            renderer.settings = Settings(position=name, lights="volumes")
+            renderer.settings = Settings(position=name, light_method="volumes")
             errors[name].append(_error(renderer, renderer.plan(scene, APART * moment, _OUTPUTS)))
     rows: list[tuple[Value, ...]] = [
         (name, max(found), statistics.median(found)) for name, found in errors.items()
@@ -71,9 +71,9 @@ def fragments(renderer: Renderer, moments: int = 4, size: tuple[int, int] = (320
     """
     renderer.resize(size)
     ways = {
-        "volumes, depth test": Settings(lights="volumes"),
-        "volumes without": Settings(lights="volumes", volume_depth_test=False),
-        "clusters": Settings(lights="clustered"),
+        "volumes, depth test": Settings(light_method="volumes"),
+        "volumes without": Settings(light_method="volumes", volume_depth_test=False),
+        "clusters": Settings(light_method="clustered"),
     }
     shaded = dict.fromkeys(ways, 0)
     pairs = 0

@@ -13,12 +13,12 @@ from firefly_sample.settings import Settings
 __all__ = ["CHOSEN", "METHODS", "check_methods", "shaded_by"]
 
 METHODS: dict[str, dict[str, Any]] = {
-    "volumes": {"lights": "volumes", "volume_depth_test": True},
-    "original": {"lights": "volumes", "volume_depth_test": False},
-    "clustered": {"lights": "clustered"},
-    "auto": {"lights": "auto"},
-    "fullscreen": {"lights": "fullscreen"},
-    "loop": {"lights": "loop"},
+    "volumes": {"light_method": "volumes", "volume_depth_test": True},
+    "original": {"light_method": "volumes", "volume_depth_test": False},
+    "clustered": {"light_method": "clustered"},
+    "auto": {"light_method": "auto"},
+    "fullscreen": {"light_method": "fullscreen"},
+    "loop": {"light_method": "loop"},
 }
 """Settings of each method: our volumes; the original's, without a depth test; clusters; whichever of volumes
 and clusters a plan finds cheaper; a full-screen pass for each light; and one that loops over all lights."""

@@ -220,7 +220,7 @@ def _row(bench: Bench, variation: Variation, seconds: float) -> dict[str, Any]:
 def _filtering(bench: Bench) -> dict[str, Any]:
     """Measure the driver's filtering of textures: a reference that filters exactly, held against ours."""
     renderer, base = bench.renderer, bench.base
-    renderer.settings = reference_settings(base.with_changes(lights="volumes", light_resolution="full"))
+    renderer.settings = reference_settings(base.with_changes(light_method="volumes", light_resolution="full"))
     plan = renderer.plan(bench.scene, bench.time, ("visibility",))
     own = render_reference(plan, np.asarray(renderer.draw(plan)["visibility"], dtype=np.int32))
     frame = Frame(

@@ -21,7 +21,16 @@ BUDGETS = (1e-6, 1.5e-4, 1.5e-3)
 THRESHOLDS = (1e-3, 1e-2, 5.0 / 256.0)
 RESOLUTIONS = (256, 512, 1024, 2048, 4096)
 SLICES, TILES, DEPTHS = (16, 32, 64, 128, 256), (32, 64, 128, 256), (64, None)
-LOOKS = ("look", "window", "specular", "clamp_light", "exposure", "tone", "supersample", "shadow_atlas")
+LOOKS = (
+    "look",
+    "range_falloff",
+    "specular_model",
+    "clamp_light",
+    "exposure",
+    "tone",
+    "supersample",
+    "shadow_atlas",
+)
 """Settings that a preset or a combination leaves as the base has them."""
 
 COMBINATIONS: dict[str, dict[str, Any]] = {
@@ -42,21 +51,21 @@ COMBINATIONS: dict[str, dict[str, Any]] = {
         "normals": "rgba32f",
         "albedo": "rgba8",
         "cutoff_threshold": 5.0 / 256.0,
-        "lights": "volumes",
+        "light_method": "volumes",
         "volume_depth_test": False,
     },
     "as the assignment": {
         "position": "inverse_matrix",
         "normals": "rgba16f",
         "albedo": "rgba8",
-        "lights": "loop",
+        "light_method": "loop",
     },
     "as the original": {
         "position": "depth24",
         "normals": "rgba8",
         "albedo": "rgba8",
         "accumulation": "rgba8",
-        "lights": "volumes",
+        "light_method": "volumes",
         "volume_depth_test": False,
     },
     "half, else accurate": {"light_resolution": "half", "normals": "rgba32f", "albedo": "rgba32f"},
@@ -132,14 +141,14 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
     found = [Variation("default", "default", {}), *single_choices(plan)]
     if any(step.name == "geometry" for step in plan.passes) and plan.lights:
         own = {name: value for name, value in NOT_FORWARD.items() if getattr(base, name) != value}
-        found += [Variation("forward shading", "baseline", {"lights": "forward", **own})]
+        found += [Variation("forward shading", "baseline", {"light_method": "forward", **own})]
         found += [
-            Variation(f"lights={name}", "baseline", {"lights": name})
+            Variation(f"light_method={name}", "baseline", {"light_method": name})
             for name in ("volumes", "clustered", "loop", "fullscreen")
             if name != plan.culling.method
         ]
         if any(lights.proxy == "sphere" for lights in plan.lights):
-            untested = {"lights": "volumes", "volume_depth_test": False}
+            untested = {"light_method": "volumes", "volume_depth_test": False}
             found.append(Variation("volumes without depth test", "baseline", untested))
     if _clouded(plan):
         found.append(Variation("blend, 8 bits", "baseline", EIGHT_BITS))
@@ -149,11 +158,11 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
     for name, changes in COMBINATIONS.items():
         found.append(Variation(name, "combination", _from_default(changes, base)))
     if plan.target("specular") is not None:
-        other = "phong" if base.specular == "blinn_phong" else "blinn_phong"
-        found.append(Variation(f"specular={other}", "look", {"specular": other}))
+        other = "phong" if base.specular_model == "blinn_phong" else "blinn_phong"
+        found.append(Variation(f"specular_model={other}", "look", {"specular_model": other}))
     if _attenuated(plan, ending=True):
-        other = "karis" if base.window == "gltf" else "gltf"
-        found.append(Variation(f"window={other}", "look", {"window": other}))
+        other = "karis" if base.range_falloff == "gltf" else "gltf"
+        found.append(Variation(f"range_falloff={other}", "look", {"range_falloff": other}))
     unique: dict[Settings, Variation] = {}
     for variation in found:
         with suppress(SettingsError):  # a combination may contradict the base
@@ -188,7 +197,7 @@ def _particle_shadow_signature(plan: FramePlan) -> tuple[Any, ...]:
 
 
 def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
-    deferred = bool(plan.lights) and plan.settings.lights != "forward"
+    deferred = bool(plan.lights) and plan.settings.light_method != "forward"
     placed = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
     there = {
         "interpolation": deferred,

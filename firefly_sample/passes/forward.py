@@ -73,7 +73,7 @@ def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) ->
             kind="none",
             highlights="none",
             clamp_light=False,
-            window="karis",
+            range_falloff="karis",
             falloff="ramp_squared",
             specular=False,
             taps=0,

@@ -116,7 +116,7 @@ def shining(frame: Shines, lights: LightSet) -> Shines:
     return replace(
         frame,
         falloff=lights.falloff.value if fades else "ramp_squared",
-        window=frame.window if fades and lights.falloff.value == "attenuation" else "karis",
+        range_falloff=frame.range_falloff if fades and lights.falloff.value == "attenuation" else "karis",
         taps=frame.taps if lights.shadowed else 0,
         particle_shadow=frame.particle_shadow and lights.clouded,
     )

@@ -185,7 +185,7 @@ class Planner:
                 raise OutputError(f"look 'classic' has no output {name!r}: choose look 'correct'")
             if needs.forward and name not in ("color", "radiance"):
                 raise OutputError(
-                    f"lights=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
+                    f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
                     "or choose other lights"
                 )
         targets, passes = self._chosen(needs)

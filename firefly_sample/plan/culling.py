@@ -63,8 +63,8 @@ def choose_culling(
     nearest, farthest : float
         Of the geometry in view, along the view axis.
     """
-    if settings.lights != "auto":
-        return Culling(settings.lights, because=f"lights={settings.lights}")
+    if settings.light_method != "auto":
+        return Culling(settings.light_method, because=f"lights={settings.light_method}")
     if settings.look == "classic":
         return Culling("volumes", because="look=classic adds each light into 8 bits, as the original does")
     pixels = float(math.prod(view.size)) / (4.0 if settings.light_resolution == "half" else 1.0)

@@ -195,7 +195,7 @@ def _particles(needs: Needs, frame: _Passes) -> None:
     """Light each particle once, then draw all of them."""
     settings = needs.settings
     light = ParticleLightVariant(
-        window=settings.window,
+        range_falloff=settings.range_falloff,
         taps=settings.shadow_taps if needs.shadow_maps else 0,  # type: ignore[arg-type]
         particle_shadow=needs.particle_shadowed,
         orthographic=needs.orthographic,
@@ -252,8 +252,8 @@ def _lights(needs: Needs, frame: _Passes, kind: LightKind, lights: tuple[str, ..
     method = _METHODS[needs.method]
     variant = LightVariant(
         method="loop" if method == "loop" else "fullscreen" if kind == "directional" else method,
-        window=settings.window if kind != "directional" else "karis",
-        highlights=settings.specular if needs.highlights else "none",
+        range_falloff=settings.range_falloff if kind != "directional" else "karis",
+        highlights=settings.specular_model if needs.highlights else "none",
         clamp_light=settings.clamp_light,
         taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
         position=_position(needs) if placed else "distance",
@@ -302,8 +302,8 @@ def _upsample(needs: Needs, frame: _Passes, lights: tuple[str, ...]) -> None:
 def _forward(needs: Needs, frame: _Passes, because: str) -> None:
     settings = needs.settings
     variant = ForwardVariant(
-        window=settings.window,
-        highlights=settings.specular if needs.highlights else "none",
+        range_falloff=settings.range_falloff,
+        highlights=settings.specular_model if needs.highlights else "none",
         clamp_light=settings.clamp_light,
         taps=settings.shadow_taps if needs.shadowed else 0,  # type: ignore[arg-type]
         ambient=needs.own_ambient_lit,

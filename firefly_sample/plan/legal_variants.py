@@ -11,7 +11,7 @@ from firefly_sample.plan.variants import (
     AmbientVariant,
     ColorPacking,
     DrawMethod,
-    Ending,
+    RangeFalloff,
     ForwardVariant,
     GeometryVariant,
     Highlights,
@@ -93,8 +93,8 @@ def _lights(kind: LightKind, methods: tuple[DrawMethod, ...]) -> Iterator[Varian
     fades = kind != "directional"
     fading: list[tuple[Any, Any]] = [("ramp_squared", "karis")]
     if fades:
-        fading += [("attenuation", window) for window in get_args(Ending)]
-    for method, (falloff, window), orthographic, position in product(
+        fading += [("attenuation", range_falloff) for range_falloff in get_args(RangeFalloff)]
+    for method, (falloff, range_falloff), orthographic, position in product(
         methods, fading, _BOTH, get_args(Position)
     ):
         clouds = _BOTH if kind != "point" else (False,)
@@ -110,7 +110,7 @@ def _lights(kind: LightKind, methods: tuple[DrawMethod, ...]) -> Iterator[Varian
                     yield LightVariant(
                         method,
                         falloff,
-                        window,
+                        range_falloff,
                         highlights,
                         clamp,
                         taps,  # type: ignore[arg-type]
@@ -125,7 +125,7 @@ def _lights(kind: LightKind, methods: tuple[DrawMethod, ...]) -> Iterator[Varian
                     )
         for radiance, light in _TARGETS:
             if method in _ONE_BY_ONE and (fades or position == "distance"):
-                shared = {"falloff": falloff, "window": window, "orthographic": orthographic}
+                shared = {"falloff": falloff, "range_falloff": range_falloff, "orthographic": orthographic}
                 normals, colors = _ORIGINAL
                 yield LightVariant(
                     method,
@@ -149,7 +149,11 @@ def _upsample() -> Iterator[Variant]:
 _WAYS: list[tuple[Any, Any, Any]] = [
     ("directional", "ramp_squared", "karis"),
     *((kind, "ramp_squared", "karis") for kind in ("point", "spot")),
-    *((kind, "attenuation", window) for kind in ("point", "spot") for window in get_args(Ending)),
+    *(
+        (kind, "attenuation", range_falloff)
+        for kind in ("point", "spot")
+        for range_falloff in get_args(RangeFalloff)
+    ),
 ]
 """Kinds of light, and how each may fade and end."""
 
@@ -159,12 +163,12 @@ def _forward() -> Iterator[Variant]:
         for own, emission in product(_BOTH, repeat=2):
             # without a light there is nothing but these
             yield ForwardVariant("none", ambient=own, emission=emission, **_surface(surface))
-        for (kind, falloff, window), highlights, clamp, taps, particle_shadow in product(
+        for (kind, falloff, range_falloff), highlights, clamp, taps, particle_shadow in product(
             _WAYS, get_args(Highlights), _BOTH, (0, 1, 4, 16), _BOTH
         ):
             if particle_shadow and kind == "point":
                 continue
-            lit = (kind, falloff, window, highlights, clamp, taps)
+            lit = (kind, falloff, range_falloff, highlights, clamp, taps)
             shiny = highlights != "none"
             shared = {"particle_shadow": particle_shadow, **_surface(surface)}
             yield ForwardVariant(*lit, False, specular=shiny, **shared)
@@ -180,9 +184,11 @@ def _surface(flags: tuple[bool, ...]) -> dict[str, Any]:
 def _particle_light() -> Iterator[Variant]:
     for flat in _BOTH:
         yield ParticleLightVariant("none", orthographic=flat)
-        for (kind, falloff, window), taps, first in product(_WAYS, (0, 1, 4, 16), _BOTH):
+        for (kind, falloff, range_falloff), taps, first in product(_WAYS, (0, 1, 4, 16), _BOTH):
             for particle_shadow, faded in product(_BOTH, repeat=2) if kind != "point" else [(False, False)]:
-                yield ParticleLightVariant(kind, falloff, window, taps, particle_shadow, faded, first, flat)
+                yield ParticleLightVariant(
+                    kind, falloff, range_falloff, taps, particle_shadow, faded, first, flat
+                )
 
 
 def _particles() -> Iterator[Variant]:

@@ -105,7 +105,7 @@ def light_scene(
     world = cut_off(world, settings, exposure, shiny)
     lens, camera = eye.lens, eye.camera
     visible = [in_view(lights, camera.world_to_view, eye.planes) for lights in world]
-    on_ray = settings.position not in OFF_RAY and settings.lights != "forward"
+    on_ray = settings.position not in OFF_RAY and settings.light_method != "forward"
     if on_ray and not snapshot.particles:
         visible = [_met(lights, view) for lights in visible]
     shadows, maps = ShadowPlan(), no_maps(len(sources))

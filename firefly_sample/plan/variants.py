@@ -62,7 +62,7 @@ PASS_ORDER = (
 DrawMethod = Literal["sphere", "cone", "fullscreen", "loop", "clustered"]
 Highlights = Literal["none", "phong", "blinn_phong"]
 Fading = Literal["ramp_squared", "attenuation"]
-Ending = Literal["karis", "gltf"]
+RangeFalloff = Literal["karis", "gltf"]
 Position = Literal["distance", "depth", "matrix", "stored"]
 NormalPacking = Literal["snorm16", "unorm16", "unorm8", "shifted", "plain", "undecoded"]
 ColorPacking = Literal["linear", "root", "root10"]
@@ -150,7 +150,7 @@ class LightVariant(Variant):
 
     method: DrawMethod = "sphere"
     falloff: Fading = "ramp_squared"
-    window: Ending = "karis"
+    range_falloff: RangeFalloff = "karis"
     highlights: Highlights = "none"
     clamp_light: bool = False
     taps: Literal[0, 1, 4, 16] = 0
@@ -191,7 +191,7 @@ class ForwardVariant(Variant):
 
     kind: Kind = "point"
     falloff: Fading = "ramp_squared"
-    window: Ending = "karis"
+    range_falloff: RangeFalloff = "karis"
     highlights: Highlights = "none"
     clamp_light: bool = False
     taps: Literal[0, 1, 4, 16] = 0
@@ -221,7 +221,7 @@ class ParticleLightVariant(Variant):
 
     kind: Kind = "point"
     falloff: Fading = "ramp_squared"
-    window: Ending = "karis"
+    range_falloff: RangeFalloff = "karis"
     taps: Literal[0, 1, 4, 16] = 0
     particle_shadow: bool = False
     faded: bool = False
@@ -289,7 +289,7 @@ class ResolveVariant(Variant):
 _NUMBERS = {
     name: number
     for choices in (
-        *(DrawMethod, Highlights, Fading, Ending, View),
+        *(DrawMethod, Highlights, Fading, RangeFalloff, View),
         *(Position, NormalPacking, ColorPacking, Stored, Kind),
     )
     for number, name in enumerate(get_args(choices))

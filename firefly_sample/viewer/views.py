@@ -102,8 +102,8 @@ def _draw_buffers(
     Forward shading has none: those that deferred shading would have are drawn.
     """
     settings, window = renderer.settings, renderer.size
-    lights = "auto" if settings.lights == "forward" else settings.lights
-    renderer.settings = settings.with_changes(supersample=1, lights=lights)
+    lights = "auto" if settings.light_method == "forward" else settings.light_method
+    renderer.settings = settings.with_changes(supersample=1, light_method=lights)
     renderer.resize(size)
     try:
         plan = renderer.plan(scene, time, outputs)

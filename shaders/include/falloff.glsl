@@ -2,7 +2,7 @@
 // FALLOFF 0, Falloff.RAMP_SQUARED: (1 - d/reach)^2, exactly 0 from the reach on.
 // FALLOFF 1, Falloff.ATTENUATION: 1/(x + y*d + z*d^2) of fade, times a window that ends at 1/fade.w; none where that
 // is 0. The fraction is at most 1e30: infinity times a colour of 0 would be no number.
-// WINDOW 0: Karis' (1 - (d/R)^4)^2. WINDOW 1: glTF's 1 - (d/R)^4.
+// RANGE_FALLOFF 0: Karis' (1 - (d/R)^4)^2. RANGE_FALLOFF 1: glTF's 1 - (d/R)^4.
 // Float64 twin: firefly_sample/lab/reference/falloff.py
 
 #if FALLOFF == 0
@@ -16,7 +16,7 @@ float falloff(float d, vec4 fade)
 {
     float s = d * fade.w;
     float window = max(1.0 - (s * s) * (s * s), 0.0);
-#if WINDOW == 0
+#if RANGE_FALLOFF == 0
     window *= window;
 #endif
     return window / max(fade.x + d * (fade.y + d * fade.z), 1e-30);

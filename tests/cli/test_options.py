@@ -61,10 +61,10 @@ def test_each_scene_has_its_own_options(capsys):
 def test_a_parameter_gives_way_to_an_option_of_the_same_name(here, capsys):
     crowded = "tests.cli.glade:crowded"
     assert "--scene-size FLOAT How big. [default: 1.0]" in help_of(capsys, "capture", crowded)
-    options = ("--size", "8x6", "--scene-size", 2, "--scene-lights", "--lights", "loop")
+    options = ("--size", "8x6", "--scene-size", 2, "--scene-lights", "--light-method", "loop")
     manifest = manifest_of(capsys, crowded, *options)
     assert manifest["parameters"] == {"size": 2.0, "lights": True}
-    assert manifest["settings"]["lights"] == "loop"
+    assert manifest["settings"]["light_method"] == "loop"
 
 
 def test_every_setting_is_an_option_with_its_choices(capsys):
@@ -76,10 +76,10 @@ def test_every_setting_is_an_option_with_its_choices(capsys):
 
 
 def test_settings_reach_the_renderer(here, capsys):
-    options = ("--tone", "none", "--position", "depth24", "--no-volume-depth-test", "--lights", "loop")
+    options = ("--tone", "none", "--position", "depth24", "--no-volume-depth-test", "--light-method", "loop")
     manifest = manifest_of(capsys, GLADE, "--size", "8x6", *options)
     expected = Settings(
-        tone="none", position="depth24", volume_depth_test=False, lights="loop", supersample=2
+        tone="none", position="depth24", volume_depth_test=False, light_method="loop", supersample=2
     )
     assert manifest["settings"] == expected.as_dict()
 

@@ -33,7 +33,7 @@ def test_attenuation_matches_its_twin(device):
         ["falloff"],
         "result.r = falloff(a.x, vec4(a.yzw, 0.0));",
         inputs,
-        {"FALLOFF": 1, "WINDOW": 0},
+        {"FALLOFF": 1, "RANGE_FALLOFF": 0},
     )[:, 0]
     exact = inputs.astype(np.float64)
     expected = attenuation(exact[:, 0], exact[:, 1:].T)
@@ -51,7 +51,7 @@ def test_windows_match_their_twin(device, number, kind):
         ["falloff"],
         "result.r = falloff(a.x, vec4(1.0, 0.0, 0.0, 1.0 / a.y));",
         inputs,
-        {"FALLOFF": 1, "WINDOW": number},
+        {"FALLOFF": 1, "RANGE_FALLOFF": number},
     )[:, 0]
     d, r = inputs[:, 0].astype(np.float64), inputs[:, 1].astype(np.float64)
     # (d/R)^4 of up to 1 has six roundings, the square doubles them

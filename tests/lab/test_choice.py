@@ -126,10 +126,10 @@ def test_settings_that_are_given_stay_and_samples_come_back():
     assert not choice.chosen.changes.keys() & given.keys()
 
 
-@pytest.mark.parametrize("given", [{"lights": "forward"}], ids=str)
+@pytest.mark.parametrize("given", [{"light_method": "forward"}], ids=str)
 def test_what_other_settings_rule_out_is_not_tried(given):
     choice = choose(GLADE, max_error=0.9, given=given, **SMALL)
-    assert choice.settings.lights == given["lights"]
+    assert choice.settings.light_method == given["light_method"]
     assert not {"volume_proxy", "light_resolution"} & choice.chosen.changes.keys()
 
 

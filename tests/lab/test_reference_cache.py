@@ -82,7 +82,7 @@ def test_the_smallest_change_misses(renderer, computed, tmp_path, change):
     reference_frame(renderer, scene, folder=tmp_path)
     CHANGES[change](scene)
     reference_frame(renderer, scene, folder=tmp_path)
-    reference_frame(renderer, scene, Settings(specular="blinn_phong"), folder=tmp_path)
+    reference_frame(renderer, scene, Settings(specular_model="blinn_phong"), folder=tmp_path)
     assert len(computed) == 3
     reference_frame(renderer, scene, folder=tmp_path)
     assert len(computed) == 3

@@ -119,7 +119,7 @@ def test_the_classic_look_is_measured_by_the_methods_that_it_has():
     classic = Settings(look="classic")
     methods = [row["method"] for row in measure(rounds=1, settings=classic)["rows"]]
     assert methods == ["volumes", "original", "auto", "fullscreen"]
-    with pytest.raises(SettingsError, match=r"look 'classic'.*'lights' must be one of.*got 'loop'"):
+    with pytest.raises(SettingsError, match=r"look 'classic'.*'light_method' must be one of.*got 'loop'"):
         measure(settings=classic, methods=("volumes", "loop"))
 
 

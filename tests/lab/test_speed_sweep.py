@@ -79,8 +79,8 @@ def test_fragments_are_counted_and_read_back_in_the_first_round_alone(monkeypatc
 
 def test_a_new_method_is_an_entry(monkeypatch):
     """Clusters count what their lists hold, also where they were chosen by the frame."""
-    monkeypatch.setitem(METHODS, "clustered", {"lights": "clustered"})
-    monkeypatch.setitem(METHODS, "auto", {"lights": "auto"})
+    monkeypatch.setitem(METHODS, "clustered", {"light_method": "clustered"})
+    monkeypatch.setitem(METHODS, "auto", {"light_method": "auto"})
     rows = {row["method"]: row for row in sweep(lights=(40,))["rows"]}
     assert len(rows) == 6
     assert len({row["pairs"] for row in rows.values()}) == 1
@@ -110,7 +110,7 @@ def slow(monkeypatch, seconds):
     def timed(self, plan, read=True):
         frame = draw(self, plan, read)
         fields = {name: getattr(frame, name) for name in Frame.__dataclass_fields__}
-        took = 1e3 * seconds(plan.size, plan.counts.in_view, plan.settings.lights)
+        took = 1e3 * seconds(plan.size, plan.counts.in_view, plan.settings.light_method)
         return Frame(**fields | {"milliseconds": {"all": took}})
 
     monkeypatch.setattr(Renderer, "draw", timed)

@@ -63,7 +63,7 @@ def test_every_row_is_complete_and_the_default_comes_first(measured):
     assert next(iter(rows)) == "default"
     assert {
         "forward shading",
-        "lights=loop",
+        "light_method=loop",
         "preset fast",
         "preset accurate",
         "position=depth16",
@@ -90,9 +90,11 @@ def test_what_is_claimed_of_the_presets_holds(measured):
     # what gives the same picture, gives the same errors
     for same in ("volume_proxy=cube", "volume_proxy=icosphere3", "volumes without depth test"):
         assert rows[same]["errors"] == default
-    assert abs(rows["lights=loop"]["errors"]["largest"] - default["largest"]) <= 1e-6  # another order of sums
+    assert (
+        abs(rows["light_method=loop"]["errors"]["largest"] - default["largest"]) <= 1e-6
+    )  # another order of sums
     assert rows["preset fast"]["bytes_per_pixel"] > 0
-    assert rows["lights=fullscreen"]["fragments"] == LIGHTS * 64 * 48
+    assert rows["light_method=fullscreen"]["fragments"] == LIGHTS * 64 * 48
     assert rows["volume_proxy=icosphere3"]["fragments"] < rows["volume_proxy=cube"]["fragments"]
 
 
@@ -211,12 +213,14 @@ def names_of(scene, settings=None):
 def test_only_what_a_frame_can_show_is_compared():
     points = names_of(ball_scene(5))
     assert "volume_proxy=cube" in points
-    assert not any(name.startswith(("shadow", "cutoff", "specular", "window")) for name in points)
+    assert not any(
+        name.startswith(("shadow", "cutoff", "specular_model", "range_falloff")) for name in points
+    )
     dark = names_of(ball_scene(0, ambient=(1, 1, 1)))
-    assert not any(name.startswith(("position", "normals", "lights")) for name in dark)
+    assert not any(name.startswith(("position", "normals", "light_method")) for name in dark)
     assert "albedo=rgba8" in dark
     everything = names_of(lit_scene(material="everything"))
-    assert {"specular=blinn_phong", "cutoff_threshold=5/256"} <= everything
+    assert {"specular_model=blinn_phong", "cutoff_threshold=5/256"} <= everything
     fading = wall_scene()
     lamp = PointLight("lamp")
     lamp.set_attenuation((1, 0, 1))
@@ -224,13 +228,13 @@ def test_only_what_a_frame_can_show_is_compared():
     fading.root.attach_new_node(lamp).set_pos(0, 5, 0)
     names = names_of(fading)
     assert {"shadow_taps=16", "shadow_resolution=4096", "cutoff_budget=1e-06"} <= names
-    assert "window=gltf" not in names  # it has no end
+    assert "range_falloff=gltf" not in names  # it has no end
     lamp.set_max_distance(9.0)
-    assert "window=gltf" in names_of(fading)
+    assert "range_falloff=gltf" in names_of(fading)
 
 
 def test_a_base_without_volumes_has_none_to_compare():
-    names = names_of(ball_scene(5), Settings(lights="forward"))
+    names = names_of(ball_scene(5), Settings(light_method="forward"))
     assert not any(name.startswith(("volume", "position", "normals", "light_resolution")) for name in names)
 
 
@@ -241,7 +245,7 @@ def test_on_another_base_presets_are_still_themselves_and_every_other_choice_is_
     assert accurate == Settings.preset("accurate", exposure=2.0)
     assert {"normals=oct16", "albedo=sqrt10", "light_resolution=full", "forward shading"} <= found.keys()
     assert "normals=oct8" not in found
-    assert found["forward shading"].changes == {"lights": "forward", "light_resolution": "full"}
+    assert found["forward shading"].changes == {"light_method": "forward", "light_resolution": "full"}
 
 
 def test_no_combination_comes_twice_and_the_base_is_not_its_own_variation():
@@ -293,7 +297,7 @@ def test_a_plot_of_one_row_is_drawn():
 def test_a_bench_times_pairs_and_leaves_the_renderer_usable():
     with make_renderer((32, 24)) as renderer:
         bench = Bench(renderer, ball_scene(5), 0.0, Settings())
-        timing = bench.time_of(Settings(lights="loop"), seconds=0.0, least=4)
+        timing = bench.time_of(Settings(light_method="loop"), seconds=0.0, least=4)
         assert timing.pairs == 4
         assert timing.milliseconds > 0
         assert timing.spread >= 0

@@ -35,7 +35,7 @@ def pictures(renderer, scene, time=0.0, **changes):
     """The radiance by each method, volumes first."""
     found = []
     for method in ("volumes", *METHODS):
-        renderer.settings = Settings(lights=method, **changes)
+        renderer.settings = Settings(light_method=method, **changes)
         frame = renderer.render(scene, time, ("radiance",))
         assert frame.lights.dropped == 0
         found.append(frame["radiance"].astype(np.float64))
@@ -118,7 +118,7 @@ def test_all_methods_agree_on_generated_scenes(renderer, lens, seed):
         {"light_resolution": "half"},
         {"position": "depth32f"},
         {"position": "stored32f"},
-        {"specular": "blinn_phong"},
+        {"specular_model": "blinn_phong"},
         {"clamp_light": True},
         {"supersample": 2},
         {"interpolation": "float64", "normals": "rgba32f", "albedo": "rgba32f"},
@@ -160,7 +160,7 @@ def test_a_pile_of_lights_is_one_light_to_2e6_however_many(renderer, count):
         spot = np.tile([0.3, 8, 0.2], (many, 1))
         lights = PointLights("many", spot, np.array([1, 0.8, 0.6]) / many, 6.0, attenuation=(1.0, 0.2, 0.3))
         scene.root.attach_new_node(lights)
-        renderer.settings = Settings(lights="clustered", cutoff_budget=0.0)
+        renderer.settings = Settings(light_method="clustered", cutoff_budget=0.0)
         frame = renderer.render(scene, 0.0, ("radiance",))
         assert (frame.lights.in_view, frame.lights.dropped) == (many, 0)
         return frame["radiance"].astype(np.float64)
@@ -176,7 +176,7 @@ def test_a_pile_of_lights_is_one_light_to_2e6_however_many(renderer, count):
 @given(LENSES, st.integers(0, 2**32 - 1))
 def test_a_pixels_list_is_its_twins(renderer, lens, seed):
     """What the driver finds in a cell, by its own logarithm, is what NumPy finds by the edges."""
-    renderer.settings = Settings(lights="clustered")
+    renderer.settings = Settings(light_method="clustered")
     plan = renderer.plan(random_scene(seed, lens), 0.0, ("overdraw", "depth"))
     frame = renderer.draw(plan)
     if not plan.batches:
@@ -192,7 +192,7 @@ def test_a_pixels_list_is_its_twins(renderer, lens, seed):
 def test_the_background_costs_nothing():
     """Where nothing is drawn no light is walked, whatever reaches there."""
     scene = ball_scene(60)
-    with make_renderer((160, 120), Settings(lights="clustered")) as renderer:
+    with make_renderer((160, 120), Settings(light_method="clustered")) as renderer:
         frame = renderer.render(scene, 0.0, ("overdraw", "depth"))
     drawn = np.isfinite(frame["depth"])
     assert drawn.any()
@@ -213,7 +213,7 @@ def test_the_forests_cells_shade_few_pairs_in_vain():
         pairs = count_pairs(renderer.surface(plan).position(), plan.lights)
         assert frame.shaded == frame["overdraw"].sum(dtype=np.float64)
         assert pairs < frame.shaded <= 1.6 * pairs
-        renderer.settings = Settings(lights="volumes")
+        renderer.settings = Settings(light_method="volumes")
         assert renderer.render(scene, 5.0).shaded > 2 * frame.shaded
 
 
@@ -229,7 +229,7 @@ def test_a_surface_that_is_decoded_elsewhere_is_lit_there(renderer, position, ne
     scene.camera.node().lens = PerspectiveLens(vfov=20.0, near=near, far=far)
     found = []
     for method in ("clustered", "fullscreen"):
-        renderer.settings = Settings(lights=method, position=position)
+        renderer.settings = Settings(light_method=method, position=position)
         found.append(renderer.render(scene, 0.0, ("radiance",))["radiance"])
     assert found[1].any()
     assert np.abs(found[0] - found[1]).max() <= 1e-6 * found[1].max()
@@ -270,7 +270,7 @@ def test_the_original_look_adds_light_by_light():
 
 @pytest.mark.parametrize("method", ["volumes", "clustered", "fullscreen", "loop", "forward"])
 def test_a_named_method_is_taken_as_it_is(method):
-    plan = build_plan(ball_scene(3), Settings(lights=method))
+    plan = build_plan(ball_scene(3), Settings(light_method=method))
     assert (plan.culling.method, plan.culling.shaded) == (method, {})
 
 
@@ -279,7 +279,7 @@ def test_falloffs_of_both_kinds_have_lists_of_their_own():
     lamp = PointLight("lamp", (1, 1, 1))
     lamp.set_attenuation((1, 0, 1))
     scene.root.attach_new_node(lamp).set_pos(0, 8, 2)
-    plan = build_plan(scene, Settings(lights="clustered"))
+    plan = build_plan(scene, Settings(light_method="clustered"))
     assert {cells.lights.falloff for cells in plan.clusters} == {Falloff.RAMP_SQUARED, Falloff.ATTENUATION}
 
 
@@ -296,7 +296,7 @@ def swarm_scene(reaches):
 def test_lights_between_all_samples_are_left_out_and_missed_by_none(renderer, monkeypatch, position):
     """Drawn or not, a light that no line of sight meets gives the same bytes."""
     scene = swarm_scene(10.0 ** np.random.default_rng(5).uniform(-3, -0.5, 3000))
-    renderer.settings = Settings(lights="volumes", position=position)
+    renderer.settings = Settings(light_method="volumes", position=position)
     few = renderer.render(scene, 0.0, ("radiance", "overdraw"))
     monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position"]))
     all_ = renderer.render(scene, 0.0, ("radiance", "overdraw"))
@@ -311,7 +311,7 @@ def test_of_a_swarm_too_small_to_be_seen_little_is_left(renderer):
     renderer.settings = Settings()
     assert renderer.plan(scene).counts.in_view < 40
     # what puts surfaces beside their pixels' lines
-    for changes in ({"position": "stored16f"}, {"position": "stored32f"}, {"lights": "forward"}):
+    for changes in ({"position": "stored16f"}, {"position": "stored32f"}, {"light_method": "forward"}):
         renderer.settings = Settings(**changes)
         assert renderer.plan(scene).counts.in_view > 1000
 
@@ -329,7 +329,7 @@ def test_where_samples_are_far_apart_no_spotlight_is_missed(monkeypatch, size, f
         lamp.set_max_distance(float(rng.uniform(1.1, max(1.2, sample))))
         x, z = 2.0 * sample * (rng.integers(size) + 0.5 - 0.5 * np.array(size)) + rng.uniform(-0.2, 0.2, 2)
         scene.root.attach_new_node(lamp).set_pos(x, 1.0, z)
-    with make_renderer(size, Settings(lights="volumes")) as renderer:
+    with make_renderer(size, Settings(light_method="volumes")) as renderer:
         few = renderer.render(scene, 0.0, ("radiance",))["radiance"]
         monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position"]))
         all_ = renderer.render(scene, 0.0, ("radiance",))["radiance"]

@@ -15,7 +15,7 @@ from tests.scenes import ball_scene
 @pytest.mark.parametrize("count", [1, 40])
 def test_lights_of_a_kind_are_one_call_by_every_method(method, count):
     scene = ball_scene(count, ambient=(0.1, 0.1, 0.1))
-    with make_renderer((64, 48), Settings(lights=method), reuse=False) as renderer:
+    with make_renderer((64, 48), Settings(light_method=method), reuse=False) as renderer:
         for _ in range(2):
             plan = renderer.plan(scene)
             assert [step.name for step in plan.passes] == ["geometry", "ambient", "point_lights", "resolve"]
@@ -25,7 +25,7 @@ def test_lights_of_a_kind_are_one_call_by_every_method(method, count):
 
 def test_a_kept_gbuffer_is_not_drawn_again():
     scene = ball_scene(5)
-    with make_renderer((64, 48), Settings(lights="volumes")) as renderer:
+    with make_renderer((64, 48), Settings(light_method="volumes")) as renderer:
         first, second = (renderer.render(scene, time) for time in (0.0, 1.0))
         assert first.draw_calls - second.draw_calls == len(renderer.plan(scene).batches) > 0
 

@@ -32,7 +32,7 @@ def test_strength_times_colour_beyond_float32_is_no_infinity(render, lights, col
         light = PointLight("l", (1e10,) * 3)
         light.set_attenuation(attenuation)
         scene.root.attach_new_node(light).set_pos(*place)
-    frame = render(scene, Settings(lights=lights), (17, 13), ("radiance", "color"))
+    frame = render(scene, Settings(light_method=lights), (17, 13), ("radiance", "color"))
     assert np.isfinite(frame.radiance).all()
     assert frame.radiance.max() <= 3e30
     assert (frame.color == np.array(color[:3]) * 255).all()
@@ -45,7 +45,7 @@ def test_a_highlight_of_no_colour_stays_dark_in_any_light(render, lights):
     light = PointLight("l", (1e30,) * 3)
     light.set_attenuation((0, 0, 1e-30))
     scene.root.attach_new_node(light).set_pos(0, 5, 0)
-    frame = render(scene, Settings(lights=lights), (17, 13), ("radiance",))
+    frame = render(scene, Settings(light_method=lights), (17, 13), ("radiance",))
     assert np.isfinite(frame.radiance).all()
     assert frame.radiance[6, 8, 0] == pytest.approx(1e30)
     assert not frame.radiance[..., 1:].any()

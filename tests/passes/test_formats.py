@@ -251,7 +251,7 @@ def test_half_resolution_shades_a_quarter_of_the_fragments():
 def test_forward_shading_gives_the_picture_of_the_finest_buffers(render, material):
     scene = lit_scene(material=material)
     finest = render(scene, Settings(**FINEST), (160, 120), ("radiance",)).radiance
-    forward = render(scene, Settings(lights="forward"), (160, 120), ("radiance",))
+    forward = render(scene, Settings(light_method="forward"), (160, 120), ("radiance",))
     assert forward.lights.dropped == 0
     error = np.abs(forward.radiance - finest) / np.percentile(finest, 99.9)
     # what its plain differences of places lose beside lights
@@ -260,21 +260,21 @@ def test_forward_shading_gives_the_picture_of_the_finest_buffers(render, materia
 
 
 def test_forward_shading_is_one_pass_and_keeps_nothing_but_the_picture():
-    plan = build_plan(ball_scene(60), Settings(lights="forward"))
+    plan = build_plan(ball_scene(60), Settings(light_method="forward"))
     assert [step.name for step in plan.passes] == ["forward", "resolve"]
     assert [target.name for target in plan.targets] == ["depth", "coverage", "radiance", "color"]
-    with pytest.raises(OutputError, match=r"^lights=forward keeps no G-buffer to make 'depth' from"):
-        build_plan(ball_scene(60), Settings(lights="forward"), outputs=("color", "depth"))
+    with pytest.raises(OutputError, match=r"^light_method=forward keeps no G-buffer to make 'depth' from"):
+        build_plan(ball_scene(60), Settings(light_method="forward"), outputs=("color", "depth"))
 
 
 def test_forward_without_lights_and_without_geometry(render):
     scene = ball_scene(0, ambient=(0.1, 0.2, 0.3))
     deferred = render(scene, Settings(**FINEST), outputs=("radiance",)).radiance
-    forward = render(scene, Settings(lights="forward"), outputs=("radiance",)).radiance
+    forward = render(scene, Settings(light_method="forward"), outputs=("radiance",)).radiance
     np.testing.assert_allclose(forward, deferred, atol=1e-7)
     empty = Scene(background=(0.1, 0.2, 0.3))
     np.testing.assert_allclose(
-        render(empty, Settings(lights="forward"), outputs=("radiance",)).radiance[0, 0], (0.1, 0.2, 0.3)
+        render(empty, Settings(light_method="forward"), outputs=("radiance",)).radiance[0, 0], (0.1, 0.2, 0.3)
     )
 
 
@@ -289,7 +289,7 @@ def test_every_preset_draws(render, name):
 
 
 @pytest.mark.parametrize("name", PRESETS)
-@pytest.mark.parametrize("given", [{"lights": "forward"}, {"look": "classic"}], ids=str)
+@pytest.mark.parametrize("given", [{"light_method": "forward"}, {"look": "classic"}], ids=str)
 def test_a_preset_leaves_out_what_given_settings_rule_out(name, given):
     made = Settings.preset(name, **given)
     kept = {key for key, value in PRESETS[name].items() if getattr(made, key) == value}
@@ -312,7 +312,7 @@ def test_a_misspelt_preset_is_named():
         {"albedo": "rgba8"},
         {"accumulation": "rgba16f"},
         {"light_resolution": "half"},
-        {"lights": "forward"},
+        {"light_method": "forward"},
     ],
     ids=str,
 )
@@ -322,8 +322,8 @@ def test_the_classic_look_keeps_its_own_formats(changes):
 
 
 def test_forward_shading_has_no_half_resolution():
-    with pytest.raises(SettingsError, match="'light_resolution' must be full with lights=forward"):
-        Settings(lights="forward", light_resolution="half")
+    with pytest.raises(SettingsError, match="'light_resolution' must be full with light_method=forward"):
+        Settings(light_method="forward", light_resolution="half")
 
 
 def test_a_plan_tells_of_half_targets_and_of_forced_shadow_maps():

@@ -43,7 +43,7 @@ def test_no_gl_object_lives_after_release():
         Settings(),
         Settings(position="depth24"),
         Settings(look="classic"),
-        Settings(lights="loop"),
+        Settings(light_method="loop"),
     ):
         renderer.settings = settings
         for size in ((40, 30), (64, 48)):

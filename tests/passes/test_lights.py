@@ -66,7 +66,9 @@ def test_all_lights_through_an_orthographic_lens(model):
     assert compared.error() <= BOUNDS["linear32f"]
 
 
-@pytest.mark.parametrize("changes", [{"window": "gltf"}, {"clamp_light": True}, {"specular": "blinn_phong"}])
+@pytest.mark.parametrize(
+    "changes", [{"range_falloff": "gltf"}, {"clamp_light": True}, {"specular_model": "blinn_phong"}]
+)
 def test_each_setting_of_the_light_is_its_twins(changes):
     """And it does change the picture."""
     scene = lit_scene(material="everything", shininess=8.0)
@@ -81,7 +83,7 @@ def test_each_setting_of_the_light_is_its_twins(changes):
 def test_every_way_to_draw_lights_gives_the_same_picture(render, lights):
     scene = lit_scene(material="everything")
     volumes = render(scene, Settings(), (160, 120), ("radiance",)).radiance
-    other = render(scene, Settings(lights=lights), (160, 120), ("radiance",)).radiance
+    other = render(scene, Settings(light_method=lights), (160, 120), ("radiance",)).radiance
     assert np.abs(volumes - other).max() <= 5e-6 * np.percentile(volumes, 99.9)
 
 
@@ -182,7 +184,7 @@ def test_attenuations(render, attenuation, distance, factor):
     assert centre_of(frame) == pytest.approx([factor] * 3, rel=1e-5)
     light.set_max_distance(2 * distance)
     for window, share in (("karis", (1 - 1 / 16) ** 2), ("gltf", 1 - 1 / 16)):
-        frame = render(scene, Settings(window=window), (9, 9), ("radiance",))
+        frame = render(scene, Settings(range_falloff=window), (9, 9), ("radiance",))
         assert centre_of(frame) == pytest.approx([factor * share] * 3, rel=1e-5)
     light.set_max_distance(0.99 * distance)
     assert render(scene, None, (9, 9), ("radiance",)).radiance.max() == 0.0
@@ -339,7 +341,7 @@ def test_a_pile_of_lights_is_one_light(render, kind, count):
     scenes = pile(1), pile(count)
     for lights in ("volumes", "fullscreen", "loop"):
         one, many = (
-            render(scene, Settings(lights=lights), (24, 18), ("radiance",)).radiance for scene in scenes
+            render(scene, Settings(light_method=lights), (24, 18), ("radiance",)).radiance for scene in scenes
         )
         assert one.max() > 0.1, lights
         assert np.abs(one - many).max() <= (2e-8 * count + 1e-6) * one.max(), lights
@@ -352,7 +354,7 @@ def test_more_lights_than_a_shaders_loop_has_turns(render, lights):
     def picture(n):
         scene = wall_scene()
         scene.root.attach_new_node(PointLights("l", np.tile([1, 6, 0.5], (n, 1)), (1 / n,) * 3, 9.0))
-        return render(scene, Settings(lights=lights), (8, 6), ("radiance",)).radiance
+        return render(scene, Settings(light_method=lights), (8, 6), ("radiance",)).radiance
 
     one, many = picture(1), picture(100_000)
     assert one.max() > 0.1

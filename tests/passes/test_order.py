@@ -255,7 +255,7 @@ def test_a_frame_leaves_the_context_as_opengl_starts_it(position, lights, output
     scene = cards(range(8))
     scene.root.find("card 6").set_scale(-1, 1, 1)  # the last batch is mirrored
     scene.root.attach_new_node(Sprites("dots", [(0, 4, 0)], (1, 1, 1), 1.0))
-    with make_renderer((32, 24), Settings(position=position, lights=lights)) as renderer:
+    with make_renderer((32, 24), Settings(position=position, light_method=lights)) as renderer:
         renderer.render(scene, 0.0, outputs)
         with renderer._device:
             assert renderer._device.ctx.front_face == "ccw"

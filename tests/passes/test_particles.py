@@ -30,7 +30,7 @@ def compared_by(renderer, scene, settings):
     """As `compared`, by a renderer that may have drawn other scenes."""
     renderer.settings = settings
     frame = renderer.render(scene, 0.0, ("radiance",))
-    renderer.settings = settings.with_changes(lights="volumes", light_resolution="full", supersample=1)
+    renderer.settings = settings.with_changes(light_method="volumes", light_resolution="full", supersample=1)
     plan = renderer.plan(scene, 0.0, ("visibility",))
     seen = renderer.draw(plan)["visibility"]
     return frame["radiance"].astype(np.float64), render_reference(plan, seen).radiance
@@ -106,7 +106,7 @@ def test_particles_end_softly_at_surfaces_wherever_positions_come_from(position,
 def test_forward_shading_has_the_same_particles():
     scene = cloud_scene(puff(600))
     deferred, expected = compared(scene)
-    forward, _ = compared(scene, Settings(lights="forward"))
+    forward, _ = compared(scene, Settings(light_method="forward"))
     np.testing.assert_allclose(forward, deferred, atol=2e-4)
     assert np.percentile(np.abs(forward - expected), 99) < 0.02
 
@@ -115,7 +115,7 @@ def test_forward_shading_has_the_same_particles():
 def test_all_ways_to_draw_lights_have_the_same_shadows(method):
     scene = cloud_scene(puff(600), blur=1.0, tint=0.5)
     usual, _ = compared(scene)
-    other, _ = compared(scene, Settings(lights=method, **FINE))
+    other, _ = compared(scene, Settings(light_method=method, **FINE))
     np.testing.assert_allclose(other, usual, atol=1e-5)
 
 

@@ -44,13 +44,15 @@ def test_an_orthographic_frame_is_what_float64_says(position):
 
 @pytest.mark.parametrize(
     "changes",
-    [{"lights": "fullscreen"}, {"lights": "loop"}, {"volume_depth_test": False}],
+    [{"light_method": "fullscreen"}, {"light_method": "loop"}, {"volume_depth_test": False}],
     ids=lambda changes: "-".join(map(str, changes.values())),
 )
 def test_every_way_to_draw_lights_gives_the_same_picture(render, changes):
     scene = ball_scene(100)
-    volumes = render(scene, Settings(lights="volumes"), (320, 240), ("radiance",)).radiance
-    other = render(scene, Settings(**{"lights": "volumes"} | changes), (320, 240), ("radiance",)).radiance
+    volumes = render(scene, Settings(light_method="volumes"), (320, 240), ("radiance",)).radiance
+    other = render(
+        scene, Settings(**{"light_method": "volumes"} | changes), (320, 240), ("radiance",)
+    ).radiance
     # the same sums in other orders; a pixel at a volume's rim must not be missed
     assert np.abs(volumes - other).max() <= 5e-6 * np.percentile(volumes, 99.9)
 
@@ -63,11 +65,11 @@ def test_a_pile_of_lights_is_one_light(render, count, method):
     path = scene.root.attach_new_node(PointLight("one", (1, 0.8, 0.6), 6.0))
     path.set_pos(0.3, 8, 0.2)
     size = (64, 48)
-    one = render(scene, Settings(lights=method), size, ("radiance",)).radiance.astype(np.float64)
+    one = render(scene, Settings(light_method=method), size, ("radiance",)).radiance.astype(np.float64)
     path.remove_node()
     spot = np.tile([0.3, 8, 0.2], (count, 1))
     scene.root.attach_new_node(PointLights("many", spot, np.array([1, 0.8, 0.6]) / count, 6.0))
-    frame = render(scene, Settings(lights=method), size, ("radiance",))
+    frame = render(scene, Settings(light_method=method), size, ("radiance",))
     assert frame.lights == type(frame.lights)(count, count, 0)
     lit = one > 0
     assert np.array_equal(lit, frame.radiance > 0)
@@ -120,7 +122,9 @@ def test_no_pixel_is_missed_however_a_volume_lies(render, place, radius, why, po
     scene.root.attach_new_node(PointLights("l", [place], (1, 1, 1), radius))
     size = (96, 72)
     volumes = render(scene, Settings(position=position), size, ("radiance",)).radiance
-    everywhere = render(scene, Settings(position=position, lights="fullscreen"), size, ("radiance",)).radiance
+    everywhere = render(
+        scene, Settings(position=position, light_method="fullscreen"), size, ("radiance",)
+    ).radiance
     assert volumes.max() > 0
     assert np.array_equal(volumes, everywhere)
 
@@ -138,7 +142,7 @@ def test_a_light_smaller_than_a_pixel_lights_its_pixel(render):
     scene = wall_scene()
     scene.root.attach_new_node(PointLights("l", [(0.0, 9.995, 0.0)], (1, 1, 1), 0.02))
     a = render(scene, Settings(), (65, 49), ("radiance",)).radiance
-    b = render(scene, Settings(lights="fullscreen"), (65, 49), ("radiance",)).radiance
+    b = render(scene, Settings(light_method="fullscreen"), (65, 49), ("radiance",)).radiance
     assert np.array_equal(a, b)
     assert np.flatnonzero(a.sum(axis=2)).tolist() == [24 * 65 + 32]
 

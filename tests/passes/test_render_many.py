@@ -69,7 +69,7 @@ SCENES = {"balls": lambda: Moving(ball_scene(20)), "clouds": clouds, "shadows": 
         (Settings(position="stored16f", accumulation="r11g11b10f", normals="rgb10a2"), tuple(OUTPUTS)),
         (Settings(look="classic"), ("color", "normal", "depth")),
         (Settings(supersample=2), ("color", "radiance")),
-        (Settings(lights="clustered", albedo="sqrt8"), ("color", "albedo", "light")),
+        (Settings(light_method="clustered", albedo="sqrt8"), ("color", "albedo", "light")),
     ],
     ids=["default", "narrow", "stored", "classic", "averaged", "clustered"],
 )

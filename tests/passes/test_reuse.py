@@ -105,8 +105,8 @@ STEPS = {
     "turn": lambda scene, renderer, at: scene.camera.set_hpr(3.0 + at, -12.0, 2.0),
     "resize": lambda scene, renderer, at: renderer.resize((48 + 16 * at, 40)),
     "depth": lambda scene, renderer, at: setattr(renderer, "settings", Settings(position="depth32f")),
-    "forward": lambda scene, renderer, at: setattr(renderer, "settings", Settings(lights="forward")),
-    "volumes": lambda scene, renderer, at: setattr(renderer, "settings", Settings(lights="volumes")),
+    "forward": lambda scene, renderer, at: setattr(renderer, "settings", Settings(light_method="forward")),
+    "volumes": lambda scene, renderer, at: setattr(renderer, "settings", Settings(light_method="volumes")),
     "samples": lambda scene, renderer, at: setattr(renderer, "settings", Settings(supersample=2)),
     "classic": lambda scene, renderer, at: setattr(renderer, "settings", Settings(look="classic")),
     "float64": lambda scene, renderer, at: setattr(renderer, "settings", Settings(interpolation="float64")),
@@ -116,7 +116,7 @@ STEPS = {
     "shadow": lambda scene, renderer, at: scene.root.find("lights").node().set_shadow_caster(at % 2 == 0, 64),
     "outputs": lambda scene, renderer, at: (
         None
-        if renderer.settings.lights == "forward" or renderer.settings.supersample > 1
+        if renderer.settings.light_method == "forward" or renderer.settings.supersample > 1
         else renderer.render(scene, 0.0, ("id", "depth", "overdraw"))
     ),
 }
@@ -155,7 +155,7 @@ def test_a_frame_after_others_is_that_of_a_fresh_process():
     with make_renderer((320, 200)) as renderer:
         for time in (5.0, 5.1, 90.0):
             renderer.render(scene, time)
-        renderer.settings = Settings(lights="volumes", supersample=2)
+        renderer.settings = Settings(light_method="volumes", supersample=2)
         renderer.render(scene, 3.0)
         renderer.settings = Settings()
         renderer.resize((160, 120))

@@ -36,10 +36,10 @@ def test_fragments_are_counted_exactly_where_the_count_is_known():
     from firefly_sample.settings import Settings
 
     scene = ball_scene(20)
-    with make_renderer((64, 48), Settings(lights="fullscreen"), count_fragments=True) as renderer:
+    with make_renderer((64, 48), Settings(light_method="fullscreen"), count_fragments=True) as renderer:
         frame = renderer.render(scene)
         assert frame.shaded == 64 * 48 * frame.lights.in_view
-    with make_renderer((64, 48), Settings(lights="loop"), count_fragments=True) as renderer:
+    with make_renderer((64, 48), Settings(light_method="loop"), count_fragments=True) as renderer:
         assert renderer.render(scene).shaded == 64 * 48
     with make_renderer((64, 48)) as renderer:
         assert renderer.render(scene).shaded is None

@@ -101,7 +101,7 @@ def test_the_twin_cuts_out_the_same(material, share):
 def test_every_way_to_light_cuts_out(render, lights):
     scene = card_scene(CASES["all three"][0])
     scene.root.attach_new_node(DirectionalLight("sun"))
-    frame = render(scene, Settings(lights=lights), ("radiance",))
+    frame = render(scene, Settings(light_method=lights), ("radiance",))
     blue = (frame.radiance == (0, 0, 1)).all(axis=2)
     assert (blue == (np.arange(WIDTH) < WIDTH // 4)).all()
 

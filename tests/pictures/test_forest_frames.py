@@ -34,7 +34,7 @@ def test_the_forest_is_what_float64_says(forest, position, size):
 
 def test_culling_and_volumes_change_nothing_in_the_forest(forest):
     pictures = []
-    for changes in ({}, {"lights": "loop"}, {"volume_depth_test": False}):
+    for changes in ({}, {"light_method": "loop"}, {"volume_depth_test": False}):
         with make_renderer((160, 120), Settings(**changes)) as renderer:
             pictures.append(renderer.render(forest, 5.0, ("radiance",)).radiance)
     for other in pictures[1:]:

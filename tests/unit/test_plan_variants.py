@@ -37,12 +37,12 @@ OUTPUT_SETS = (
 PLACES = {
     "look": ("correct", "classic"),
     "position": ("linear32f", "depth32f", "depth24"),
-    "lights": ("volumes", "fullscreen", "loop"),
+    "light_method": ("volumes", "fullscreen", "loop"),
     "supersample": (1, 2),
 }
 LIGHTING = {
-    "specular": ("phong", "blinn_phong"),
-    "window": ("karis", "gltf"),
+    "specular_model": ("phong", "blinn_phong"),
+    "range_falloff": ("karis", "gltf"),
     "clamp_light": (False, True),
     "shadow_taps": (1, 4, 16),
     "position": ("linear32f", "depth24"),
@@ -84,7 +84,7 @@ def test_every_variant_of_every_plan_is_a_legal_one(names, outputs):
     lot = Random(0)
     for make, driver, wanted, *values in product(SCENES, DRIVERS, outputs, *names.values()):
         chosen = dict(zip(names, values, strict=True))
-        if (chosen.get("look"), chosen.get("lights")) == ("classic", "loop"):
+        if (chosen.get("look"), chosen.get("light_method")) == ("classic", "loop"):
             continue  # there is no such frame
         if chosen.get("supersample") == 2 and any(OUTPUTS[name].sampled for name in wanted):
             continue

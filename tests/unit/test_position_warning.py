@@ -183,7 +183,7 @@ def test_no_light_with_a_place_no_warning():
 
 def test_no_picture_and_no_gbuffer_no_warning():
     assert warnings_of(lit_wall(near=1e-5), ("depth", "normal"), position="depth24") == ()
-    assert warnings_of(lit_wall(near=1e-5), lights="forward", position="depth24") == ()
+    assert warnings_of(lit_wall(near=1e-5), light_method="forward", position="depth24") == ()
 
 
 def test_what_no_light_reaches_does_not_count():

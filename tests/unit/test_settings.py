@@ -14,7 +14,7 @@ from firefly_sample.settings import Settings
     [
         {"look": "modern"},
         {"position": "depth8"},
-        {"lights": "tiles"},
+        {"light_method": "tiles"},
         {"supersample": 3},
         {"supersample": 2.0},
         {"supersample": True},
@@ -28,9 +28,9 @@ from firefly_sample.settings import Settings
         {"look": "classic", "exposure": 2.0},
         {"look": "classic", "tone": "exponential"},
         {"look": "classic", "clamp_light": True},
-        {"look": "classic", "lights": "loop"},
-        {"look": "classic", "lights": "clustered"},
-        {"look": "classic", "lights": "forward"},
+        {"look": "classic", "light_method": "loop"},
+        {"look": "classic", "light_method": "clustered"},
+        {"look": "classic", "light_method": "forward"},
     ],
     ids=str,
 )

@@ -143,7 +143,7 @@ def test_both_parameters_are_live():
 
 
 def test_its_plan_is_the_least_that_lights_need(scene):
-    plan = build_plan(scene, Settings(lights="volumes"))
+    plan = build_plan(scene, Settings(light_method="volumes"))
     assert [step["name"] for step in plan_as_dict(plan)["passes"]] == [
         *("geometry", "ambient", "point_lights", "resolve")
     ]

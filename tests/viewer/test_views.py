@@ -159,7 +159,7 @@ def test_without_shadows_the_atlas_is_black(renderer):
 
 
 def test_forward_shading_shows_the_buffers_that_deferred_shading_would_have():
-    with make_renderer((64, 48), Settings(lights="forward")) as renderer:
+    with make_renderer((64, 48), Settings(light_method="forward")) as renderer:
         for view in ("picture", "depth", "overdraw"):
             assert draw_view(renderer, ball_scene(5), 0.0, view, read=True).picture().any()
-        assert renderer.settings.lights == "forward"
+        assert renderer.settings.light_method == "forward"

@@ -76,7 +76,7 @@ class OneLight:
         if lights.kind == "directional":
             return np.ones(len(distance))
         end, coefficients = float(lights.ends[row]), lights.attenuations[row]
-        strength = falloff(lights.falloff, distance, end, coefficients, settings.window)
+        strength = falloff(lights.falloff, distance, end, coefficients, settings.range_falloff)
         if lights.kind == "spot":
             strength = strength * cone_strength(
                 opening(to_light.T, lights.directions[row]), *lights.cones[row]
@@ -151,7 +151,7 @@ class LitChunk:
             chosen, to_light = chosen[shiny], to_light[:, shiny]
             n_dot_l, strength = n_dot_l[shiny], strength[..., shiny]
         l_dot_e = dot(to_light, self._eye[:, chosen])
-        model = self._settings.specular
+        model = self._settings.specular_model
         shine = highlight_of_cosines(n_dot_l, self._n_dot_e[chosen], l_dot_e, self._shininess[chosen], model)
         for channel, color in enumerate(one.lights.specular_colors[one.row].tolist()):
             if color > 0.0 and self._settings.clamp_light:

@@ -75,4 +75,4 @@ def error_warning(lines: Iterable[str], method: str) -> str:
 
 def positioned(method: str, **changes: Any) -> Settings:
     """Settings with a position method, and others changed; lights are volumes, what may miss most pixels."""
-    return Settings(lights="volumes").with_changes(position=method, **changes)
+    return Settings(light_method="volumes").with_changes(position=method, **changes)

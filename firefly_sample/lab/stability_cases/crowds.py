@@ -35,7 +35,9 @@ def _error_of_pile(bench: Bench, settings: Settings, count: int, size: tuple[int
     Infinite if any is dropped.
     """
     settings = settings.with_changes(albedo="rgba32f")  # "forward" rounds no colour
-    otherwise = settings.with_changes(lights="fullscreen" if settings.lights == "volumes" else "volumes")
+    otherwise = settings.with_changes(
+        light_method="fullscreen" if settings.light_method == "volumes" else "volumes"
+    )
 
     def picture(many: int, settings: Settings = settings) -> np.ndarray:
         scene = wall_scene()
@@ -66,7 +68,7 @@ def _pile(count: int, size: tuple[int, int]) -> Case:
 
 def _pile_otherwise(count: int, size: tuple[int, int], ways: tuple[LightMethod, ...]) -> Case:
     def run(bench: Bench, method: str) -> float:
-        return _error_of_pile(bench, Settings().with_changes(lights=method), count, size)
+        return _error_of_pile(bench, Settings().with_changes(light_method=method), count, size)
 
     def bound(method: str) -> float:
         if method == "clustered":  # the sum of a cell's lights does not err the more the more there are

@@ -109,7 +109,7 @@ def _on_the_surface(gap: float) -> Case:
                 if attenuation is not None:
                     light.set_attenuation(attenuation)
                 scene.root.attach_new_node(light).set_pos(0.0, unit * WALL - gap, 0.0)
-                for changes in ({}, {"specular": "blinn_phong"}, {"lights": "loop"}):
+                for changes in ({}, {"specular_model": "blinn_phong"}, {"light_method": "loop"}):
                     settings = positioned(method, **changes)
                     drawn = bench.draw(scene, settings, (33, 25), ("radiance", "light"))
                     wrong += int(np.count_nonzero(~np.isfinite(drawn["radiance"])))

@@ -54,7 +54,7 @@ def _background(lights: str, far: float) -> Case:
             assert isinstance(sun, DirectionalLight)
             sun.set_shadow_caster(True, 64)
         scene.camera_node.lens = PerspectiveLens(vfov=70.0, near=GARDEN_NEAR, far=far)
-        settings = positioned(method, lights=lights)
+        settings = positioned(method, light_method=lights)
         drawn = bench.draw(scene, settings, outputs=("radiance", "light", "id"))
         empty = drawn.frame["id"] == -1
         if not 0.1 < empty.mean() < 0.9:

@@ -43,11 +43,11 @@ def missed(bench: Bench, scene: Scene, settings: Settings, capabilities: Capabil
     """
     given: dict[str, Any] = {"capabilities": capabilities}
     volumes = bench.draw(scene, settings, **given)["radiance"]
-    everywhere = bench.draw(scene, settings.with_changes(lights="fullscreen"), **given)["radiance"]
+    everywhere = bench.draw(scene, settings.with_changes(light_method="fullscreen"), **given)["radiance"]
     accurate = settings.position != "depth32f" if capabilities else True
     if accurate and bench.law_of(settings.position) in ACCURATE and not everywhere.any():
         return 1.0
-    cells = bench.draw(scene, settings.with_changes(lights="clustered"), **given)["radiance"]
+    cells = bench.draw(scene, settings.with_changes(light_method="clustered"), **given)["radiance"]
     return float(((volumes != everywhere) | (cells != everywhere)).any(axis=2).mean())
 
 
@@ -103,7 +103,7 @@ def _far(ratio: float) -> Case:
     def expected_of(bench: Bench, kind: str, tilt: float) -> Float64:
         key = f"small far {kind}, {tilt:g}"
         if key not in bench.kept:
-            settings = positioned("linear32f", lights="fullscreen")
+            settings = positioned("linear32f", light_method="fullscreen")
             drawn = bench.draw(_far_scene(kind, tilt, 0.1), settings, outputs=("light", "visibility"))
             visibility = np.asarray(drawn.frame["visibility"], dtype=np.int32)
             bench.kept[key] = render_reference(drawn.plan, visibility, threads=1).light
@@ -162,7 +162,7 @@ def _below_a_pixel(reach: float) -> Case:
             light = scene.root.attach_new_node(_light(kind, reach))
             light.set_pos(0.003, WALL - before, 0.002)
             drawn = bench.draw(scene, settings, size, ("light",), gbuffer=True)
-            everywhere = bench.draw(scene, settings.with_changes(lights="fullscreen"), size, ("light",))
+            everywhere = bench.draw(scene, settings.with_changes(light_method="fullscreen"), size, ("light",))
             _, expected = drawn.expected_light()
             given = drawn["light"]
             if ((given > 0) != (expected > 0)).any() or (given != everywhere["light"]).any():
