@@ -7,8 +7,6 @@ from pathlib import Path
 
 from firefly_sample.errors import FireflyError
 
-__all__ = ["asset_dir", "model_path", "shader_path"]
-
 
 def asset_dir(kind: str) -> Path:
     """The folder `shaders` or `models`.

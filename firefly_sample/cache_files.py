@@ -16,8 +16,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-__all__ = ["drop_old", "keep_whole", "user_cache"]
-
 _ABANDONED = 86_400.0
 """Seconds after which the file of a writer that died is nobody's."""
 _UNFINISHED = re.compile(r"\.firefly_sample-\w{8}\.tmp")

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from firefly_sample.commands.configuration import Table
     from firefly_sample.scene.scene import ScenePlugin
 
-__all__ = ["main"]
-
 Words = tuple[str, ...]
 
 _COMMANDS: dict[Words, str] = {

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["align"]
-
 
 def align(rows: Sequence[Sequence[str]]) -> str:
     """Rows of cells as columns, two spaces apart.

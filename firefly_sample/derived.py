@@ -26,8 +26,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.cache_files import drop_old, keep_whole, user_cache
 
-__all__ = ["VARIABLE", "Kept", "derived_folder", "fingerprint", "load_derived", "save_derived"]
-
 VARIABLE = "FIREFLY_MODEL_CACHE"
 """The environment variable that names another folder, or is "off"."""
 LARGEST_CACHE = 2**30

@@ -16,8 +16,6 @@ from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.light_set import PASS_OF_KIND
 from firefly_sample.readback import Surface, read_images, targets_read
 
-__all__ = ["LIGHT_PASSES", "Drawn", "count_walked"]
-
 LIGHT_PASSES = frozenset(PASS_OF_KIND.values())
 
 

@@ -29,27 +29,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = [
-    "FireflyError",
-    "GpuError",
-    "LensError",
-    "LightError",
-    "MissingPackageError",
-    "ModelError",
-    "NoGpuError",
-    "NodeError",
-    "OutputError",
-    "ParameterError",
-    "PlanError",
-    "SceneError",
-    "SceneNotFoundError",
-    "SettingsError",
-    "ShaderError",
-    "SoftwareDriverWarning",
-    "ViewerError",
-    "did_you_mean",
-]
-
 
 class FireflyError(Exception):
     """The root of all errors of this package; str() is one line: what, where and what to do."""

@@ -7,8 +7,6 @@ import shlex
 import sys
 from collections.abc import Iterable
 
-__all__ = ["install_command", "pip_install"]
-
 
 def install_command(extra: str) -> str:
     """Return the command line that installs the packages of an extra, for example "measure".

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from firefly_sample.errors import OutputError, did_you_mean
 from firefly_sample.settings import to_whole
 
-__all__ = ["OUTPUTS", "Frame", "LightCounts", "OutputInfo", "check_outputs", "check_size"]
-
 Image = NDArray[np.uint8] | NDArray[np.int32] | NDArray[np.float32]
 
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from firefly_sample.derived import derived_folder, fingerprint, load_derived, save_derived
 from firefly_sample.srgb import srgb_to_linear
 
-__all__ = ["Picture", "alpha_coverage", "kept_texture_levels", "mip_chain", "texture_levels"]
-
 Float32 = NDArray[np.float32]
 
 VERSION = 1

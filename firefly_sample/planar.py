@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-__all__ = ["copy_channels", "empty_planar", "planar"]
-
 
 def empty_planar(shape: tuple[int, ...], channels: int, dtype: DTypeLike = np.float64) -> NDArray[Any]:
     """An array of shape ``(*shape, channels)`` whose channels lie in memory one after the other.

@@ -17,13 +17,11 @@ from firefly_sample.lab.reference.gbuffer import (
     decode_shininess,
     unpack_ten_bits,
 )
-from firefly_sample.lab.reference.shade import GBuffer
+from firefly_sample.lab.reference.one_light import GBuffer
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.targets import FORMATS, stored_dtype, stored_fractions
 from firefly_sample.planar import copy_channels, empty_planar, planar
 from firefly_sample.srgb import srgb_to_linear
-
-__all__ = ["Surface", "read_images", "targets_read"]
 
 Float64 = NDArray[np.float64]
 Read = Callable[[str], bytes]

@@ -47,8 +47,6 @@ from firefly_sample.readback import Surface
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
-__all__ = ["PASSES", "Renderer", "SoftwareDriverWarning"]
-
 PASSES: tuple[type[Pass], ...] = (
     ShadowMapsPass,
     ParticleShadowSlicesPass,

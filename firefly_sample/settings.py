@@ -10,34 +10,6 @@ from typing import Any, Literal, get_args
 
 from firefly_sample.errors import SettingsError, did_you_mean
 
-__all__ = [
-    "CHOICES",
-    "LARGEST_ATLAS",
-    "NOT_FORWARD",
-    "PRESETS",
-    "SHADOW_RESOLUTIONS",
-    "Accumulation",
-    "AlbedoFormat",
-    "Interpolation",
-    "LightMethod",
-    "LightResolution",
-    "Look",
-    "NormalFormat",
-    "ParticleOrder",
-    "ParticleShadowFormat",
-    "ParticleShadows",
-    "PositionMethod",
-    "Settings",
-    "SpecularModel",
-    "Tone",
-    "VolumeProxy",
-    "RangeFalloff",
-    "number_or_none",
-    "preset_with",
-    "to_number",
-    "to_whole",
-]
-
 Look = Literal["correct", "classic"]
 PositionMethod = Literal[
     "linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"

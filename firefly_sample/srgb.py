@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["linear_to_srgb", "srgb_to_linear"]
-
 Float64 = NDArray[np.float64]
 
 

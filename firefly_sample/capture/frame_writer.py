@@ -14,8 +14,6 @@ from firefly_sample.capture.manifest import FrameEntry, pixel_hash
 from firefly_sample.capture.writers import file_name, write_image
 from firefly_sample.frame import Frame, Image
 
-__all__ = ["FrameWriter"]
-
 _MOST_THREADS = 4
 """Beyond that, frames under way take more memory than threads save time."""
 

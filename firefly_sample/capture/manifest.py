@@ -13,8 +13,6 @@ from firefly_sample.capture.writers import open_whole
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Image
 
-__all__ = ["FrameEntry", "Manifest", "manifest_as_json", "pixel_hash", "remove_manifest", "write_manifest"]
-
 _NAME = "manifest.json"
 
 

@@ -19,15 +19,6 @@ from firefly_sample.settings import Settings, to_number, to_whole
 if TYPE_CHECKING:
     from firefly_sample.renderer import Renderer
 
-__all__ = [
-    "DEFAULT_TIME",
-    "capture_frames",
-    "capture_settings",
-    "default_folder",
-    "frame_times",
-    "parse_frames",
-]
-
 DEFAULT_TIME = 5.0
 """Seconds at frame 0."""
 

@@ -14,8 +14,6 @@ import numpy as np
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS, Image
 
-__all__ = ["as_folder", "file_name", "open_whole", "output_folder", "write_image"]
-
 
 def file_name(output: str, index: int) -> str:
     """The file of one output of one frame, for example ``color_000012.png``: display codes make pictures."""

@@ -22,8 +22,6 @@ from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Folder, Outputs
 from firefly_sample.commands.terminal import complain, print_result, print_summary, progress_bar
 from firefly_sample.frame import check_outputs
 
-__all__ = ["capture"]
-
 
 def capture(
     scene: SceneName = DEFAULT_SCENE,

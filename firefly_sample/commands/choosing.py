@@ -11,8 +11,6 @@ from cyclopts import Group, Parameter
 from firefly_sample.commands.options import Whole
 from firefly_sample.commands.terminal import progress_bar
 
-__all__ = ["BudgetMs", "MaxCodes", "MaxError", "settings_within"]
-
 _GROUP = Group("Choose settings by measuring", sort_key=1)
 
 MaxError = Annotated[

@@ -13,8 +13,6 @@ from cyclopts.config import Dict, Env
 
 from firefly_sample.errors import did_you_mean
 
-__all__ = ["Table", "as_sources", "named_by_table", "read_configuration"]
-
 _OURS = "firefly.toml"
 _LARGEST = 2**20
 """Bytes: no configuration is larger."""

@@ -21,8 +21,6 @@ from firefly_sample.gpu.driver_variables import VARIABLES, variables_set, vector
 if TYPE_CHECKING:
     from firefly_sample.gpu.device import Device
 
-__all__ = ["Finding", "as_text", "doctor", "examine"]
-
 _FIXES = {
     "MISSING": "To mend it:",
     "without": "To add what is optional:",

@@ -11,8 +11,6 @@ from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, Whole
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
-__all__ = ["numerics"]
-
 
 def numerics(
     *tables: Annotated[str, Parameter(metavar="TABLE", negative=())],

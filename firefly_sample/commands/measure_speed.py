@@ -23,8 +23,6 @@ from firefly_sample.commands.options import (
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 from firefly_sample.settings import Settings
 
-__all__ = ["speed"]
-
 
 @without_settings("light_method", "volume_depth_test", "supersample")
 def speed(

@@ -14,8 +14,6 @@ from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, Names, Patterns, Whole
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
-__all__ = ["stability", "stability_as_markdown", "stability_as_text"]
-
 Row = dict[str, Any]
 
 

@@ -9,8 +9,6 @@ from firefly_sample.columns import align
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time, Whole
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
-__all__ = ["start"]
-
 
 def start(
     scene: SceneName = DEFAULT_SCENE,

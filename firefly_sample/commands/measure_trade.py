@@ -20,8 +20,6 @@ from firefly_sample.commands.options import (
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 from firefly_sample.settings import Settings
 
-__all__ = ["trade"]
-
 
 @without_settings("supersample", "look")
 def trade(

@@ -20,26 +20,6 @@ if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
     from firefly_sample.scene.scene import ScenePlugin
 
-__all__ = [
-    "COMMAND_OPTIONS",
-    "DEFAULT_SCENE",
-    "Flag",
-    "Folder",
-    "Names",
-    "Outputs",
-    "Patterns",
-    "SceneName",
-    "Size",
-    "Sizes",
-    "Time",
-    "Whole",
-    "Wholes",
-    "parameter_help",
-    "scene_options",
-    "with_scene_options",
-    "without_settings",
-]
-
 DEFAULT_SCENE = "forest"
 COMMAND_OPTIONS = frozenset(
     {

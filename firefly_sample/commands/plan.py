@@ -11,8 +11,6 @@ from firefly_sample.capture.sequence import DEFAULT_TIME, capture_settings
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time
 from firefly_sample.commands.terminal import print_json, print_result
 
-__all__ = ["plan"]
-
 _FORM = Group("Form", validator=mutually_exclusive)
 
 

@@ -15,8 +15,6 @@ from firefly_sample.settings import Settings
 if TYPE_CHECKING:
     from firefly_sample.viewer.performance import PerformanceResult
 
-__all__ = ["run"]
-
 
 def run(
     scene: SceneName = DEFAULT_SCENE,

@@ -6,8 +6,6 @@ from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, parameter_help, scene_options
 from firefly_sample.commands.terminal import print_json, print_result
 
-__all__ = ["scenes"]
-
 
 def scenes(*, json: Flag = False) -> int:
     """List the installed scenes and their parameters.

@@ -15,8 +15,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
-__all__ = ["failure_of", "safe_streams", "was_closed"]
-
 
 @contextmanager
 def safe_streams() -> Iterator[None]:

@@ -9,16 +9,6 @@ from contextlib import contextmanager
 from firefly_sample.commands.streams import failure_of, was_closed
 from firefly_sample.errors import FireflyError
 
-__all__ = [
-    "check_stdout",
-    "complain",
-    "json_text",
-    "print_json",
-    "print_result",
-    "print_summary",
-    "progress_bar",
-]
-
 
 def complain(text: str) -> None:
     """Print one line on stderr, whatever line breaks `text` has."""

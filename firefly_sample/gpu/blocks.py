@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.light_rows import pixel_slopes
-from firefly_sample.plan.frame_plan import FramePlan, View
+from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.particle_shadow import ParticleShadowPlan
-
-__all__ = ["BLOCKS", "block_dtype", "block_glsl", "particle_shadow_values", "shading_values", "view_values"]
+from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]
 

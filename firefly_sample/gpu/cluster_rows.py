@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from firefly_sample.plan.clusters import Clusters
 from firefly_sample.plan.grid import MOST_SLICES, TEXEL
 
-__all__ = ["ClusterLists", "cluster_lists"]
-
 
 class ClusterLists(NamedTuple):
     """What a shader needs to find the lights of a pixel's cell.

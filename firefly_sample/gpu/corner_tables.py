@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from firefly_sample.errors import GpuError
 from firefly_sample.gpu.instance_rows import normal_columns
 from firefly_sample.gpu.uploads import MeshSource
-from firefly_sample.plan.frame_plan import Batch, FramePlan, View
-
-__all__ = ["CornerTables", "instance_texels"]
+from firefly_sample.plan.frame_plan import Batch, FramePlan
+from firefly_sample.plan.view import View
 
 TABLE_WIDTH = 4096
 INSTANCE_TEXELS = 12

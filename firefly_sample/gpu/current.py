@@ -19,8 +19,6 @@ from typing import Any, NamedTuple
 
 from firefly_sample.errors import GpuError
 
-__all__ = ["Holder", "current_holder", "give_back", "is_supported", "make_current", "thread_without_context"]
-
 _EGL_DRAW, _EGL_READ, _EGL_CONFIG_ID, _EGL_BAD_ACCESS = 0x3059, 0x305A, 0x3028, 0x3002
 _EGL_OPENGL_ES_API = 0x30A0
 _HANDLE, _XID = ctypes.c_void_p, ctypes.c_ulong

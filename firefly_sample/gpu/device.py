@@ -26,8 +26,6 @@ from firefly_sample.gpu.forks import check_not_forked, check_threads, note_opene
 from firefly_sample.gpu.raw import DEPTH_CLAMP, FRAMEBUFFER_SRGB, RawGL
 from firefly_sample.plan.frame_plan import Capabilities
 
-__all__ = ["Device"]
-
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software", "basic render")
 
 

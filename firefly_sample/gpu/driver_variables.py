@@ -12,15 +12,6 @@ from pathlib import Path
 
 from firefly_sample.errors import GpuError
 
-__all__ = [
-    "VARIABLES",
-    "Variable",
-    "check_vector_width",
-    "silent_changes",
-    "variables_set",
-    "vector_bits",
-]
-
 
 @dataclass(frozen=True)
 class Variable:

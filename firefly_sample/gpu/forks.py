@@ -9,8 +9,6 @@ from pathlib import Path
 from firefly_sample.errors import NoGpuError
 from firefly_sample.gpu.current import Holder
 
-__all__ = ["check_not_forked", "check_threads", "note_opened"]
-
 _FORKED_WITHOUT_EXEC = 0x40  # PF_FORKNOEXEC of Linux' sched.h
 
 _opened: dict[tuple[str, int], tuple[int, bool]] = {}

@@ -27,8 +27,6 @@ from firefly_sample.gpu.timers import Timers
 from firefly_sample.gpu.uploads import Uploads
 from firefly_sample.plan.frame_plan import FramePlan
 
-__all__ = ["Gpu"]
-
 
 class Gpu:
     """A device and the caches over it. Release it before its device."""

@@ -12,8 +12,6 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.targets import FORMATS, Target
 
-__all__ = ["BoundImages", "Images", "make_texture"]
-
 
 def make_texture(
     device: Device, format_name: str, size: tuple[int, int], compare: str = ""

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows import CasterBatch
 
-__all__ = ["CASTER_DTYPE", "INSTANCE_DTYPE", "caster_rows", "instance_rows", "normal_columns"]
-
 INSTANCE_DTYPE = np.dtype(
     [
         ("in_view_x", np.float32, 4),

@@ -15,20 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.records import ROW, record_fields
-from firefly_sample.plan.frame_plan import SpriteSet, View
+from firefly_sample.plan.frame_plan import SpriteSet
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.shadows import ShadowPlan
-
-__all__ = [
-    "SHADOW_TEXELS",
-    "dot_rows",
-    "light_rows",
-    "light_texels",
-    "packed_rests",
-    "pixel_slopes",
-    "rests",
-    "shadow_rows",
-]
+from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]
 Float32 = NDArray[np.float32]

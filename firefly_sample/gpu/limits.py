@@ -5,8 +5,6 @@ from __future__ import annotations
 from firefly_sample.errors import GpuError
 from firefly_sample.plan.frame_plan import FramePlan
 
-__all__ = ["check_plan_limits", "check_size_limit"]
-
 
 def check_size_limit(size: tuple[int, int], samples: int, limit: int) -> None:
     """Refuse a picture with more than `limit` samples a side, at `samples` a pixel across and down.

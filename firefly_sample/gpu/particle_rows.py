@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.light_rows import dot_rows
-from firefly_sample.plan.frame_plan import SpriteSet, View
+from firefly_sample.plan.frame_plan import SpriteSet
 from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 from firefly_sample.plan.particle_shadow_discs import own_takings, splats
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
-
-__all__ = ["RECORD_TEXELS", "particle_records", "particle_rows", "splat_rows"]
+from firefly_sample.plan.view import View
 
 Float32 = NDArray[np.float32]
 

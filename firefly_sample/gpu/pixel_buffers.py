@@ -15,8 +15,6 @@ import moderngl
 from firefly_sample.errors import GpuError
 from firefly_sample.gpu.device import Device
 
-__all__ = ["Copies", "PixelBuffers"]
-
 _ALIGNMENT = 16
 """Bytes: copies start at a multiple of their numbers' size, which is at most that."""
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.plan.variants import Variant
 
-__all__ = ["Layer", "Presenter"]
-
 
 @dataclass(frozen=True, eq=False)
 class Layer:

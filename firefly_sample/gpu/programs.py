@@ -15,8 +15,6 @@ from firefly_sample.gpu.raw import Pointer
 from firefly_sample.gpu.shader_source import ShaderSource, load_source
 from firefly_sample.plan.variants import Variant, defines
 
-__all__ = ["Program", "Programs"]
-
 
 class Program:
     """A linked program that knows its uniforms, samplers and blocks."""

@@ -7,8 +7,6 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["circumscribed_cone", "circumscribed_cube", "circumscribed_icosphere", "proxy_mesh"]
-
 Float64 = NDArray[np.float64]
 
 

@@ -9,8 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Pointer", "RawGL"]
-
 LOWER_LEFT = 0x8CA1
 NEGATIVE_ONE_TO_ONE = 0x935E
 ZERO_TO_ONE = 0x935F

@@ -15,8 +15,6 @@ from firefly_sample.plan.light_set import LightKind
 from firefly_sample.plan.variants import LightVariant
 from firefly_sample.plan.variants import defines as defines_of
 
-__all__ = ["RECORDS", "RECORD_OF_KIND", "ROW", "Field", "record_dtype", "record_fields", "record_glsl"]
-
 
 class Field(NamedTuple):
     """A vec4 of a record.

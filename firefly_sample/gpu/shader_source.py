@@ -12,8 +12,6 @@ from firefly_sample.errors import ShaderError
 from firefly_sample.gpu.blocks import BLOCKS, block_glsl
 from firefly_sample.gpu.records import RECORDS, record_glsl
 
-__all__ = ["ShaderSource", "load_source", "resolve_source"]
-
 _DIRECTIVE = re.compile(
     r'\s*#(?:include\s+"(?P<include>[^"]+)"|block\s+(?P<block>\w+)|record\s+(?P<record>\w+))\s*$'
 )

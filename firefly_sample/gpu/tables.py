@@ -9,8 +9,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Tables"]
-
 LOOSE = 2.5
 """How many times as many texels as were ever needed at once a texture may have."""
 

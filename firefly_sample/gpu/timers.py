@@ -16,8 +16,6 @@ from dataclasses import dataclass, field
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.raw import SAMPLES_PASSED, TIME_ELAPSED
 
-__all__ = ["Measured", "Timers"]
-
 
 @dataclass(eq=False)
 class Measured:

@@ -23,8 +23,6 @@ from firefly_sample.mipmaps import kept_texture_levels
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows import CasterBatch
 
-__all__ = ["MeshSource", "TextureSource", "Uploads"]
-
 KEEP_FRAMES = 120
 """How long instances and vertex arrays that nothing draws are kept; they are cheap to make again."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import warnings
 
-__all__ = ["ConversionWarning", "Losses"]
-
 _SHOWN = 8
 
 

@@ -28,8 +28,6 @@ from firefly_sample.scene.scene import Scene
 if TYPE_CHECKING:
     import pyrender
 
-__all__ = ["from_pyrender", "to_pyrender"]
-
 
 def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) -> pyrender.Scene:
     """A pyrender Scene of what `scene` is at a time.

@@ -35,8 +35,6 @@ from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLight
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.transforms import look_at_quat, rows_from_quat
 
-__all__ = ["light_from_pyrender", "light_to_pyrender", "point_lights_to_pyrender"]
-
 Float64 = NDArray[np.float64]
 
 _INVERSE_SQUARE = Attenuation(0.0, 0.0, 1.0)

@@ -15,8 +15,6 @@ from firefly_sample.interop.losses import Losses
 from firefly_sample.scene.material import AlphaMode, Material, Texture
 from firefly_sample.srgb import srgb_to_linear
 
-__all__ = ["CUT_OUT", "SQUARED_EMISSION", "MaterialReader", "cuts_out"]
-
 Float64 = NDArray[np.float64]
 
 CUT_OUT = "pyrender draws whole what its alpha should cut out"

@@ -24,8 +24,6 @@ from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import Color
 
-__all__ = ["MeshReader", "MeshWriter", "Part"]
-
 _LARGEST_INDEX = 2**24
 """pyrender keeps indices as float32, which tells whole numbers apart up to here."""
 

@@ -19,8 +19,6 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
 from firefly_sample.srgb import srgb_to_linear
 
-__all__ = ["read_scene"]
-
 Float64 = NDArray[np.float64]
 
 

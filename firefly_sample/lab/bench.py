@@ -20,8 +20,6 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
-__all__ = ["Bench", "Drawn", "Timing", "quartile_spread"]
-
 FINEST = {
     "position": "linear32f",
     "normals": "rgba32f",

@@ -22,8 +22,6 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
-__all__ = ["MARGIN", "Candidate", "Search"]
-
 MARGIN = 0.7
 """Of a bound, that an error may have on the frames that are measured: the largest of a million values is
 another one on every frame."""

@@ -8,14 +8,12 @@ from typing import Any
 
 from firefly_sample.columns import align
 from firefly_sample.errors import SettingsError
-from firefly_sample.lab.candidates import MARGIN, Candidate, Search
+from firefly_sample.lab.candidates import Candidate, Search
 from firefly_sample.lab.errors import require
 from firefly_sample.lab.reference.frame import reference_settings
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
-
-__all__ = ["MARGIN", "Candidate", "Choice", "choose"]
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,6 @@ from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
-__all__ = ["CLOUDS", "Error", "blob", "faint", "from_above", "shadow_errors", "sheets", "slices_of"]
-
 Float64 = NDArray[np.float64]
 Error = tuple[float, float]
 """The largest, and the root of the mean square."""

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
 
-__all__ = ["Errors", "mean_flip", "picture_errors", "require", "scale_of"]
-
 Float64 = NDArray[np.float64]
 
 RELATIVE_FLOOR = 1e-3

@@ -28,8 +28,6 @@ from firefly_sample.lab.numerics_table import Table
 from firefly_sample.lab.numerics_volumes import depth_clamp, depth_tests
 from firefly_sample.renderer import Renderer
 
-__all__ = ["NAMES", "measure_numerics"]
-
 _NUMBERS: dict[str, Callable[[Device], Table]] = {
     "depth": depth,
     "normals": normals,

@@ -11,8 +11,6 @@ from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.probe import evaluate
 from firefly_sample.lab.reference.cone import opening
 
-__all__ = ["HALF_ANGLES", "SHININESS", "cones", "highlights"]
-
 Float64 = NDArray[np.float64]
 
 HALF_ANGLES = (60.0, 10.0, 1.0, 0.1, 0.01)

@@ -12,8 +12,6 @@ from firefly_sample.lab.bench import quartile_spread
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.cost import FULLSCREEN, VOLUMES, Contender, contest
 
-__all__ = ["PAIRS", "cost"]
-
 _HEAD = """#version 330 core
 flat in int v_light;
 uniform sampler2D u_texture;

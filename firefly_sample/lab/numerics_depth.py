@@ -20,12 +20,10 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.lab.numerics_table import EPS, Table, Value
 from firefly_sample.lab.probes.probe import row_texture, run
 from firefly_sample.lab.probes.raster import rasterise
-from firefly_sample.plan.frame_plan import View
+from firefly_sample.plan.view import View
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_constants import Clip, LensConstants
 from firefly_sample.scene.transform_state import TransformState
-
-__all__ = ["LARGEST_HALF", "RATIOS", "WAYS", "depth", "distances", "law", "measured_error"]
 
 Float64 = NDArray[np.float64]
 

@@ -11,8 +11,6 @@ from firefly_sample.lab.probes.probe import WIDTH, evaluate
 from firefly_sample.lab.reference.texture import Sampler
 from firefly_sample.mipmaps import mip_chain
 
-__all__ = ["filtering"]
-
 Float64 = NDArray[np.float64]
 
 SIDE = 256

@@ -13,8 +13,6 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import PositionMethod, Settings
 
-__all__ = ["POSITIONS", "fragments", "frames"]
-
 APART = 5.0
 """Seconds from moment to moment."""
 POSITIONS: tuple[PositionMethod, ...] = ("linear32f", "depth32f", "depth24", "inverse_matrix")

@@ -19,16 +19,6 @@ from firefly_sample.plan.targets import ALBEDO_FORMATS, FORMATS, NORMAL_FORMATS,
 from firefly_sample.plan.variants import ColorPacking, NormalPacking
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 
-__all__ = [
-    "albedo",
-    "conversions",
-    "degrees_between",
-    "directions",
-    "normal_bounds",
-    "normals",
-    "stored_normals",
-]
-
 Float64 = NDArray[np.float64]
 
 CHUNK = 500_000

@@ -18,8 +18,6 @@ from firefly_sample.plan.targets import ACCUMULATION_FORMATS, FORMATS
 from firefly_sample.settings import HALF_CODE
 from firefly_sample.srgb import linear_to_srgb
 
-__all__ = ["accumulation", "cutoff", "piles", "seen_lights"]
-
 Float64 = NDArray[np.float64]
 
 LIGHTS = 500

@@ -16,8 +16,6 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 
-__all__ = ["METHODS", "particle_order", "particle_shadow_cost", "particle_shadow_slices", "particle_shadows"]
-
 METHODS: dict[str, dict[str, Any]] = {
     "optical_depth": {},
     "optical_depth, float16": {"particle_shadow_format": "float16"},

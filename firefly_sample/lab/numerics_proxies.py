@@ -11,8 +11,6 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_cube, circumscribed_icosphere
 from firefly_sample.lab.numerics_table import Table, Value
 
-__all__ = ["HALF_ANGLES", "proxies"]
-
 Float64 = NDArray[np.float64]
 
 HALF_ANGLES = (10.0, 30.0, 45.0, 53.0, 60.0)

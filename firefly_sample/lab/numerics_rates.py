@@ -20,8 +20,6 @@ from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.probe import run
 from firefly_sample.plan.targets import ACCUMULATION_FORMATS
 
-__all__ = ["rates"]
-
 TEXTURE = 512
 READS = 16
 TEXTURES = ("rgba16", "srgb8_alpha8")

@@ -11,8 +11,6 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.plan.reach import light_reach
 
-__all__ = ["QUADRATICS", "exact_reach", "reach"]
-
 Float64 = NDArray[np.float64]
 
 QUADRATICS = (1.0, 1e-6, 1e-12, 1e-18, 1e-24, 1e-30)

@@ -10,11 +10,9 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.lab.numerics_table import EPS, Table, Value
 from firefly_sample.lab.probes.probe import evaluate
 from firefly_sample.lab.probes.raster import rasterise
-from firefly_sample.plan.frame_plan import View
+from firefly_sample.plan.view import View
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.transform_state import TransformState
-
-__all__ = ["EXPONENTS", "far_from_origin", "ndc", "powers"]
 
 Float64 = NDArray[np.float64]
 

@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["EPS", "Table", "Value"]
-
 Value = str | float | int | None
 
 EPS = 2.0**-24

@@ -17,11 +17,9 @@ from firefly_sample.gpu.proxies import circumscribed_icosphere
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.raster import rasterise
 from firefly_sample.passes.lights import BEHIND
-from firefly_sample.plan.frame_plan import View
+from firefly_sample.plan.view import View
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_constants import Clip
-
-__all__ = ["CUT", "TESTS", "depth_clamp", "depth_tests", "far_lights"]
 
 Float64 = NDArray[np.float64]
 

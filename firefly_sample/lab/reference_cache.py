@@ -38,8 +38,6 @@ from firefly_sample.scene.material import Texture
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
-__all__ = ["cache_folder", "fingerprint", "reference_frame"]
-
 Float64 = NDArray[np.float64]
 
 _KEPT = ("radiance", "light", "position")

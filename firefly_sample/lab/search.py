@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-__all__ = ["DIMENSIONS", "Measured", "Option", "Prediction", "options_of", "predictions"]
-
 DIMENSIONS: tuple[tuple[str, ...], ...] = (
     ("shadow_resolution",),
     ("shadow_taps",),

@@ -18,16 +18,14 @@ from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import check_size
 from firefly_sample.lab.errors import require
 from firefly_sample.lab.speed_limit import LeftOut
-from firefly_sample.lab.speed_methods import METHODS, check_methods
+from firefly_sample.lab.speed_methods import check_methods
 from firefly_sample.lab.speed_report import growth_figure, speed_as_markdown
 from firefly_sample.lab.speed_rows import with_slopes
-from firefly_sample.lab.speed_steps import LIGHTS, steps_of
+from firefly_sample.lab.speed_steps import steps_of
 from firefly_sample.lab.speed_sweep import Sweep
 from firefly_sample.renderer import Renderer
 from firefly_sample.scenes import find_scene
 from firefly_sample.settings import Settings
-
-__all__ = ["LIGHTS", "METHODS", "NAME", "SIZES", "measure_speed"]
 
 SIZES = ((640, 360), (800, 600), (1920, 1080))
 """What to measure a whole sweep at; one of them, the second, is measured when nothing is said."""

@@ -10,8 +10,6 @@ from firefly_sample.frame import Frame
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.settings import Settings
 
-__all__ = ["CHOSEN", "METHODS", "check_methods", "shaded_by"]
-
 METHODS: dict[str, dict[str, Any]] = {
     "volumes": {"light_method": "volumes", "volume_depth_test": True},
     "original": {"light_method": "volumes", "volume_depth_test": False},

@@ -6,8 +6,6 @@ from typing import IO, Any
 
 from firefly_sample.lab.errors import require
 
-__all__ = ["figure_inches", "growth_figure", "sizes_of", "speed_as_markdown"]
-
 DPI = 110
 
 Row = dict[str, Any]

@@ -9,8 +9,6 @@ from typing import Any
 
 from firefly_sample.lab.bench import quartile_spread
 
-__all__ = ["Draw", "Draws", "Row", "make_row", "with_slopes"]
-
 Row = dict[str, Any]
 
 

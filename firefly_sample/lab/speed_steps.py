@@ -11,8 +11,6 @@ from firefly_sample.scene.parameter import Parameter, resolve_parameters
 from firefly_sample.scene.scene import ScenePlugin
 from firefly_sample.scenes.plugin import lights_parameter
 
-__all__ = ["LIGHTS", "Step", "steps_of"]
-
 LIGHTS = (1, 4, 16, 64, 256, 500, 1000, 4000, 10_000)
 """What is measured when nothing is said."""
 

@@ -19,8 +19,6 @@ from firefly_sample.scene.scene import Scene, ScenePlugin
 from firefly_sample.scenes import build_scene
 from firefly_sample.settings import Settings
 
-__all__ = ["Sweep"]
-
 OUTPUTS = "color", "position"
 NEXT_FRAME = 1.0 / 24.0
 """Seconds. Each draw comes after the scene was there: else what moves would stand still, and cost nothing."""

@@ -28,8 +28,6 @@ from firefly_sample.lab.stability_cases import ALL_CASES
 from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.lab.stability_cases.case import Case, error_warning
 
-__all__ = ["EXPECTED", "Expected", "Verdict", "measure_case", "measure_stability", "reason_for"]
-
 Verdict = Literal["pass", "fail", "expected"]
 
 

@@ -23,8 +23,6 @@ from firefly_sample.frame import check_size
 from firefly_sample.lab.bench import quartile_spread
 from firefly_sample.scenes import find_scene
 
-__all__ = ["CACHES", "measure_start"]
-
 CACHES = ("off", "empty", "full")
 """What each kind of process finds; in this order, "full" is what "empty" left."""
 

@@ -28,8 +28,6 @@ from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 
-__all__ = ["DIFFERENCES", "NAME", "default_folder", "measure_trade"]
-
 NAME = "trade.json"
 DIFFERENCES = 4
 """Rows whose difference to the reference is made a picture."""

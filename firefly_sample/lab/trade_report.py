@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.lab.errors import require
 
-__all__ = ["AMPLIFY", "difference_picture", "front_of", "pareto_figure", "trade_as_markdown"]
-
 AMPLIFY = 8
 """Codes of a difference picture for each code of difference."""
 

@@ -12,8 +12,6 @@ from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import CHOICES, NOT_FORWARD, PRESETS, Settings
 
-__all__ = ["COMBINATIONS", "Group", "Variation", "signature", "single_choices", "variations"]
-
 Group = Literal["default", "alone", "baseline", "preset", "combination", "look"]
 
 FORMATS = ("position", "normals", "albedo", "interpolation", "accumulation")

@@ -11,9 +11,6 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["SQUARE", "Pass", "draw_fullscreen", "textures_of"]
-
-
 SQUARE = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype=np.float32)
 """Corners of a strip of two triangles."""
 

@@ -7,8 +7,6 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["DepthCopyPass"]
-
 
 class DepthCopyPass(Pass):
     """Copies the depth buffer: in OpenGL 3.3 one that is tested must not be sampled."""

@@ -15,8 +15,6 @@ from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ForwardVariant
 
-__all__ = ["ForwardPass"]
-
 
 class ForwardPass(Pass):
     """Draws the batches once for all lights that shine and fade alike; one draw where all do.

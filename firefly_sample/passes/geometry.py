@@ -13,9 +13,6 @@ from firefly_sample.gpu.programs import Program
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 
-__all__ = ["Drawable", "GeometryPass", "draw_surface", "make_drawable"]
-
-
 AT_ONCE = 32
 """Draws that a software driver is given before it begins with them: it then shades them on all cores while
 the next ones' vertices are placed, which takes a tenth off a forest."""

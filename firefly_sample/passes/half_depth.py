@@ -9,8 +9,6 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["HalfDepthPass"]
-
 
 class HalfDepthPass(Pass):
     """Takes the depth of every second pixel, not a mean: that of no surface would be of no use."""

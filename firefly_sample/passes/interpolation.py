@@ -9,8 +9,6 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["InterpolationPass"]
-
 
 class InterpolationPass(Pass):
     """Writes again what the geometry pass marked; everything else keeps what it has."""

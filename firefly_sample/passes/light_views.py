@@ -14,8 +14,6 @@ from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import PASS_OF_KIND
 from firefly_sample.plan.variants import DrawMethod, LightViewVariant
 
-__all__ = ["OverdrawPass", "VolumesPass", "WireframePass"]
-
 
 class _LightViewPass(Pass):
     """Draws all proxies as the passes of light do, with another shader."""

@@ -33,17 +33,6 @@ from firefly_sample.plan.variants import (
     defines,
 )
 
-__all__ = [
-    "LightPass",
-    "draw_clustered",
-    "draw_volumes",
-    "light_table",
-    "method_for",
-    "shadow_textures",
-    "shining",
-    "variant_for",
-]
-
 _OUTPUTS = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
 BEHIND = 4.0

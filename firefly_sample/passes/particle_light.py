@@ -15,8 +15,6 @@ from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.variants import ParticleLightVariant
 
-__all__ = ["ParticleLightPass"]
-
 
 class ParticleLightPass(Pass):
     """A full-screen triangle over the particles' texels for all lights that shine and fade alike."""

@@ -10,8 +10,6 @@ from firefly_sample.gpu.particle_rows import splat_rows
 from firefly_sample.passes.base import SQUARE, Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["ParticleShadowSlicesPass"]
-
 
 class ParticleShadowSlicesPass(Pass):
     """One instanced draw of discs that add up."""

@@ -9,8 +9,6 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["ParticleShadowSumsPass"]
-
 
 class ParticleShadowSumsPass(Pass):
     """A copy and a draw for each slice: in OpenGL 3.3 what is drawn into must not be sampled."""

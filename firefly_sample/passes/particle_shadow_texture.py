@@ -9,8 +9,6 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, textures_of
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["ParticleShadowTexturePass"]
-
 SHARE = 0.4
 """Of the picture's shorter side."""
 

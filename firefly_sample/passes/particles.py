@@ -10,8 +10,6 @@ from firefly_sample.gpu.particle_rows import particle_rows
 from firefly_sample.passes.base import SQUARE, Pass, textures_of
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["ParticlesPass"]
-
 
 class ParticlesPass(Pass):
     """One instanced draw of squares in the plan's order, into a layer that resolve puts over all else."""

@@ -10,8 +10,6 @@ from firefly_sample.gpu.light_rows import dot_rows
 from firefly_sample.passes.base import SQUARE, Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["PlainPass"]
-
 
 class PlainPass(Pass):
     """One instanced draw of squares, added to the radiance, tested against the depth of the geometry."""

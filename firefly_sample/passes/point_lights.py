@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from firefly_sample.passes.lights import LightPass
 
-__all__ = ["PointLightsPass"]
-
 
 class PointLightsPass(LightPass):
     """Adds every point light in view."""

@@ -7,8 +7,6 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["ResolvePass"]
-
 
 class ResolvePass(Pass):
     """Background, average of the samples, exposure, tone curve, sRGB."""

@@ -12,8 +12,6 @@ from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.shadows import CasterBatch, ShadowMap
 from firefly_sample.plan.variants import ShadowVariant
 
-__all__ = ["ShadowMapsPass"]
-
 SLOPE_BIAS = 1.0
 """Texels: casters are drawn as much farther away as their slope makes of one texel, so that what faces a
 light does not hide half of itself. The shader's own offsets do the rest."""

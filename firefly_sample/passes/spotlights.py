@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from firefly_sample.passes.lights import LightPass
 
-__all__ = ["SpotlightsPass"]
-
 
 class SpotlightsPass(LightPass):
     """Adds every spotlight in view."""

@@ -9,8 +9,6 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, draw_fullscreen
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
-__all__ = ["UpsamplePass"]
-
 
 class UpsamplePass(Pass):
     """Adds to what ambient light left."""

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-__all__ = ["Tile", "pack_atlas"]
-
 
 class Tile(NamedTuple):
     """A square of texels, its lower left corner and its side."""

@@ -17,8 +17,6 @@ from firefly_sample.plan.instances import Factors, Group, Instances
 from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.scene.material import Material
 
-__all__ = ["Looks", "Visible", "VisiblePart", "make_batches"]
-
 Float64 = NDArray[np.float64]
 
 

@@ -45,8 +45,6 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import Settings, to_number
 
-__all__ = ["Planner", "build_plan"]
-
 Float64 = NDArray[np.float64]
 PointRows = tuple[Float64, Float64, Float64]
 

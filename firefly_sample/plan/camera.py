@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from firefly_sample.errors import LensError, NodeError
 from firefly_sample.plan.cull import frustum_corners
 from firefly_sample.scene.arrays import LARGEST
-from firefly_sample.scene.lens import Lens
+from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.scene import Scene
-
-__all__ = ["CameraMatrices", "Eye", "camera_matrices", "eye_state", "lens_for_picture"]
 
 Float64 = NDArray[np.float64]
 

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.scene.geom import Geom
 
-__all__ = ["CHUNK", "corners_near"]
-
 Float64 = NDArray[np.float64]
 
 CHUNK = 1 << 8

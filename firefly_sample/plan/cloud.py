@@ -14,8 +14,6 @@ from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow, ShadowLight
 
-__all__ = ["Cloud", "gather_particles", "lengths", "light_direction"]
-
 Float64 = NDArray[np.float64]
 
 

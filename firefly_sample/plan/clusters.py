@@ -31,8 +31,6 @@ from firefly_sample.plan.light_bounds import Bodies, pixel_scales
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 
-__all__ = ["Clusters", "find_clusters", "plan_clusters"]
-
 AT_ONCE = 8192
 """Bits whose bounds are found at a time: their columns stay in a core's cache."""
 EDGE = 1e-4

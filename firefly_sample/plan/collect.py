@@ -26,8 +26,6 @@ from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scene.traversal import iter_visible
 
-__all__ = ["LightNode", "Snapshot", "collect"]
-
 Float64 = NDArray[np.float64]
 LightNode = PointLights | FadingLight | DirectionalLight
 

@@ -7,14 +7,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.scene.lens_constants import LensConstants
 
-__all__ = [
-    "FULLSCREEN_RADIUS",
-    "farthest_corner",
-    "frustum_corners",
-    "sectors_in_frustum",
-    "spheres_in_frustum",
-]
-
 Float64 = NDArray[np.float64]
 
 FULLSCREEN_RADIUS = 1e15

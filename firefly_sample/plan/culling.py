@@ -15,8 +15,6 @@ from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.settings import Settings
 
-__all__ = ["Culling", "choose_culling"]
-
 Float64 = NDArray[np.float64]
 Bounds = tuple[tuple[Float64, Float64], tuple[Float64, Float64]]
 

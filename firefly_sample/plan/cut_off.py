@@ -19,8 +19,6 @@ from firefly_sample.plan.chunks import corners_near
 from firefly_sample.plan.cull import frustum_corners, spheres_in_frustum
 from firefly_sample.plan.instances import Group, Instances
 
-__all__ = ["CutOff", "cut_off", "cut_off_warnings"]
-
 Float64 = NDArray[np.float64]
 
 MOST_NAMES = 4

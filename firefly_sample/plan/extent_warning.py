@@ -15,8 +15,6 @@ from firefly_sample.plan.view import View
 from firefly_sample.plan.wide_triangles import WIDEST, WIDEST_CASTER, has_wide
 from firefly_sample.scene.lens_constants import LensConstants
 
-__all__ = ["Extent", "extent_warnings"]
-
 Float64 = NDArray[np.float64]
 
 SMALLEST, LARGEST = 1e-15, 1e18

@@ -33,8 +33,6 @@ from firefly_sample.plan.variants import (
     Variant,
 )
 
-__all__ = ["check_passes", "choose_passes", "geometry_variant"]
-
 GBUFFER = (
     *("depth", "albedo", "normal", "distance", "position", "ambient_albedo", "specular", "emission"),
     *("id", "visibility"),

@@ -28,8 +28,6 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Texture
 from firefly_sample.settings import Settings
 
-__all__ = ["Background", "Batch", "Capabilities", "FramePlan", "PassPlan", "SpriteSet", "View"]
-
 Float64 = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from firefly_sample.plan.targets import (
     particle_texels,
 )
 
-__all__ = ["INTERPOLATED", "choose_targets"]
-
 _SOFT = "particles end softly where surfaces are"
 INTERPOLATED = frozenset({"normal", "distance", "position"})
 """Targets of what is interpolated between corners, and not sampled."""

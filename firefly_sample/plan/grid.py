@@ -18,8 +18,6 @@ from firefly_sample.plan.light_bounds import ROUNDING
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 
-__all__ = ["BITS", "MOST_SLICES", "TEXEL", "TILE", "Grid", "common_range", "make_grid", "slices_of"]
-
 Float64 = NDArray[np.float64]
 Spans = tuple[Float64, Float64]
 

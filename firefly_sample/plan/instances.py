@@ -13,8 +13,6 @@ from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import Color
 
-__all__ = ["Factors", "Group", "Instances", "look_of", "make_groups"]
-
 Float64 = NDArray[np.float64]
 
 

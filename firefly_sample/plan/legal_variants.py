@@ -11,7 +11,6 @@ from firefly_sample.plan.variants import (
     AmbientVariant,
     ColorPacking,
     DrawMethod,
-    RangeFalloff,
     ForwardVariant,
     GeometryVariant,
     Highlights,
@@ -23,6 +22,7 @@ from firefly_sample.plan.variants import (
     ParticleVariant,
     PlainVariant,
     Position,
+    RangeFalloff,
     ResolveVariant,
     ShadowVariant,
     Stored,
@@ -30,8 +30,6 @@ from firefly_sample.plan.variants import (
     Variant,
     View,
 )
-
-__all__ = ["legal_variants"]
 
 _BOTH = (False, True)
 

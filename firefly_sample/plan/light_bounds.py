@@ -14,16 +14,6 @@ from firefly_sample.plan.view import View
 if TYPE_CHECKING:
     from firefly_sample.plan.light_set import LightSet
 
-__all__ = [
-    "ROUNDING",
-    "Bodies",
-    "meet_samples",
-    "pixel_scales",
-    "safe_reaches",
-    "screen_bounds",
-    "spans_of",
-]
-
 Float64 = NDArray[np.float64]
 
 ROUNDING = 2e-6

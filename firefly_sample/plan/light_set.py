@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from firefly_sample.plan.light_bounds import safe_reaches, spans_of
 from firefly_sample.scene.falloff import Falloff
 
-__all__ = ["MOST_LOOPED", "PASS_OF_KIND", "LightKind", "LightSet", "Proxy"]
-
 Float64 = NDArray[np.float64]
 
 LightKind = Literal["directional", "point", "spot"]

@@ -13,20 +13,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.scene.lens import Lens, OrthographicLens, PerspectiveLens
-
-__all__ = [
-    "BORDER",
-    "FACES",
-    "LightView",
-    "Sight",
-    "Spheres",
-    "axes_along",
-    "cube_views",
-    "nearest_caster",
-    "spot_views",
-    "sun_view",
-]
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens_base import Lens
+from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 Float64 = NDArray[np.float64]
 

@@ -19,8 +19,6 @@ from firefly_sample.plan.view import View
 from firefly_sample.scene.light import Light
 from firefly_sample.settings import PositionMethod, Settings
 
-__all__ = ["Lighting", "light_scene"]
-
 OFF_RAY: frozenset[PositionMethod] = frozenset({"stored16f", "stored32f", "inverse_matrix"})
 """Methods that may find a surface beside the line of sight that it was seen on: of a giant triangle, what a
 rasterizer interpolates is some samples off. Forward shading takes its places from there, too."""

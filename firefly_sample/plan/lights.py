@@ -25,8 +25,6 @@ from firefly_sample.scene.lights import DirectionalLight, PointLights
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
 
-__all__ = ["WIDEST_CONE", "LightSource", "choose_proxies", "cut_off", "in_view", "world_lights"]
-
 Float64 = NDArray[np.float64]
 
 WIDEST_CONE = 53.0

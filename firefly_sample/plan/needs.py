@@ -18,8 +18,6 @@ from firefly_sample.plan.targets import (
 )
 from firefly_sample.settings import Settings
 
-__all__ = ["NORMAL_OUTPUTS", "PLACE_OUTPUTS", "VOLUME_OUTPUTS", "Needs", "asked", "reverses_depth"]
-
 PLACE_OUTPUTS = ("depth", "position", "position_world")
 NORMAL_OUTPUTS = ("normal", "normal_world")
 VOLUME_OUTPUTS = ("overdraw", "volumes", "wireframe")

@@ -21,17 +21,6 @@ from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import BlurKernel
 from firefly_sample.settings import Settings
 
-__all__ = [
-    "MOST_OPAQUE",
-    "ParticleShadowMethod",
-    "ParticleShadowPlan",
-    "ParticleShadowView",
-    "optical_depths",
-    "particle_shadow_view",
-    "plan_particle_shadow",
-    "slice_grid",
-]
-
 Float64 = NDArray[np.float64]
 ParticleShadowMethod = Literal["optical_depth", "blend", "loop"]
 

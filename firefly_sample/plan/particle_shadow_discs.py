@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 from firefly_sample.scene.particles import BlurKernel
 
-__all__ = ["blur_weights", "own_takings", "splats"]
-
 Float64 = NDArray[np.float64]
 
 SMALLEST_SPLAT = 1.5

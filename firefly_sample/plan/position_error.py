@@ -24,8 +24,6 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["CODE", "HALF_FLOAT_END", "codes_shown", "depth_error", "position_error", "position_errors"]
-
 Float64 = NDArray[np.float64]
 
 CODE = 2.4 / 1.055 / 255.0

@@ -16,10 +16,8 @@ from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown, position_errors
 from firefly_sample.plan.reach import light_reach
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.lens import Lens
+from firefly_sample.scene.lens_base import Lens
 from firefly_sample.settings import PositionMethod
-
-__all__ = ["position_warnings"]
 
 Float64 = NDArray[np.float64]
 

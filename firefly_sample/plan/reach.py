@@ -13,8 +13,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["budget_thresholds", "light_reach"]
-
 Float64 = NDArray[np.float64]
 
 _SPLIT = 2.0**27 + 1.0

@@ -10,8 +10,6 @@ from typing import Any
 from firefly_sample.columns import align
 from firefly_sample.plan.frame_plan import FramePlan
 
-__all__ = ["plan_as_dict", "plan_as_dot", "plan_as_text"]
-
 
 def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
     """The plan as plain JSON values.

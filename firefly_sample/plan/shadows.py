@@ -40,8 +40,6 @@ from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Texture
 from firefly_sample.settings import LARGEST_ATLAS, SHADOW_RESOLUTIONS
 
-__all__ = ["CasterBatch", "ShadowMap", "ShadowPlan", "ShadowPlanner", "no_maps"]
-
 Float64 = NDArray[np.float64]
 
 MOST_NAMES = 4

@@ -12,23 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "ACCUMULATION_FORMATS",
-    "ALBEDO_FORMATS",
-    "COARSE_DEPTH",
-    "FORMATS",
-    "NORMAL_FORMATS",
-    "PARTICLE_ROW",
-    "PARTICLE_SHADOW_FORMATS",
-    "STORED_POSITIONS",
-    "UNSIGNED",
-    "Target",
-    "TargetFormat",
-    "particle_texels",
-    "stored_dtype",
-    "stored_fractions",
-]
-
 
 @dataclass(frozen=True)
 class TargetFormat:

@@ -9,29 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
-__all__ = [
-    "PASS_ORDER",
-    "AmbientVariant",
-    "ColorPacking",
-    "DrawMethod",
-    "ForwardVariant",
-    "GeometryVariant",
-    "InterpolationVariant",
-    "LightVariant",
-    "LightViewVariant",
-    "NormalPacking",
-    "ParticleLightVariant",
-    "ParticleVariant",
-    "PlainVariant",
-    "Position",
-    "ResolveVariant",
-    "ShadowVariant",
-    "Stored",
-    "UpsampleVariant",
-    "Variant",
-    "defines",
-]
-
 PASS_ORDER = (
     "shadow_maps",
     "particle_shadow_slices",

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.scene.lens_constants import LensConstants
 
-__all__ = ["View"]
-
 Float64 = NDArray[np.float64]
 
 

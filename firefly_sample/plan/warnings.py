@@ -13,8 +13,6 @@ from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 
-__all__ = ["plan_warnings"]
-
 LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
 """The largest number of each setting `accumulation`, float32 apart; of the second, that of blue."""
 

@@ -6,10 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import Lens
+from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.lens_constants import LensConstants
-
-__all__ = ["WIDEST", "WIDEST_CASTER", "casts_too_wide", "has_wide"]
 
 Float64 = NDArray[np.float64]
 

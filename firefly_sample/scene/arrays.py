@@ -29,20 +29,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
 
-__all__ = [
-    "LARGEST",
-    "ReadOnlyArrays",
-    "as_codes",
-    "as_color",
-    "as_colors",
-    "as_numbers",
-    "as_whole",
-    "hint_above_one",
-    "in_range",
-    "outside",
-    "read_only",
-]
-
 Float64 = NDArray[np.float64]
 
 LARGEST = 1e30

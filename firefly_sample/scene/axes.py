@@ -11,8 +11,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["matrix_from_gltf", "matrix_to_gltf", "vectors_from_gltf", "vectors_to_gltf"]
-
 Float64 = NDArray[np.float64]
 
 _FROM_GLTF = np.array(

@@ -7,8 +7,6 @@ import numpy as np
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.transforms import Float64
 
-__all__ = ["tight_bounds"]
-
 
 def tight_bounds(top: PandaNode, matrix: Float64) -> tuple[Float64, Float64] | None:
     """The axis-aligned box (minimum, maximum) of every vertex at and below `top`; None without any.

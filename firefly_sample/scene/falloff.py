@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import LightError
 from firefly_sample.scene.arrays import as_numbers
 
-__all__ = ["Attenuation", "Falloff", "check_attenuation"]
-
 Float64 = NDArray[np.float64]
 
 

@@ -27,8 +27,6 @@ from firefly_sample.errors import NodeError
 from firefly_sample.scene.node import OVERALL_BIT, PandaNode
 from firefly_sample.scene.path import PathStep
 
-__all__ = ["find_paths"]
-
 _Test = Callable[[PandaNode], bool]
 
 

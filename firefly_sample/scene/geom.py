@@ -22,8 +22,6 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.serials import new_serial
 
-__all__ = ["Geom", "GeomNode"]
-
 Float64 = NDArray[np.float64]
 
 _LENGTHS = 1e-6, 1e6

@@ -22,11 +22,7 @@ from firefly_sample.scene.lens_checks import (
     positive,
     whole,
 )
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 from firefly_sample.scene.lens_shape import Shape, film_shape
-
-__all__ = ["Lens", "OrthographicLens", "PerspectiveLens"]
-
 
 _ANGLES = ("fov", "min_fov", "vfov")
 

@@ -21,8 +21,6 @@ from firefly_sample.scene.lens_checks import finite, number, positive
 from firefly_sample.scene.lens_constants import Clip, LensConstants
 from firefly_sample.scene.lens_shape import Shape, ratio_shape
 
-__all__ = ["Lens"]
-
 Float64 = NDArray[np.float64]
 
 NEAR, FAR = 1.0, 100000.0

@@ -10,18 +10,6 @@ import numpy as np
 from firefly_sample.errors import LensError
 from firefly_sample.settings import number_or_none
 
-__all__ = [
-    "cot_half",
-    "finite",
-    "number",
-    "one_of",
-    "one_or_two",
-    "one_shape",
-    "pair",
-    "positive",
-    "whole",
-]
-
 
 def cot_half(name: str, degrees: float) -> float:
     """Cotangent of half an angle between 0 and 180 degrees, to a few ulp over the whole range."""

@@ -24,8 +24,6 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import LensError
 from firefly_sample.planar import empty_planar
 
-__all__ = ["Clip", "LensConstants", "Unprojection"]
-
 Float64 = NDArray[np.float64]
 Clip = Literal["gl", "zero_to_one"]
 

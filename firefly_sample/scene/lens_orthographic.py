@@ -9,8 +9,6 @@ from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.lens_checks import one_of, one_or_two, one_shape, pair, positive
 from firefly_sample.scene.lens_shape import Shape, film_shape
 
-__all__ = ["OrthographicLens"]
-
 
 class OrthographicLens(Lens):
     """A lens of parallel rays; its film size is the size of what it sees, in scene units.

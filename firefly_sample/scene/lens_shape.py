@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from firefly_sample.scene.lens_checks import positive
 
-__all__ = ["Shape", "film_shape", "ratio_shape"]
-
 LARGEST_PICTURE = 1e9
 """Longest side of a picture that a message advises."""
 

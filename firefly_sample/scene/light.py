@@ -13,8 +13,6 @@ from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
 from firefly_sample.settings import SHADOW_RESOLUTIONS, to_number, to_whole
 
-__all__ = ["FadingLight", "Light", "ShadowCaster", "light_color"]
-
 Float64 = NDArray[np.float64]
 
 SHADOW_RESOLUTION = 1024

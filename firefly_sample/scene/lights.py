@@ -20,8 +20,6 @@ from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
 from firefly_sample.settings import to_number
 
-__all__ = ["AmbientLight", "DirectionalLight", "PointLight", "PointLights"]
-
 Float64 = NDArray[np.float64]
 
 

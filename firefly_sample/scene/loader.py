@@ -24,8 +24,6 @@ from firefly_sample.scene.model_data import GeomData, ImageData, MaterialData, M
 from firefly_sample.scene.model_store import load_kept, model_key, save_kept
 from firefly_sample.scene.nodepath import NodePath
 
-__all__ = ["load_model"]
-
 Float64 = NDArray[np.float64]
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}

@@ -13,8 +13,6 @@ from firefly_sample.scene.arrays import LARGEST, ReadOnlyArrays, as_codes, as_co
 from firefly_sample.scene.serials import new_serial
 from firefly_sample.settings import to_number
 
-__all__ = ["AlphaMode", "Material", "Texture"]
-
 AlphaMode = Literal["opaque", "mask", "blend"]
 
 LARGEST_SHININESS = 1e6

@@ -14,8 +14,6 @@ from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import AlphaMode, Material, Texture
 from firefly_sample.scene.nodepath import NodePath
 
-__all__ = ["GeomData", "ImageData", "MaterialData", "ModelData", "NodeData"]
-
 
 @dataclass
 class ImageData:

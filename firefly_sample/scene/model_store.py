@@ -22,8 +22,6 @@ from firefly_sample.derived import Kept, derived_folder, fingerprint, load_deriv
 from firefly_sample.scene.model_data import GeomData, ImageData, MaterialData, ModelData, NodeData
 from firefly_sample.scene.nodepath import NodePath
 
-__all__ = ["load_kept", "model_key", "save_kept"]
-
 _DTYPES: dict[str, np.dtype[Any]] = {
     **{what: np.dtype("<f8") for what in ("vertices", "normals", "texcoords", "colors", "matrix")},
     "triangles": np.dtype("<i4"),

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from firefly_sample.scene.material import Material
     from firefly_sample.scene.path import PathStep
 
-__all__ = ["ALL_CAMERAS", "OVERALL_BIT", "Color", "PandaNode"]
-
 Color = tuple[float, float, float, float]
 
 OVERALL_BIT = 1 << 31

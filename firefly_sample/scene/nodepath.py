@@ -11,10 +11,7 @@ from firefly_sample.scene.find import find_paths
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.path_attributes import PathAttributes
 from firefly_sample.scene.path_components import PathComponents
-from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.transforms import Float64
-
-__all__ = ["NodePath", "net_matrix"]
 
 
 class NodePath(PathComponents, PathAttributes):

@@ -9,8 +9,6 @@ from typing import Any
 from firefly_sample.errors import ParameterError
 from firefly_sample.settings import number_or_none, to_whole
 
-__all__ = ["KeyStep", "Parameter", "resolve_parameters"]
-
 
 @dataclass(frozen=True)
 class KeyStep:

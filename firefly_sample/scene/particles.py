@@ -18,16 +18,6 @@ from firefly_sample.scene.rows import Column, checked_rows
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import to_number
 
-__all__ = [
-    "BlurKernel",
-    "Fading",
-    "ParticleArrays",
-    "ParticleFunction",
-    "ParticleNode",
-    "ParticleShadow",
-    "ShadowLight",
-]
-
 Float64 = NDArray[np.float64]
 
 ShadowLight = DirectionalLight | Spotlight

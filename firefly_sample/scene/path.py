@@ -14,8 +14,6 @@ from typing import Any
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.node import PandaNode
 
-__all__ = ["PathStep", "attach", "common_ancestor", "detach", "instance", "reparent", "same_path", "step_to"]
-
 
 class PathStep:
     """A node as reached through a parent step, or as the top of its path."""

@@ -12,8 +12,6 @@ from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode
 from firefly_sample.scene.path_base import PathBase
 from firefly_sample.settings import number_or_none, to_whole
 
-__all__ = ["PathAttributes", "inherit"]
-
 _Value = TypeVar("_Value")
 
 

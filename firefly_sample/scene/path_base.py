@@ -13,8 +13,6 @@ from firefly_sample.scene.path import PathStep, same_path
 from firefly_sample.scene.transforms import Vec3
 from firefly_sample.settings import number_or_none
 
-__all__ = ["PathBase"]
-
 
 class PathBase:
     """A place in the graph, or none (an empty path)."""

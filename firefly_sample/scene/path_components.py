@@ -6,8 +6,6 @@ from typing import Any
 
 from firefly_sample.scene.path_transform import PathTransform
 
-__all__ = ["PathComponents"]
-
 
 class PathComponents(PathTransform):
     """Single components of a NodePath's transform, in the parent's space or in that of `other`.

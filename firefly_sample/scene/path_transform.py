@@ -20,8 +20,6 @@ from firefly_sample.scene.transform_state import (
 )
 from firefly_sample.scene.transforms import Float64, Quat, look_at_quat
 
-__all__ = ["PathTransform", "net_matrix"]
-
 _Part = TypeVar("_Part")
 
 

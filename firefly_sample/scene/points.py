@@ -16,8 +16,6 @@ from firefly_sample.scene.arrays import ReadOnlyArrays
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.rows import Column, Fault, checked_rows, color_faults
 
-__all__ = ["PointArrays", "PointFunction", "PointsNode"]
-
 Float64 = NDArray[np.float64]
 
 _NEGATIVE_OR_NAN: Fault = ("radius is negative or no number", lambda r: ~(r >= 0))

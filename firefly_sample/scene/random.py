@@ -14,8 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import ParameterError
 from firefly_sample.settings import to_whole
 
-__all__ = ["check_seed", "philox4x32", "uniform"]
-
 UInt64 = NDArray[np.uint64]
 
 _ROUNDS = 10

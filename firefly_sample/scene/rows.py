@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import LARGEST, as_colors, as_numbers, read_only
 
-__all__ = ["Column", "Fault", "checked_rows", "color_faults"]
-
 Float64 = NDArray[np.float64]
 Fault = tuple[str, Callable[[Float64], NDArray[np.bool_]]]
 """What is wrong with an entry, and which numbers are."""

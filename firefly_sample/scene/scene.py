@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from firefly_sample.errors import NodeError, ParameterError
-from firefly_sample.scene.lens import Lens, PerspectiveLens
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.transform_state import TransformState
-
-__all__ = ["Camera", "Scene", "ScenePlugin", "VerticalGradient"]
 
 Color = tuple[float, float, float]
 

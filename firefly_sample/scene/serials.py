@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import itertools
 
-__all__ = ["new_serial"]
-
 _NUMBERS = itertools.count()
 
 

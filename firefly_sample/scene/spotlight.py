@@ -11,8 +11,6 @@ from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.settings import to_number
 
-__all__ = ["SMALLEST_CONE", "Cone", "Spotlight"]
-
 SMALLEST_CONE = 0.01
 """Degrees of the narrowest cone's half-angle: below, float32 cannot tell inside from outside."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from firefly_sample.scene.points import PointsNode
 
-__all__ = ["Sprites"]
-
 
 class Sprites(PointsNode):
     """Any number of round dots, added to the picture, hidden by what stands before them.

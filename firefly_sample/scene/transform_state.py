@@ -21,8 +21,6 @@ from firefly_sample.scene.transforms import (
     rows_from_quat,
 )
 
-__all__ = ["IDENTITY", "SingularTransformError", "TransformState", "invert_matrix"]
-
 _ZERO: Vec3 = (0.0, 0.0, 0.0)
 _ONE: Vec3 = (1.0, 1.0, 1.0)
 _PANDA_ZERO = 1e-6

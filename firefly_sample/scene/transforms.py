@@ -27,23 +27,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Float64",
-    "Quat",
-    "Rows",
-    "Vec3",
-    "compose_matrix",
-    "decompose_matrix",
-    "hpr_from_quat",
-    "look_at_quat",
-    "multiply_quats",
-    "quat_from_hpr",
-    "quat_from_rows",
-    "rotate_by_quat",
-    "rows_from_hpr",
-    "rows_from_quat",
-]
-
 Float64 = NDArray[np.float64]
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]

@@ -12,8 +12,6 @@ from firefly_sample.scene.path_base import PathBase
 from firefly_sample.scene.transform_state import IDENTITY
 from firefly_sample.scene.transforms import Float64
 
-__all__ = ["Visit", "iter_visible"]
-
 
 class Visit(NamedTuple):
     """A node as it is met on the way down.

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from firefly_sample.errors import ParameterError
 from firefly_sample.scene.random import check_seed, uniform
 
-__all__ = ["Fireflies", "FireflyState"]
-
 Float64 = NDArray[np.float64]
 
 START_LOW = (-50.0, -100.0, -10.0)

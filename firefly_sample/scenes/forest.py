@@ -26,8 +26,6 @@ from firefly_sample.scenes.forest_mist import MIST_SEED, mist_at
 from firefly_sample.scenes.parts import find_part, set_visible
 from firefly_sample.scenes.plugin import Plugin, check_live
 
-__all__ = ["ForestScene", "scene"]
-
 Float64 = NDArray[np.float64]
 
 REACH = 25.0 * 1.1

@@ -9,16 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.scene.random import uniform
 
-__all__ = [
-    "CLEARING",
-    "X_RANGE",
-    "Y_RANGE",
-    "clearing_distance",
-    "ground_height",
-    "ground_noise",
-    "ground_slope",
-]
-
 Float64 = NDArray[np.float64]
 
 X_RANGE = (-260.0, 260.0)

@@ -23,8 +23,6 @@ from firefly_sample.scenes.forest_ground import (
     ground_noise,
 )
 
-__all__ = ["CAMERA", "SPECIES", "Placement", "Species", "place_forest"]
-
 Float64 = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 

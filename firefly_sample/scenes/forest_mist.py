@@ -11,8 +11,6 @@ from firefly_sample.scene.random import uniform
 from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA
 
-__all__ = ["MIST_SEED", "mist_at"]
-
 Float64 = NDArray[np.float64]
 
 MIST_SEED = 1923

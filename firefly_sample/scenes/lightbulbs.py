@@ -29,8 +29,6 @@ from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes.parts import find_part, set_visible
 from firefly_sample.scenes.plugin import Plugin, check_live
 
-__all__ = ["LightbulbsScene", "scene"]
-
 Float64 = NDArray[np.float64]
 
 SPACING = 2.3

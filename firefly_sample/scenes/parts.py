@@ -11,8 +11,6 @@ from firefly_sample.errors import ModelError
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.nodepath import NodePath
 
-__all__ = ["find_part", "icosphere", "set_visible"]
-
 
 def find_part(file: NodePath, name: str) -> GeomNode:
     """All Geoms at and below the node `name` of a file that `load_model` read, as one node to copy.

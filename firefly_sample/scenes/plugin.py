@@ -10,8 +10,6 @@ from firefly_sample.errors import ParameterError, SceneError
 from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.scene import Scene, ScenePlugin
 
-__all__ = ["Plugin", "check_live", "lights_parameter"]
-
 
 @dataclass(frozen=True)
 class Plugin:

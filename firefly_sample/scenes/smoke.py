@@ -20,8 +20,6 @@ from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scenes.plugin import Plugin, check_live
 from firefly_sample.scenes.smoke_cloud import LARGEST_PUFF, REACH, Cloud
 
-__all__ = ["SmokeScene", "scene"]
-
 Float64 = NDArray[np.float64]
 
 LIGHT = (2.1, 1.85, 1.5)

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.scene.random import uniform
 
-__all__ = ["EMBER", "GOLD", "LARGEST_PUFF", "PERIOD", "REACH", "Cloud"]
-
 Float64 = NDArray[np.float64]
 
 REACH = 1.32

@@ -24,8 +24,6 @@ from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scenes.parts import icosphere
 from firefly_sample.scenes.plugin import Plugin, check_live
 
-__all__ = ["SpheresScene", "light_power", "scene"]
-
 Float64 = NDArray[np.float64]
 
 SIDE = 32.0

@@ -10,8 +10,6 @@ from firefly_sample.plan.shadows import ShadowMap
 from firefly_sample.srgb import linear_to_srgb
 from firefly_sample.viewer.buffers import DARKEST, codes
 
-__all__ = ["EMPTY", "atlas_picture", "particle_shadow_picture"]
-
 Pixels = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
 

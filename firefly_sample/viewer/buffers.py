@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.srgb import linear_to_srgb
 
-__all__ = ["BUFFERS", "DARKEST", "buffer_picture", "buffers_of", "codes"]
-
 Pixels = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
 

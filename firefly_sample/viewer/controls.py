@@ -9,8 +9,6 @@ from functools import partial
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.parameter import KeyStep, Parameter
 
-__all__ = ["Binding", "key_label", "parameter_bindings"]
-
 NAMED_KEYS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right", "escape": "Esc", "f1": "F1"}
 """Keys that have no letter or digit, and what is printed on them."""
 

@@ -11,8 +11,6 @@ from typing import Any, Protocol
 from firefly_sample.errors import ViewerError
 from firefly_sample.extras import install_command
 
-__all__ = ["Listener", "Window", "check_display", "load_glfw"]
-
 LARGEST = 16384
 """Width or height of a window that is still asked for."""
 

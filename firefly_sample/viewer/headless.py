@@ -16,8 +16,6 @@ from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.orbit import OrbitCamera, SceneSeenBy
 from firefly_sample.viewer.performance import PerformanceResult, PerformanceTest
 
-__all__ = ["run_headless"]
-
 
 def run_headless(
     scene_name: str,

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from firefly_sample.viewer.controls import Binding, key_label
 from firefly_sample.viewer.overlay import Rows, Section, columns_plate
 
-__all__ = ["help_plate"]
-
 
 def mouse_section(dragged: str) -> Section:
     """What the mouse does; `dragged` is what the scene does with its right button, if anything."""

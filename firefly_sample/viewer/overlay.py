@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont, ImageFont
 
-__all__ = ["Rows", "Section", "blend", "columns_plate", "rows_plate", "text_plate", "title_plate"]
-
 Pixels = NDArray[np.uint8]
 Rows = tuple[tuple[str, str], ...]
 Section = tuple[str, Rows]

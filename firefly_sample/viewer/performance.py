@@ -17,8 +17,6 @@ from firefly_sample.frame import Frame
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.orbit import TURN, OrbitCamera
 
-__all__ = ["LONGEST", "SECONDS", "TURN_SECONDS", "PerformanceResult", "PerformanceTest", "check_seconds"]
-
 SECONDS = 30.0
 """How long a test lasts when nobody says otherwise."""
 LONGEST = 3600.0

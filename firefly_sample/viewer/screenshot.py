@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import FireflyError
 
-__all__ = ["save_screenshot"]
-
 
 def save_screenshot(folder: Path, name: str, picture: NDArray[np.uint8]) -> Path:
     """Write `picture`, shape (height, width, 3), to the first free ``<name>_0001.png`` in `folder`.

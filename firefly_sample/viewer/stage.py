@@ -8,8 +8,6 @@ from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.scene import Scene, ScenePlugin
 from firefly_sample.scenes import build_scene
 
-__all__ = ["Stage", "value_text"]
-
 
 class Stage:
     """A plugin's scene.

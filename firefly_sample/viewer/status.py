@@ -6,8 +6,6 @@ from firefly_sample.frame import Frame
 from firefly_sample.viewer.overlay import Rows
 from firefly_sample.viewer.stage import Stage, value_text
 
-__all__ = ["Meter", "status_rows"]
-
 PERIOD = 0.4
 """Seconds over which rates are averaged; the text changes as often."""
 MOST_PARAMETERS = 8

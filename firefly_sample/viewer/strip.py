@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.viewer.overlay import blend, title_plate
 
-__all__ = ["Grid", "buffer_strip", "thumbnail_grid"]
-
 Pixels = NDArray[np.uint8]
 
 GAP = 6

@@ -24,8 +24,6 @@ from firefly_sample.viewer.stage import Stage
 from firefly_sample.viewer.status import Meter, status_rows
 from firefly_sample.viewer.views import PICTURE, STRIP, Drawn, draw_view, views_of
 
-__all__ = ["Viewer"]
-
 MARGIN = 10
 """Pixels between the window's edge and text, at scale 1."""
 MESSAGE_SECONDS = 4.0

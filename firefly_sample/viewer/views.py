@@ -17,8 +17,6 @@ from firefly_sample.viewer.buffers import BUFFERS, buffer_picture, buffers_of
 from firefly_sample.viewer.overlay import blend
 from firefly_sample.viewer.strip import buffer_strip, thumbnail_grid
 
-__all__ = ["PICTURE", "STRIP", "Drawn", "draw_view", "views_of"]
-
 PICTURE, STRIP = "picture", "strip"
 
 

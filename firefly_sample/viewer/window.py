@@ -18,8 +18,6 @@ from firefly_sample.viewer.performance import PerformanceResult, check_seconds
 from firefly_sample.viewer.stage import Stage
 from firefly_sample.viewer.viewer import Viewer
 
-__all__ = ["run"]
-
 IDLE_SECONDS = 0.1
 """How long to wait for something to happen while nothing moves."""
 

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import Lens
+from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from tests.scenes import ball, geom_node, wall

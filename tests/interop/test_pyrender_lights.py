@@ -16,7 +16,8 @@ from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
-from firefly_sample.scene.nodepath import NodePath, net_matrix
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import SMALLEST_CONE, Spotlight
 from firefly_sample.scene.transforms import Float64

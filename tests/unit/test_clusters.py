@@ -15,7 +15,8 @@ from firefly_sample.plan.light_bounds import screen_bounds
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 SIZE = (200, 120)
 

@@ -16,7 +16,9 @@ from hypothesis import strategies as st
 from panda3d import core as panda
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.lens import Lens, OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens_base import Lens
+from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 HALF_ULP = 2.0**-24
 

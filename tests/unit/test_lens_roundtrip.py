@@ -16,8 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_constants import LensConstants
+from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 U = 2.0**-53
 CONVENTIONS = [(clip, reverse) for clip in ("gl", "zero_to_one") for reverse in (False, True)]

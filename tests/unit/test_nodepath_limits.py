@@ -14,7 +14,8 @@ from firefly_sample.errors import NodeError
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
-from firefly_sample.scene.nodepath import NodePath, net_matrix
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.path_transform import net_matrix
 from tests.unit.trees import names, tree
 
 # --- Errors ---

@@ -10,7 +10,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.nodepath import NodePath, net_matrix
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.transform_state import TransformState
 from tests.unit.trees import tree
 

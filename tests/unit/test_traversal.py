@@ -11,7 +11,8 @@ from panda3d import core as panda
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT
-from firefly_sample.scene.nodepath import NodePath, net_matrix
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.traversal import Visit, iter_visible
 
 MATERIALS = [Material("bark"), Material("moss")]

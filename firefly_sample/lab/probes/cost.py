@@ -16,8 +16,6 @@ from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.proxies import proxy_mesh
 from firefly_sample.gpu.shader_source import resolve_source
 
-__all__ = ["FULLSCREEN", "VOLUMES", "Contender", "contest"]
-
 FULLSCREEN = """#version 330 core
 flat out int v_light;
 void main()

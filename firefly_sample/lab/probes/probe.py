@@ -20,8 +20,6 @@ from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.shader_source import load_source, resolve_source
 from firefly_sample.plan.targets import FORMATS, stored_dtype, stored_fractions
 
-__all__ = ["WIDTH", "accumulate", "evaluate", "row_texture", "run", "stored_numbers"]
-
 Float32 = NDArray[np.float32]
 
 WIDTH = 1024

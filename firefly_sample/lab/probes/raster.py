@@ -15,8 +15,6 @@ from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.shader_source import resolve_source
 from firefly_sample.lab.probes.probe import bind_blocks, run, stored_numbers
 
-__all__ = ["rasterise"]
-
 _VERTEX = """#version 330 core
 #include "include/lens.glsl"
 in vec3 in_view;

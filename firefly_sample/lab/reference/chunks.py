@@ -14,8 +14,6 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Progress", "chunks_of", "run_all", "tiles_of"]
-
 Progress = Callable[[int, int], object]
 """``progress(done, total)`` is called as work goes on, from the thread that waits for it."""
 

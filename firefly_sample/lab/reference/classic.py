@@ -21,14 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SettingsError
-from firefly_sample.lab.reference.color import linear_to_srgb
 from firefly_sample.lab.reference.frame import background
 from firefly_sample.lab.reference.shade import each_light
 from firefly_sample.lab.reference.sprites import light_of_sprite
 from firefly_sample.lab.reference.surfaces import Surfaces, see_surfaces
 from firefly_sample.plan.frame_plan import FramePlan
-
-__all__ = ["render_classic"]
+from firefly_sample.srgb import linear_to_srgb
 
 Float64 = NDArray[np.float64]
 

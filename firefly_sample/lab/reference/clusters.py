@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from firefly_sample.plan.clusters import Clusters
 from firefly_sample.plan.grid import BITS
 
-__all__ = ["cell_lights", "cell_words", "list_lengths"]
-
 Float64 = NDArray[np.float64]
 
 

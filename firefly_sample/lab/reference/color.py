@@ -5,10 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
-
-__all__ = ["linear_to_srgb", "srgb_to_linear", "tone_curve"]
-
 
 def tone_curve(radiance: ArrayLike, name: str) -> NDArray[np.float64]:
     """Radiance to display-linear 0..1: "exponential" is 1 - exp(-L) in each channel, "none" clips at 1."""

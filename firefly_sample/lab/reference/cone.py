@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.phong import power_of_cosine
 
-__all__ = ["cone_strength", "opening"]
-
 Float64 = NDArray[np.float64]
 
 

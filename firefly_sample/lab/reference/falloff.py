@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.scene.falloff import Falloff
 
-__all__ = ["attenuation", "falloff", "ramp_squared", "window"]
-
 Float64 = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from firefly_sample.lab.reference.texture import Sampler, Samplers, level_of_det
 from firefly_sample.lab.reference.triangles import Beside, Meeting, meet
 from firefly_sample.plan.frame_plan import Batch
 
-__all__ = ["Fragments", "normal_matrices"]
-
 Float64 = NDArray[np.float64]
 
 

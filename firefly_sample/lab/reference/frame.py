@@ -15,21 +15,21 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.chunks import Progress
-from firefly_sample.lab.reference.color import linear_to_srgb, tone_curve
-from firefly_sample.lab.reference.one_light import OneLight
+from firefly_sample.lab.reference.color import tone_curve
+from firefly_sample.lab.reference.one_light import OneLight, Shadows
 from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
 from firefly_sample.lab.reference.particles import add_particles, particle_light
 from firefly_sample.lab.reference.rays import pixel_rays
-from firefly_sample.lab.reference.shade import Shadows, shade_lights
+from firefly_sample.lab.reference.shade import shade_lights
 from firefly_sample.lab.reference.sprites import add_sprites
 from firefly_sample.lab.reference.surfaces import Surfaces, see_surfaces
-from firefly_sample.plan.frame_plan import Background, FramePlan, View
+from firefly_sample.plan.frame_plan import Background, FramePlan
+from firefly_sample.plan.view import View
 from firefly_sample.settings import Settings
+from firefly_sample.srgb import linear_to_srgb
 
 if TYPE_CHECKING:
     from firefly_sample.lab.reference.shadow_rays import ShadowRays
-
-__all__ = ["VERSION", "ReferenceFrame", "background", "finished", "reference_settings", "render_reference"]
 
 Float64 = NDArray[np.float64]
 

@@ -11,18 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.planar import empty_planar
 
-__all__ = [
-    "decode_albedo",
-    "decode_normal",
-    "decode_shininess",
-    "decode_specular",
-    "encode_albedo",
-    "encode_normal",
-    "encode_specular",
-    "quantise_snorm16",
-    "unpack_ten_bits",
-]
-
 Float64 = NDArray[np.float64]
 
 

@@ -19,8 +19,6 @@ from firefly_sample.lab.reference.phong import highlight_of_cosines
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.settings import Settings
 
-__all__ = ["GBuffer", "LitChunk", "OneLight", "Shadows", "lengths"]
-
 Float64 = NDArray[np.float64]
 
 

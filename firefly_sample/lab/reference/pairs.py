@@ -14,8 +14,6 @@ from firefly_sample.lab.reference.chunks import tiles_of
 from firefly_sample.lab.reference.one_light import OneLight, lengths
 from firefly_sample.plan.light_set import LightSet
 
-__all__ = ["pairs_in_reach"]
-
 Float64 = NDArray[np.float64]
 
 TILE = (16, 16)

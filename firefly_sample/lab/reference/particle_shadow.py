@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 from firefly_sample.plan.particle_shadow_discs import blur_weights, own_takings, splats
 
-__all__ = ["exact_taken", "light_left", "slice_sums", "sliced_light"]
-
 Float64 = NDArray[np.float64]
 
 MOST_CELLS = 256

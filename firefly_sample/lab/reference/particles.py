@@ -15,10 +15,9 @@ from firefly_sample.lab.reference.one_light import OneLight
 from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
 from firefly_sample.lab.reference.shade import each_light
 from firefly_sample.lab.reference.sprites import add_sprite, square_of
-from firefly_sample.plan.frame_plan import FramePlan, View
+from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.particles import ParticleSet
-
-__all__ = ["Lit", "add_particles", "particle_light"]
+from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]
 Lit = Callable[[Float64, OneLight], Float64]

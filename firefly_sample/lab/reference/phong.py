@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["highlight", "highlight_of_cosines", "power_of_cosine"]
-
 Float64 = NDArray[np.float64]
 
 

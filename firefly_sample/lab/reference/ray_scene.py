@@ -18,8 +18,6 @@ from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
 from firefly_sample.scene.geom import Geom
 
-__all__ = ["RayScene"]
-
 Float64 = NDArray[np.float64]
 
 

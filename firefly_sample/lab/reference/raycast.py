@@ -13,8 +13,6 @@ from firefly_sample.lab.reference.surfaces import numbered_batches
 from firefly_sample.lab.reference.texture import Samplers
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 
-__all__ = ["cast_visibility"]
-
 Float64 = NDArray[np.float64]
 
 TILE = (128, 128)

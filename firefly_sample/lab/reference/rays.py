@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.frame_plan import View
-
-__all__ = ["Rays", "pixel_rays"]
+from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]
 

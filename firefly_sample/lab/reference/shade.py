@@ -20,8 +20,6 @@ from firefly_sample.plan.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
 
-__all__ = ["GBuffer", "OneLight", "Shadows", "count_pairs", "each_light", "nearest_light", "shade_lights"]
-
 Float64 = NDArray[np.float64]
 
 TILE = (64, 128)

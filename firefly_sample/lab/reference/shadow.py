@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.shadows import ShadowMap
 
-__all__ = ["LIFT", "NORMAL_OFFSET", "ROUNDING", "cube_faces", "shadow"]
-
 Float64 = NDArray[np.float64]
 
 NORMAL_OFFSET, LIFT, ROUNDING = 0.25, 0.05, 1e-6

@@ -16,8 +16,6 @@ from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.shadows import ShadowMap
 from firefly_sample.scene.geom import Geom
 
-__all__ = ["CONTACT", "ShadowRays"]
-
 Float64 = NDArray[np.float64]
 
 CONTACT = 4e-6

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.frame_plan import SpriteSet, View
-
-__all__ = ["SMALLEST", "Square", "add_sprite", "add_sprites", "light_of_sprite", "square_of"]
+from firefly_sample.plan.frame_plan import SpriteSet
+from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 from firefly_sample.mipmaps import texture_levels
 from firefly_sample.scene.material import Texture
 
-__all__ = ["Sampler", "Samplers", "level_of_detail"]
-
 Float64 = NDArray[np.float64]
 
 

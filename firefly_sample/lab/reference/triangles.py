@@ -15,8 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FARTHEST_OUT", "Beside", "Meeting", "meet"]
-
 Float64 = NDArray[np.float64]
 
 FARTHEST_OUT = 1.0 / 16.0

@@ -10,8 +10,6 @@ from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.plan.position_error import codes_shown
 from firefly_sample.settings import PositionMethod, Settings
 
-__all__ = ["ACCURATE", "DOUBLES", "POSITIONS", "Case", "error_warning", "positioned", "within_law"]
-
 POSITIONS: tuple[PositionMethod, ...] = get_args(PositionMethod)
 ACCURATE = ("linear32f", "depth32f", "stored32f")
 """Position methods that keep float32's digits at any near and far plane. They must hold every case's own

@@ -16,8 +16,6 @@ from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
 
-__all__ = ["CASES"]
-
 NEAR, FAR, LIGHT = 0.5, 100.0, 4.0
 BOUND = 1e-5
 

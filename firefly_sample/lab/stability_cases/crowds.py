@@ -13,8 +13,6 @@ from firefly_sample.lab.stability_cases.scenes import garden, wall_scene
 from firefly_sample.scene.lights import PointLight, PointLights
 from firefly_sample.settings import LightMethod, Settings
 
-__all__ = ["CASES"]
-
 PLACE = (0.5, 6.0, 0.25)
 SMALL, TINY = (48, 36), (8, 6)
 """Pixels of pictures that up to 2,000 lights and that more of them fill."""

@@ -19,8 +19,6 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import HALF_CODE
 
-__all__ = ["CASES"]
-
 Float64 = NDArray[np.float64]
 
 Rows = list[tuple[float, float, float, float, float]]

@@ -16,8 +16,6 @@ from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
-__all__ = ["CASES"]
-
 SUMMED = ("optical_depth", "blend", "loop")
 SLICES = (16, 32, 64, 128, 256)
 

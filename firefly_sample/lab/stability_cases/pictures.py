@@ -22,8 +22,6 @@ from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
 from firefly_sample.scenes import build_scene, find_scene
 
-__all__ = ["CASES"]
-
 Float64 = NDArray[np.float64]
 
 BACKGROUND = (0.125, 0.25, 2.0)

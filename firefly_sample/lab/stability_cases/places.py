@@ -9,8 +9,6 @@ from firefly_sample.lab.stability_cases.case import ACCURATE, Case, positioned, 
 from firefly_sample.lab.stability_cases.scenes import GARDEN_FAR, GARDEN_LIGHTS, GARDEN_NEAR, garden
 from firefly_sample.plan.position_error import position_error
 
-__all__ = ["CASES"]
-
 EXACT, ROUNDED = 1e-6, 1e-4
 """Bounds where float64 represents every place, and where it rounds them: relative to the largest value."""
 FARTHEST = 16.0

@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 from firefly_sample.gpu.blocks import view_values
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.probes.probe import evaluate
-from firefly_sample.plan.frame_plan import View
-
-__all__ = ["probe_rays"]
+from firefly_sample.plan.view import View
 
 Float32 = NDArray[np.float32]
 

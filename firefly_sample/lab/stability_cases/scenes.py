@@ -13,8 +13,6 @@ from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
 
-__all__ = ["WALL", "ball", "facing_wall", "garden", "geom_node", "on_grid", "wall", "wall_scene"]
-
 Float64 = NDArray[np.float64]
 
 WALL = 9.7

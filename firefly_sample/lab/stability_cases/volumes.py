@@ -26,8 +26,6 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
 
-__all__ = ["CASES", "missed"]
-
 Float64 = NDArray[np.float64]
 
 CONES = {"narrow": (8.0, 12.0), "wide": (30.0, 50.0), "wider": (60.0, 85.0)}

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from firefly_sample.lab.reference.color import linear_to_srgb, tone_curve
+from firefly_sample.lab.reference.color import tone_curve
 from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.lab.stability_cases.case import Case, error_warning, positioned
@@ -21,8 +21,7 @@ from firefly_sample.scene.lights import PointLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
-
-__all__ = ["CASES"]
+from firefly_sample.srgb import linear_to_srgb
 
 DISTANCE, FAR, TILT = 50.0, 400.0, 10.0
 RATIOS = [10.0 ** (0.5 * power) for power in range(1, 12)]
