@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.color import srgb_to_linear, tone_curve
-from firefly_sample.srgb import linear_to_srgb
+from firefly_sample.lab.reference.color import tone_curve
+from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 from tests.glsl.harness import evaluate
 
 

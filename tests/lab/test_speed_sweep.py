@@ -11,8 +11,10 @@ from PIL import Image
 from firefly_sample.cli import main
 from firefly_sample.errors import OutputError, ParameterError, SceneError, SettingsError
 from firefly_sample.frame import Frame
-from firefly_sample.lab.speed import LIGHTS, METHODS, measure_speed
+from firefly_sample.lab.speed import measure_speed
+from firefly_sample.lab.speed_methods import METHODS
 from firefly_sample.lab.speed_report import figure_inches, speed_as_markdown
+from firefly_sample.lab.speed_steps import LIGHTS
 from firefly_sample.renderer import Renderer
 from tests.lab.walls import COUNTED, SIZE, counted, measure
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.lab.reference.color import srgb_to_linear
-from firefly_sample.srgb import linear_to_srgb
+from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 from firefly_sample.viewer.buffers import BUFFERS, DARKEST, HEAT, buffer_picture, buffers_of
 
 PICTURES = BUFFERS[:-2]  # the last, the atlases, have tests of their own
