@@ -10,7 +10,7 @@ import pytest
 from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.settings import Settings
-from firefly_sample.viewer.atlas import EMPTY, atlas_picture, volume_picture
+from firefly_sample.viewer.atlas import EMPTY, atlas_picture, particle_shadow_picture
 from firefly_sample.viewer.buffers import DARKEST
 from tests.clouds import cloud_scene, puff
 from tests.viewer.workshop import workshop
@@ -129,17 +129,17 @@ def test_slices_of_shadow_are_white_where_light_comes_through():
     width, height = plan.particle_shadow.size
     taken = np.zeros((height, width, 3), np.float32)
     taken[: height // 2, :, 0] = np.log(2.0)  # the upper half lets half of the red through
-    picture, note = volume_picture(taken, plan, (80, 60))
+    picture, note = particle_shadow_picture(taken, plan, (80, 60))
     assert note.startswith("64 slices of 128 texels")
     assert (picture[:, :10] == 0).all()  # as high as fits, in the middle
     assert (picture[31:, 12:68] == 255).all()
     assert (picture[:29, 12:68] == (188, 255, 255)).all()
     blend = build_plan(scene, Settings(particle_shadows="blend"), (80, 60), ("particle_shadow_atlas",))
-    halves, _ = volume_picture(np.full_like(taken, 0.5), blend, (80, 60))
+    halves, _ = particle_shadow_picture(np.full_like(taken, 0.5), blend, (80, 60))
     assert (halves[:, 12:68] == 188).all()
 
 
 def test_without_particles_there_are_no_slices():
-    picture, note = volume_picture(np.zeros((0, 0, 3), np.float32), plan_of(), (8, 6))
+    picture, note = particle_shadow_picture(np.zeros((0, 0, 3), np.float32), plan_of(), (8, 6))
     assert note == "no particles cast shadows"
     assert not picture.any()
