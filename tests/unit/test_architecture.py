@@ -34,20 +34,20 @@ LAYERS = (
     ),
     ({"scene"},),
     ({"scenes"}, {"plan"}),
-    ({"gpu"}, {"reference"}),
+    ({"gpu"}, {"packing"}),
     ({"passes"}, {"readback", "drawn"}),
     ({"renderer"},),
-    ({"measure", "capture", "viewer", "interop"},),
+    ({"capture", "viewer", "interop"}, {"lab"}),
     ({"cli", "commands"},),
 )
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other
 know nothing of each other."""
 
-FORBIDDEN = {("gpu", "scene"), ("gpu", "scenes"), ("passes", "reference")}
+FORBIDDEN = {("gpu", "scene"), ("gpu", "scenes")}
 """(who, whom) that the layers alone would allow."""
 
 HOMES = {
-    "moderngl": {"gpu", "passes"},
+    "moderngl": {"gpu", "passes", "lab"},
     "glcontext": {"gpu"},
     "OpenGL": set(),
     "trimesh": {"scene", "interop"},
@@ -56,11 +56,11 @@ HOMES = {
     "pyrender": {"interop"},
     "cyclopts": {"cli", "commands"},
     "rich": {"commands"},
-    "embreex": {"reference"},
+    "embreex": {"lab"},
 }
 """Who may import a library at all."""
 
-EARLY = {"numpy": None, "moderngl": {"gpu", "passes"}, "cyclopts": {"cli", "commands"}}
+EARLY = {"numpy": None, "moderngl": {"gpu", "passes", "lab"}, "cyclopts": {"cli", "commands"}}
 """Libraries that may be imported while a module loads, and by whom (None: everybody)."""
 
 
