@@ -160,7 +160,7 @@ def _particle_shadow_parts(particle_shadow: ParticleShadowPlan | None) -> Iterat
 def _batch_parts(batch: Batch) -> Iterator[object]:
     yield from _geom_parts(batch.geom)
     yield from _texture_parts(batch.texture)
-    yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.variant)
+    yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.surface)
     yield from (getattr(batch.factors, field.name) for field in fields(batch.factors))
 
 

@@ -17,32 +17,10 @@ from firefly_sample.lab.reference.cone import cone_strength, opening
 from firefly_sample.lab.reference.falloff import falloff
 from firefly_sample.lab.reference.phong import highlight_of_cosines
 from firefly_sample.plan.light_set import LightSet
+from firefly_sample.readback import GBuffer
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class GBuffer:
-    """What is known of each pixel, view space, float64; shapes (..., 3) but for `shininess`, (...).
-
-    Attributes
-    ----------
-    position : ndarray
-        NaN where nothing was drawn.
-    normal, to_eye : ndarray
-        Unit vectors.
-    albedo, specular : ndarray
-        Linear.
-    shininess : ndarray
-    """
-
-    position: Float64
-    normal: Float64
-    to_eye: Float64
-    albedo: Float64
-    specular: Float64
-    shininess: Float64
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from firefly_sample.errors import OutputError
 from firefly_sample.lab.reference.chunks import Progress, chunks_of, run_all
 from firefly_sample.lab.reference.fragments import Fragments
-from firefly_sample.lab.reference.one_light import GBuffer
 from firefly_sample.lab.reference.rays import Rays, pixel_rays
 from firefly_sample.lab.reference.texture import Samplers
 from firefly_sample.plan.frame_plan import Batch, FramePlan
+from firefly_sample.readback import GBuffer
 
 Float64 = NDArray[np.float64]
 
