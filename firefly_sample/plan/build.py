@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import OutputError, SceneError
+from firefly_sample.errors import OutputError, PlanError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.plan.batches import Visible, make_batches
 from firefly_sample.plan.camera import Eye, eye_state
@@ -55,9 +55,17 @@ class Planner:
         In drawing order: see `firefly_sample.plan.frame_graph.Declares`.
     window : bool
         See `firefly_sample.plan.camera.Eye`.
+
+    Raises
+    ------
+    PlanError
+        If two passes have the same name.
     """
 
     def __init__(self, passes: Sequence[Declares], window: bool = False) -> None:
+        names = [step.name for step in passes]
+        if len(set(names)) < len(names):
+            raise PlanError(f"passes need names of their own, got {', '.join(names)}")
         self._passes = passes
         self._window = window
         self._root: NodePath | None = None

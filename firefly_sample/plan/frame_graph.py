@@ -130,7 +130,7 @@ def _wanted_passes(
     for step, plan in reversed(declared):
         if wanted.intersection((*plan.writes, *plan.fills, *plan.updates)):
             chosen.append((step, plan))
-            wanted.update(plan.reads, plan.keeps)
+            wanted.update(plan.reads, plan.tests, plan.keeps)
     return chosen[::-1]
 
 

@@ -11,7 +11,6 @@ import pytest
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.passes.lights import variant_for
 from firefly_sample.pipeline import PASSES
-from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.light_set import PASS_OF_KIND
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
@@ -20,7 +19,7 @@ from firefly_sample.scene.scene import VerticalGradient
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
-from tests.scenes import geom_node, orthographic_wall, wall, wall_scene
+from tests.scenes import geom_node, new_planner, orthographic_wall, wall, wall_scene
 
 SCENES = (wall_scene, orthographic_wall)
 MATERIALS = ("plain", "leaf", "bark")
@@ -74,7 +73,7 @@ def lit_by_all(make, name):
     scene.root.attach_new_node(AmbientLight("a", (1, 1, 1)))
     scene.root.attach_new_node(Sprites("s", [(0, 8, 0)]))
     scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))
-    return scene, Planner([kind() for kind in PASSES])
+    return scene, new_planner()
 
 
 @pytest.mark.parametrize(("names", "outputs"), [(PLACES, OUTPUT_SETS), (LIGHTING, [("color", "light")])])
