@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from firefly_sample.errors import SceneError, SettingsError
-from firefly_sample.lab.bench import FINEST, Bench
-from firefly_sample.lab.errors import Errors
+from firefly_sample.lab.picture_errors import Errors
 from firefly_sample.lab.search import (
     DIMENSIONS,
     Measured,
@@ -17,6 +16,7 @@ from firefly_sample.lab.search import (
     options_of,
     predictions,
 )
+from firefly_sample.lab.trade_bench import FINEST, Bench
 from firefly_sample.lab.variations import Variation, signature, single_choices
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene

@@ -9,7 +9,7 @@ from typing import Any
 from firefly_sample.columns import align
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.candidates import Candidate, Search
-from firefly_sample.lab.errors import require
+from firefly_sample.lab.picture_errors import require
 from firefly_sample.lab.reference.frame import reference_settings
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene

@@ -16,7 +16,7 @@ from typing import Any
 from firefly_sample.capture.writers import as_folder, open_whole, output_folder
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import check_size
-from firefly_sample.lab.errors import require
+from firefly_sample.lab.picture_errors import require
 from firefly_sample.lab.speed_limit import LeftOut
 from firefly_sample.lab.speed_methods import check_methods
 from firefly_sample.lab.speed_report import growth_figure, speed_as_markdown

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import IO, Any
 
-from firefly_sample.lab.errors import require
+from firefly_sample.lab.picture_errors import require
 
 DPI = 110
 

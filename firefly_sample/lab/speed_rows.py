@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from firefly_sample.lab.bench import quartile_spread
+from firefly_sample.lab.trade_bench import quartile_spread
 
 Row = dict[str, Any]
 

@@ -20,7 +20,7 @@ from typing import Any
 from firefly_sample.derived import VARIABLE
 from firefly_sample.errors import FireflyError, SceneError
 from firefly_sample.frame import check_size
-from firefly_sample.lab.bench import quartile_spread
+from firefly_sample.lab.trade_bench import quartile_spread
 from firefly_sample.scenes import find_scene
 
 CACHES = ("off", "empty", "full")

@@ -18,9 +18,9 @@ import numpy as np
 from firefly_sample.capture.writers import as_folder, open_whole, output_folder, write_image
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import Frame
-from firefly_sample.lab.bench import Bench
-from firefly_sample.lab.errors import require, scale_of
+from firefly_sample.lab.picture_errors import require, scale_of
 from firefly_sample.lab.reference.frame import reference_settings, render_reference
+from firefly_sample.lab.trade_bench import Bench
 from firefly_sample.lab.trade_report import difference_picture, pareto_figure, trade_as_markdown
 from firefly_sample.lab.variations import Variation, signature, variations
 from firefly_sample.renderer import Renderer
@@ -82,7 +82,7 @@ def measure_trade(
         different triangles, which are not compared; "scale": the 99.9th percentile of its radiance) and
         "rows", each with "name", "group", "settings" (what differs from the default), "time_ratio", "spread",
         "milliseconds", "bytes_per_pixel", "fragments" (of the passes of light) and "errors", see
-        `firefly_sample.lab.errors.Errors`. A row that cannot be drawn has "skipped", the reason, instead.
+        `firefly_sample.lab.picture_errors.Errors`. A row that cannot be drawn has "skipped", the reason, instead.
         The row "texture filtering" is the driver's, not a setting's: it has errors alone.
 
     Raises

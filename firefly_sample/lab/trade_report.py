@@ -8,7 +8,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.errors import require
+from firefly_sample.lab.picture_errors import require
 
 AMPLIFY = 8
 """Codes of a difference picture for each code of difference."""

@@ -9,9 +9,9 @@ import pytest
 from firefly_sample.cli import main
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab import candidates, choose
-from firefly_sample.lab.bench import Bench
 from firefly_sample.lab.candidates import MARGIN
 from firefly_sample.lab.search import Measured, Option, options_of, predictions
+from firefly_sample.lab.trade_bench import Bench
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scenes import build_scene, find_scene

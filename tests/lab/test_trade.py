@@ -10,8 +10,8 @@ from PIL import Image
 
 from firefly_sample.cli import main
 from firefly_sample.errors import MissingPackageError, SettingsError
-from firefly_sample.lab.bench import Bench
 from firefly_sample.lab.trade import measure_trade
+from firefly_sample.lab.trade_bench import Bench
 from firefly_sample.lab.trade_report import (
     AMPLIFY,
     difference_picture,
@@ -154,7 +154,7 @@ def test_an_interrupted_measurement_goes_on_and_another_one_begins_anew(tmp_path
 def test_what_is_missing_is_told_before_anything_is_measured(tmp_path, monkeypatch):
     for module in ("embreex", "flip_evaluator", "matplotlib"):
         monkeypatch.setattr(
-            "firefly_sample.lab.errors.find_spec",
+            "firefly_sample.lab.picture_errors.find_spec",
             lambda name, gone=module: None if name == gone else name,
         )
         with pytest.raises(MissingPackageError, match=r"-m pip install .*embreex"):

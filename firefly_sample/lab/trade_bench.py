@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import Frame
-from firefly_sample.lab.errors import Errors, picture_errors
+from firefly_sample.lab.picture_errors import Errors, picture_errors
+from firefly_sample.lab.reference.cache import reference_frame
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.frame import ReferenceFrame, reference_settings
 from firefly_sample.lab.reference.raycast import cast_visibility
-from firefly_sample.lab.reference_cache import reference_frame
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
