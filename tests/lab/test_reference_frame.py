@@ -5,10 +5,10 @@ import pytest
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.frame import reference_settings, render_reference
-from firefly_sample.lab.reference.phong import highlight
+from firefly_sample.lab.reference.particles import add_sprites
 from firefly_sample.lab.reference.raycast import cast_visibility
 from firefly_sample.lab.reference.shade import each_light, shade_lights
-from firefly_sample.lab.reference.sprites import add_sprites
+from firefly_sample.lab.reference.shading import highlight
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.plan.build import build_plan
 from firefly_sample.scene.lens_orthographic import OrthographicLens
@@ -155,7 +155,7 @@ def test_lights_are_summed_as_the_formula_says(kind, model, clamp):
     radiance, _ = shade_lights(g, plan.lights, plan.settings)
     expected = np.zeros_like(radiance)
     for one in each_light(plan.lights):
-        to_light, distance = one.ways(np.nan_to_num(g.position).reshape(-1, 3))
+        to_light, distance = one.directions(np.nan_to_num(g.position).reshape(-1, 3))
         strength = one.strength(to_light.T, distance, plan.settings)
         n_dot_l = np.einsum("ij,ij->i", g.normal.reshape(-1, 3), to_light)
         reached = surfaces.covered.reshape(-1) & (n_dot_l > 0) & (distance < one.lights.reaches[one.row])

@@ -120,7 +120,7 @@ def light_of(plan, lights):
     from firefly_sample.lab.reference.one_light import OneLight
 
     one = OneLight(lights, 0)
-    to_light, distance = one.ways(plan.particles.positions)
+    to_light, distance = one.directions(plan.particles.positions)
     return one.strength(to_light.T, distance, plan.settings)[:, None] * lights.colors[0]
 
 

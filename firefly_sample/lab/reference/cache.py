@@ -1,8 +1,8 @@
-"""References that were computed before: a frame in float64 takes seconds, and it is wanted again and again.
+"""A cache of reference frames in files: a frame in float64 takes seconds, and is needed again and again.
 
-They are kept by what they depend on, to the last bit: the same frame of another scene that looks the same is
-found, and one in which a single vertex has moved is not. The folder may be deleted at any time; what was used
-least lately goes by itself.
+The key is a digest of everything that a reference depends on, to the last bit: an equal frame of a different
+scene is found, a frame in which a single vertex has moved is not. The folder may be deleted at any time; the
+files used least recently are deleted to keep it small.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from firefly_sample.lab.reference.frame import (
 )
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.light_set import LightSet
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.shadows import ShadowMap
 from firefly_sample.renderer import Renderer
@@ -42,7 +41,7 @@ Float64 = NDArray[np.float64]
 
 _KEPT = ("radiance", "light", "position")
 _OWN = re.compile(r"reference-[0-9a-f]{40}\.npz")
-"""Names of files that may be deleted to make room."""
+"""Names of the files that may be deleted to make room."""
 LARGEST_CACHE = 2**30
 """Bytes: thirty frames of 800x600."""
 
@@ -61,20 +60,22 @@ def reference_frame(
     *,
     folder: Path | None = None,
 ) -> ReferenceFrame:
-    """A frame in float64 of what `renderer` sees: from its visibility and from the albedo that it samples.
+    """Return the float64 reference of a renderer's frame, from the cache or computed.
+
+    It is made from the visibility that the renderer draws and the albedo that it samples.
 
     Parameters
     ----------
     renderer : Renderer
-        Draws the visibility and the albedo, at its size; its settings stay as they are.
+        Draws the visibility and the albedo, at its size; its settings are left as they were.
     scene : Scene
     settings : Settings, optional
-        Of the frame, and of how its albedo is stored; the renderer's when absent. Nothing is cut off in any
+        Those of the frame and of the albedo's format; the renderer's when absent. No light is cut off in any
         case: see `firefly_sample.lab.reference.frame.reference_settings`.
     time : float
         Seconds.
     progress : callable, optional
-        Called with (done, total) while the reference is computed; never where it was kept.
+        Called with (done, total) while the reference is computed, not if it is in the cache.
     folder : Path, optional
         `cache_folder` when absent.
 
@@ -83,7 +84,7 @@ def reference_frame(
     SettingsError
         If the look is "classic".
     MissingPackageError
-        If there are shadows, the reference was not kept, and embreex is not installed.
+        If there are shadows, the reference is not in the cache, and embreex is not installed.
     """
     before, renderer.settings = renderer.settings, reference_settings(settings or renderer.settings)
     try:
@@ -100,14 +101,14 @@ def reference_frame(
     if kept is not None:
         return finished(plan, **kept)
     made = render_reference(plan, visibility, albedo=albedo, progress=progress)
-    # a full disk, or a folder that cannot be written, costs time and nothing else
+    # a full disk or a read-only folder is no error: the reference is computed again next time
     with contextlib.suppress(OSError):
         _save(folder, key, made)
     return made
 
 
 def fingerprint(plan: FramePlan, visibility: NDArray[np.int32], albedo: Float64) -> str:
-    """Hexadecimal digits that change with anything that a reference depends on."""
+    """Return hexadecimal digits that change with everything that a reference depends on."""
     state = hashlib.blake2b(digest_size=20)
     for part in _parts(plan):
         _update(state, part)
@@ -126,7 +127,7 @@ def _update(state: hashlib.blake2b, part: object) -> None:
 
 
 def _parts(plan: FramePlan) -> Iterator[object]:
-    """What a reference depends on, one after the other."""
+    """Yield everything that a reference depends on."""
     view = plan.view
     yield from (VERSION, plan.size, view.size, view.lens, view.near, view.far)
     yield from (view.world_to_view, plan.settings, plan.ambient, plan.exposure, plan.background)
@@ -136,25 +137,13 @@ def _parts(plan: FramePlan) -> Iterator[object]:
     for lights in plan.lights:
         yield from (getattr(lights, field.name) for field in fields(LightSet))
     yield from (getattr(plan.particles, field.name) for field in fields(ParticleSet))
-    yield from _particle_shadow_parts(plan.particle_shadow)
+    cloud = plan.particle_shadow
+    if cloud is not None:
+        slices = cloud.view
+        yield from (slices.world_to_slices, slices.scale, slices.first, slices.per_unit)
+        yield from (cloud.method, cloud.places, cloud.radii, cloud.strengths)
     for shadow in plan.shadows.maps:
         yield from _shadow_parts(shadow)
-
-
-def _particle_shadow_parts(particle_shadow: ParticleShadowPlan | None) -> Iterator[object]:
-    if particle_shadow is not None:
-        yield from (
-            particle_shadow.view.world_to_slices,
-            particle_shadow.view.scale,
-            particle_shadow.view.first,
-            particle_shadow.view.per_unit,
-        )
-        yield from (
-            particle_shadow.method,
-            particle_shadow.places,
-            particle_shadow.radii,
-            particle_shadow.strengths,
-        )
 
 
 def _batch_parts(batch: Batch) -> Iterator[object]:
@@ -181,24 +170,24 @@ def _texture_parts(texture: Texture | None) -> Iterator[object]:
 
 
 def _load(folder: Path, key: str, shape: tuple[int, ...]) -> dict[str, Float64] | None:
-    """Return what was kept under a key, or None if it is missing or damaged."""
+    """Return the images under a key, or None if the file is missing or damaged."""
     path = folder / _name(key)
-    if not path.is_file():  # a pipe would be waited for
+    if not path.is_file():  # opening a pipe would block
         return None
-    with contextlib.suppress(Exception):  # there is no end to what a wrong file may raise
+    with contextlib.suppress(Exception):  # a damaged file may raise anything
         # np.load would leave a damaged file open
         with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             kept = {name: stored[name] for name in _KEPT}
             whole = str(stored["key"]) == key
         with contextlib.suppress(OSError):
-            os.utime(path)  # used lately
+            os.utime(path)  # mark as recently used
         whole &= all(image.shape == (*shape, 3) and image.dtype == np.float64 for image in kept.values())
         return kept if whole else None
     return None
 
 
 def _save(folder: Path, key: str, frame: ReferenceFrame) -> None:
-    """Write a frame whole, and make room for it."""
+    """Write a frame, and delete old files if there are too many."""
     path = folder / _name(key)
     with keep_whole(path) as file:
         np.savez(file, key=np.array(key), **{name: getattr(frame, name) for name in _KEPT})

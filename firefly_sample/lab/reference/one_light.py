@@ -1,6 +1,6 @@
-"""What one light does to pixels, in float64: arrays of numbers by coordinate, which NumPy walks fastest.
+"""The light that one source adds to pixels, in float64.
 
-A surface shows, of each light that it faces,
+Columns have one array per coordinate, which NumPy walks fastest. Each light that a surface faces adds
 
     (albedo * color * max(N.L, 0) + specular * specular_color * highlight) * falloff * cone * shadow.
 """
@@ -13,9 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.reference.cone import cone_strength, opening
-from firefly_sample.lab.reference.falloff import falloff
-from firefly_sample.lab.reference.phong import highlight_of_cosines
+from firefly_sample.lab.reference.shading import cone_strength, falloff, highlight_of_cosines, opening
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.settings import Settings
 
@@ -24,7 +22,7 @@ Float64 = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class GBuffer:
-    """What is known of each pixel, view space, float64; shapes (..., 3) but for `shininess`, (...).
+    """Decoded surfaces of pixels, view space, float64; shapes (..., 3), but (...) for `shininess`.
 
     Attributes
     ----------
@@ -47,20 +45,20 @@ class GBuffer:
 
 @dataclass(frozen=True, eq=False)
 class OneLight:
-    """One light of a set: `row` of its columns."""
+    """One light: a row of a `LightSet`."""
 
     lights: LightSet
     row: int
 
     def in_reach(self, position: Float64) -> NDArray[np.bool_]:
-        """Which positions (n, 3) are nearer than the light's reach."""
+        """Return which positions (n, 3) are nearer than the light's reach."""
         if self.lights.kind == "directional":
             return np.asarray(np.isfinite(position).all(axis=1))
         offset = position - self.lights.positions[self.row]
         return np.asarray(lengths(offset) < self.lights.reaches[self.row])
 
-    def ways(self, position: Float64) -> tuple[Float64, Float64]:
-        """Unit vectors to the light, and distances, from positions (n, 3)."""
+    def directions(self, position: Float64) -> tuple[Float64, Float64]:
+        """Return unit vectors from positions (n, 3) to the light, and distances."""
         if self.lights.kind == "directional":
             to_light = np.broadcast_to(-self.lights.directions[self.row], position.shape)
             return to_light, np.full(len(position), np.inf)
@@ -69,7 +67,7 @@ class OneLight:
         return offset / distance[:, None], distance
 
     def strength(self, to_light: Float64, distance: Float64, settings: Settings) -> Float64:
-        """How much of the light's colour arrives, shadows apart; the unit vectors to it have shape (3, n)."""
+        """Return the factor of the light's colour, without shadows; `to_light` has shape (3, n)."""
         lights, row = self.lights, self.row
         if lights.kind == "directional":
             return np.ones(len(distance))
@@ -83,19 +81,19 @@ class OneLight:
 
 
 Shadows = Callable[[OneLight, NDArray[np.intp], Float64], Float64]
-"""``shadows(light, pixels, n_dot_l)``: the lit share of the pixels of these (flat) indices, shape (n,), or
-(3, n), of each colour."""
+"""``shadows(light, pixels, n_dot_l)``: the lit share of pixels by their flat indices, shape (n,), or (3, n)
+for a share per colour."""
 
 
 class LitChunk:
-    """Some pixels of a flat G-buffer, and the light that they have got so far.
+    """Some pixels of a flat G-buffer, and the sum of the light added to them.
 
     Parameters
     ----------
     gbuffer : GBuffer
         Of shapes (n, 3) and (n,).
     pixels : ndarray of int
-        Indices into it; each has a position.
+        Indices of pixels that have a position.
     settings, shadows
         As `firefly_sample.lab.reference.shade.shade_lights` takes them.
     """
@@ -104,7 +102,7 @@ class LitChunk:
         self, gbuffer: GBuffer, pixels: NDArray[np.intp], settings: Settings, shadows: Shadows | None
     ) -> None:
         self._pixels, self._settings, self._shadows = pixels, settings, shadows
-        self._place = np.ascontiguousarray(gbuffer.position[pixels].T)
+        self._position = np.ascontiguousarray(gbuffer.position[pixels].T)
         self._normal = np.ascontiguousarray(gbuffer.normal[pixels].T)
         self._eye = np.ascontiguousarray(gbuffer.to_eye[pixels].T)
         self._n_dot_e = dot(self._normal, self._eye)
@@ -116,16 +114,16 @@ class LitChunk:
         self._glint = np.zeros((3, len(pixels)))
 
     def rows_in_reach(self, lights: LightSet) -> list[int]:
-        """Those lights of a set that may reach a pixel here: by the box around them all."""
+        """Return the lights of a set whose reach meets the bounding box of these pixels."""
         if lights.kind == "directional":
             return list(range(len(lights)))
-        low, high = self._place.min(axis=1), self._place.max(axis=1)
+        low, high = self._position.min(axis=1), self._position.max(axis=1)
         away = np.maximum(np.maximum(low - lights.positions, lights.positions - high), 0.0)
-        # some more, since it is rounded
+        # a little farther, to allow for rounding
         return np.flatnonzero(lengths(away) * (1.0 - 1e-12) < lights.reaches).tolist()
 
     def add(self, one: OneLight) -> None:
-        """Add a light."""
+        """Add the light of one source."""
         chosen, to_light, n_dot_l, distance = self._facing(one)
         if not len(chosen):
             return
@@ -159,15 +157,15 @@ class LitChunk:
                 self._glint[channel][chosen] += color * shine * _channel(strength, channel)
 
     def _facing(self, one: OneLight) -> tuple[NDArray[np.intp], Float64, Float64, Float64]:
-        """Pixels that a light reaches and that face it; unit vectors to it (3, n), cosines, distances."""
+        """Return pixels in reach that face a light, unit vectors to it (3, n), cosines and distances."""
         lights, row = one.lights, one.row
         if lights.kind == "directional":
-            way = -lights.directions[row]
-            cosine = dot(self._normal, way)
+            direction = -lights.directions[row]
+            cosine = dot(self._normal, direction)
             chosen = np.flatnonzero(cosine > 0.0)
-            to_light = np.broadcast_to(way[:, None], (3, len(chosen)))
+            to_light = np.broadcast_to(direction[:, None], (3, len(chosen)))
             return chosen, to_light, cosine[chosen], np.full(len(chosen), np.inf)
-        offset = lights.positions[row][:, None] - self._place
+        offset = lights.positions[row][:, None] - self._position
         facing = dot(self._normal, offset)
         square, reach = dot(offset, offset), float(lights.reaches[row])
         reached = facing > 0.0
@@ -179,21 +177,21 @@ class LitChunk:
         return chosen, offset[:, chosen] * share, facing[chosen] * share, distance
 
     def sums(self) -> tuple[Float64, Float64]:
-        """Radiance, and light on white surfaces, shapes (n, 3)."""
+        """Return radiance, and the light on white surfaces, shapes (n, 3)."""
         glint = self._glint if self._settings.clamp_light else self._glint * self._specular
         return (self._albedo * self._light + glint).T, self._light.T
 
 
 def _channel(strength: Float64, channel: int) -> Float64:
-    """A colour's strength, where colours have their own."""
+    """Return the strength of one colour channel; `strength` has shape (n,) or (3, n)."""
     return np.asarray(strength[channel]) if strength.ndim == 2 else strength
 
 
 def dot(one: Float64, other: Float64) -> Float64:
-    """Products of vectors (3, n), or of them with one vector (3,), shape (n,)."""
+    """Return dot products of vectors (3, n) with vectors (3, n) or one vector (3,), shape (n,)."""
     return np.asarray(one[0] * other[0] + one[1] * other[1] + one[2] * other[2])
 
 
 def lengths(vectors: Float64) -> Float64:
-    """Lengths of vectors (n, 3), several times as fast as ``numpy.linalg.norm`` finds them."""
+    """Return lengths of vectors (n, 3), several times as fast as ``numpy.linalg.norm``."""
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

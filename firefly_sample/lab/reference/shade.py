@@ -1,8 +1,8 @@
 """Brute-force shading of a decoded G-buffer in float64: every light on every pixel, no volume, no culling.
 
-What the passes of light must agree with. A surface shows, of each light that it faces,
-
-    (albedo * color * max(N.L, 0) + specular * specular_color * highlight) * falloff * cone * shadow.
+The lighting passes must agree with `shade_lights`; the formula is in
+`firefly_sample.lab.reference.one_light`. `count_pairs` counts the (pixel, light) pairs in range, which is the
+least that any method must shade.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
-from firefly_sample.lab.reference.cone import opening
 from firefly_sample.lab.reference.one_light import GBuffer, LitChunk, OneLight, Shadows, lengths
-from firefly_sample.lab.reference.pairs import pairs_in_reach
+from firefly_sample.lab.reference.shading import opening
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
@@ -23,12 +22,19 @@ from firefly_sample.settings import Settings
 Float64 = NDArray[np.float64]
 
 TILE = (64, 128)
-"""Pixels down and across that are shaded together: they lie near each other, so that few lights reach them,
-and what is known of them stays in a processor's cache."""
+"""Pixels down and across that are shaded together: few lights reach pixels so close to each other, and their
+data stay in a processor's cache."""
+PAIRS_TILE = (16, 16)
+"""Pixels down and across whose pairs are counted together: the bounding box of so few decides most lights."""
+ROUNDING = 1e-13
+"""Bound of the rounding error of a squared distance, over the square of the largest number in it: far more
+than a dozen operations of 2^-53 each."""
+PAIRS_LIGHTS = 4096
+"""Lights whose products with a tile are formed at once: 8 MB."""
 
 
 def each_light(sets: Iterable[LightSet]) -> Iterator[OneLight]:
-    """All lights of some sets, one by one."""
+    """Yield all lights of some sets, one by one."""
     for lights in sets:
         for row in range(len(lights)):
             yield OneLight(lights, row)
@@ -43,7 +49,7 @@ def shade_lights(
     threads: int | None = 1,
     progress: Progress | None = None,
 ) -> tuple[Float64, Float64]:
-    """What all lights do to a G-buffer.
+    """Shade a G-buffer by all lights.
 
     Parameters
     ----------
@@ -52,16 +58,16 @@ def shade_lights(
     sets : iterable of LightSet
         View space.
     settings : Settings
-        Of them, the specular model, the window and the clamps.
+        `specular_model`, `range_falloff` and `clamp_light` count.
     shadows : callable, optional
-        See `Shadows`; nothing is in shadow when absent.
+        See `Shadows`; no shadows when absent.
     threads, progress : optional
         As `firefly_sample.lab.reference.chunks.run_all` takes them; `shadows` is called from these threads.
 
     Returns
     -------
     radiance, light : ndarray of float64, shape (..., 3)
-        Linear; the second is what a white surface without highlights would show.
+        Linear; the second is the radiance of white surfaces without highlights.
     """
     sets = tuple(sets)
     shape = gbuffer.position.shape
@@ -89,41 +95,94 @@ def shade_lights(
 
 
 def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
-    """How many (pixel, light) pairs are in range: covered pixels with d < R, whatever their normals.
+    """Return how many (pixel, light) pairs are in range: covered pixels with d < R, whatever their normals.
 
-    A spotlight's must lie within its cone, too; a directional light's range is everything.
+    A spotlight's pixels must also lie in its cone. A directional light is in range of all pixels.
     """
-    place = position.reshape(-1, 3)
-    place = place[np.isfinite(place).all(axis=1)]
+    covered = position.reshape(-1, 3)
+    covered = covered[np.isfinite(covered).all(axis=1)]
     total = 0
     for lights in sets:
         if lights.kind == "point":
             total += pairs_in_reach(position, lights)
         elif lights.kind == "directional":
-            total += len(lights) * len(place)
+            total += len(lights) * len(covered)
         else:
-            total += sum(_within_cone(one, place) for one in each_light([lights]))
+            total += sum(_within_cone(one, covered) for one in each_light([lights]))
     return total
 
 
-def _within_cone(one: OneLight, place: Float64) -> int:
-    """How many positions (n, 3) a spotlight reaches."""
-    to_light, _ = one.ways(place[one.in_reach(place)])
+def _within_cone(one: OneLight, position: Float64) -> int:
+    """Return how many positions (n, 3) a spotlight reaches."""
+    to_light, _ = one.directions(position[one.in_reach(position)])
     opened = opening(to_light, one.lights.directions[one.row])
     return int(np.count_nonzero(opened <= one.lights.cones[one.row, 1]))
 
 
-def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = np.inf) -> Float64:
-    """For each pixel the smallest d/R of all lights, shape (...,); infinity where none is in range.
+def pairs_in_reach(position: Float64, lights: LightSet) -> int:
+    """Return the number of pairs with d < R, of pixels whose position is finite.
 
-    The R of an attenuation counts as `longest` at most: of a light that hardly fades, it says little.
+    Pixels are taken by small tiles. The bounding box of a tile's positions mostly decides whether a light
+    reaches all of them or none. The rest is a product of matrices: d^2 = p.p + l.l - 2 p.l. Where its
+    rounding could decide, the distance is measured as `OneLight.in_reach` does, so the count is that of
+    measuring every pair.
+
+    Parameters
+    ----------
+    position : ndarray of float64, shape (..., 3)
+        View space.
+    lights : LightSet
+        Point lights, or spotlights, whose cones do not count.
     """
-    place = position.reshape(-1, 3)
-    smallest = np.full(len(place), np.inf)
+    flat = position.reshape(-1, 3)
+    known = np.asarray(np.isfinite(flat).all(axis=1))
+    tiles = (tile[known[tile]] for tile in tiles_of(position.shape[:-1], PAIRS_TILE))
+    return sum(_pairs_of_tile(flat[pixels], lights) for pixels in tiles if len(pixels))
+
+
+def _pairs_of_tile(position: Float64, lights: LightSet) -> int:
+    """Count the pairs of one tile's positions, shape (n, 3)."""
+    low, high = position.min(axis=0), position.max(axis=0)
+    to_low, to_high = low - lights.positions, lights.positions - high
+    nearest = lengths(np.maximum(np.maximum(to_low, to_high), 0.0))
+    farthest = lengths(np.maximum(np.abs(to_low), np.abs(to_high)))
+    whole = farthest * (1.0 + ROUNDING) < lights.reaches
+    partly = np.flatnonzero(~whole & (nearest * (1.0 - ROUNDING) < lights.reaches))
+    total = int(np.count_nonzero(whole)) * len(position)
+    for first in range(0, len(partly), PAIRS_LIGHTS):
+        total += _measured_pairs(position, lights, partly[first : first + PAIRS_LIGHTS])
+    return total
+
+
+def _measured_pairs(position: Float64, lights: LightSet, rows: NDArray[np.intp]) -> int:
+    """Count the pairs of positions (n, 3) and some rows of a set by their squared distances."""
+    middle = position.mean(axis=0)
+    own, reaches = lights.positions[rows], lights.reaches[rows]
+    largest = max(np.abs(position).max(), np.abs(own).max(), reaches.max())
+    unsure = 16.0 * ROUNDING * largest**2
+    near, light = position - middle, own - middle
+    square = near @ (-2.0 * light.T)
+    square += np.einsum("ij,ij->i", near, near)[:, None]
+    square += np.einsum("ij,ij->i", light, light) - reaches**2
+    total = int(np.count_nonzero(square < -unsure))
+    pixels, columns = np.nonzero(np.abs(square, out=square) <= unsure)
+    for column in np.unique(columns):
+        chosen = position[pixels[columns == column]]
+        total += int(np.count_nonzero(OneLight(lights, int(rows[column])).in_reach(chosen)))
+    return total
+
+
+def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = np.inf) -> Float64:
+    """Return the smallest d/R of all lights for each pixel, shape (...,); infinity where none is in range.
+
+    The R of an attenuation is limited to `longest`: for a light that hardly fades, the R itself says little.
+    """
+    flat = position.reshape(-1, 3)
+    smallest = np.full(len(flat), np.inf)
     for one in each_light(sets):
         if one.lights.kind == "directional":
             continue
-        distance = lengths(place - one.lights.positions[one.row])
+        distance = lengths(flat - one.lights.positions[one.row])
         reach = float(one.lights.reaches[one.row])
         if one.lights.falloff is Falloff.ATTENUATION:
             reach = min(reach, longest)
