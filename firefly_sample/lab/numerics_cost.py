@@ -8,9 +8,9 @@ from __future__ import annotations
 import statistics
 
 from firefly_sample.gpu.device import Device
+from firefly_sample.lab.measuring import quartile_spread
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.cost import FULLSCREEN, VOLUMES, Contender, contest
-from firefly_sample.lab.trade_bench import quartile_spread
 
 _HEAD = """#version 330 core
 flat in int v_light;

@@ -149,7 +149,7 @@ def test_numbers_are_the_same_with_any_number_of_threads():
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_lights_are_summed_as_the_formula_says(kind, model, clamp):
     """Tiles, boxes, and what is left out because it is 0, change nothing but the last digits."""
-    plan = plan_of(lit_scene((kind,), "everything"), (40, 30), specular=model, clamp_light=clamp)
+    plan = plan_of(lit_scene((kind,), "everything"), (40, 30), specular_model=model, clamp_light=clamp)
     surfaces = see_surfaces(plan, cast_visibility(plan))
     g = surfaces.gbuffer
     radiance, _ = shade_lights(g, plan.lights, plan.settings)

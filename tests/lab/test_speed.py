@@ -12,7 +12,7 @@ from firefly_sample.cli import main
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import Frame
 from firefly_sample.lab.speed import measure_speed
-from firefly_sample.lab.speed_methods import METHODS
+from firefly_sample.lab.speed_sweep import METHODS
 from firefly_sample.renderer import Renderer
 from firefly_sample.settings import Settings
 from tests.lab.walls import DISTANCE, NAME, PIXELS, SIZE, measure, places

@@ -37,7 +37,8 @@ LAYERS = (
     ({"gpu"}, {"packing"}),
     ({"passes"}, {"readback", "drawn"}),
     ({"renderer"},),
-    ({"capture", "viewer", "interop"}, {"lab"}),
+    ({"capture", "viewer", "interop"},),
+    ({"lab"},),
     ({"cli", "commands"},),
 )
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other

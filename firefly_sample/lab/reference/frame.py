@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,14 +39,12 @@ from firefly_sample.lab.reference.particles import (
 from firefly_sample.lab.reference.rays import pixel_rays
 from firefly_sample.lab.reference.shade import each_light, shade_lights
 from firefly_sample.lab.reference.shading import tone_curve
+from firefly_sample.lab.reference.shadow import ShadowRays
 from firefly_sample.lab.reference.surfaces import Surfaces, see_surfaces
 from firefly_sample.plan.frame_plan import Background, FramePlan
 from firefly_sample.plan.view import View
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
-
-if TYPE_CHECKING:
-    from firefly_sample.lab.reference.shadow import ShadowRays
 
 Float64 = NDArray[np.float64]
 
@@ -133,7 +130,7 @@ def render_reference(
             f"a reference has one sample per pixel: set 'supersample' to 1, not {plan.settings.supersample}"
         )
     surfaces = see_surfaces(plan, visibility, albedo=albedo, ambient_albedo=ambient_albedo, threads=threads)
-    rays = _shadow_rays(plan) if shadows else None
+    rays = ShadowRays(plan) if shadows and any(lights.shadowed for lights in plan.lights) else None
     lookup = _shadows(plan, surfaces, rays)
     radiance, light = shade_lights(
         surfaces.gbuffer, plan.lights, plan.settings, lookup, threads=threads, progress=progress
@@ -164,14 +161,6 @@ def background(colors: Background, view: View) -> Float64:
     elevation = np.maximum(-pixel_rays(view).to_eye() @ up, 0.0).reshape(height, width, 1)
     horizon, zenith = np.array(colors.horizon), np.array(colors.zenith)
     return np.asarray(horizon + np.sqrt(elevation) * (zenith - horizon))
-
-
-def _shadow_rays(plan: FramePlan) -> ShadowRays | None:
-    if not any(lights.shadowed for lights in plan.lights):
-        return None
-    from firefly_sample.lab.reference.shadow import ShadowRays
-
-    return ShadowRays(plan)
 
 
 def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Shadows | None:

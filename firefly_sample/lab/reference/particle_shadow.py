@@ -44,7 +44,7 @@ def exact_taken(
     known = np.flatnonzero(reached)
     if not len(known):
         return taken
-    # sort positions by cells as wide as the largest disc, row by row: the neighbours of a disc are three ranges
+    # sort positions by cells as wide as the largest disc, row by row: a disc reaches three ranges of cells
     cell = max(float(particle_shadow.radii.max()), float((high - low).max()) / MOST_CELLS)
     grid = np.floor((places[known, :2] - low) / cell).astype(np.int64)
     wide, tall = (grid.max(axis=0) + 3).tolist()
