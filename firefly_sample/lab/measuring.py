@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from firefly_sample.capture.writers import open_whole
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
 
+_Item = TypeVar("_Item")
 _PACKAGES = {"embreex": "embreex", "flip_evaluator": "flip-evaluator", "matplotlib": "matplotlib"}
 
 
@@ -37,6 +39,20 @@ def quartile_spread(values: Sequence[float]) -> float:
         return 0.0
     first, median, third = statistics.quantiles(values, n=4, method="inclusive")
     return (third - first) / median if median else 0.0
+
+
+def pareto_front(
+    items: Iterable[_Item], time_and_error: Callable[[_Item], tuple[float, float]]
+) -> list[_Item]:
+    """Return the items that no other item beats in both time and error, fastest first."""
+    front: list[_Item] = []
+    least = math.inf
+    for item in sorted(items, key=time_and_error):
+        error = time_and_error(item)[1]
+        if error < least:
+            front.append(item)
+            least = error
+    return front
 
 
 def write_json(path: Path, result: dict[str, Any]) -> None:

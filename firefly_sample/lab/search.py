@@ -13,6 +13,7 @@ from itertools import product
 from typing import Any
 
 from firefly_sample.errors import SceneError, SettingsError
+from firefly_sample.lab.measuring import pareto_front
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.trade_bench import FINEST, TradeBench
 from firefly_sample.lab.variations import Variation, signature, single_choices
@@ -66,26 +67,17 @@ class Measured:
 
 @dataclass(frozen=True)
 class Option:
-    """One choice of a dimension.
+    """One choice of a dimension, or the prediction for a combination.
 
     Attributes
     ----------
     changes : dict
         Empty for the base's choice.
     error : float
-        Its error minus that of the finest choice of its dimension, 0 or more.
+        Of a choice: its error minus that of the finest choice of its dimension, 0 or more.
     ratio : float
-        Its time over the base's; 1 if the difference is within the spread.
+        Its time over the base's; for a choice, 1 if the difference is within the spread.
     """
-
-    changes: dict[str, Any]
-    error: float
-    ratio: float
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """The predicted error and time of a combination."""
 
     changes: dict[str, Any]
     error: float
@@ -99,22 +91,16 @@ def options_of(measured: list[Measured]) -> list[Option]:
     for entry in measured:
         differs = abs(entry.ratio - 1.0) > max(entry.spread, 0.02)
         options.append(Option(entry.changes, entry.error - finest, entry.ratio if differs else 1.0))
-    kept: list[Option] = []
-    least = math.inf
-    for option in sorted(options, key=lambda option: (option.ratio, option.error)):
-        if option.error < least:
-            kept.append(option)
-            least = option.error
-    return kept
+    return pareto_front(options, lambda option: (option.ratio, option.error))
 
 
-def predictions(dimensions: list[list[Option]], finest: float) -> Iterator[Prediction]:
+def predictions(dimensions: list[list[Option]], finest: float) -> Iterator[Option]:
     """Yield all combinations; `finest` is the error with every choice at its finest."""
     for chosen in product(*dimensions):
         changes: dict[str, Any] = {}
         for option in chosen:
             changes |= option.changes
-        yield Prediction(
+        yield Option(
             changes,
             finest + sum(option.error for option in chosen),
             math.prod(option.ratio for option in chosen),
@@ -231,7 +217,7 @@ class Search:
         # codes are whole numbers: radiance decides between equal ones
         return max(e.codes for e in errors) + min(largest, 0.99) if self._by_codes else largest
 
-    def _predictions(self) -> list[Prediction]:
+    def _predictions(self) -> list[Option]:
         finest = self._best.codes if self._by_codes else self._best.error
         return list(predictions(self._options, float(finest)))
 
@@ -259,7 +245,7 @@ class Search:
         self.measured.append(candidate)
         return candidate
 
-    def _verified(self, ranked: list[Prediction], good: Callable[[Candidate], bool]) -> list[Candidate]:
+    def _verified(self, ranked: list[Option], good: Callable[[Candidate], bool]) -> list[Candidate]:
         """Return the first of the ranked combinations that are good when measured."""
         kept: list[Candidate] = []
         for prediction in ranked[:MOST_TRIED]:

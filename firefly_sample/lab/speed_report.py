@@ -206,10 +206,10 @@ def speed_as_markdown(result: dict[str, Any]) -> str:
     """Return the rows as Markdown tables, one per size, with a legend and a list of what was left out."""
     lines = [
         f"{result['scene']}, {result['driver']}. Times are medians in milliseconds: `ms` of a frame's "
-        "passes, `host ms` of Python beside them, `plan ms` the part of planning in that. Ratios are to method "
-        f"{result['chosen']} in the same round. `shaded/pair` is the number of shaded fragments over the "
-        "(pixel, light) pairs in range, `us/light` the microseconds per additional light since the previous "
-        "row of the same method, `growth` that over the previous one.",
+        "passes, `host ms` of Python beside them, `plan ms` the part of planning in that. Ratios are to "
+        f"method {result['chosen']} in the same round. `shaded/pair` is the number of shaded fragments over "
+        "the (pixel, light) pairs in range, `us/light` the microseconds per additional light since the "
+        "previous row of the same method, `growth` that over the previous one.",
     ]
     for size in sizes_of(result):
         head, *rows = _table(result, size)

@@ -8,7 +8,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.measuring import require
+from firefly_sample.lab.measuring import pareto_front, require
 
 AMPLIFY = 8
 """Factor of the differences in a difference picture."""
@@ -63,13 +63,7 @@ def _line(row: Row) -> str:
 
 def front_of(rows: Sequence[Row]) -> list[Row]:
     """Return the Pareto front: rows that no other beats in both time and largest error, fastest first."""
-    front: list[Row] = []
-    least = np.inf
-    for row in sorted(rows, key=lambda row: (row["time_ratio"], row["errors"]["largest"])):
-        if row["errors"]["largest"] < least:
-            front.append(row)
-            least = row["errors"]["largest"]
-    return front
+    return pareto_front(rows, lambda row: (row["time_ratio"], row["errors"]["largest"]))
 
 
 _COLORS = {

@@ -8,17 +8,18 @@ files used least recently are deleted to keep it small.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import re
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.cache_files import drop_old, keep_whole, user_cache
+from firefly_sample.derived import fingerprint
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.frame import (
     VERSION,
@@ -27,10 +28,7 @@ from firefly_sample.lab.reference.frame import (
     reference_settings,
     render_reference,
 )
-from firefly_sample.plan.frame_plan import Batch, FramePlan
-from firefly_sample.plan.light_set import LightSet
-from firefly_sample.plan.particles import ParticleSet
-from firefly_sample.plan.shadows import ShadowMap
+from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Texture
@@ -96,7 +94,7 @@ def reference_frame(
     folder = folder or cache_folder()
     if folder is None:
         return render_reference(plan, visibility, albedo=albedo, progress=progress)
-    key = fingerprint(plan, visibility, albedo)
+    key = fingerprint(*_parts(plan), visibility, albedo)
     kept = _load(folder, key, visibility.shape[:2])
     if kept is not None:
         return finished(plan, **kept)
@@ -107,71 +105,41 @@ def reference_frame(
     return made
 
 
-def fingerprint(plan: FramePlan, visibility: NDArray[np.int32], albedo: Float64) -> str:
-    """Return hexadecimal digits that change with everything that a reference depends on."""
-    state = hashlib.blake2b(digest_size=20)
-    for part in _parts(plan):
-        _update(state, part)
-    _update(state, visibility)
-    _update(state, albedo)
-    return state.hexdigest()
-
-
-def _update(state: hashlib.blake2b, part: object) -> None:
-    if isinstance(part, np.ndarray):
-        state.update(repr((part.dtype.str, part.shape)).encode())
-        state.update(np.ascontiguousarray(part).data)
-    else:
-        state.update(repr(part).encode())
-    state.update(b"\0")
-
-
 def _parts(plan: FramePlan) -> Iterator[object]:
-    """Yield everything that a reference depends on."""
-    view = plan.view
-    yield from (VERSION, plan.size, view.size, view.lens, view.near, view.far)
-    yield from (view.world_to_view, plan.settings, plan.ambient, plan.exposure, plan.background)
+    """Yield everything that a reference depends on, apart from visibility and albedo."""
+    view, slices = plan.view, plan.particle_shadow
+    yield from (VERSION, plan.size, view.size, view.lens, view.near, view.far, view.world_to_view)
+    yield from (plan.settings, plan.ambient, plan.exposure, plan.background)
     yield from (plan.sprites.positions, plan.sprites.colors, plan.sprites.radii)
     for batch in plan.batches:
-        yield from _batch_parts(batch)
+        yield from _model_parts(batch.geom, batch.texture)
+        yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.variant)
+        yield from _columns(batch.factors)
     for lights in plan.lights:
-        yield from (getattr(lights, field.name) for field in fields(LightSet))
-    yield from (getattr(plan.particles, field.name) for field in fields(ParticleSet))
-    cloud = plan.particle_shadow
-    if cloud is not None:
-        slices = cloud.view
-        yield from (slices.world_to_slices, slices.scale, slices.first, slices.per_unit)
-        yield from (cloud.method, cloud.places, cloud.radii, cloud.strengths)
+        yield from _columns(lights)
+    yield from _columns(plan.particles)
+    if slices is not None:
+        yield from (slices.view.world_to_slices, slices.view.scale, slices.view.first, slices.view.per_unit)
+        yield from (slices.method, slices.places, slices.radii, slices.strengths)
     for shadow in plan.shadows.maps:
-        yield from _shadow_parts(shadow)
+        yield from (shadow.lens, shadow.world_to_light)
+        for caster in shadow.casters or ():
+            yield from _model_parts(caster.geom, caster.texture)
+            yield from (caster.cutoff, caster.alphas, caster.model_to_world)
 
 
-def _batch_parts(batch: Batch) -> Iterator[object]:
-    yield from _geom_parts(batch.geom)
-    yield from _texture_parts(batch.texture)
-    yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.variant)
-    yield from (getattr(batch.factors, field.name) for field in fields(batch.factors))
+def _columns(record: Any) -> Iterator[object]:
+    return (getattr(record, field.name) for field in fields(record))
 
 
-def _shadow_parts(shadow: ShadowMap) -> Iterator[object]:
-    yield from (shadow.lens, shadow.world_to_light)
-    for batch in shadow.casters or ():
-        yield from _geom_parts(batch.geom)
-        yield from _texture_parts(batch.texture)
-        yield from (batch.cutoff, batch.alphas, batch.model_to_world)
-
-
-def _geom_parts(geom: Geom) -> Iterator[object]:
+def _model_parts(geom: Geom, texture: Texture | None) -> Iterator[object]:
     yield from (geom.vertices, geom.triangles, geom.normals, geom.texcoords, geom.colors)
-
-
-def _texture_parts(texture: Texture | None) -> Iterator[object]:
     yield None if texture is None else texture.pixels
 
 
 def _load(folder: Path, key: str, shape: tuple[int, ...]) -> dict[str, Float64] | None:
     """Return the images under a key, or None if the file is missing or damaged."""
-    path = folder / _name(key)
+    path = folder / f"reference-{key}.npz"
     if not path.is_file():  # opening a pipe would block
         return None
     with contextlib.suppress(Exception):  # a damaged file may raise anything
@@ -188,11 +156,7 @@ def _load(folder: Path, key: str, shape: tuple[int, ...]) -> dict[str, Float64] 
 
 def _save(folder: Path, key: str, frame: ReferenceFrame) -> None:
     """Write a frame, and delete old files if there are too many."""
-    path = folder / _name(key)
+    path = folder / f"reference-{key}.npz"
     with keep_whole(path) as file:
         np.savez(file, key=np.array(key), **{name: getattr(frame, name) for name in _KEPT})
     drop_old(path, _OWN, LARGEST_CACHE)
-
-
-def _name(key: str) -> str:
-    return f"reference-{key}.npz"

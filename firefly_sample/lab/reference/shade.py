@@ -27,10 +27,9 @@ data stay in a processor's cache."""
 PAIRS_TILE = (16, 16)
 """Pixels down and across whose pairs are counted together: the bounding box of so few decides most lights."""
 ROUNDING = 1e-13
-"""Bound of the rounding error of a squared distance, over the square of the largest number in it: far more
-than a dozen operations of 2^-53 each."""
-PAIRS_LIGHTS = 4096
-"""Lights whose products with a tile are formed at once: 8 MB."""
+"""Far more than the relative rounding error of a distance."""
+PAIRS_LIGHTS = 1024
+"""Lights whose distances to a tile's pixels are computed at once: 8 MB."""
 
 
 def each_light(sets: Iterable[LightSet]) -> Iterator[OneLight]:
@@ -123,9 +122,7 @@ def pairs_in_reach(position: Float64, lights: LightSet) -> int:
     """Return the number of pairs with d < R, of pixels whose position is finite.
 
     Pixels are taken by small tiles. The bounding box of a tile's positions mostly decides whether a light
-    reaches all of them or none. The rest is a product of matrices: d^2 = p.p + l.l - 2 p.l. Where its
-    rounding could decide, the distance is measured as `OneLight.in_reach` does, so the count is that of
-    measuring every pair.
+    reaches all of them or none; only the other pairs are measured.
 
     Parameters
     ----------
@@ -150,25 +147,10 @@ def _pairs_of_tile(position: Float64, lights: LightSet) -> int:
     partly = np.flatnonzero(~whole & (nearest * (1.0 - ROUNDING) < lights.reaches))
     total = int(np.count_nonzero(whole)) * len(position)
     for first in range(0, len(partly), PAIRS_LIGHTS):
-        total += _measured_pairs(position, lights, partly[first : first + PAIRS_LIGHTS])
-    return total
-
-
-def _measured_pairs(position: Float64, lights: LightSet, rows: NDArray[np.intp]) -> int:
-    """Count the pairs of positions (n, 3) and some rows of a set by their squared distances."""
-    middle = position.mean(axis=0)
-    own, reaches = lights.positions[rows], lights.reaches[rows]
-    largest = max(np.abs(position).max(), np.abs(own).max(), reaches.max())
-    unsure = 16.0 * ROUNDING * largest**2
-    near, light = position - middle, own - middle
-    square = near @ (-2.0 * light.T)
-    square += np.einsum("ij,ij->i", near, near)[:, None]
-    square += np.einsum("ij,ij->i", light, light) - reaches**2
-    total = int(np.count_nonzero(square < -unsure))
-    pixels, columns = np.nonzero(np.abs(square, out=square) <= unsure)
-    for column in np.unique(columns):
-        chosen = position[pixels[columns == column]]
-        total += int(np.count_nonzero(OneLight(lights, int(rows[column])).in_reach(chosen)))
+        rows = partly[first : first + PAIRS_LIGHTS]
+        offsets = position[:, None] - lights.positions[rows]
+        distances = lengths(offsets.reshape(-1, 3)).reshape(offsets.shape[:2])
+        total += int(np.count_nonzero(distances < lights.reaches[rows]))
     return total
 
 

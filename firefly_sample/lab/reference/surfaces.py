@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from firefly_sample.lab.reference.one_light import GBuffer
 from firefly_sample.lab.reference.rays import Intersections, RayCorners, Rays, intersect, pixel_rays
 from firefly_sample.lab.reference.texture import Sampler, Samplers, level_of_detail
 from firefly_sample.plan.frame_plan import Batch, FramePlan
+from firefly_sample.plan.instances import Factors
 
 Float64 = NDArray[np.float64]
 
@@ -216,17 +218,19 @@ def see_surfaces(
         If a shape is wrong or the plan has no such triangle.
     """
     width, height = plan.view.size
-    seen = np.asarray(visibility)
-    _check_shape("visibility", seen, (height, width, 2))
-    seen = seen.reshape(-1, 2)
+    shape, classic = (height, width), plan.settings.look == "classic"
+    seen = _checked("visibility", np.asarray(visibility), (height, width, 2)).reshape(-1, 2)
     _check_numbers(plan, seen)
-    classic = plan.settings.look == "classic"
-    made = _Columns(height * width, turned=not classic)
     rays, samplers = pixel_rays(plan.view), Samplers(stored=classic)
     given = [
-        None if image is None else _flat_image(name, image, (height, width, 3))
+        None if image is None else _checked(name, np.asarray(image, dtype=np.float64), (height, width, 3))
         for name, image in (("albedo", albedo), ("ambient albedo", ambient_albedo))
     ]
+    normal, diffuse, specular, ambient, emission = np.zeros((5, height, width, 3))
+    to_eye = rays.to_eye().reshape(height, width, 3)
+    position = np.full_like(normal, np.nan)
+    gbuffer = GBuffer(position, normal, to_eye, diffuse, specular, np.zeros(shape))
+    surfaces = Surfaces(gbuffer, ambient, emission, np.zeros(shape, dtype=bool))
     parts: list[tuple[int, Batch, NDArray[np.intp]]] = []
     for first, batch in numbered_batches(plan):
         chosen = np.flatnonzero((seen[:, 0] >= first) & (seen[:, 0] < first + len(batch.ids)))
@@ -236,69 +240,37 @@ def see_surfaces(
         first, batch, pixels = part
         numbers = seen[pixels]
         found = Fragments(batch, rays.take(pixels), numbers[:, 0] - first, numbers[:, 1], samplers)
-        made.fill(found, pixels, *given)
+        at = np.unravel_index(pixels, shape)
+        given_here = [None if image is None else image[at] for image in given]
+        factors = batch.factors.take(found.instance)
+        surfaces.covered[at] = True
+        position[at], normal[at] = found.position, found.normal(turned=not classic)
+        emission[at], specular[at] = factors.emissions, factors.speculars[:, :3]
+        gbuffer.shininess[at] = factors.speculars[:, 3]
+        diffuse[at], ambient[at] = _reflectances(found, factors, *given_here)
 
     run_all(work, parts, threads, progress)
-    return made.surfaces((height, width), rays)
+    return surfaces
 
 
-class _Columns:
-    """Columns of data of n pixels; `turned` as `Fragments.normal` takes it."""
-
-    def __init__(self, pixels: int, turned: bool) -> None:
-        self._turned = turned
-        self.covered = np.zeros(pixels, dtype=bool)
-        self.position = np.full((pixels, 3), np.nan)
-        self.normal, self.albedo, self.ambient, self.emission = np.zeros((4, pixels, 3))
-        self.specular = np.zeros((pixels, 4))
-
-    def fill(
-        self, found: Fragments, pixels: NDArray[np.intp], albedo: Float64 | None, ambient: Float64 | None
-    ) -> None:
-        """Store the surfaces of some pixels."""
-        factors = found.batch.factors.take(found.instance)
-        base = factors.base_colors[:, :3]
-        self.covered[pixels] = True
-        self.position[pixels] = found.position
-        self.normal[pixels] = found.normal(self._turned)
-        self.emission[pixels] = factors.emissions
-        self.specular[pixels] = factors.speculars
-        tint = found.tint() if albedo is None or (ambient is None and not base.all()) else np.ones(3)
-        if albedo is not None:
-            tint = np.where(base > 0.0, albedo[pixels] / np.where(base > 0.0, base, 1.0), tint)
-        own = base * tint if albedo is None else albedo[pixels]
-        other = factors.ambients * tint if ambient is None else ambient[pixels]
-        # products of colours may exceed 1, but a surface reflects no more light than it gets
-        self.albedo[pixels] = np.clip(own, 0.0, 1.0)
-        self.ambient[pixels] = np.clip(other, 0.0, 1.0)
-
-    def surfaces(self, shape: tuple[int, int], rays: Rays) -> Surfaces:
-        """Return all columns as images."""
-        gbuffer = GBuffer(
-            position=self.position.reshape(*shape, 3),
-            normal=self.normal.reshape(*shape, 3),
-            to_eye=rays.to_eye().reshape(*shape, 3),
-            albedo=self.albedo.reshape(*shape, 3),
-            specular=self.specular[:, :3].reshape(*shape, 3),
-            shininess=self.specular[:, 3].reshape(shape),
-        )
-        return Surfaces(
-            gbuffer,
-            self.ambient.reshape(*shape, 3),
-            self.emission.reshape(*shape, 3),
-            self.covered.reshape(shape),
-        )
+def _reflectances(
+    found: Fragments, factors: Factors, albedo: Float64 | None, ambient: Float64 | None
+) -> tuple[Float64, Float64]:
+    """Return albedo and ambient albedo, shapes (n, 3), of which the given ones were sampled by a GPU."""
+    base = factors.base_colors[:, :3]
+    tint = found.tint() if albedo is None or (ambient is None and not base.all()) else np.ones(3)
+    if albedo is not None:
+        tint = np.where(base > 0.0, albedo / np.where(base > 0.0, base, 1.0), tint)
+    own = base * tint if albedo is None else albedo
+    other = factors.ambients * tint if ambient is None else ambient
+    # products of colours may exceed 1, but a surface reflects no more light than it gets
+    return np.clip(own, 0.0, 1.0), np.clip(other, 0.0, 1.0)
 
 
-def _flat_image(name: str, image: Float64, shape: tuple[int, ...]) -> Float64:
-    values = np.asarray(image, dtype=np.float64)
-    _check_shape(name, values, shape)
-    return values.reshape(-1, shape[2])
-
-
-def _check_shape(name: str, image: NDArray[np.generic], shape: tuple[int, ...]) -> None:
+def _checked(name: str, image: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
     if image.shape != shape:
         raise OutputError(f"{name} must have the plan's shape {shape}, got {image.shape}")
+    return image
 
 
 def _check_numbers(plan: FramePlan, seen: NDArray[np.int32]) -> None:
