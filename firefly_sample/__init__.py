@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
     from firefly_sample.errors import FireflyError, SoftwareDriverWarning
     from firefly_sample.frame import Frame
-    from firefly_sample.plan.build import build_plan
+    from firefly_sample.pipeline import build_plan
     from firefly_sample.renderer import Renderer
     from firefly_sample.scene.falloff import Attenuation
     from firefly_sample.scene.geom import Geom, GeomNode
@@ -67,7 +67,7 @@ _MODULES = {
     "capture.sequence": ("capture_frames",),
     "errors": ("FireflyError", "SoftwareDriverWarning"),
     "frame": ("Frame",),
-    "plan.build": ("build_plan",),
+    "pipeline": ("build_plan",),
     "renderer": ("Renderer",),
     "scene.falloff": ("Attenuation",),
     "scene.geom": ("Geom", "GeomNode"),

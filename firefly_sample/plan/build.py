@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,24 +20,20 @@ from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.culling import choose_culling
 from firefly_sample.plan.cut_off import CutOff, cut_off, cut_off_warnings
 from firefly_sample.plan.extent_warning import Extent, extent_warnings
-from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
+from firefly_sample.plan.frame_graph import Declares, FrameGraph, choose_passes
 from firefly_sample.plan.frame_plan import (
     Background,
     Batch,
     Capabilities,
     FramePlan,
-    PassPlan,
     SpriteSet,
 )
-from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.particle_shadow import plan_particle_shadow
 from firefly_sample.plan.particles import see_particles
 from firefly_sample.plan.position_warning import position_warnings
 from firefly_sample.plan.shadows import ShadowPlanner
-from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
 from firefly_sample.plan.warnings import plan_warnings
 from firefly_sample.scene.arrays import LARGEST, as_color, as_numbers
@@ -49,48 +46,19 @@ Float64 = NDArray[np.float64]
 PointRows = tuple[Float64, Float64, Float64]
 
 
-def build_plan(
-    scene: Scene,
-    settings: Settings | None = None,
-    size: tuple[int, int] = (800, 600),
-    outputs: tuple[str, ...] = ("color",),
-    time: float = 0.0,
-    capabilities: Capabilities | None = None,
-) -> FramePlan:
-    """The plan of one frame; nothing is drawn and no driver is needed.
-
-    Parameters
-    ----------
-    scene : Scene
-        It is updated to `time` first.
-    settings : Settings, optional
-    size : (int, int)
-        Width and height of the picture in pixels.
-    outputs : tuple of str
-        Names from `firefly_sample.frame.OUTPUTS`.
-    time : float
-        Seconds.
-    capabilities : Capabilities, optional
-        What the driver can do; everything when absent.
-
-    Raises
-    ------
-    FireflyError
-        If the size, an output, a light, the camera or the lens is wrong; the message names it.
-    """
-    return Planner().plan(scene, settings or Settings(), size, outputs, time, capabilities or Capabilities())
-
-
 class Planner:
     """Builds plans and keeps what did not change between them: walks of the graph, shadow maps, draws.
 
     Parameters
     ----------
+    passes : sequence of passes
+        In drawing order: see `firefly_sample.plan.frame_graph.Declares`.
     window : bool
         See `firefly_sample.plan.camera.Eye`.
     """
 
-    def __init__(self, window: bool = False) -> None:
+    def __init__(self, passes: Sequence[Declares], window: bool = False) -> None:
+        self._passes = passes
         self._window = window
         self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
@@ -100,7 +68,7 @@ class Planner:
         self._cut: tuple[tuple[Visible, bool], CutOff] | None = None
         self._measured: tuple[Visible, Extent] | None = None
         self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
-        self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
+        self._graph: tuple[Needs, FrameGraph] | None = None
 
     def plan(
         self,
@@ -111,7 +79,7 @@ class Planner:
         time: float,
         capabilities: Capabilities,
     ) -> FramePlan:
-        """See `build_plan`."""
+        """Return the plan of one frame: see `firefly_sample.pipeline.build_plan`."""
         outputs, size = check_outputs(outputs, settings.supersample), check_size(size)
         seconds = to_number(time)
         if not np.isfinite(seconds):
@@ -186,7 +154,7 @@ class Planner:
                     f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
                     "or choose other lights"
                 )
-        targets, passes = self._chosen(needs)
+        graph = self._chosen(needs)
         clusters: tuple[Clusters, ...] = ()
         if culling.method == "clustered" and (needs.lit or needs.counts_cells):
             clusters = plan_clusters(lighting.sets, view, *_decoded(surfaces, settings, view))
@@ -196,7 +164,7 @@ class Planner:
             outputs=outputs,
             time=time,
             view=view,
-            batches=self._batches(seen, geometry_variant(needs, targets), view.near),
+            batches=self._batches(seen, view.near),
             ambient=ambient,
             lights=lighting.sets,
             culling=culling,
@@ -207,8 +175,9 @@ class Planner:
             particle_shadow=particle_shadow,
             background=background,
             exposure=exposure,
-            targets=targets,
-            passes=passes,
+            targets=graph.targets,
+            passes=graph.passes,
+            sources=graph.sources,
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
             warnings=plan_warnings(
@@ -264,20 +233,17 @@ class Planner:
             self._measured = seen, Extent.of(seen, eye.planes, view.lens, view.near)
         return self._measured[1]
 
-    def _chosen(self, needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
-        """Targets and passes; the same objects while nothing else is needed."""
-        if self._steps is None or self._steps[0] != needs:
-            targets = choose_targets(needs)
-            passes = choose_passes(needs, targets)
-            check_passes(passes, targets)
-            self._steps = needs, targets, passes
-        return self._steps[1:]
+    def _chosen(self, needs: Needs) -> FrameGraph:
+        """Return targets and passes; the same objects while nothing else is needed."""
+        if self._graph is None or self._graph[0] != needs:
+            self._graph = needs, choose_passes(self._passes, needs)
+        return self._graph[1]
 
-    def _batches(self, seen: Visible, variant: GeometryVariant, near: float) -> tuple[Batch, ...]:
+    def _batches(self, seen: Visible, near: float) -> tuple[Batch, ...]:
         """The draws of what is in view; the same object while nothing of them has changed."""
-        state = (seen, variant, near)
+        state = (seen, near)
         if self._drawn is None or self._drawn[0] != state:
-            self._drawn = state, make_batches(seen, variant, near)
+            self._drawn = state, make_batches(seen, near)
         return self._drawn[1]
 
     def _snapshot(self, scene: Scene, mask: int) -> Snapshot:

@@ -69,10 +69,10 @@ def plan_warnings(
         left_out = [
             what
             for what, there in (
-                ("highlights", needs.shiny and needs.lights),
-                ("emission", needs.emissive),
+                ("highlights", needs.looks.shiny and needs.lights),
+                ("emission", needs.looks.emissive),
                 ("particles", snapshot.particles),
-                ("ambient colours of materials", needs.own_ambient and needs.ambient),
+                ("ambient colours of materials", needs.looks.own_ambient and needs.ambient),
                 ("shadows", any(node.is_shadow_caster() for node, _ in snapshot.lights)),
             )
             if there

@@ -10,7 +10,7 @@ from firefly_sample.lab.reference.raycast import cast_visibility
 from firefly_sample.lab.reference.shade import each_light, shade_lights
 from firefly_sample.lab.reference.shading import highlight
 from firefly_sample.lab.reference.surfaces import see_surfaces
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.lens_orthographic import OrthographicLens
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites

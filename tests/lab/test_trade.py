@@ -20,7 +20,7 @@ from firefly_sample.lab.trade_report import (
     trade_as_markdown,
 )
 from firefly_sample.lab.variations import COMBINATIONS, variations
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.settings import PRESETS, Settings
 from tests.cli.command import GLADE

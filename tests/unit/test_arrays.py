@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from firefly_sample.capture.sequence import parse_frames
 from firefly_sample.errors import FireflyError, OutputError, ParameterError, SceneError, SettingsError
 from firefly_sample.frame import check_size
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.arrays import as_codes, as_colors
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens

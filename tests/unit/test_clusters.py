@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.lab.reference.clusters import cell_lights, cell_words, list_lengths
 from firefly_sample.plan import grid as module
+from firefly_sample.plan.cluster_lookup import cell_lights, cell_words, list_lengths
 from firefly_sample.plan.clusters import find_clusters, plan_clusters
 from firefly_sample.plan.grid import make_grid, slices_of
 from firefly_sample.plan.light_bounds import screen_bounds

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.batches import Visible
-from firefly_sample.plan.build import Planner, build_plan
+from firefly_sample.plan.build import Planner
 from firefly_sample.plan.camera import Eye
 from firefly_sample.plan.chunks import corners_near
 from firefly_sample.plan.collect import collect

@@ -13,7 +13,7 @@ import pytest
 
 from firefly_sample.assets import asset_dir
 from firefly_sample.errors import ParameterError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lights import AmbientLight, PointLights
 from firefly_sample.scene.parameter import KeyStep

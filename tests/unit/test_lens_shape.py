@@ -11,7 +11,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import LensError
-from firefly_sample.plan.build import Planner, build_plan
+from firefly_sample.pipeline import build_plan
+from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_base import Lens

@@ -7,7 +7,7 @@ import pytest
 from panda3d import core as panda
 
 from firefly_sample.errors import LightError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.falloff import Attenuation, Falloff
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens

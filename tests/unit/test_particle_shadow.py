@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import SceneError, SettingsError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.particle_shadow import GUARD, MOST_OPAQUE, optical_depths, slice_grid
 from firefly_sample.plan.particle_shadow_discs import blur_weights

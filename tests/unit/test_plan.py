@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from firefly_sample.plan.frame_passes import check_passes
 
 from firefly_sample.errors import LightError, NodeError, OutputError, PlanError, SceneError
-from firefly_sample.plan.build import Planner, build_plan
-from firefly_sample.plan.frame_passes import check_passes
+from firefly_sample.pipeline import build_plan
+from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities, PassPlan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
@@ -375,7 +376,7 @@ def test_batches_are_front_to_back_opaque_first():
     for batch in plan.batches:
         depths = batch.model_to_view[:, 3, 1]
         assert (np.diff(depths) >= -1e-9).all()
-    cut = [batch.variant.cutout for batch in plan.batches]
+    cut = [batch.surface.cutout for batch in plan.batches]
     assert cut == sorted(cut)
 
 

@@ -15,32 +15,10 @@ from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.shading import cone_strength, falloff, highlight_of_cosines, opening
 from firefly_sample.plan.light_set import LightSet
+from firefly_sample.readback import GBuffer
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class GBuffer:
-    """Decoded surfaces of pixels, view space, float64; shapes (..., 3), but (...) for `shininess`.
-
-    Attributes
-    ----------
-    position : ndarray
-        NaN where nothing was drawn.
-    normal, to_eye : ndarray
-        Unit vectors.
-    albedo, specular : ndarray
-        Linear.
-    shininess : ndarray
-    """
-
-    position: Float64
-    normal: Float64
-    to_eye: Float64
-    albedo: Float64
-    specular: Float64
-    shininess: Float64
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
-from firefly_sample.lab.reference.one_light import GBuffer, LitChunk, OneLight, Shadows, lengths
+from firefly_sample.lab.reference.one_light import LitChunk, OneLight, Shadows, lengths
 from firefly_sample.lab.reference.shading import opening
 from firefly_sample.plan.light_set import LightSet
+from firefly_sample.readback import GBuffer
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
 

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError
 from firefly_sample.lab.reference.chunks import Progress, chunks_of, run_all
-from firefly_sample.lab.reference.one_light import GBuffer
 from firefly_sample.lab.reference.rays import Intersections, RayCorners, Rays, intersect, pixel_rays
 from firefly_sample.lab.reference.texture import Sampler, Samplers, level_of_detail
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.instances import Factors
+from firefly_sample.readback import GBuffer
 
 Float64 = NDArray[np.float64]
 
@@ -92,13 +92,13 @@ class Fragments:
         length = np.linalg.norm(seen, axis=1, keepdims=True)
         away = self.position if self.rays.perspective else self.rays.direction
         unit = np.where(length > 0.0, seen / np.where(length > 0.0, length, 1.0), self.rays.to_eye())
-        if turned and self.batch.variant.double_sided:
+        if turned and self.batch.surface.double_sided:
             unit = np.where((np.einsum("ni,ni->n", unit, away) > 0.0)[:, None], -unit, unit)
         return np.asarray(unit)
 
     def is_front(self) -> NDArray[np.bool_]:
         """Return whether the pixels are on sides that are drawn."""
-        if self.batch.variant.double_sided:
+        if self.batch.surface.double_sided:
             return np.ones(len(self.rays), dtype=bool)
         return np.asarray(self.hits.front != self.batch.mirrored)
 
@@ -113,7 +113,7 @@ class Fragments:
         )
 
     def _sampler(self) -> Sampler | None:
-        variant, texture = self.batch.variant, self.batch.texture
+        variant, texture = self.batch.surface, self.batch.texture
         if not variant.textured or texture is None:
             return None
         return self._samplers.of(texture, self.batch.alpha_cutoff if variant.cutout else None)
@@ -121,17 +121,17 @@ class Fragments:
     def tint(self) -> Float64:
         """Return the factor of a material's colours: texture times vertex colour, shape (n, 3)."""
         color = self.texture()[:, :3]
-        if self.batch.variant.vertex_color and self.batch.geom.colors is not None:
+        if self.batch.surface.vertex_color and self.batch.geom.colors is not None:
             color = color * self.interpolated(self.batch.geom.colors)
         return color
 
     def is_there(self) -> NDArray[np.bool_]:
         """Return whether the material's alpha test keeps the pixels."""
-        if not self.batch.variant.cutout:
+        if not self.batch.surface.cutout:
             return np.ones(len(self.rays), dtype=bool)
         alpha = self.batch.factors.base_colors[self.instance, 3] * self.texture()[:, 3]
         alphas = self.batch.geom.alphas
-        if self.batch.variant.vertex_alpha and alphas is not None:
+        if self.batch.surface.vertex_alpha and alphas is not None:
             alpha = alpha * self.interpolated(alphas[:, None])[:, 0]
         return np.asarray(alpha >= self.batch.alpha_cutoff)
 

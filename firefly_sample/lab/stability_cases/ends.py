@@ -11,7 +11,7 @@ from firefly_sample.errors import FireflyError
 from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.lab.stability_cases.case import DOUBLES, Case, positioned
 from firefly_sample.lab.stability_cases.scenes import geom_node, wall
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens
