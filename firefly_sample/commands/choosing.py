@@ -1,6 +1,4 @@
-"""Options of `capture` and `run` that choose settings by measuring: by an error, or by the time of a
-frame.
-"""
+"""Options of `capture` and `run` that choose settings by their measured error or time."""
 
 from __future__ import annotations
 

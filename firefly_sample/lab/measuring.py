@@ -1,4 +1,4 @@
-"""Helpers that measurements share: packages that they need, the spread of times, files of results."""
+"""Helpers that measurements share: needed packages, statistics, axes of plots, files of results."""
 
 from __future__ import annotations
 
@@ -53,6 +53,15 @@ def pareto_front(
             front.append(item)
             least = error
     return front
+
+
+def logarithmic_axes(axes: Any) -> None:
+    """Give both axes of a plot logarithmic scales, and a light grid behind the data."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.grid(True, which="major", color="#dddddd", linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
 
 
 def write_json(path: Path, result: dict[str, Any]) -> None:

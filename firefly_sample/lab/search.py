@@ -177,7 +177,8 @@ class Search:
         bench = self._benches[0]
         open_to = {name for single in singles for name in single.changes}
         self._finest |= {name: value for name, value in FINEST.items() if name in open_to}
-        self._finest |= self._uncut()
+        if not {"cutoff_budget", "cutoff_threshold"} & self._fixed.keys():
+            self._finest |= {"cutoff_budget": UNCUT, "cutoff_threshold": None}
         dimensions = []
         for names in DIMENSIONS:
             mine = [single for single in singles if next(iter(single.changes)) in names]
@@ -221,11 +222,6 @@ class Search:
         finest = self._best.codes if self._by_codes else self._best.error
         return list(predictions(self._options, float(finest)))
 
-    def _uncut(self) -> dict[str, Any]:
-        if {"cutoff_budget", "cutoff_threshold"} & self._fixed.keys():
-            return {}
-        return {"cutoff_budget": UNCUT, "cutoff_threshold": None}
-
     def measure(self, changes: dict[str, Any]) -> Candidate:
         """Draw settings on all frames, and time them on the first."""
         for known in self.measured:
@@ -258,8 +254,7 @@ class Search:
         return kept
 
     def fastest(self, max_error: float | None, max_codes: int | None, asked: str) -> Candidate:
-        """Return the fastest candidate within the bounds, or one that is as fast within noise at half the
-        error.
+        """Return the fastest candidate within the bounds, or one with half its error and about its time.
 
         `asked` is the bounds as text, for the error message if nothing meets them.
         """

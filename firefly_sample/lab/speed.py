@@ -1,5 +1,4 @@
-"""Measure how fast lights are drawn, by several methods on the same frames, and how much of the work is
-needed.
+"""Measure the speed of lighting methods on the same frames, and how much of their work is needed.
 
 Times on a shared machine mean little by themselves, so each frame is drawn by every method in turn and ratios
 are taken within a round. Counts do not depend on the machine: the fragments that the lighting passes shade,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import IO, Any
 
 from firefly_sample.columns import align
-from firefly_sample.lab.measuring import quartile_spread, require
+from firefly_sample.lab.measuring import logarithmic_axes, quartile_spread, require
 
 Row = dict[str, Any]
 Size = tuple[int, int]
@@ -227,10 +227,9 @@ def figure_inches(panels: int) -> tuple[float, float]:
 
 
 def growth_figure(result: dict[str, Any], file: IO[bytes]) -> None:
-    """Write a PNG: milliseconds of a frame over lights, both logarithmic; a line per method, a panel per
-    size.
+    """Write a PNG: milliseconds of a frame over lights; a line per method, a panel per size.
 
-    Frames without lights, and frames for which the clock gave 0, cannot be shown on such axes.
+    Frames without lights, and frames for which the clock gave 0, cannot be shown on its logarithmic axes.
 
     Raises
     ------
@@ -259,7 +258,11 @@ def growth_figure(result: dict[str, Any], file: IO[bytes]) -> None:
                 elinewidth=0.8,
                 zorder=4 if method == _DASHED else 3,
             )
-        _dress(axes, _shape(size))
+        logarithmic_axes(axes)
+        axes.set_title(_shape(size), loc="left", fontsize=10)
+        axes.set_xlabel("lights in the scene")
+        axes.xaxis.set_major_formatter("{x:,g}")
+        axes.yaxis.set_major_formatter("{x:,g}")
     panels[0].set_ylabel("milliseconds per frame (bars: interquartile range)")
     title = f"{result['scene']}: frame time by lighting method"
     figure.suptitle(title, x=0.01, ha="left", fontsize=12)
@@ -269,15 +272,3 @@ def growth_figure(result: dict[str, Any], file: IO[bytes]) -> None:
         note = "A line ends early where frames took too long to be measured."
         figure.supxlabel(note, fontsize=8, color="#777777", x=0.01, ha="left")
     figure.savefig(file, format="png")
-
-
-def _dress(axes: Any, title: str) -> None:
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_title(title, loc="left", fontsize=10)
-    axes.set_xlabel("lights in the scene")
-    axes.grid(True, which="major", color="#dddddd", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.xaxis.set_major_formatter("{x:,g}")
-    axes.yaxis.set_major_formatter("{x:,g}")

@@ -1,5 +1,4 @@
-"""Measure the time to the first picture in fresh processes, with and without the cache of models and
-textures.
+"""Measure the time to the first picture in fresh processes, with and without the cache of models.
 
 Times on a shared machine mean little by themselves, so every round runs each kind of process in turn, and
 ratios are taken within a round: to a process that imports the libraries and opens a context.

@@ -8,7 +8,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.measuring import pareto_front, require
+from firefly_sample.lab.measuring import logarithmic_axes, pareto_front, require
 
 AMPLIFY = 8
 """Factor of the differences in a difference picture."""
@@ -89,8 +89,7 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     rows = [row for row in result["rows"] if row["group"] in _COLORS and "time_ratio" in row]
     figure = Figure(figsize=(11.0, 7.0), dpi=110, layout="constrained")
     axes = figure.add_subplot()
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    logarithmic_axes(axes)
     for group, color in _COLORS.items():
         mine = [row for row in rows if row["group"] == group]
         if mine:
@@ -122,9 +121,6 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     axes.set_ylabel("largest error of radiance over its 99.9th percentile")
     width, height = result["size"]
     axes.set_title(f"{result['scene']}, {width}x{height}: error over time by settings", loc="left", pad=26)
-    axes.grid(True, which="major", color="#dddddd", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("{x:g}")
     axes.tick_params(axis="x", which="minor", labelsize=8, labelcolor="#777777")

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.lab.reference.one_light import OneLight
-from firefly_sample.lab.reference.shade import PAIRS_LIGHTS, PAIRS_TILE, count_pairs, pairs_in_reach
+from firefly_sample.lab.reference.shade import PAIRS_LIGHTS, PAIRS_TILE, OneLight, count_pairs, pairs_in_reach
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
 

@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.chunks import Progress
-from firefly_sample.lab.reference.one_light import OneLight, Shadows
 from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
 from firefly_sample.lab.reference.particles import (
     add_particles,
@@ -37,7 +36,7 @@ from firefly_sample.lab.reference.particles import (
     particle_light,
 )
 from firefly_sample.lab.reference.rays import pixel_rays
-from firefly_sample.lab.reference.shade import each_light, shade_lights
+from firefly_sample.lab.reference.shade import OneLight, Shadows, each_light, shade_lights
 from firefly_sample.lab.reference.shading import tone_curve
 from firefly_sample.lab.reference.shadow import ShadowRays
 from firefly_sample.lab.reference.surfaces import Surfaces, see_surfaces

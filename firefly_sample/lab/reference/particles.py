@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.reference.one_light import OneLight
 from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
-from firefly_sample.lab.reference.shade import each_light
+from firefly_sample.lab.reference.shade import OneLight, each_light
 from firefly_sample.plan.frame_plan import FramePlan, SpriteSet
 from firefly_sample.plan.particles import ParticleSet
 from firefly_sample.plan.view import View

@@ -1,4 +1,4 @@
-"""Which triangle each pixel sees, by rays: no rasteriser, no depth buffer.
+"""Find the triangle that each pixel sees by rays, without rasteriser and depth buffer.
 
 Embree computes in float32: it finds candidates, which are then checked in float64. It cannot distinguish what
 differs by about 1e-7 of the distances: which of two triangles that share an edge is met by a ray through that

@@ -21,7 +21,7 @@ from firefly_sample.plan.view import View
 Float64 = NDArray[np.float64]
 
 FARTHEST_OUT = 1.0 / 16.0
-"""How far below 0 a share may be for the plane to be followed beyond the triangle. A rasteriser moves corners
+"""Limit of a share below 0 up to which the plane is followed beyond the triangle. A rasteriser moves corners
 to a grid of 1/256 pixel, so it may draw a pixel whose centre is that far outside. Followed so far, a plane
 stays close to its triangle unless that is less than 1/16 pixel wide: edge-on, where the plane leads
 anywhere."""
@@ -111,7 +111,7 @@ class RayCorners:
 
 @dataclass(frozen=True, eq=False)
 class Intersections:
-    """Where n rays meet n triangles.
+    """The intersections of n rays with n triangles.
 
     Attributes
     ----------

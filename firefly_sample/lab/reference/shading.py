@@ -1,6 +1,4 @@
-"""float64 twins of four shader includes: ``falloff.glsl``, ``cone.glsl``, ``phong.glsl`` and
-``color.glsl``.
-"""
+"""float64 twins of the shader includes ``falloff``, ``cone``, ``phong`` and ``color``."""
 
 from __future__ import annotations
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.reference.one_light import OneLight
 from firefly_sample.lab.reference.raycast import RayScene
 from firefly_sample.lab.reference.rays import Intersections, RayCorners, intersect
+from firefly_sample.lab.reference.shade import OneLight
 from firefly_sample.lab.reference.texture import Sampler, Samplers
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.shadows import ShadowMap

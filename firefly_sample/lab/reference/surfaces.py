@@ -1,4 +1,4 @@
-"""What each pixel shows, in float64: from the triangle that it sees to everything that lighting needs.
+"""Find everything that lighting needs of each pixel in float64, from the triangle that the pixel sees.
 
 Fragments are the float64 twin of ``shaders/geometry.vert`` and of what a rasteriser makes of its outputs.
 """
