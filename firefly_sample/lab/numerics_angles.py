@@ -9,7 +9,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.lab.numerics_gbuffer import normal_bounds
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.probe import evaluate
-from firefly_sample.lab.reference.cone import opening
+from firefly_sample.lab.reference.shading import opening
 
 Float64 = NDArray[np.float64]
 

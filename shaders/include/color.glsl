@@ -1,6 +1,6 @@
 // Provides linear_to_srgb (IEC 61966-2-1, the exact pieces) and tone_curve.
 // TONE 0: clip at 1. TONE 1: 1 - exp(-L) in each channel; a series near 0, where the difference cancels.
-// Float64 twin: firefly_sample/lab/reference/color.py
+// Float64 twin: firefly_sample/lab/reference/shading.py
 
 vec3 linear_to_srgb(vec3 linear)
 {

@@ -3,7 +3,7 @@
 // FALLOFF_ATTENUATION: 1/(x + y*d + z*d^2) of fade, times a window that ends at 1/fade.w; none where that
 // is 0. The fraction is at most 1e30: infinity times a colour of 0 would be no number.
 // RANGE_FALLOFF_KARIS: (1 - (d/R)^4)^2. RANGE_FALLOFF_GLTF: 1 - (d/R)^4.
-// Float64 twin: firefly_sample/lab/reference/falloff.py
+// Float64 twin: firefly_sample/lab/reference/shading.py
 
 #if FALLOFF == FALLOFF_RAMP_SQUARED
 float falloff(float d, float reach)

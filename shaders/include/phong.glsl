@@ -1,6 +1,6 @@
 // Provides power_of_cosine, and highlight: the share of a light that a shiny surface sends to the eye.
 // SPECULAR_MODEL_PHONG or SPECULAR_MODEL_BLINN_PHONG. All vectors are unit vectors.
-// Float64 twin: firefly_sample/lab/reference/phong.py
+// Float64 twin: firefly_sample/lab/reference/shading.py
 
 // cos^m from the cosine and the square of the sine. pow would lose digits where m is large, because only angles
 // near 0 matter then, where a cosine has no digits left: the sine has.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.cone import cone_strength, opening
+from firefly_sample.lab.reference.shading import cone_strength, opening
 from tests.glsl.harness import evaluate
 
 EPS = float(np.finfo(np.float32).eps)

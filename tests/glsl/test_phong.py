@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.phong import highlight, power_of_cosine
+from firefly_sample.lab.reference.shading import highlight, power_of_cosine
 from tests.glsl.harness import evaluate
 
 EPS = float(np.finfo(np.float32).eps)

@@ -117,10 +117,10 @@ def test_what_a_shadow_says_is_done_as_in_the_twin(drawn, shadow, kind):
 
 def light_of(plan, lights):
     """What the first light of a set would bring to particles without any shadow, shape (n, 3)."""
-    from firefly_sample.lab.reference.one_light import OneLight
+    from firefly_sample.lab.reference.shade import OneLight
 
     one = OneLight(lights, 0)
-    to_light, distance = one.ways(plan.particles.positions)
+    to_light, distance = one.directions(plan.particles.positions)
     return one.strength(to_light.T, distance, plan.settings)[:, None] * lights.colors[0]
 
 

@@ -204,7 +204,8 @@ def test_supersampling_averages_four_samples():
 
 
 def codes(radiance):
-    from firefly_sample.lab.reference.color import linear_to_srgb, tone_curve
+    from firefly_sample.lab.reference.shading import tone_curve
+    from firefly_sample.srgb import linear_to_srgb
 
     return linear_to_srgb(tone_curve(radiance, "exponential")) * 255.0
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import SceneError
-from firefly_sample.lab.reference.color import tone_curve
+from firefly_sample.lab.reference.shading import tone_curve
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings

@@ -38,7 +38,8 @@ LAYERS = (
     ({"passes"}, {"readback"}),
     ({"pipeline"}, {"pending"}),
     ({"renderer"},),
-    ({"capture", "viewer", "interop"}, {"lab"}),
+    ({"capture", "viewer", "interop"},),
+    ({"lab"},),
     ({"cli", "commands"},),
 )
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other

@@ -41,7 +41,7 @@ def _on_the_edge(drawn: Drawn) -> NDArray[np.bool_]:
     for one in each_light(drawn.plan.lights):
         inner, outer, _ = one.lights.cones[one.row]
         if inner == outer:
-            to_light, _ = one.ways(place)
+            to_light, _ = one.directions(place)
             direction = one.lights.directions[one.row]
             across = np.linalg.norm(np.cross(to_light, direction), axis=1)
             angle = np.arctan2(across, -(to_light @ direction))

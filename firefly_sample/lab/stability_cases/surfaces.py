@@ -163,7 +163,7 @@ def _far_from_dusk(drawn: Drawn) -> NDArray[np.bool_]:
     assert drawn.gbuffer is not None
     known = np.asarray(np.isfinite(drawn.gbuffer.position).all(axis=2))
     for one in each_light(drawn.plan.lights):
-        to_light, _ = one.ways(np.where(known[..., None], drawn.gbuffer.position, 0.0).reshape(-1, 3))
+        to_light, _ = one.directions(np.where(known[..., None], drawn.gbuffer.position, 0.0).reshape(-1, 3))
         cosine = np.einsum("ij,ij->i", to_light, drawn.gbuffer.normal.reshape(-1, 3))
         known &= np.abs(cosine).reshape(known.shape) > 1e-5
     return known
