@@ -12,15 +12,15 @@ from firefly_sample.interop.pyrender_cameras import Size, camera_to_pyrender
 from firefly_sample.interop.pyrender_lights import light_to_pyrender, point_lights_to_pyrender
 from firefly_sample.interop.pyrender_meshes import MeshWriter
 from firefly_sample.plan.camera import camera_matrices
-from firefly_sample.scene.axes import matrix_to_gltf
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.path_transform import net_matrix
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scene.transforms import matrix_to_gltf
 from firefly_sample.scene.traversal import iter_visible
 from firefly_sample.srgb import linear_to_srgb
 

@@ -16,11 +16,11 @@ from firefly_sample.scene.arrays import (
     as_whole,
     hint_above_one,
     in_range,
+    new_serial,
     read_only,
 )
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
-from firefly_sample.scene.serials import new_serial
 
 Float64 = NDArray[np.float64]
 

@@ -18,11 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError, SceneError
-from firefly_sample.scene.axes import matrix_from_gltf, vectors_from_gltf
 from firefly_sample.scene.material import AlphaMode
-from firefly_sample.scene.model_data import GeomData, ImageData, MaterialData, ModelData, NodeData
-from firefly_sample.scene.model_store import load_kept, model_key, save_kept
+from firefly_sample.scene.model_data import (
+    GeomData,
+    ImageData,
+    MaterialData,
+    ModelData,
+    NodeData,
+    load_kept,
+    model_key,
+    save_kept,
+)
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.transforms import matrix_from_gltf, vectors_from_gltf
 
 Float64 = NDArray[np.float64]
 

@@ -9,8 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import LARGEST, ReadOnlyArrays, as_codes, as_color, as_colors, read_only
-from firefly_sample.scene.serials import new_serial
+from firefly_sample.scene.arrays import (
+    LARGEST,
+    ReadOnlyArrays,
+    as_codes,
+    as_color,
+    as_colors,
+    new_serial,
+    read_only,
+)
 from firefly_sample.settings import to_number
 
 AlphaMode = Literal["opaque", "mask", "blend"]

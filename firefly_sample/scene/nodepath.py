@@ -6,9 +6,8 @@ import copy
 from typing import Any, Self
 
 from firefly_sample.scene import path as paths
-from firefly_sample.scene.bounds import tight_bounds
 from firefly_sample.scene.find import find_paths
-from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.node import PandaNode, tight_bounds
 from firefly_sample.scene.path_attributes import PathAttributes
 from firefly_sample.scene.path_components import PathComponents
 from firefly_sample.scene.transforms import Float64

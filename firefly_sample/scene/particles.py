@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError, did_you_mean
-from firefly_sample.scene.arrays import ReadOnlyArrays, as_numbers, outside, read_only
-from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.arrays import Column, ReadOnlyArrays, as_numbers, checked_rows, outside, read_only
+from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.random import check_seed
-from firefly_sample.scene.rows import Column, checked_rows
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import to_number
 
 Float64 = NDArray[np.float64]

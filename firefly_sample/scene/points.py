@@ -1,6 +1,6 @@
 """Many points in one node: positions, colours and radii as arrays, or as a function of time.
 
-A walk over ten thousand nodes is too slow in Python, and each of them would say the same.
+Walking ten thousand nodes would be too slow in Python.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import ReadOnlyArrays
+from firefly_sample.scene.arrays import Column, Fault, ReadOnlyArrays, checked_rows, color_faults
 from firefly_sample.scene.node import PandaNode
-from firefly_sample.scene.rows import Column, Fault, checked_rows, color_faults
 
 Float64 = NDArray[np.float64]
 
@@ -115,3 +114,20 @@ class PointsNode(PandaNode):
             Column("radii", radii, 0, (_NEGATIVE_OR_NAN if self.endless else _NEGATIVE_OR_ENDLESS,)),
         )
         return PointArrays(*checked_rows(where, self.ERROR, positions, columns))
+
+
+class Sprites(PointsNode):
+    """Any number of round dots, added to the picture, hidden by what stands before them.
+
+    Their radiance is color * (1 - (r/radius)^2)^2 at the distance r from the centre; a dot smaller than
+    a pixel is drawn a pixel wide and as much fainter, so that far dots neither vanish nor flicker.
+    Parameters and errors are those of `PointsNode`.
+    """
+
+    KIND = "sprites"
+
+    def make_copy(self) -> Sprites:
+        """A new node with the same dots, transform and attributes, without children."""
+        copy = Sprites(self.name)
+        self._copy_points_to(copy)
+        return copy

@@ -16,6 +16,11 @@ Stated here once, for the whole package:
 These are Panda3D's conventions (manual, "Common State Changes"; the order of shear and the signs that a
 decomposition picks were found by trying its classes).
 
+glTF, and with it pyrender, has Y up; its cameras look and its lights shine along -Z, and its matrices are for
+column vectors. One quarter turn about X, (x, y, z) there is (x, -z, y) here, converts points, normals and the
+own axes of nodes, cameras and lights alike. It only moves numbers and changes their signs, so nothing is
+rounded. The functions that do it are at the end of this module.
+
 Vectors are plain tuples of floats here: a few multiplications on small arrays cost less than one NumPy
 call, and a tuple cannot be changed behind the back of who holds it.
 """
@@ -25,7 +30,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Float64 = NDArray[np.float64]
 Vec3 = tuple[float, float, float]
@@ -186,3 +191,29 @@ def _cross_of_units(a: Vec3, b: Vec3 | None) -> Vec3:
 def _unit(v: Vec3) -> Vec3 | None:
     length = math.hypot(*v)
     return (v[0] / length, v[1] / length, v[2] / length) if length else None
+
+
+_FROM_GLTF: Float64 = np.array(
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+)
+"""The quarter turn from glTF's axes to ours, for row vectors."""
+
+
+def vectors_from_gltf(vectors: ArrayLike) -> Float64:
+    """Points or directions, shape (..., 3), from glTF's axes to ours; float64."""
+    return np.asarray(np.asarray(vectors, dtype=np.float64) @ _FROM_GLTF[:3, :3])
+
+
+def vectors_to_gltf(vectors: ArrayLike) -> Float64:
+    """Points or directions, shape (..., 3), from our axes to glTF's; float64."""
+    return np.asarray(np.asarray(vectors, dtype=np.float64) @ _FROM_GLTF[:3, :3].T)
+
+
+def matrix_from_gltf(matrix: ArrayLike) -> Float64:
+    """Our matrix of a transform, for row vectors, from glTF's, for column vectors; shape (4, 4), float64."""
+    return np.asarray(_FROM_GLTF.T @ np.asarray(matrix, dtype=np.float64).T @ _FROM_GLTF)
+
+
+def matrix_to_gltf(matrix: ArrayLike) -> Float64:
+    """The matrix of a transform in glTF, for column vectors, from ours, for row vectors; (4, 4), float64."""
+    return np.asarray((_FROM_GLTF @ np.asarray(matrix, dtype=np.float64) @ _FROM_GLTF.T).T)

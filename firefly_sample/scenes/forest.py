@@ -1,4 +1,4 @@
-"""A forest clearing at night with fireflies: the scene plugin "forest"."""
+"""A forest clearing at night with fireflies and, if wanted, a thin mist: the scene plugin "forest"."""
 
 from __future__ import annotations
 
@@ -16,15 +16,13 @@ from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes.fireflies import Fireflies, FireflyState
 from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
-from firefly_sample.scenes.forest_mist import MIST_SEED, mist_at
-from firefly_sample.scenes.parts import find_part, set_visible
-from firefly_sample.scenes.plugin import Plugin, check_live
+from firefly_sample.scenes.plugin import Plugin, check_live, find_part, set_visible
 
 Float64 = NDArray[np.float64]
 
@@ -250,3 +248,31 @@ def _haze() -> tuple[Float64, Float64, Float64]:
     radius = 22.0 + 22.0 * u[2]
     z = ground_height(x, y) + radius * (0.75 + 0.5 * u[3])
     return np.stack([x, y, z], axis=1), np.array((0.001, 0.00183, 0.00462)), radius
+
+
+MIST_SEED = 1923
+_COUNT = 800
+_NEAR, _FAR = 70.0, 420.0
+"""How far from the camera the mist begins and ends."""
+_ALPHA = 0.038
+_COLOR = (0.42, 0.46, 0.5)
+
+
+def mist_at(seed: int, time: float) -> tuple[Float64, Float64, float, tuple[float, float, float]]:
+    """Positions, radii, alpha and colour at `time` (seconds)."""
+    x, y, height, radii, phase = _banks(seed)
+    x = x + 2.5 * np.sin(0.11 * time + phase)
+    y = y + 1.5 * np.cos(0.083 * time + 2.0 * phase)
+    height = height + 0.35 * np.sin(0.19 * time + 3.0 * phase)
+    return np.stack([x, y, ground_height(x, y) + height], axis=1), radii, _ALPHA, _COLOR
+
+
+@lru_cache(maxsize=1)
+def _banks(seed: int) -> tuple[Float64, ...]:
+    u = uniform(seed, np.arange(5)[:, None], np.arange(_COUNT)[None, :])
+    # as many for each distance as are needed to fill the view: nearer ones are smaller
+    away = _NEAR * (_FAR / _NEAR) ** u[1]
+    y = CAMERA[1] + away
+    x = CAMERA[0] + (0.84 * u[0] - 0.42) * away
+    radii = (0.030 + 0.030 * u[3]) * away + 1.5
+    return x, y, 0.32 * radii * u[2] + 0.3, radii, 2.0 * np.pi * u[4]

@@ -23,11 +23,10 @@ from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
-from firefly_sample.scenes.parts import find_part, set_visible
-from firefly_sample.scenes.plugin import Plugin, check_live
+from firefly_sample.scenes.plugin import Plugin, check_live, find_part, set_visible
 
 Float64 = NDArray[np.float64]
 

@@ -1,12 +1,18 @@
-"""What the scenes of this package have in common as plugins."""
+"""What the scenes of this package share: the plugin, its parameters, parts of model files, round meshes."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from firefly_sample.errors import ParameterError, SceneError
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import ModelError, ParameterError, SceneError
+from firefly_sample.scene.geom import GeomNode
+from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.scene import Scene, ScenePlugin
 
@@ -65,3 +71,72 @@ def check_live(scene: str, parameters: tuple[Parameter, ...], name: str, value: 
         kind, others = ("parameter", "") if all_live else ("live parameter", "; the others need a new scene")
         raise ParameterError(f"scene {scene!r} has no {kind} {name!r}: it has {', '.join(live)}{others}")
     return live[name].check(value, scene)
+
+
+def find_part(file: NodePath, name: str) -> GeomNode:
+    """All Geoms at and below the node `name` of a file that `load_model` read, as one node to copy.
+
+    Raises
+    ------
+    ModelError
+        If there is no such node; it names file and node.
+    """
+    part = file.find(f"**/{name}")
+    if part.is_empty():
+        raise ModelError(
+            f"model {file.get_name()}.glb: has no node {name!r}: make it again with models/make_models.py"
+        )
+    merged = GeomNode(name)
+    for path in [part, *part.find_all_matches("**")]:
+        node = path.node()
+        if isinstance(node, GeomNode):
+            for geom, material in node.geoms:
+                merged.add_geom(geom, material)
+    return merged
+
+
+def set_visible(path: NodePath, visible: bool) -> None:
+    """Show what is at and below `path`, or hide it."""
+    if visible:
+        path.show()
+    else:
+        path.hide()
+
+
+def icosphere(subdivisions: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """An icosahedron whose triangles are quartered again and again, its corners on the unit sphere.
+
+    Returns
+    -------
+    corners : ndarray of float64, shape (10 * 4**subdivisions + 2, 3)
+        Also the sphere's normals there.
+    triangles : ndarray of int32, shape (20 * 4**subdivisions, 3)
+        Counter-clockwise from outside; neighbours share corners.
+    """
+    golden = (1.0 + 5.0**0.5) / 2.0
+    flat = np.array([(a, b * golden, 0.0) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+    corners = np.concatenate([np.roll(flat, shift, axis=1) for shift in range(3)])
+    # an edge is 2 long, and a face three corners that are that far apart, in the order that faces outwards
+    near = np.abs(np.linalg.norm(corners[:, None] - corners, axis=2) - 2.0) < 1e-9
+    triangles = [
+        (a, b, c) if np.linalg.det(corners[[a, b, c]]) > 0.0 else (a, c, b)
+        for a, b, c in itertools.combinations(range(12), 3)
+        if near[a, b] and near[b, c] and near[c, a]
+    ]
+    points = [corner / np.linalg.norm(corner) for corner in corners]
+    for _ in range(subdivisions):
+        middles: dict[tuple[int, int], int] = {}
+        quarters = []
+        for a, b, c in triangles:
+            found = []
+            for one, other in ((a, b), (b, c), (c, a)):
+                edge = min(one, other), max(one, other)
+                if edge not in middles:
+                    middles[edge] = len(points)
+                    middle = points[one] + points[other]
+                    points.append(middle / np.linalg.norm(middle))
+                found.append(middles[edge])
+            ab, bc, ca = found
+            quarters += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = quarters
+    return np.array(points), np.array(triangles, dtype=np.int32)

@@ -15,11 +15,17 @@ from firefly_sample.errors import LightError
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import (
+    SMALLEST_CONE,
+    AmbientLight,
+    DirectionalLight,
+    PointLight,
+    PointLights,
+    Spotlight,
+)
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import SMALLEST_CONE, Spotlight
 from firefly_sample.scene.transforms import Float64
 from tests.interop.blocks import (
     ANGLES,

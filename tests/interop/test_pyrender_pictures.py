@@ -24,8 +24,7 @@ from firefly_sample.scene import axes
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight
-from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, Spotlight
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb

@@ -12,8 +12,8 @@ from firefly_sample.lab.reference.sprites import add_sprites
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.plan.build import build_plan
 from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.lab.float64 import draw, edges, plan_of
 from tests.lit_scenes import KINDS, lit_scene

@@ -19,15 +19,14 @@ from firefly_sample.scene.falloff import Attenuation
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Camera, Scene
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.unit.trees import names, tree
 

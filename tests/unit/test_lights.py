@@ -11,9 +11,8 @@ from firefly_sample.plan.build import build_plan
 from firefly_sample.scene.falloff import Attenuation, Falloff
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.spotlight import Spotlight
 from tests.scenes import wall_scene
 
 PAIRS = [

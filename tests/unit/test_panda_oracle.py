@@ -7,10 +7,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from panda3d import core as panda
 
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, Spotlight
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.path_transform import net_matrix
-from firefly_sample.scene.spotlight import Spotlight
 from tests.unit.panda_twins import (
     EPS32,
     Local,

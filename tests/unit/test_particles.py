@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.lights import DirectionalLight, PointLight
+from firefly_sample.scene.lights import DirectionalLight, PointLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
-from firefly_sample.scene.spotlight import Spotlight
 
 PLACES = [(0, 0, 0), (1, 2, 3)]
 

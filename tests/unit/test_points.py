@@ -6,7 +6,7 @@ import pytest
 from firefly_sample.errors import LightError, SceneError
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scene.points import Sprites
 
 PLACES = [(0.0, 1.0, 2.0), (3.0, 4.0, 5.0)]
 
