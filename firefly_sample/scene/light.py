@@ -185,7 +185,7 @@ class FadingLight(Light):
         return self._attenuation
 
     def set_max_distance(self, distance: float) -> None:
-        """Let the light end at a distance, in scene units, through a smooth window (`Settings.range_falloff`).
+        """Let the light end at a distance in scene units, with a smooth window (`Settings.range_falloff`).
 
         Infinity takes the window away.
 

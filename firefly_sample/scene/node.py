@@ -1,4 +1,7 @@
-"""PandaNode: what hangs in the scene graph. It knows its children and parents; paths are NodePath's idea."""
+"""PandaNode, a node of the scene graph, and PathStep, one way to reach it from a root.
+
+Users handle nodes through `firefly_sample.scene.nodepath.NodePath`.
+"""
 
 from __future__ import annotations
 
@@ -6,27 +9,25 @@ import copy
 import weakref
 from bisect import bisect, bisect_right
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.transform_state import IDENTITY, TransformState
 from firefly_sample.scene.transforms import Float64
-
-if TYPE_CHECKING:
-    from firefly_sample.scene.material import Material
-    from firefly_sample.scene.path import PathStep
 
 Color = tuple[float, float, float, float]
 
 OVERALL_BIT = 1 << 31
 """The bit that plain ``hide()`` uses: hidden from every camera, whatever the camera's mask."""
 ALL_CAMERAS = OVERALL_BIT - 1
-"""The 31 bits that tell cameras apart."""
+"""The 31 bits by which nodes are hidden from some cameras and not from others."""
 _ALL_BITS = OVERALL_BIT | ALL_CAMERAS
 _LINKS = {"_children", "_sorts", "_parents", "_steps", "_ranks"}
-"""Attributes that say where a node hangs."""
+"""Attributes that link a node to other nodes and to paths."""
+_Value = TypeVar("_Value")
 
 
 class PandaNode:
@@ -273,24 +274,93 @@ class PandaNode:
             made.__setstate__(copy.deepcopy(node.__getstate__(), memo))
         return copies[0]
 
-    def get_local_bounds(self) -> tuple[Float64, Float64] | None:
-        """The box (minimum, maximum) of this node's own contents in its own space, None when it has none."""
-        return None
-
     def iter_local_points(self) -> list[Float64]:
         """Arrays of shape (n, 3): points in this node's space whose hull holds its own contents."""
         return []
 
 
+class PathStep:
+    """A node as reached through a parent step, or as the root of a path.
+
+    There is one step for each (parent step, node), so every NodePath to it follows when the node is moved.
+    """
+
+    __slots__ = ("__weakref__", "_below", "node", "parent")
+
+    def __init__(self, node: PandaNode, parent: PathStep | None) -> None:
+        self.node = node
+        self.parent: PathStep | None = None
+        self._below: weakref.WeakValueDictionary[PandaNode, PathStep] | None = None
+        node._steps.add(self)
+        if parent is not None:
+            self.move_below(parent)
+
+    def move_below(self, parent: PathStep | None) -> None:
+        """Make `parent` the step above this one; None makes this one a root."""
+        siblings = self.parent._below if self.parent is not None else None
+        if siblings is not None and siblings.get(self.node) is self:
+            del siblings[self.node]
+        self.parent = parent
+        if parent is not None:
+            if parent._below is None:
+                parent._below = weakref.WeakValueDictionary()
+            parent._below[self.node] = self
+
+    def known_child(self, node: PandaNode) -> PathStep | None:
+        """Return the step from here to a child node, if a path has needed it already."""
+        return self._below.get(node) if self._below is not None else None
+
+    def child(self, node: PandaNode) -> PathStep:
+        """Return the step from here to a child node."""
+        step = self.known_child(node)
+        return step if step is not None else PathStep(node, self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle all steps above too, so that paths into one tree lead into one copy of it."""
+        return _copied_step, (self.node, self.parent)
+
+    def upwards(self) -> Iterator[PathStep]:
+        """Yield this step, the one above it, and so on up to the root."""
+        step: PathStep | None = self
+        while step is not None:
+            yield step
+            step = step.parent
+
+    def names(self) -> str:
+        """Return the nodes' names from the root down to here, joined by slashes."""
+        return "/".join(step.node.name for step in reversed(list(self.upwards())))
+
+
+def root_step(node: PandaNode) -> PathStep:
+    """Return the step of a path that begins at `node`."""
+    return next((step for step in node._steps if step.parent is None), None) or PathStep(node, None)
+
+
+def _copied_step(node: PandaNode, parent: PathStep | None) -> PathStep:
+    return root_step(node) if parent is None else parent.child(node)
+
+
+def inherit(
+    above: _Value | None, above_priority: int, own: _Value | None, own_priority: int
+) -> tuple[_Value | None, int]:
+    """Return an attribute and its priority at a node, from those above it and its own.
+
+    The node's own value wins, unless the one from above has a higher priority.
+    """
+    if own is None or (above is not None and above_priority > own_priority):
+        return above, above_priority
+    return own, own_priority
+
+
 def tight_bounds(top: PandaNode, matrix: Float64) -> tuple[Float64, Float64] | None:
-    """The axis-aligned box (minimum, maximum) of every vertex at and below `top`; None without any.
+    """Return the axis-aligned box (minimum, maximum) of all vertices at and below `top`; None without any.
 
     Parameters
     ----------
     top : PandaNode
         Hidden nodes count, as in Panda3D.
     matrix : ndarray of float64, shape (4, 4)
-        From the space of `top` to the space that the box is wanted in.
+        From the space of `top` to the space of the box.
     """
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     waiting = [(top, matrix)]

@@ -111,8 +111,8 @@ class ParticleShadow:
             value = to_number(getattr(self, name))
             if not 0.0 <= value <= high:
                 raise SceneError(
-                    f"particle shadow of light {self.light.name!r}: {name} must be a number of 0 to {high:g}, "
-                    f"got {getattr(self, name)!r}"
+                    f"particle shadow of light {self.light.name!r}: {name} must be a number of 0 to "
+                    f"{high:g}, got {getattr(self, name)!r}"
                 )
             object.__setattr__(self, name, value)
         choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
