@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from firefly_sample.renderer import Renderer
     from firefly_sample.scene.falloff import Attenuation
     from firefly_sample.scene.geom import Geom, GeomNode
-    from firefly_sample.scene.lens import PerspectiveLens
-    from firefly_sample.scene.lens_orthographic import OrthographicLens
+    from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
     from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
     from firefly_sample.scene.loader import load_model
     from firefly_sample.scene.material import Material, Texture
@@ -70,8 +69,7 @@ _MODULES = {
     "renderer": ("Renderer",),
     "scene.falloff": ("Attenuation",),
     "scene.geom": ("Geom", "GeomNode"),
-    "scene.lens": ("PerspectiveLens",),
-    "scene.lens_orthographic": ("OrthographicLens",),
+    "scene.lens": ("OrthographicLens", "PerspectiveLens"),
     "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights", "Spotlight"),
     "scene.loader": ("load_model",),
     "scene.material": ("Material", "Texture"),

@@ -22,8 +22,7 @@ from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.interop.pyrender_meshes import MeshWriter
 from firefly_sample.scene import transforms
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, Spotlight
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings

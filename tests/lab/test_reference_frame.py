@@ -11,7 +11,7 @@ from firefly_sample.lab.reference.shade import each_light, shade_lights
 from firefly_sample.lab.reference.sprites import add_sprites
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.plan.build import build_plan
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import Settings

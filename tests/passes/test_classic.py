@@ -10,7 +10,7 @@ import pytest
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.classic import render_classic
 from firefly_sample.plan.build import build_plan
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.points import Sprites

@@ -10,8 +10,7 @@ from firefly_sample.plan import lighting
 from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene

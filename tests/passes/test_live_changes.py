@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.points import Sprites

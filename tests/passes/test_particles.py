@@ -7,8 +7,7 @@ import pytest
 
 from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.lab.reference.particles import add_particles, particle_light
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights, Spotlight
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites

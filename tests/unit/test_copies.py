@@ -17,8 +17,7 @@ from panda3d import core as panda
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.falloff import Attenuation
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import PandaNode

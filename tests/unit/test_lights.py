@@ -9,8 +9,7 @@ from panda3d import core as panda
 from firefly_sample.errors import LightError
 from firefly_sample.plan.build import build_plan
 from firefly_sample.scene.falloff import Attenuation, Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.nodepath import NodePath
 from tests.scenes import wall_scene

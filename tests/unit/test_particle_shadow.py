@@ -14,8 +14,7 @@ from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.particle_shadow import GUARD, MOST_OPAQUE, optical_depths, slice_grid
 from firefly_sample.plan.particle_shadow_discs import blur_weights
 from firefly_sample.plan.particles import see_particles
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.points import Sprites
