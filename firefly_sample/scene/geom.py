@@ -205,20 +205,6 @@ class GeomNode(PandaNode):
         self.geoms.append((geom, material if material is not None else Material("default")))
         self.mark_changed()
 
-    def make_copy(self) -> GeomNode:
-        """A new node with the same (shared) Geoms, transform and attributes, without children."""
-        copy = GeomNode(self.name)
-        self._copy_state_to(copy)
-        copy.geoms = list(self.geoms)
-        return copy
-
-    def get_local_bounds(self) -> tuple[Float64, Float64] | None:
-        """The box around this node's own Geoms in its own space, None when it has none."""
-        boxes = [geom.bounds for geom, _ in self.geoms if len(geom.vertices)]
-        if not boxes:
-            return None
-        return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
-
     def iter_local_points(self) -> list[Float64]:
         """The vertex arrays of this node's Geoms, for tight bounds."""
         return [geom.vertices for geom, _ in self.geoms if len(geom.vertices)]

@@ -69,11 +69,6 @@ class ShadowCaster(PandaNode):
         """Texels along each side of the light's shadow map."""
         return self._resolution
 
-    def _copy_shadow_to(self, other: ShadowCaster) -> None:
-        self._copy_state_to(other)
-        other.camera_mask = self.camera_mask
-        other._casts, other._resolution = self._casts, self._resolution
-
 
 class Light(ShadowCaster):
     """One light, of one colour.
@@ -118,10 +113,6 @@ class Light(ShadowCaster):
         """Let highlights have the light's colour again."""
         self._specular = None
         self.mark_changed()
-
-    def _copy_light_to(self, other: Light) -> None:
-        self._copy_shadow_to(other)
-        other._color, other._specular = self._color, self._specular
 
 
 class FadingLight(Light):
@@ -211,10 +202,6 @@ class FadingLight(Light):
         if not length >= 0.0:
             raise LightError(f"light {self.name!r}: {what} must be a number of 0 or more, got {value!r}")
         return length
-
-    def _copy_fade_to(self, other: FadingLight) -> None:
-        self._copy_light_to(other)
-        other._attenuation, other._end = self._attenuation, self._end
 
 
 def light_color(name: str, color: ArrayLike) -> Float64:

@@ -113,14 +113,6 @@ class PointLights(PointsNode, ShadowCaster):
                 "give one for each, or one for all"
             ) from None
 
-    def make_copy(self) -> PointLights:
-        """A new node with the same lights, transform and attributes, without children."""
-        copy = PointLights(self.name, attenuation=self._attenuation)
-        self._copy_points_to(copy)
-        self._copy_shadow_to(copy)
-        copy._specular = self._specular
-        return copy
-
 
 class PointLight(FadingLight):
     """One point light at its node's origin. See `FadingLight`.
@@ -134,12 +126,6 @@ class PointLight(FadingLight):
     radius : float, optional
         Reach in scene units; without it, the light is Panda3D's, attenuation (1, 0, 0).
     """
-
-    def make_copy(self) -> PointLight:
-        """A new light with the same colours, fading, shadows, transform and attributes, without children."""
-        copy = PointLight(self.name)
-        self._copy_fade_to(copy)
-        return copy
 
 
 class DirectionalLight(Light):
@@ -197,13 +183,6 @@ class DirectionalLight(Light):
         """How far from the camera shadows are wanted, in scene units."""
         return self._shadow_distance
 
-    def make_copy(self) -> DirectionalLight:
-        """A new light with the same colours, direction, shadows, transform and attributes."""
-        copy = DirectionalLight(self.name)
-        self._copy_light_to(copy)
-        copy._direction, copy._shadow_distance = self._direction, self._shadow_distance
-        return copy
-
 
 class AmbientLight(PandaNode):
     """Light that comes from everywhere. Several add up.
@@ -228,12 +207,6 @@ class AmbientLight(PandaNode):
     def get_color(self) -> Float64:
         """The linear colour, shape (3,)."""
         return self._light_color.copy()
-
-    def make_copy(self) -> AmbientLight:
-        """A new light with the same colour, transform and attributes, without children."""
-        copy = AmbientLight(self.name, self._light_color)
-        self._copy_state_to(copy)
-        return copy
 
 
 SMALLEST_CONE = 0.01
@@ -356,10 +329,3 @@ class Spotlight(FadingLight):
                 f"{2.0 * SMALLEST_CONE:g} or more"
             )
         return Cone(half, half, self._exponent)
-
-    def make_copy(self) -> Spotlight:
-        """A new light with the same colours, cone, fading, shadows, transform and (shared) lens."""
-        copy = Spotlight(self.name)
-        self._copy_fade_to(copy)
-        copy._lens, copy._exponent, copy._edge = self._lens, self._exponent, self._edge
-        return copy

@@ -210,27 +210,17 @@ class PandaNode:
         for ancestor in node.iter_ancestors():
             ancestor.subtree_revision += 1
 
-    def _copy_state_to(self, other: PandaNode) -> None:
-        """Give `other` this node's transform, colour, material, masks and tags."""
-        if type(other) is not type(self):
-            raise NodeError(f"node {self.name!r} cannot be copied: {type(self).__name__} needs make_copy()")
-        other.transform = self.transform
-        other.flat_color, other.flat_color_priority = self.flat_color, self.flat_color_priority
-        other.material, other.material_priority = self.material, self.material_priority
-        other.draw_control, other.draw_show = self.draw_control, self.draw_show
-        other.tags = dict(self.tags)
-        other.mark_changed()
+    def make_copy(self) -> Self:
+        """Return a new node of the same class with the same attributes, without children.
 
-    def make_copy(self) -> PandaNode:
-        """A new node of the same kind with the same contents and attributes, without children.
-
-        Raises
-        ------
-        NodeError
-            If a subclass does not say how to copy itself.
+        Attributes are shared, but lists, dicts and sets are copied.
         """
-        node = PandaNode(self.name)
-        self._copy_state_to(node)
+        node = type(self).__new__(type(self))
+        for name, value in self.__dict__.items():
+            if name not in _LINKS:
+                node.__dict__[name] = copy.copy(value) if isinstance(value, dict | list | set) else value
+        node._children, node._sorts = [], []
+        node.revision = node.subtree_revision = 0
         return node
 
     # --- Python's copies: see the class ---

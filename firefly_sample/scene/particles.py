@@ -268,13 +268,6 @@ class ParticleNode(PandaNode):
         """The given sphere's center and radius, None if it is found for each frame."""
         return self._sphere
 
-    def make_copy(self) -> ParticleNode:
-        """A new node with the same particles, shadow, transform and attributes, without children."""
-        copy = ParticleNode(self.name, function=self.function, seed=self.seed)
-        self._copy_state_to(copy)
-        copy.arrays, copy._shadow, copy._sphere = self.arrays, self._shadow, self._sphere
-        return copy
-
     def _checked(
         self, positions: ArrayLike, radii: ArrayLike, alphas: ArrayLike, colors: ArrayLike
     ) -> ParticleArrays:

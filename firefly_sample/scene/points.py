@@ -103,10 +103,6 @@ class PointsNode(PandaNode):
             )
         return self._checked(*given)
 
-    def _copy_points_to(self, other: PointsNode) -> None:
-        self._copy_state_to(other)
-        other.arrays, other.function = self.arrays, self.function
-
     def _checked(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> PointArrays:
         where = f"{self.KIND} {self.name!r}"
         columns = (
@@ -125,9 +121,3 @@ class Sprites(PointsNode):
     """
 
     KIND = "sprites"
-
-    def make_copy(self) -> Sprites:
-        """A new node with the same dots, transform and attributes, without children."""
-        copy = Sprites(self.name)
-        self._copy_points_to(copy)
-        return copy

@@ -58,12 +58,6 @@ class Camera(PandaNode):
             self.transform = transform
             self.revision += 1
 
-    def make_copy(self) -> Camera:
-        """A new camera with the same (shared) lens, transform and attributes."""
-        copy = Camera(self.name, self.lens, self.camera_mask)
-        self._copy_state_to(copy)
-        return copy
-
 
 class Scene:
     """What a plugin builds and the renderer draws. Subclass it to animate nodes or take live parameters.

@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from panda3d import core as panda
 
-from firefly_sample.errors import NodeError
 from firefly_sample.scene.falloff import Attenuation
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
@@ -185,9 +184,12 @@ class _Tree(GeomNode):
     pass
 
 
-def test_copy_to_does_not_turn_a_subclass_into_its_base():
-    with pytest.raises(NodeError, match=r"'oak' cannot be copied: _Tree needs make_copy"):
-        NodePath(_Tree("oak")).copy_to(NodePath("root"))
+def test_copy_to_keeps_the_class_and_attributes_of_a_subclass():
+    node = _Tree("oak")
+    node.rings = [1, 2]
+    twin = NodePath(node).copy_to(NodePath("root")).node()
+    assert (type(twin), twin.rings) == (_Tree, [1, 2])
+    assert twin.rings is not node.rings
 
 
 @pytest.mark.parametrize("make", [_geom, _texture], ids=["geom", "texture"])
