@@ -21,7 +21,7 @@ from firefly_sample.scene.transforms import Float64
 Color = tuple[float, float, float, float]
 
 OVERALL_BIT = 1 << 31
-"""The bit that plain ``hide()`` uses: hidden from every camera, whatever the camera's mask."""
+"""The bit that ``hide()`` without a mask uses: hidden from every camera, whatever its mask."""
 ALL_CAMERAS = OVERALL_BIT - 1
 """The 31 bits by which nodes are hidden from some cameras and not from others."""
 _ALL_BITS = OVERALL_BIT | ALL_CAMERAS
@@ -41,37 +41,37 @@ class PandaNode:
     Attributes
     ----------
     transform : TransformState
-        Relative to each parent; change it with `set_transform`.
+        To the space of each parent; change it with `set_transform`.
     flat_color, flat_color_priority : (r, g, b, a) or None, int
-        Linear colour that this node and what is below take in place of their own; see `NodePath.set_color`.
+        Linear colour that replaces those of this node and below; see `NodePath.set_color`.
     material, material_priority : Material or None, int
         A material that replaces those of the Geoms at this node and below.
     draw_control, draw_show : int
-        Bits that this node decides about, and of those the ones that are shown; see `NodePath.hide`.
+        Camera bits that this node decides, and of those the ones that see it; see `NodePath.hide`.
     tags : dict of str to str
-        Free text by key.
+        Text by key.
     revision : int
         Grows with each change of the node itself.
     subtree_revision : int
-        Grows with each change of the node or anything below it: transforms, attributes, contents, children.
+        Grows with each change of the node or any node below it: transforms, attributes, contents, children.
 
     Notes
     -----
-    ``copy.deepcopy`` and ``pickle`` give a node of its own without parents, and copies of everything below
-    it, Geoms, materials, textures and lenses too. ``copy.copy`` gives a second node that shares its children,
-    as in Panda3D. `NodePath.copy_to` copies nodes alone. A function that a node calls is shared by all of
-    these, and pickle needs to find it by its name; of a bound method, the object is copied. Pickle goes down
-    a tree by recursion: one that is deeper than 150 nodes needs ``sys.setrecursionlimit``.
+    ``copy.deepcopy`` and ``pickle`` copy the node, without parents, and everything below it, including Geoms,
+    materials, textures and lenses. ``copy.copy`` returns a second node with the same children, as in Panda3D.
+    `NodePath.copy_to` copies nodes only. A function that a node calls is shared by all copies, and pickle
+    must be able to find it by its name; for a bound method, the object is copied. Pickle recurses down the
+    tree: one that is deeper than 150 nodes needs ``sys.setrecursionlimit``.
     """
 
     _parents: list[weakref.ref[PandaNode]]
     _steps: weakref.WeakSet[PathStep]
 
     def __new__(cls, *_: Any, **__: Any) -> Self:
-        """A node that can be linked to others before it has contents, as happens while a graph is copied."""
+        """Create a node that can be linked before it has contents, as needed while a graph is copied."""
         node = super().__new__(cls)
-        # Downwards by strong references and upwards by weak ones, so that a scene that nobody holds is
-        # freed at once, textures and all, without waiting for the cycle collector.
+        # Strong references downwards and weak ones upwards, so that an unused scene is freed at once,
+        # including its textures, without waiting for the cycle collector.
         node._parents = []
         node._steps = weakref.WeakSet()
         return node
@@ -98,16 +98,16 @@ class PandaNode:
 
     @property
     def children(self) -> Sequence[PandaNode]:
-        """The children, by `sort` and then in the order in which they came."""
+        """The children, ordered by `sort` and then by when they were added."""
         return self._children
 
     @property
     def parents(self) -> list[PandaNode]:
-        """The parents, oldest first; more than one where the node is instanced."""
+        """The parents, oldest first; several if the node is instanced."""
         return [parent for reference in self._parents if (parent := reference()) is not None]
 
     def get_child_sort(self, child: PandaNode) -> int:
-        """The sort number under which `child` was added.
+        """Return the sort number with which `child` was added.
 
         Raises
         ------
@@ -117,15 +117,15 @@ class PandaNode:
         return self._sorts[self._index_of(child)]
 
     def add_child(self, child: PandaNode, sort: int = 0) -> None:
-        """Put `child` below this node, after all children of the same or a smaller `sort`.
+        """Add a child, after all children of the same or a smaller `sort`.
 
-        A node that is a child already moves to its new place. `NodePath.attach_new_node` does this and
-        continues the paths that begin at `child`; here they go on beginning there.
+        A node that is a child already is moved to its new position among them. Paths that begin at `child`
+        still do so afterwards; `NodePath.attach_new_node` makes them continue through this node.
 
         Raises
         ------
         NodeError
-            If `child` is this node or above it: that would be a cycle.
+            If `child` is this node or above it, which would make a cycle.
         """
         if child is self or (child._children and child in self.iter_ancestors()):
             raise NodeError(
@@ -141,7 +141,7 @@ class PandaNode:
         self.mark_changed()
 
     def remove_child(self, child: PandaNode) -> None:
-        """Take `child` out. Paths that went through here to `child` now begin at `child`.
+        """Remove a child. Paths through this node to `child` now begin at `child`.
 
         Raises
         ------
@@ -166,7 +166,7 @@ class PandaNode:
             raise NodeError(f"node {child.name!r} is not a child of {self.name!r}") from None
 
     def iter_ancestors(self) -> Iterator[PandaNode]:
-        """Every node above this one, each once, by whatever path."""
+        """Yield every node above this one, by any path, each once."""
         seen: set[PandaNode] = set()
         waiting = self.parents
         while waiting:
@@ -177,7 +177,7 @@ class PandaNode:
                 waiting.extend(node.parents)
 
     def iter_descendants(self) -> Iterator[PandaNode]:
-        """Every node at and below this one, each once, in the order of a walk in depth."""
+        """Yield every node at and below this one, depth first, each once."""
         seen: set[PandaNode] = set()
         waiting = [self]
         while waiting:
@@ -188,18 +188,18 @@ class PandaNode:
                 waiting.extend(reversed(node._children))
 
     def set_transform(self, transform: TransformState) -> None:
-        """Put the node somewhere else in its parents."""
+        """Set the transform to the parents' space."""
         self.transform = transform
         self.mark_changed()
 
     def mark_changed(self) -> None:
-        """Tell whoever watches revisions that this node has changed, here and in all its ancestors.
+        """Raise the revisions of this node and of all its ancestors.
 
-        Whoever changes a node's contents in a way of its own calls this. Costs one step per ancestor.
+        Subclasses call this when their contents change.
         """
         self.revision += 1
         node = self
-        while True:  # The usual case, one parent each, without building sets.
+        while True:  # nodes with one parent need no sets
             node.subtree_revision += 1
             if len(node._parents) != 1:
                 break
@@ -226,7 +226,7 @@ class PandaNode:
     # --- Python's copies: see the class ---
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the node's state and its links: child, sort number, and place among the child's parents."""
+        """Return the attributes and the links: child, sort number, and position among the child's parents."""
         state = {name: value for name, value in self.__dict__.items() if name not in _LINKS}
         state["_links"] = [
             (child, sort, child.parents.index(self))
@@ -240,10 +240,10 @@ class PandaNode:
         self._children = [child for child, _, _ in links]
         self._sorts = [sort for _, sort, _ in links]
         for child, _, rank in links:
-            child._come_below(self, rank)
+            child._link_parent(self, rank)
 
-    def _come_below(self, parent: PandaNode, rank: int) -> None:
-        """Link a copied parent: copies of parents come in any order, and keep the order that they had."""
+    def _link_parent(self, parent: PandaNode, rank: int) -> None:
+        """Link a copied parent; parents are copied in any order, and `rank` restores the original one."""
         ranks = self.__dict__.setdefault("_ranks", [])
         index = bisect(ranks, rank)
         ranks.insert(index, rank)
@@ -256,7 +256,7 @@ class PandaNode:
         return node
 
     def __deepcopy__(self, memo: dict[int, Any]) -> PandaNode:
-        # one after the other and not one within the other, so that no tree is too deep
+        # one by one, not by recursion, so that no tree is too deep
         originals = [node for node in self.iter_descendants() if id(node) not in memo]
         copies: list[PandaNode] = [type(node).__new__(type(node)) for node in originals]
         memo.update((id(node), made) for node, made in zip(originals, copies, strict=True))
@@ -265,7 +265,7 @@ class PandaNode:
         return copies[0]
 
     def iter_local_points(self) -> list[Float64]:
-        """Arrays of shape (n, 3): points in this node's space whose hull holds its own contents."""
+        """Return arrays of shape (n, 3): points in this node's space whose hull contains its own contents."""
         return []
 
 

@@ -50,7 +50,7 @@ def test_bad_arrays_name_the_node_and_the_entry(kind, error, called, arrays, mes
 
 
 def test_a_function_that_gives_something_else_is_named():
-    with pytest.raises(LightError, match=r"'swarm': its function must give .*, gave list"):
+    with pytest.raises(LightError, match=r"'swarm': its function must return .*, got list"):
         PointLights("swarm", function=lambda t: []).evaluate(0.0)
 
 
