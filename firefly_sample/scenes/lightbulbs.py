@@ -26,7 +26,15 @@ from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scenes.plugin import Plugin, check_live, find_part, set_visible
+from firefly_sample.scenes.plugin import (
+    Plugin,
+    check_live,
+    find_part,
+    hue_colors,
+    seed_parameter,
+    set_visible,
+    sphere_directions,
+)
 
 Float64 = NDArray[np.float64]
 
@@ -67,14 +75,8 @@ _PLINTH = 46.0
 _STARS, _STAR_DISTANCE, _FAR = 700, 320.0, 400.0
 
 _PARAMETERS = (
-    Parameter(
-        "seed",
-        int,
-        7,
-        "Which colours: every random number about bulb k or cat k comes from (seed, k).",
-        minimum=0,
-        maximum=2**63 - 1,
-        live=False,
+    seed_parameter(
+        "Which colours: every random number about bulb k or cat k comes from (seed, k).", live=False
     ),
     Parameter("columns", int, 20, "Cats, and bulbs, from left to right.", minimum=1, maximum=100, live=False),
     Parameter("rows", int, 20, "Cats, and bulbs, from front to back.", minimum=1, maximum=100, live=False),
@@ -101,7 +103,7 @@ class _Bulbs:
         # between four cats: half a step right of each cat and before its face, also of those in the first row
         x, y = _grid(column, columns) + 0.5 * SPACING, _grid(row, rows) - 0.5 * SPACING
         self.places: Float64 = np.stack([x, y, np.full(count, BULB_HEIGHT)], axis=1)
-        self.colors = _vivid(u[0], u[1])
+        self.colors = hue_colors(u[0], 0.66 + 0.26 * u[1])  # neither pale nor of one channel alone
         low, high = HOVER_SECONDS
         self._period: Float64 = low + (high - low) * u[2]
         self._phase = u[3]
@@ -226,14 +228,6 @@ def _grid(index: Any, count: int) -> Any:
     return (index - 0.5 * (count - 1)) * SPACING
 
 
-def _vivid(hue: Float64, strength: Float64) -> Float64:
-    """Linear colours of any hue, neither pale nor of one channel alone; the largest channel is 1."""
-    # the closed form of hue: f(n) = 1 - s max(0, min(q, 4 - q, 1)), q = (n + 6 h) mod 6
-    q = (np.array([5.0, 3.0, 1.0]) + 6.0 * hue[:, None]) % 6.0
-    fall = np.clip(np.minimum(q, 4.0 - q), 0.0, 1.0)
-    return np.asarray(1.0 - (0.66 + 0.26 * strength[:, None]) * fall)
-
-
 def _place_cats(root: NodePath, seed: int, columns: int, rows: int) -> None:
     """The plinth, and a cat on each of its slabs that looks more or less ahead."""
     plinth = find_part(load_model(model_path("plinth.glb")), "plinth")
@@ -299,9 +293,10 @@ def _place_bulbs(root: NodePath, bulbs: _Bulbs) -> list[NodePath]:
 def _stars(around: float) -> tuple[Float64, Float64, Float64]:
     """Positions, colours and radii of dots far away, evenly all around."""
     u = uniform(1919, np.arange(5)[:, None], np.arange(_STARS)[None, :])
-    height, angle = 2.0 * u[0] - 1.0, 2.0 * math.pi * u[1]
-    flat = np.sqrt(1.0 - height**2)
-    directions = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
     tint = np.stack([0.8 + 0.4 * u[2], np.ones(_STARS), 1.2 - 0.4 * u[2]], axis=1)
     radii = around * (0.3 + 0.25 * u[4])
-    return around * _STAR_DISTANCE * directions, tint * (0.15 + 1.6 * u[3] ** 4)[:, None], radii
+    return (
+        around * _STAR_DISTANCE * sphere_directions(u[0], u[1]),
+        tint * (0.15 + 1.6 * u[3] ** 4)[:, None],
+        radii,
+    )

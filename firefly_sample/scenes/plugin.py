@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -19,13 +20,13 @@ from firefly_sample.scene.scene import Scene, ScenePlugin
 
 @dataclass(frozen=True)
 class Plugin:
-    """What an entry point names: see `firefly_sample.scene.scene.ScenePlugin`.
+    """The object that an entry point names: see `firefly_sample.scene.scene.ScenePlugin`.
 
     Attributes
     ----------
     lights_parameter : str, optional
-        The parameter that says how many lights there are, where it is not called "lights"; any plugin may
-        have this attribute. See the function of the same name.
+        The name of the parameter for the number of lights, if it is not "lights"; any plugin may have this
+        attribute. See the function of the same name.
     """
 
     name: str
@@ -35,11 +36,16 @@ class Plugin:
     lights_parameter: str | None = None
 
 
+def seed_parameter(text: str, live: bool = True) -> Parameter:
+    """Return the parameter for a scene's seed, with this help text."""
+    return Parameter("seed", int, 7, text, minimum=0, maximum=2**63 - 1, live=live)
+
+
 def lights_parameter(plugin: ScenePlugin) -> Parameter | None:
-    """The parameter that says how many lights a scene has.
+    """Return the parameter for the number of lights of a scene.
 
     It is the one that the plugin's attribute ``lights_parameter`` names, or else a whole number called
-    "lights"; None where there is neither.
+    "lights"; None if there is neither.
 
     Raises
     ------
@@ -58,7 +64,7 @@ def lights_parameter(plugin: ScenePlugin) -> Parameter | None:
 
 
 def check_live(scene: str, parameters: tuple[Parameter, ...], name: str, value: Any) -> Any:
-    """The new value of a live parameter of a running scene.
+    """Return the checked new value of a live parameter of a running scene.
 
     Raises
     ------
@@ -74,12 +80,12 @@ def check_live(scene: str, parameters: tuple[Parameter, ...], name: str, value: 
 
 
 def find_part(file: NodePath, name: str) -> GeomNode:
-    """All Geoms at and below the node `name` of a file that `load_model` read, as one node to copy.
+    """Return all Geoms at and below the node `name` of a loaded model, as one node to copy.
 
     Raises
     ------
     ModelError
-        If there is no such node; it names file and node.
+        If there is no such node; the message names file and node.
     """
     part = file.find(f"**/{name}")
     if part.is_empty():
@@ -96,7 +102,7 @@ def find_part(file: NodePath, name: str) -> GeomNode:
 
 
 def set_visible(path: NodePath, visible: bool) -> None:
-    """Show what is at and below `path`, or hide it."""
+    """Show or hide `path` and everything below it."""
     if visible:
         path.show()
     else:
@@ -104,19 +110,19 @@ def set_visible(path: NodePath, visible: bool) -> None:
 
 
 def icosphere(subdivisions: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """An icosahedron whose triangles are quartered again and again, its corners on the unit sphere.
+    """Return a unit sphere: an icosahedron whose triangles are divided into four repeatedly.
 
     Returns
     -------
     corners : ndarray of float64, shape (10 * 4**subdivisions + 2, 3)
-        Also the sphere's normals there.
+        Also the sphere's normals.
     triangles : ndarray of int32, shape (20 * 4**subdivisions, 3)
         Counter-clockwise from outside; neighbours share corners.
     """
     golden = (1.0 + 5.0**0.5) / 2.0
     flat = np.array([(a, b * golden, 0.0) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
     corners = np.concatenate([np.roll(flat, shift, axis=1) for shift in range(3)])
-    # an edge is 2 long, and a face three corners that are that far apart, in the order that faces outwards
+    # an edge has length 2; a face is three corners at that distance, ordered so that it faces outwards
     near = np.abs(np.linalg.norm(corners[:, None] - corners, axis=2) - 2.0) < 1e-9
     triangles = [
         (a, b, c) if np.linalg.det(corners[[a, b, c]]) > 0.0 else (a, c, b)
@@ -140,3 +146,18 @@ def icosphere(subdivisions: int) -> tuple[NDArray[np.float64], NDArray[np.int32]
             quarters += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
         triangles = quarters
     return np.array(points), np.array(triangles, dtype=np.int32)
+
+
+def sphere_directions(u: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return unit vectors, shape (n, 3), distributed evenly if `u` and `v` are: z is uniform on -1..1."""
+    height, angle = 2.0 * u - 1.0, 2.0 * math.pi * v
+    flat = np.sqrt(1.0 - height**2)
+    return np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
+
+
+def hue_colors(hue: NDArray[np.float64], saturation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return linear colours, shape (n, 3), whose largest channel is 1, from hue and saturation in 0..1."""
+    # the closed form of hue: f(n) = 1 - s max(0, min(q, 4 - q, 1)), q = (n + 6 h) mod 6
+    q = (np.array([5.0, 3.0, 1.0]) + 6.0 * hue[:, None]) % 6.0
+    fall = np.clip(np.minimum(q, 4.0 - q), 0.0, 1.0)
+    return np.asarray(1.0 - saturation[:, None] * fall)

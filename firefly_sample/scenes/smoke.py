@@ -17,7 +17,7 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scenes.plugin import Plugin, check_live
+from firefly_sample.scenes.plugin import Plugin, check_live, seed_parameter
 from firefly_sample.scenes.smoke_cloud import LARGEST_PUFF, REACH, Cloud
 
 Float64 = NDArray[np.float64]
@@ -36,14 +36,7 @@ FOCUS = (0.0, 0.0, -0.52)
 SWING_SECONDS = 16.0
 
 _PARAMETERS = (
-    Parameter(
-        "seed",
-        int,
-        7,
-        "Which puffs: every random number about puff k comes from (seed, k).",
-        minimum=0,
-        maximum=2**63 - 1,
-    ),
+    seed_parameter("Which puffs: every random number about puff k comes from (seed, k)."),
     Parameter(
         "particles",
         int,

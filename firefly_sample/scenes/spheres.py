@@ -21,7 +21,7 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scenes.plugin import Plugin, check_live, icosphere
+from firefly_sample.scenes.plugin import Plugin, check_live, hue_colors, icosphere, seed_parameter
 
 Float64 = NDArray[np.float64]
 
@@ -68,14 +68,7 @@ _SLACK = 1e-6
 """Of steps: k / 24 s, rounded, is no step too early."""
 
 _PARAMETERS = (
-    Parameter(
-        "seed",
-        int,
-        7,
-        "Which lights: where light k is, and its colour, comes from (seed, k).",
-        minimum=0,
-        maximum=2**63 - 1,
-    ),
+    seed_parameter("Which lights: where light k is, and its colour, comes from (seed, k)."),
     Parameter(
         "lights",
         int,
@@ -188,10 +181,7 @@ def _colors(place: Float64, one: Float64, other: Float64) -> Float64:
     """
     drift = 0.78 + 0.019 * place[:, 0] + 0.15 * np.sin(0.23 * place[:, 1] - 0.08 * place[:, 0])
     hue = drift + 0.26 * (one - 0.5)
-    # the closed form of hue: f(n) = 1 - s max(0, min(q, 4 - q, 1)), q = (n + 6 h) mod 6
-    q = (np.array([5.0, 3.0, 1.0]) + 6.0 * hue[:, None]) % 6.0
-    fall = np.clip(np.minimum(q, 4.0 - q), 0.0, 1.0)
-    return np.asarray(1.0 - (0.55 + 0.4 * other[:, None]) * fall)
+    return hue_colors(hue, 0.55 + 0.4 * other)
 
 
 def _ground() -> GeomNode:
