@@ -26,7 +26,7 @@ from firefly_sample.scene.nodepath import NodePath
 
 @dataclass
 class ImageData:
-    """An image: pixels that are there, or a function that gives them and, where known, their digest."""
+    """An image: a function that returns its pixels and, if known, their hash."""
 
     name: str
     size: tuple[int, int]
@@ -35,13 +35,13 @@ class ImageData:
 
     @classmethod
     def of(cls, pixels: NDArray[np.uint8], name: str) -> ImageData:
-        """An image that is decoded already."""
+        """Return an image that is decoded already."""
         return cls(name, (pixels.shape[1], pixels.shape[0]), lambda: pixels)
 
 
 @dataclass
 class MaterialData:
-    """A material as `Material` takes it; `image` counts in the model's images."""
+    """The arguments of a `Material`; `image` is an index into the model's images."""
 
     name: str
     base_color: ArrayLike
@@ -53,7 +53,7 @@ class MaterialData:
 
 @dataclass
 class GeomData:
-    """A geom by the arrays that `Geom` takes, and the number of its material."""
+    """The arrays of a `Geom`, and the index of its material."""
 
     name: str
     material: int
@@ -62,7 +62,7 @@ class GeomData:
 
 @dataclass
 class NodeData:
-    """A node: the number of its parent, which stands before it (-1: the root), its matrix and its geoms."""
+    """A node: the index of its parent, which comes earlier (-1: the root), its matrix and its geoms."""
 
     name: str
     parent: int
@@ -72,7 +72,7 @@ class NodeData:
 
 @dataclass
 class ModelData:
-    """A whole file, by the name of its root."""
+    """A whole file, with the name of its root."""
 
     name: str
     nodes: list[NodeData] = field(default_factory=list)
@@ -81,17 +81,17 @@ class ModelData:
     images: list[ImageData] = field(default_factory=list)
 
     def as_tree(self, digests: bool = True) -> NodePath:
-        """Fresh nodes, geoms, materials and textures; those that several nodes show are shared.
+        """Return new nodes, geoms, materials and textures; what several nodes use is shared.
 
         Parameters
         ----------
         digests : bool
-            Compute the digests of images that have none.
+            Compute the hashes of images that have none.
 
         Raises
         ------
         SceneError
-            If a number or an array is not as it must be.
+            If a number or an array is wrong.
         """
         if digests:
             for image in self.images:
@@ -130,17 +130,17 @@ _DTYPES: dict[str, np.dtype[Any]] = {
     "triangles": np.dtype("<i4"),
 }
 VERSION = 1
-"""Of what is read from a file, and how it is kept: counts up when either changes."""
+"""Version of the reader and of the cached form; counts up when either changes."""
 
 
 def model_key(name: str, data: bytes) -> str | None:
-    """The key of a model by its name and its file's bytes; None if nothing is kept."""
+    """Return the cache key of a model from its name and its file's bytes; None if the cache is off."""
     return f"model-{fingerprint(VERSION, name, data, _readers())}" if derived_folder() else None
 
 
 @cache
 def _readers() -> tuple[str, ...]:
-    """The versions of what parses files and decodes images."""
+    """Return the versions of the packages that parse files and decode images."""
     return tuple(f"{package} {_version(package)}" for package in ("trimesh", "pillow"))
 
 
@@ -152,20 +152,20 @@ def _version(package: str) -> str:
 
 
 def load_kept(key: str, parse: Callable[[], ModelData]) -> NodePath | None:
-    """The tree of the model that was kept under `key`; None if there is none, or it is not one.
+    """Return the tree of the model that is cached under `key`; None if it is missing or damaged.
 
-    `parse` is called for an image's pixels.
+    `parse` is called if an image's pixels are needed.
     """
     kept = load_derived(key)
     if kept is None:
         return None
-    with suppress(Exception):  # there is no end to what a file with a wrong inside may raise
+    with suppress(Exception):  # a damaged file may raise anything
         return _unpacked(kept, _Images(parse)).as_tree(digests=False)
     return None
 
 
 def save_kept(key: str, model: ModelData) -> None:
-    """Keep a model, whose images must have their digests."""
+    """Cache a model, whose images must have their hashes."""
     arrays: dict[str, NDArray[Any]] = {}
     for number, geom in enumerate(model.geoms):
         arrays |= {
@@ -185,7 +185,7 @@ def save_kept(key: str, model: ModelData) -> None:
 
 
 class _Images:
-    """Pixels of a file's images; the file is parsed when the first are asked for."""
+    """The pixels of a file's images; the file is parsed when the first are needed."""
 
     def __init__(self, parse: Callable[[], ModelData]) -> None:
         self._parse = parse
@@ -203,7 +203,7 @@ class _Images:
 
 
 def _unpacked(kept: Kept, images: _Images) -> ModelData:
-    """The model in a file; an exception if it is none. What the tree checks is not checked here."""
+    """Return the model of a cached file, or raise; what `as_tree` checks is not checked here."""
     about, arrays = kept
     counts = {what: len(about[what]) for what in ("nodes", "geoms", "materials", "images")}
     used = set()
