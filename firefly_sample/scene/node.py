@@ -213,7 +213,7 @@ class PandaNode:
     def make_copy(self) -> Self:
         """Return a new node of the same class with the same attributes, without children.
 
-        Attributes are shared, but lists, dicts and sets are copied.
+        The attributes' values are shared; only lists, dicts and sets are copied.
         """
         node = type(self).__new__(type(self))
         for name, value in self.__dict__.items():

@@ -576,7 +576,10 @@ class NodePath:
         self._set_part("pos", other, pos)
 
     def set_pos_hpr_scale(self, *arguments: Any) -> None:
-        """Set all, and no shear: ``set_pos_hpr_scale([other,] pos, hpr, scale)``, or nine numbers."""
+        """Set position, rotation and scale, and remove the shear.
+
+        ``set_pos_hpr_scale([other,] pos, hpr, scale)``, or nine numbers.
+        """
         other, rest = self._split(arguments)
         pos, hpr, scale = self._vectors("set_pos_hpr_scale", 3, rest)
         self._set_whole(other, TransformState.make_pos_hpr_scale_shear(pos, hpr, scale))

@@ -123,8 +123,8 @@ def _mutable(thing, found=None):
         for item in thing.values():
             _mutable(item, found)
     elif isinstance(thing, NodePath):
-        for step in thing._step.upwards():
-            _mutable(step.node, found)
+        for path in thing.get_ancestors():
+            _mutable(path.node(), found)
     elif hasattr(thing, "__dict__"):
         found[id(thing)] = thing
         _mutable({name: value for name, value in vars(thing).items() if name != "_steps"}, found)
