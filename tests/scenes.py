@@ -7,8 +7,7 @@ import numpy as np
 from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.build import Planner
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene

@@ -21,13 +21,7 @@ from firefly_sample.plan.culling import choose_culling
 from firefly_sample.plan.cut_off import CutOff, cut_off, cut_off_warnings
 from firefly_sample.plan.extent_warning import Extent, extent_warnings
 from firefly_sample.plan.frame_graph import Declares, FrameGraph, choose_passes
-from firefly_sample.plan.frame_plan import (
-    Background,
-    Batch,
-    Capabilities,
-    FramePlan,
-    SpriteSet,
-)
+from firefly_sample.plan.frame_plan import Background, Batch, Capabilities, FramePlan, SpriteSet
 from firefly_sample.plan.lighting import light_scene
 from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.particle_shadow import plan_particle_shadow

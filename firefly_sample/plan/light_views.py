@@ -13,9 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 Float64 = NDArray[np.float64]
 

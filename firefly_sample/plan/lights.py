@@ -21,8 +21,7 @@ from firefly_sample.plan.light_set import PASS_OF_KIND, LightKind, LightSet, Pro
 from firefly_sample.plan.reach import budget_thresholds, light_reach
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.light import FadingLight, Light
-from firefly_sample.scene.lights import DirectionalLight, PointLights
-from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.lights import DirectionalLight, PointLights, Spotlight
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]

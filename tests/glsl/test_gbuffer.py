@@ -2,7 +2,8 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from firefly_sample.encoding import (
+
+from firefly_sample.packing import (
     decode_albedo,
     decode_normal,
     decode_specular,
@@ -11,7 +12,6 @@ from firefly_sample.encoding import (
     encode_specular,
     quantise_snorm16,
 )
-
 from firefly_sample.plan.targets import NORMAL_FORMATS
 from firefly_sample.plan.variants import NormalFormat
 from tests.glsl.harness import evaluate

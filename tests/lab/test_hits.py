@@ -7,8 +7,7 @@ from firefly_sample.errors import OutputError
 from firefly_sample.lab.reference.rays import FARTHEST_OUT, RayCorners, intersect, pixel_rays
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from tests.lab.float64 import covering, plan_of

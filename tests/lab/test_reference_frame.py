@@ -11,9 +11,9 @@ from firefly_sample.lab.reference.shade import each_light, shade_lights
 from firefly_sample.lab.reference.shading import highlight
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.pipeline import build_plan
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.lab.float64 import draw, edges, plan_of
 from tests.lit_scenes import KINDS, lit_scene

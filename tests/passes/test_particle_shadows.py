@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 from firefly_sample.errors import GpuError
 from firefly_sample.lab.clouds import CLOUDS, from_above, shadow_errors, slices_of
 from firefly_sample.lab.reference.particle_shadow import exact_taken, slice_sums, sliced_light
-from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
 from tests.clouds import ball_of, cloud_scene, light_on, puff, volume_of
 from tests.conftest import make_renderer

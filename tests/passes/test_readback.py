@@ -11,7 +11,7 @@ import pytest
 from firefly_sample import readback
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.plan.targets import FORMATS
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene

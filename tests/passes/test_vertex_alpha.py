@@ -13,7 +13,7 @@ from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.lab.reference.raycast import cast_visibility
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene

@@ -15,8 +15,7 @@ from firefly_sample.plan.light_bounds import screen_bounds
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 
 SIZE = (200, 120)
 

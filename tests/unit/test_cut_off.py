@@ -18,14 +18,13 @@ from firefly_sample.plan.collect import collect
 from firefly_sample.plan.cut_off import cut_off
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.scenes import ball, geom_node, new_planner, wall

@@ -6,11 +6,10 @@ import pytest
 
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.scenes import ball
 

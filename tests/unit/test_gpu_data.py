@@ -13,8 +13,7 @@ from firefly_sample.gpu.records import RECORDS, record_dtype, record_fields, rec
 from firefly_sample.mipmaps import alpha_coverage, mip_chain
 from firefly_sample.plan.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 
 ALL = {"LIGHT_METHOD": 0, "SPECULAR_MODEL": 1, "FALLOFF": 1, "SHADOW_TAPS": 4}
 """Defines of a variant whose record has every field."""

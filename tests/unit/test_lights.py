@@ -9,11 +9,9 @@ from panda3d import core as panda
 from firefly_sample.errors import LightError
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.falloff import Attenuation, Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.spotlight import Spotlight
 from tests.scenes import new_planner, wall_scene
 
 PAIRS = [

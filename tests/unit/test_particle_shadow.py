@@ -14,13 +14,11 @@ from firefly_sample.plan.cloud import gather_particles
 from firefly_sample.plan.particle_shadow import GUARD, MOST_OPAQUE, optical_depths, slice_grid
 from firefly_sample.plan.particle_shadow_discs import blur_weights
 from firefly_sample.plan.particles import see_particles
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.clouds import ball_of, cloud_scene, puff, volume_of
 from tests.scenes import wall_scene

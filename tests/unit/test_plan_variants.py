@@ -13,11 +13,10 @@ from firefly_sample.passes.lights import variant_for
 from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.light_set import PASS_OF_KIND
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import VerticalGradient
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.scenes import geom_node, new_planner, orthographic_wall, wall, wall_scene
 

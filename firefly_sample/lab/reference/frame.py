@@ -29,12 +29,7 @@ from numpy.typing import NDArray
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
-from firefly_sample.lab.reference.particles import (
-    add_particles,
-    add_sprites,
-    light_of_sprite,
-    particle_light,
-)
+from firefly_sample.lab.reference.particles import add_particles, add_sprites, light_of_sprite, particle_light
 from firefly_sample.lab.reference.rays import pixel_rays
 from firefly_sample.lab.reference.shade import OneLight, Shadows, each_light, shade_lights
 from firefly_sample.lab.reference.shading import tone_curve

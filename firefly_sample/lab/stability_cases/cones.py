@@ -13,8 +13,8 @@ from firefly_sample.lab.stability_cases.case import Case, positioned
 from firefly_sample.lab.stability_cases.scenes import WALL, geom_node, wall
 from firefly_sample.lab.stability_cases.volumes import missed
 from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lights import Spotlight
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
 
 NEAR, FAR, LIGHT = 0.5, 100.0, 4.0
 BOUND = 1e-5

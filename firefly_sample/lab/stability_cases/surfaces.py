@@ -16,8 +16,7 @@ from firefly_sample.lab.stability_cases.scenes import WALL, ball, geom_node, wal
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.plan.targets import NORMAL_FORMATS, UNSIGNED
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
