@@ -91,9 +91,9 @@ def run(
             )
         return 0
 
-    from firefly_sample.viewer import window
+    from firefly_sample.viewer import main_loop
 
-    window.run(
+    main_loop.run(
         scene,
         parameters=parameters,
         size=size,

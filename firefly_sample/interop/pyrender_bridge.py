@@ -22,7 +22,7 @@ from firefly_sample.frame import check_size
 from firefly_sample.interop.losses import Losses
 from firefly_sample.interop.pyrender_cameras import Size
 from firefly_sample.interop.pyrender_reader import read_scene
-from firefly_sample.interop.pyrender_writer import write_scene
+from firefly_sample.interop.pyrender_scenes import write_scene
 from firefly_sample.scene.scene import Scene
 
 if TYPE_CHECKING:

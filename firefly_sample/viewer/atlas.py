@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.shadows import ShadowMap
 from firefly_sample.srgb import linear_to_srgb
-from firefly_sample.viewer.buffers import DARKEST, codes
+from firefly_sample.viewer.buffer_pictures import DARKEST, codes
 
 Pixels = NDArray[np.uint8]
 Float32 = NDArray[np.float32]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firefly_sample.frame import Frame
 from firefly_sample.viewer.overlay import Rows
-from firefly_sample.viewer.stage import Stage, value_text
+from firefly_sample.viewer.shown_scene import Stage, value_text
 
 PERIOD = 0.4
 """Seconds over which rates are averaged; the text changes as often."""

@@ -20,9 +20,9 @@ from firefly_sample.viewer.orbit import OrbitCamera, SceneSeenBy
 from firefly_sample.viewer.overlay import Rows, rows_plate, text_plate, title_plate
 from firefly_sample.viewer.performance import SECONDS, PerformanceResult, PerformanceTest
 from firefly_sample.viewer.screenshot import save_screenshot
-from firefly_sample.viewer.stage import Stage
+from firefly_sample.viewer.shown_scene import Stage
 from firefly_sample.viewer.status import Meter, status_rows
-from firefly_sample.viewer.views import PICTURE, STRIP, Drawn, draw_view, views_of
+from firefly_sample.viewer.window_views import PICTURE, STRIP, Drawn, draw_view, views_of
 
 MARGIN = 10
 """Pixels between the window's edge and text, at scale 1."""

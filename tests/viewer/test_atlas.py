@@ -11,7 +11,7 @@ from firefly_sample.plan.build import build_plan
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.atlas import EMPTY, atlas_picture, particle_shadow_picture
-from firefly_sample.viewer.buffers import DARKEST
+from firefly_sample.viewer.buffer_pictures import DARKEST
 from tests.clouds import cloud_scene, puff
 from tests.viewer.workshop import workshop
 

@@ -17,7 +17,7 @@ from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.controls import Binding, key_label, parameter_bindings
 from firefly_sample.viewer.glfw_window import LARGEST, Window, check_display
 from firefly_sample.viewer.screenshot import save_screenshot
-from firefly_sample.viewer.stage import Stage, value_text
+from firefly_sample.viewer.shown_scene import Stage, value_text
 from firefly_sample.viewer.status import PERIOD, Meter, status_rows
 from tests.viewer.lamps import lamps
 

@@ -24,7 +24,7 @@ from firefly_sample.viewer.performance import (
     PerformanceTest,
     check_seconds,
 )
-from firefly_sample.viewer.stage import Stage
+from firefly_sample.viewer.shown_scene import Stage
 from firefly_sample.viewer.viewer import MESSAGE_SECONDS, RESULT_SECONDS, Viewer
 from tests.cli.command import GLADE
 from tests.conftest import make_renderer

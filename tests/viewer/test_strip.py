@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.viewer.buffers import BUFFERS
+from firefly_sample.viewer.buffer_pictures import BUFFERS
 from firefly_sample.viewer.overlay import title_plate
 from firefly_sample.viewer.strip import GAP, LABEL, SHARE, SMALLEST, Grid, buffer_strip, thumbnail_grid
 

@@ -13,7 +13,7 @@ from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
 from firefly_sample.viewer.atlas import atlas_picture, particle_shadow_picture
-from firefly_sample.viewer.buffers import BUFFERS, buffer_picture, buffers_of
+from firefly_sample.viewer.buffer_pictures import BUFFERS, buffer_picture, buffers_of
 from firefly_sample.viewer.overlay import blend
 from firefly_sample.viewer.strip import buffer_strip, thumbnail_grid
 

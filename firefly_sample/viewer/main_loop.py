@@ -15,7 +15,7 @@ from firefly_sample.settings import Settings
 from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window, check_display
 from firefly_sample.viewer.performance import PerformanceResult, check_seconds
-from firefly_sample.viewer.stage import Stage
+from firefly_sample.viewer.shown_scene import Stage
 from firefly_sample.viewer.viewer import Viewer
 
 IDLE_SECONDS = 0.1
