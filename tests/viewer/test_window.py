@@ -289,7 +289,7 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window
-from firefly_sample.viewer.shown_scene import Stage
+from firefly_sample.viewer.shown_scene import ShownScene
 from firefly_sample.viewer.viewer import Viewer
 from tests.viewer.workshop import Workshop
 
@@ -301,7 +301,8 @@ class Pair(Workshop):
 
 sizes = (400, 300), (300, 400), (635, 400)
 with Window("pair", sizes[0]), Renderer(sizes[0], window=True) as renderer:
-    viewer = Viewer(Stage(Pair(), {"shadows": False, "lamps": 2}), renderer, Clock(0.0, 0.0), Path(), print)
+    shown = ShownScene(Pair(), {"shadows": False, "lamps": 2})
+    viewer = Viewer(shown, renderer, Clock(0.0, 0.0), Path(), print)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         for size in sizes:
@@ -327,7 +328,7 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window
-from firefly_sample.viewer.shown_scene import Stage
+from firefly_sample.viewer.shown_scene import ShownScene
 from firefly_sample.viewer.viewer import Viewer
 from firefly_sample.viewer.window_views import views_of
 from tests.viewer.workshop import workshop
@@ -345,8 +346,8 @@ with Window("leak", size) as window:
     before = live()
     with Renderer(size, Settings(supersample=2), window=True) as renderer:
         gc.freeze()  # what is imported stays
-        stage = Stage(workshop, {"shadows": True, "lamps": 5})
-        viewer = Viewer(stage, renderer, Clock(0.0, 0.0), Path(), print)
+        shown = ShownScene(workshop, {"shadows": True, "lamps": 5})
+        viewer = Viewer(shown, renderer, Clock(0.0, 0.0), Path(), print)
         counts, period = [], 2 * len(views_of("correct"))
         for now in range(3 * period):
             # over a period, each view with and without shadows, and the camera where it was at first
