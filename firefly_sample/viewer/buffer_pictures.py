@@ -110,7 +110,7 @@ def shadow_atlas_picture(depth: Float32, plan: FramePlan, size: tuple[int, int])
     if not maps:
         return picture, "no light casts shadows"
     height, width = depth.shape
-    rows, columns, fitted = _fit((height, width), picture)
+    rows, columns, area = _fit((height, width), picture)
     seen = depth[rows[:, None], columns]
     clear = np.float32(0.0 if plan.view.reverse else 1.0)
     for shadow in maps:
@@ -122,7 +122,7 @@ def shadow_atlas_picture(depth: Float32, plan: FramePlan, size: tuple[int, int])
             slice(*np.searchsorted(rows, (first, first + side))),
             slice(*np.searchsorted(columns, (x, x + side))),
         )
-        fitted[tile] = _map_picture(seen[tile], shadow, clear)
+        area[tile] = _map_picture(seen[tile], shadow, clear)
     count = f"{len(maps)} map{'' if len(maps) == 1 else 's'}"
     return picture, f"{count}, {width} x {height} texels: white is near the light, dark is far, blue is empty"
 
@@ -143,13 +143,13 @@ def particle_shadow_atlas_picture(
     shadow = plan.particle_shadow
     if shadow is None or not taken.size:
         return picture, "no particles cast shadows"
-    rows, columns, fitted = _fit(taken.shape[:2], picture)
+    rows, columns, area = _fit(taken.shape[:2], picture)
     seen = taken[rows[:, None], columns]
     left = np.exp(-seen) if shadow.method == "optical_depth" else 1.0 - seen
     tile = shadow.view.tile
     slices = (taken.shape[0] - 1 - rows)[:, None] // tile * shadow.grid[0] + columns // tile
-    fitted[...] = codes(linear_to_srgb(np.clip(left, 0.0, 1.0)))
-    fitted[slices >= shadow.view.slices] = EMPTY
+    area[...] = codes(linear_to_srgb(np.clip(left, 0.0, 1.0)))
+    area[slices >= shadow.view.slices] = EMPTY
     return picture, (
         f"{shadow.view.slices} slices of {tile} texels, the nearest to the light at the lower left: "
         "white lets all light through"

@@ -89,7 +89,7 @@ class Viewer:
         self._stale = True
         self.closed = False
         self._own_keys = [
-            Binding("v", "next view: buffers", self._next_view),
+            Binding("v", "next view: picture or buffers", self._next_view),
             Binding("p", "pause or continue", self._pause),
             Binding("r", "back to the scene's camera", self._reset_camera),
             Binding("s", "save a screenshot", self._take_screenshot),

@@ -207,6 +207,7 @@ def forget_to_transpose(monkeypatch):
 
 
 def turn_axes(turn):
+    # private, because there is no public function that could turn the axes wrongly
     return lambda monkeypatch: monkeypatch.setattr(axes, "_FROM_GLTF", turn(axes._FROM_GLTF))
 
 
