@@ -38,7 +38,7 @@ def check_not_forked(context: CurrentContext | None) -> None:
 
 
 def check_threads(renderer: str) -> None:
-    """Refuse llvmpipe if another library used it before this process was forked, without its threads.
+    """Refuse llvmpipe if another library used it before this process was forked: its threads are missing.
 
     Call it after making a context, which starts the threads if the driver was not used before; `renderer` is
     the driver's name.
