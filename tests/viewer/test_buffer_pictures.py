@@ -7,7 +7,7 @@ import pytest
 
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
-from firefly_sample.viewer.buffers import BUFFERS, DARKEST, HEAT, buffer_picture, buffers_of
+from firefly_sample.viewer.buffer_pictures import BUFFERS, DARKEST, HEAT, buffer_picture, buffers_of
 
 PICTURES = BUFFERS[:-2]  # the last, the atlases, have tests of their own
 NOTHING = {
