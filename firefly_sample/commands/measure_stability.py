@@ -98,7 +98,7 @@ def stability_as_markdown(result: dict[str, Any]) -> str:
     Cases of positions have a column a method. Those that are 0 by every method are only named. The others,
     which have methods of their own, have a row a method. Then why what failed may.
     """
-    from firefly_sample.lab.stability_cases.case import POSITIONS
+    from firefly_sample.lab.experiments.case import POSITIONS
 
     rows = result["cases"]
     counts = Counter(row["verdict"] for row in rows)

@@ -7,25 +7,25 @@ from contextlib import ExitStack
 
 from firefly_sample.errors import SettingsError, did_you_mean
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.numerics_angles import cones, highlights
-from firefly_sample.lab.numerics_cost import cost
-from firefly_sample.lab.numerics_depth import depth
-from firefly_sample.lab.numerics_filtering import filtering
-from firefly_sample.lab.numerics_frames import fragments, frames
-from firefly_sample.lab.numerics_gbuffer import albedo, conversions, normals
-from firefly_sample.lab.numerics_lights import accumulation, cutoff, piles
-from firefly_sample.lab.numerics_particles import (
+from firefly_sample.lab.experiments.angles import cones, highlights
+from firefly_sample.lab.experiments.cost import cost
+from firefly_sample.lab.experiments.depth import depth
+from firefly_sample.lab.experiments.depth_tests import depth_clamp, depth_tests
+from firefly_sample.lab.experiments.filtering import filtering
+from firefly_sample.lab.experiments.frames import fragments, frames
+from firefly_sample.lab.experiments.gbuffer import albedo, conversions, normals
+from firefly_sample.lab.experiments.lights import accumulation, cutoff, piles
+from firefly_sample.lab.experiments.particle_tables import (
     particle_order,
     particle_shadow_cost,
     particle_shadow_slices,
     particle_shadows,
 )
-from firefly_sample.lab.numerics_proxies import proxies
-from firefly_sample.lab.numerics_rates import rates
-from firefly_sample.lab.numerics_reach import reach
-from firefly_sample.lab.numerics_shading import far_from_origin, ndc, powers
-from firefly_sample.lab.numerics_table import Table
-from firefly_sample.lab.numerics_volumes import depth_clamp, depth_tests
+from firefly_sample.lab.experiments.proxies import proxies
+from firefly_sample.lab.experiments.rates import rates
+from firefly_sample.lab.experiments.reach import reach
+from firefly_sample.lab.experiments.shading import far_from_origin, ndc, powers
+from firefly_sample.lab.experiments.table import Table
 from firefly_sample.renderer import Renderer
 
 _NUMBERS: dict[str, Callable[[Device], Table]] = {

@@ -24,9 +24,9 @@ from fnmatch import fnmatchcase
 from typing import Any, Literal
 
 from firefly_sample.errors import FireflyError, SettingsError, did_you_mean
-from firefly_sample.lab.stability_cases import ALL_CASES
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import Case, error_warning
+from firefly_sample.lab.experiments import ALL_CASES
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import Case, error_warning
 
 Verdict = Literal["pass", "fail", "expected"]
 
@@ -128,7 +128,7 @@ def measure_stability(
     device: int | None = None,
     require_gpu: bool = False,
 ) -> dict[str, Any]:
-    """Measure the cases of `firefly_sample.lab.stability_cases`.
+    """Measure the cases of `firefly_sample.lab.experiments`.
 
     Parameters
     ----------

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from firefly_sample.cli import main
+from firefly_sample.lab.experiments.table import Table
 from firefly_sample.lab.numerics import NAMES
-from firefly_sample.lab.numerics_table import Table
 
 DOCS = Path(__file__).parents[2] / "docs" / "numerics.md"
 

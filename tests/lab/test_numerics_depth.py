@@ -7,17 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from firefly_sample.lab import (
-    numerics_depth,
+from firefly_sample.lab.experiments import (
+    depth as depth_tables,
 )
-from firefly_sample.lab.numerics_table import EPS
+from firefly_sample.lab.experiments.table import EPS
 from firefly_sample.scene.lens import PerspectiveLens
 from tests.lab.bounds import holds_its_bounds
 
 
 @pytest.fixture(scope="module")
 def depth(device):
-    return numerics_depth.depth(device, 40_000)
+    return depth_tables.depth(device, 40_000)
 
 
 def test_depth_errs_as_the_law_says(depth):
@@ -38,7 +38,7 @@ def test_depth_errs_as_the_law_says(depth):
 def test_sixteen_bits_err_by_half_a_step_where_the_last_depths_lie(depth):
     """Nothing else matters beside a step of 1/65535, at whichever side a driver rounds."""
     for name in ("10", "1e3"):
-        worth = (numerics_depth.RATIOS[name] - 1.0) / 65535  # times y/|E|, at y = f
+        worth = (depth_tables.RATIOS[name] - 1.0) / 65535  # times y/|E|, at y = f
         found = depth.value("depth16", name)
         assert 0.45 * worth <= found <= 1.01 * worth / (1.0 - worth)
 
@@ -46,7 +46,7 @@ def test_sixteen_bits_err_by_half_a_step_where_the_last_depths_lie(depth):
 @pytest.mark.parametrize("ratio", ["10", "1e3", "1e6"])
 def test_float_depth_errs_as_float32_arithmetic_does(depth, ratio):
     """The same steps in NumPy lose as much, to a factor of two."""
-    f = numerics_depth.RATIOS[ratio]
+    f = depth_tables.RATIOS[ratio]
     lens = PerspectiveLens(fov=60.0, near=1.0, far=f).constants()
     y = np.exp(np.random.default_rng(0).uniform(np.log(1.003), np.log(0.997 * f), 40_000)).astype(np.float32)
     b, d, e, w = (np.float32(value) for value in (lens.b, lens.d, lens.y_fold, lens.w_fold))
@@ -57,7 +57,7 @@ def test_float_depth_errs_as_float32_arithmetic_does(depth, ratio):
 
 def test_what_errs_alike_at_any_far_plane(depth):
     for name in ("depth32f", "depth32f, infinite far", "linear32f", "stored32f", "linear32f, tilted"):
-        errors = [depth.value(name, ratio) for ratio in numerics_depth.RATIOS]
+        errors = [depth.value(name, ratio) for ratio in depth_tables.RATIOS]
         assert EPS <= min(errors) <= max(errors) <= 8.0 * EPS
         assert max(errors) <= 1.5 * min(errors)
     assert depth.value("depth32f, tilted", "1e9") <= 8.0 * EPS
@@ -76,15 +76,15 @@ def test_what_ends(depth):
 @pytest.mark.parametrize("name", ["1e6", "1e9"])
 def test_half_floats_end_at_65504(depth, device, name):
     """Drivers that cut off keep the largest; others turn what is larger into infinity."""
-    size = (numerics_depth.WIDTH, 40)
-    ratio = numerics_depth.RATIOS[name]
-    y, _ = numerics_depth.distances(ratio, size)
-    lens = PerspectiveLens(fov=numerics_depth.FOV, near=1.0, far=ratio).constants()
+    size = (depth_tables.WIDTH, 40)
+    ratio = depth_tables.RATIOS[name]
+    y, _ = depth_tables.distances(ratio, size)
+    lens = PerspectiveLens(fov=depth_tables.FOV, near=1.0, far=ratio).constants()
     index = np.arange(len(y))
     x, z = ((index % size[0] + 0.5) * 2.0 / size[0] - 1.0), ((index // size[0] + 0.5) * 2.0 / size[1] - 1.0)
     places = lens.view_from_distance(x, z, y)
     for way, true in (("linear in R16F", places[:, 1:2]), ("stored16f", places)):
-        lost = true - np.clip(true, -numerics_depth.LARGEST_HALF, numerics_depth.LARGEST_HALF)
+        lost = true - np.clip(true, -depth_tables.LARGEST_HALF, depth_tables.LARGEST_HALF)
         expected = (np.linalg.norm(lost, axis=1) / np.linalg.norm(true, axis=1)).max()
         if device.software:
             assert depth.value(way, name) == pytest.approx(expected, abs=2.0**-10)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firefly_sample.lab import (
-    numerics_frames,
+from firefly_sample.lab.experiments import (
+    frames as frames_tables,
 )
-from firefly_sample.lab.numerics_cost import PAIRS, cost
-from firefly_sample.lab.numerics_rates import rates
+from firefly_sample.lab.experiments.cost import PAIRS, cost
+from firefly_sample.lab.experiments.rates import rates
 from tests.conftest import make_renderer
 from tests.reference import BOUNDS
 
@@ -35,8 +35,8 @@ def counting():
 
 
 def test_frames(counting):
-    table = numerics_frames.frames(counting, 3, (64, 48))
-    assert [row[0] for row in table.rows] == list(numerics_frames.POSITIONS)
+    table = frames_tables.frames(counting, 3, (64, 48))
+    assert [row[0] for row in table.rows] == list(frames_tables.POSITIONS)
     for name, bound in BOUNDS.items():
         assert 0.0 < table.value(name, "median") <= table.value(name, "largest") <= bound
     for column in ("largest", "median"):
@@ -46,7 +46,7 @@ def test_frames(counting):
 
 
 def test_fragments(counting):
-    table = numerics_frames.fragments(counting, 1, (100, 75))
+    table = frames_tables.fragments(counting, 1, (100, 75))
     tested, untested, cells = (row[1] for row in table.rows)
     pairs = table.value("clusters", "pairs")
     assert {row[2] for row in table.rows} == {pairs}

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from firefly_sample.lab.numerics_gbuffer import (
+from firefly_sample.lab.experiments.gbuffer import (
     albedo,
     conversions,
     degrees_between,
@@ -15,7 +15,7 @@ from firefly_sample.lab.numerics_gbuffer import (
     normals,
     stored_normals,
 )
-from firefly_sample.lab.numerics_table import EPS
+from firefly_sample.lab.experiments.table import EPS
 from firefly_sample.srgb import linear_to_srgb
 from tests.lab.bounds import holds_its_bounds
 

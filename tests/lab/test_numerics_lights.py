@@ -5,35 +5,35 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firefly_sample.lab import (
-    numerics_lights,
+from firefly_sample.lab.experiments import (
+    lights as lights_tables,
 )
-from firefly_sample.lab.numerics_reach import exact_reach, reach
+from firefly_sample.lab.experiments.reach import exact_reach, reach
 from firefly_sample.lab.probes.probe import accumulate
 from tests.lab.bounds import holds_its_bounds
 
 
 def test_the_blender_adds_as_numpy_does(device):
     """One pass after the other, each sum rounded once."""
-    _, parts = numerics_lights.seen_lights(500)
+    _, parts = lights_tables.seen_lights(500)
     expected = np.add.accumulate(parts.astype(np.float32), axis=0)[-1]
     found = accumulate(device, np.repeat(parts[..., None], 3, axis=2), "rgba32f")
     assert (found == expected[:, None]).all()
 
 
 def test_accumulation(device):
-    table = numerics_lights.accumulation(device, 2048)
+    table = lights_tables.accumulation(device, 2048)
     assert holds_its_bounds(table)
     largest = [table.value(name, "largest") for name in ("rgba32f", "rgba16f", "r11g11b10f", "rgba8")]
     assert largest == sorted(largest)
     assert largest[0] <= 2e-6
     assert abs(table.value("rgba32f", "bias")) <= 1e-8
-    nearest = table.value(numerics_lights.NEAREST_HALF, "largest")
+    nearest = table.value(lights_tables.NEAREST_HALF, "largest")
     assert 0.01 < nearest < 0.5 * largest[1] or not device.software
 
 
 def test_piles(device):
-    table = numerics_lights.piles(device, 64)
+    table = lights_tables.piles(device, 64)
     assert holds_its_bounds(table)
     for count in ("1,000", "10,000"):
         single, batches = (table.value(f"{count}, {way}", "largest") for way in ("blending", "batches of 64"))
@@ -43,7 +43,7 @@ def test_piles(device):
 
 
 def test_cutoff():
-    table = numerics_lights.cutoff(places=1000)
+    table = lights_tables.cutoff(places=1000)
     assert holds_its_bounds(table)
     for name, threshold in (
         ("threshold 5/256", 5 / 256),

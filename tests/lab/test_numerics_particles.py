@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from firefly_sample.lab.numerics_particles import (
+from firefly_sample.lab.experiments.particle_tables import (
     METHODS,
     particle_order,
     particle_shadow_cost,

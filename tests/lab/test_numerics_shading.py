@@ -6,21 +6,23 @@ import math
 
 import pytest
 
-from firefly_sample.lab import (
-    numerics_angles,
-    numerics_shading,
+from firefly_sample.lab.experiments import (
+    angles as angles_tables,
 )
-from firefly_sample.lab.numerics_filtering import filtering
-from firefly_sample.lab.numerics_gbuffer import (
+from firefly_sample.lab.experiments import (
+    shading as shading_tables,
+)
+from firefly_sample.lab.experiments.filtering import filtering
+from firefly_sample.lab.experiments.gbuffer import (
     normal_bounds,
 )
-from firefly_sample.lab.numerics_table import EPS
+from firefly_sample.lab.experiments.table import EPS
 from tests.lab.bounds import holds_its_bounds
 
 
 def test_the_edge_of_a_cone(device):
-    table = numerics_angles.cones(device, 10_000)
-    for degrees in numerics_angles.HALF_ANGLES:
+    table = angles_tables.cones(device, 10_000)
+    for degrees in angles_tables.HALF_ANGLES:
         name = f"{degrees:g} degrees"
         from_cosine, from_sine = table.rows[[row[0] for row in table.rows].index(name)][1:]
         angle = math.radians(degrees)
@@ -34,9 +36,9 @@ def test_the_edge_of_a_cone(device):
 
 def test_highlights():
     """The slope of cos^m is sqrt(m / e) at its steepest, for large m."""
-    table = numerics_angles.highlights()
+    table = angles_tables.highlights()
     for name, off in normal_bounds().items():
-        for column, m in numerics_angles.SHININESS.items():
+        for column, m in angles_tables.SHININESS.items():
             expected = off * math.sqrt(m / math.e)
             assert table.value(name, column) <= 1.02 * expected
             if expected < 0.05:
@@ -44,15 +46,15 @@ def test_highlights():
 
 
 def test_powers(device):
-    table = numerics_shading.powers(device, 20_000)
+    table = shading_tables.powers(device, 20_000)
     assert holds_its_bounds(table)
-    for name, m in numerics_shading.EXPONENTS.items():
+    for name, m in shading_tables.EXPONENTS.items():
         # what rounding a cosine near 1 to 2^-25 does to its power, and what the built-in logarithm adds
         assert m * 2.0**-26 <= table.value(name, "pow") <= m * 2.0**-21
 
 
 def test_ndc(device):
-    table = numerics_shading.ndc(device)
+    table = shading_tables.ndc(device)
     for row in table.rows:
         assert row[-1] is None or max(row[1:-1]) <= row[-1]
     for size in table.columns[1:-1]:
@@ -63,7 +65,7 @@ def test_ndc(device):
 
 
 def test_far_from_origin(device):
-    table = numerics_shading.far_from_origin(device, 50_000)
+    table = shading_tables.far_from_origin(device, 50_000)
     assert holds_its_bounds(table)
     for row in table.rows:
         assert table.value(row[0], "world") >= 0.4 * table.value(row[0], "world bound")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_cube, circumscribed_icosphere
-from firefly_sample.lab import (
-    numerics_volumes,
+from firefly_sample.lab.experiments import (
+    depth_tests as depth_tests_tables,
 )
-from firefly_sample.lab.numerics_proxies import proxies
+from firefly_sample.lab.experiments.proxies import proxies
 
 
 def surface(mesh):
@@ -63,17 +63,17 @@ def test_cones():
 
 @pytest.fixture(scope="module")
 def tests_of_depth(device):
-    return numerics_volumes.depth_tests(device, 8)
+    return depth_tests_tables.depth_tests(device, 8)
 
 
 def test_which_pixels_are_in_reach():
     """A light that is u before a wall reaches a disc of 1 - u^2, seen at the wall's slant."""
     lights = 20
-    half = 0.5 * lights * numerics_volumes.SPACING / numerics_volumes.FAR_AWAY
-    places, in_reach = numerics_volumes.far_lights(half, lights)
+    half = 0.5 * lights * depth_tests_tables.SPACING / depth_tests_tables.FAR_AWAY
+    places, in_reach = depth_tests_tables.far_lights(half, lights)
     assert places.shape == (lights**2, 3)
-    slant = 1.0 / math.hypot(1.0, numerics_volumes.SLOPE)
-    expected = math.pi * (1.0 - 0.95**2 / 3.0) * slant / numerics_volumes.SPACING**2
+    slant = 1.0 / math.hypot(1.0, depth_tests_tables.SLOPE)
+    expected = math.pi * (1.0 - 0.95**2 / 3.0) * slant / depth_tests_tables.SPACING**2
     assert in_reach.mean() == pytest.approx(expected, rel=0.05)
 
 
@@ -88,7 +88,7 @@ def test_depth_tests_of_small_far_lights(tests_of_depth):
 
 def test_depth_clamp(device):
     side = 200
-    table = numerics_volumes.depth_clamp(device, side)
+    table = depth_tests_tables.depth_clamp(device, side)
     for name in ("around the camera", "around all that is seen"):
         assert table.value(name, "clamped") == side**2
     assert table.value("around the camera", "lost") == 0.0
@@ -97,7 +97,7 @@ def test_depth_clamp(device):
     slope = math.tan(math.radians(30.0)) * ((np.arange(side) + 0.5) * 2.0 / side - 1.0)
     ray = np.stack([*np.meshgrid(slope, slope), np.ones((side, side))], axis=-1)
     for name in ("across the near plane", "across the far plane"):
-        (_, away, _), reach = numerics_volumes.CUT[name]
+        (_, away, _), reach = depth_tests_tables.CUT[name]
         # the mesh lies between two spheres
         within = []
         for radius in (reach, 1.0705 * reach):

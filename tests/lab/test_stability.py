@@ -16,11 +16,11 @@ from firefly_sample.cli import main
 from firefly_sample.commands.measure_stability import stability_as_markdown, stability_as_text
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab import stability
+from firefly_sample.lab.experiments import ALL_CASES
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import POSITIONS, Case, error_warning
+from firefly_sample.lab.experiments.scenes import wall_scene
 from firefly_sample.lab.stability import EXPECTED, measure_case, measure_stability, reason_for
-from firefly_sample.lab.stability_cases import ALL_CASES
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import POSITIONS, Case, error_warning
-from firefly_sample.lab.stability_cases.scenes import wall_scene
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.settings import Settings

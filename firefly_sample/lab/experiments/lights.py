@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.numerics_table import EPS, Table, Value
+from firefly_sample.lab.experiments.table import EPS, Table, Value
 from firefly_sample.lab.probes.probe import accumulate
 from firefly_sample.lab.reference.falloff import attenuation
 from firefly_sample.plan.reach import budget_thresholds, light_reach

@@ -9,7 +9,7 @@ import statistics
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.bench import quartile_spread
-from firefly_sample.lab.numerics_table import Table, Value
+from firefly_sample.lab.experiments.table import Table, Value
 from firefly_sample.lab.probes.cost import FULLSCREEN, VOLUMES, Contender, contest
 
 _HEAD = """#version 330 core

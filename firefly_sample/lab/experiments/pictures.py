@@ -7,16 +7,16 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.lab.reference.shade import nearest_light
-from firefly_sample.lab.stability_cases.bench import SIZE, Bench, Drawn
-from firefly_sample.lab.stability_cases.case import Case, positioned, within_law
-from firefly_sample.lab.stability_cases.scenes import (
+from firefly_sample.lab.experiments.bench import SIZE, Bench, Drawn
+from firefly_sample.lab.experiments.case import Case, positioned, within_law
+from firefly_sample.lab.experiments.scenes import (
     GARDEN_FAR,
     GARDEN_LIGHTS,
     GARDEN_NEAR,
     garden,
     wall_scene,
 )
+from firefly_sample.lab.reference.shade import nearest_light
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights

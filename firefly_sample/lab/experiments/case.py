@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from firefly_sample.lab.stability_cases.bench import Bench
+from firefly_sample.lab.experiments.bench import Bench
 from firefly_sample.plan.position_error import codes_shown
 from firefly_sample.settings import PositionMethod, Settings
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.numerics_table import Table, Value
+from firefly_sample.lab.experiments.table import Table, Value
 from firefly_sample.plan.reach import light_reach
 
 Float64 = NDArray[np.float64]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.numerics_table import EPS, Table, Value
+from firefly_sample.lab.experiments.table import EPS, Table, Value
 from firefly_sample.lab.probes.probe import evaluate
 from firefly_sample.plan.targets import ALBEDO_FORMATS, FORMATS, NORMAL_FORMATS, UNSIGNED
 from firefly_sample.plan.variants import ColorPacking, NormalPacking

@@ -8,10 +8,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.numerics_reach import DIGITS, exact_reach
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import ACCURATE, DOUBLES, Case, positioned
-from firefly_sample.lab.stability_cases.scenes import WALL, wall_scene
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import ACCURATE, DOUBLES, Case, positioned
+from firefly_sample.lab.experiments.reach import DIGITS, exact_reach
+from firefly_sample.lab.experiments.scenes import WALL, wall_scene
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.plan.reach import light_reach
 from firefly_sample.scene.lights import PointLight, PointLights

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.numerics_gbuffer import normal_bounds
-from firefly_sample.lab.numerics_table import Table, Value
+from firefly_sample.lab.experiments.gbuffer import normal_bounds
+from firefly_sample.lab.experiments.table import Table, Value
 from firefly_sample.lab.probes.probe import evaluate
 from firefly_sample.lab.reference.cone import opening
 

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import FireflyError
+from firefly_sample.lab.experiments.bench import SIZE, Bench, Drawn
+from firefly_sample.lab.experiments.case import ACCURATE, DOUBLES, Case, positioned
+from firefly_sample.lab.experiments.scenes import WALL, geom_node, wall, wall_scene
 from firefly_sample.lab.reference.rays import pixel_rays
-from firefly_sample.lab.stability_cases.bench import SIZE, Bench, Drawn
-from firefly_sample.lab.stability_cases.case import ACCURATE, DOUBLES, Case, positioned
-from firefly_sample.lab.stability_cases.scenes import WALL, geom_node, wall, wall_scene
 from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from firefly_sample.lab.clouds import blob, faint, from_above, shadow_errors, slices_of
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import Case
 from firefly_sample.lab.reference.particle_shadow import sliced_light
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import Case
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Scene

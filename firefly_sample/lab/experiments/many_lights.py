@@ -7,9 +7,9 @@ from typing import get_args
 
 import numpy as np
 
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import Case, positioned
-from firefly_sample.lab.stability_cases.scenes import garden, wall_scene
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import Case, positioned
+from firefly_sample.lab.experiments.scenes import garden, wall_scene
 from firefly_sample.scene.lights import PointLight, PointLights
 from firefly_sample.settings import LightMethod, Settings
 

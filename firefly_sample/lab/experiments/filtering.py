@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.numerics_table import Table, Value
+from firefly_sample.lab.experiments.table import Table, Value
 from firefly_sample.lab.probes.probe import WIDTH, evaluate
 from firefly_sample.lab.reference.texture import Sampler
 from firefly_sample.mipmaps import mip_chain

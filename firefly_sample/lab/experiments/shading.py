@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.blocks import view_values
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.numerics_table import EPS, Table, Value
+from firefly_sample.lab.experiments.table import EPS, Table, Value
 from firefly_sample.lab.probes.probe import evaluate
 from firefly_sample.lab.probes.raster import rasterise
 from firefly_sample.plan.view import View

@@ -6,7 +6,7 @@ import statistics
 
 import numpy as np
 
-from firefly_sample.lab.numerics_table import Table, Value
+from firefly_sample.lab.experiments.table import Table, Value
 from firefly_sample.lab.reference.shade import count_pairs, shade_lights
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import ACCURATE, Case, positioned, within_law
+from firefly_sample.lab.experiments.scenes import WALL, facing_wall, geom_node, wall, wall_scene
 from firefly_sample.lab.reference.frame import render_reference
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import ACCURATE, Case, positioned, within_law
-from firefly_sample.lab.stability_cases.scenes import WALL, facing_wall, geom_node, wall, wall_scene
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.scene.lens import PerspectiveLens

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from firefly_sample.errors import FireflyError
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import DOUBLES, Case, positioned
-from firefly_sample.lab.stability_cases.scenes import geom_node, wall
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import DOUBLES, Case, positioned
+from firefly_sample.lab.experiments.scenes import geom_node, wall
 from firefly_sample.plan.build import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens

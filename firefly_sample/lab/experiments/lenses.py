@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import Case
+from firefly_sample.lab.experiments.rays import probe_rays
+from firefly_sample.lab.experiments.scenes import wall_scene
 from firefly_sample.lab.reference.rays import pixel_rays
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import Case
-from firefly_sample.lab.stability_cases.probes import probe_rays
-from firefly_sample.lab.stability_cases.scenes import wall_scene
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens
 from firefly_sample.settings import Settings

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_cube, circumscribed_icosphere
-from firefly_sample.lab.numerics_table import Table, Value
+from firefly_sample.lab.experiments.table import Table, Value
 
 Float64 = NDArray[np.float64]
 

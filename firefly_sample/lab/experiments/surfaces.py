@@ -7,12 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.numerics_gbuffer import degrees_between, stored_normals
+from firefly_sample.lab.experiments.bench import Bench, Drawn
+from firefly_sample.lab.experiments.case import Case, positioned, within_law
+from firefly_sample.lab.experiments.gbuffer import degrees_between, stored_normals
+from firefly_sample.lab.experiments.scenes import WALL, ball, geom_node, wall, wall_scene
 from firefly_sample.lab.reference.shade import each_light
 from firefly_sample.lab.reference.surfaces import see_surfaces
-from firefly_sample.lab.stability_cases.bench import Bench, Drawn
-from firefly_sample.lab.stability_cases.case import Case, positioned, within_law
-from firefly_sample.lab.stability_cases.scenes import WALL, ball, geom_node, wall, wall_scene
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.plan.targets import NORMAL_FORMATS, UNSIGNED
 from firefly_sample.scene.geom import Geom

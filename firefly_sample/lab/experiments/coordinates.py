@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import ACCURATE, Case, positioned, within_law
-from firefly_sample.lab.stability_cases.scenes import GARDEN_FAR, GARDEN_LIGHTS, GARDEN_NEAR, garden
+from firefly_sample.lab.experiments.bench import Bench
+from firefly_sample.lab.experiments.case import ACCURATE, Case, positioned, within_law
+from firefly_sample.lab.experiments.scenes import GARDEN_FAR, GARDEN_LIGHTS, GARDEN_NEAR, garden
 from firefly_sample.plan.position_error import position_error
 
 EXACT, ROUNDED = 1e-6, 1e-4

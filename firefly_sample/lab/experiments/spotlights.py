@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.lab.experiments.bench import Bench, Drawn
+from firefly_sample.lab.experiments.case import Case, positioned
+from firefly_sample.lab.experiments.scenes import WALL, geom_node, wall
+from firefly_sample.lab.experiments.volumes import missed
 from firefly_sample.lab.reference.shade import each_light
-from firefly_sample.lab.stability_cases.bench import Bench, Drawn
-from firefly_sample.lab.stability_cases.case import Case, positioned
-from firefly_sample.lab.stability_cases.scenes import WALL, geom_node, wall
-from firefly_sample.lab.stability_cases.volumes import missed
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.spotlight import Spotlight

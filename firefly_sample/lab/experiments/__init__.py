@@ -5,36 +5,36 @@ The list is open: a module has a tuple `CASES` of `Case`, and is named here.
 
 from __future__ import annotations
 
-from firefly_sample.lab.stability_cases import (
-    cones,
-    crowds,
+from firefly_sample.lab.experiments import (
+    coordinates,
     distances,
-    ends,
     fading,
     lenses,
+    limits,
+    many_lights,
     particles,
     pictures,
-    places,
+    spotlights,
     surfaces,
     volumes,
     warnings,
 )
-from firefly_sample.lab.stability_cases.case import Case
+from firefly_sample.lab.experiments.case import Case
 
 __all__ = ["ALL_CASES"]
 
 ALL_CASES: tuple[Case, ...] = (
     *distances.CASES,
     *lenses.CASES,
-    *places.CASES,
+    *coordinates.CASES,
     *volumes.CASES,
     *fading.CASES,
-    *crowds.CASES,
+    *many_lights.CASES,
     *surfaces.CASES,
-    *cones.CASES,
+    *spotlights.CASES,
     *particles.CASES,
     *pictures.CASES,
     *warnings.CASES,
-    *ends.CASES,
+    *limits.CASES,
 )
 """In the order in which they are measured and shown."""
