@@ -1,40 +1,52 @@
-"""The extremes that `firefly_sample.lab.stability` measures, a module for each idea.
+"""The experiments of ``firefly measure numerics`` and ``firefly measure stability``, in modules by subject.
 
-The list is open: a module has a tuple `CASES` of `Case`, and is named here.
+A module has a tuple `EXPERIMENTS`, and is named here.
 """
 
 from __future__ import annotations
 
 from firefly_sample.lab.experiments import (
     coordinates,
-    distances,
-    fading,
+    depth,
+    driver,
+    gbuffer,
     lenses,
+    lights,
     limits,
-    many_lights,
     particles,
     pictures,
-    spotlights,
-    surfaces,
+    proxies,
+    reach,
+    shading,
+    times,
     volumes,
-    warnings,
 )
-from firefly_sample.lab.experiments.case import Case
 
-__all__ = ["ALL_CASES"]
-
-ALL_CASES: tuple[Case, ...] = (
-    *distances.CASES,
-    *lenses.CASES,
-    *coordinates.CASES,
-    *volumes.CASES,
-    *fading.CASES,
-    *many_lights.CASES,
-    *surfaces.CASES,
-    *spotlights.CASES,
-    *particles.CASES,
-    *pictures.CASES,
-    *warnings.CASES,
-    *limits.CASES,
+_MODULES = (
+    depth,
+    lenses,
+    coordinates,
+    proxies,
+    volumes,
+    reach,
+    lights,
+    gbuffer,
+    shading,
+    driver,
+    times,
+    particles,
+    pictures,
+    limits,
 )
-"""In the order in which they are measured and shown."""
+_EXPERIMENTS = [experiment for module in _MODULES for experiment in module.EXPERIMENTS]
+
+CASES = tuple(experiment for experiment in _EXPERIMENTS if experiment.bound is not None)
+"""Experiments with a bound, in the order in which they are measured and shown."""
+_TABLES = {experiment.name: experiment for experiment in _EXPERIMENTS if experiment.bound is None}
+_ORDER = """
+    depth normals highlights albedo conversions accumulation piles cutoff reach proxies depth_tests
+    depth_clamp cones powers ndc far_from_origin filtering cost rates frames fragments
+    particle_shadows particle_shadow_slices particle_shadow_cost particle_order
+"""
+TABLES = {name: _TABLES[name] for name in _ORDER.split()}
+"""Experiments that are shown as tables, by name, in the order of docs/numerics.md."""

@@ -1,8 +1,10 @@
-"""What cases draw with: one renderer for all of them, which notes what is wrong with any picture."""
+"""The bench for experiments: a renderer, a GL context for probes, and notes on the drawn frames."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import cached_property
 from types import TracebackType
 from typing import Any
 
@@ -23,13 +25,13 @@ from firefly_sample.settings import Settings
 Float64 = NDArray[np.float64]
 
 SIZE = (96, 72)
-"""Pixels of most cases' pictures."""
+"""Width and height in pixels of most cases' pictures."""
 
 _PICTURES = ("radiance", "light", "color", "albedo", "normal", "specular", "shininess", "emission")
-"""Outputs whose every value must be a number; places have none where nothing was drawn."""
+"""Outputs whose every value must be finite; positions are not where nothing was drawn."""
 
 
-class Drawn:
+class DrawnFrame:
     """A frame and the plan that it was drawn from; its images are float64.
 
     Attributes
@@ -37,7 +39,7 @@ class Drawn:
     frame : Frame
     plan : FramePlan
     gbuffer : GBuffer or None
-        As stored, decoded in float64; None where it was not asked for.
+        The stored values, decoded in float64; None if they were not asked for.
     """
 
     def __init__(self, frame: Frame, plan: FramePlan, surface: Surface | None) -> None:
@@ -48,61 +50,75 @@ class Drawn:
     def __getitem__(self, output: str) -> Float64:
         return np.asarray(self.frame[output], dtype=np.float64)
 
+    def visibility(self) -> NDArray[np.int32]:
+        """Return the instance and triangle of each pixel, as the float64 reference takes them."""
+        return np.asarray(self.frame["visibility"], dtype=np.int32)
+
     def expected_light(self) -> tuple[Float64, Float64]:
-        """Radiance and light of all lights but ambient ones, in float64 from the stored G-buffer."""
+        """Return radiance and light of all lights but ambient ones, in float64 from the stored G-buffer."""
         assert self.gbuffer is not None
         return shade_lights(self.gbuffer, self.plan.lights, self.plan.settings, threads=None)
 
 
-class Bench:
-    """One renderer, and what it has shown since `begin`. A context manager.
+class ExperimentBench:
+    """A renderer and a GL context, made when first used. A context manager.
+
+    Parameters
+    ----------
+    device, require_gpu : see `firefly_sample.Renderer`
 
     Attributes
     ----------
     warnings : list of str
-        Of the plans that were drawn, each once.
+        Of the plans that were drawn since `begin`, each once.
     not_finite : int
-        Values in pictures that are no finite number.
+        Values that are not finite in the pictures that were drawn since `begin`.
     """
 
     def __init__(self, device: int | None = None, require_gpu: bool = False) -> None:
-        self.renderer = Renderer(SIZE, device=device, require_gpu=require_gpu)
-        self._index = device
-        self._device: Device | None = None
+        self._index, self._require_gpu = device, require_gpu
+        self._kept: dict[Hashable, Any] = {}
         self.warnings: list[str] = []
         self.not_finite = 0
-        self.kept: dict[str, Any] = {}
 
-    def law_of(self, method: str) -> str:
-        """The method by whose law one errs on this driver: reversed depth needs clip control."""
-        return "depth24" if method == "depth32f" and not self.capabilities.clip_control else method
+    @cached_property
+    def device(self) -> Device:
+        """A context for probes, beside that of the renderer."""
+        made = Device(self._index)
+        if self._require_gpu:
+            made.require_gpu()
+        return made
+
+    @cached_property
+    def renderer(self) -> Renderer:
+        """The renderer of all frames."""
+        return Renderer(SIZE, device=self._index, require_gpu=self._require_gpu)
 
     @property
     def capabilities(self) -> Capabilities:
         """What the driver can do."""
         return self.device.capabilities
 
+    def law_of(self, method: str) -> str:
+        """Return the method whose error law holds on this driver: reversed depth needs clip control."""
+        return "depth24" if method == "depth32f" and not self.capabilities.clip_control else method
+
     def can_draw(self, needs: str) -> bool:
-        """Whether the driver has one of `Capabilities`; "" needs none."""
+        """Return whether the driver has one of `Capabilities`; "" needs none."""
         return not needs or bool(getattr(self.capabilities, needs))
 
     def begin(self) -> None:
         """Forget what was noted."""
         self.warnings, self.not_finite = [], 0
 
-    def begin_warnings(self) -> None:
-        """Forget the warnings of what a case is only compared with."""
-        self.warnings = []
-
-    @property
-    def device(self) -> Device:
-        """A context of its own, for what is no frame."""
-        if self._device is None:
-            self._device = Device(self._index)
-        return self._device
+    def once(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """Return what `make` returned the first time that it was called for this key."""
+        if key not in self._kept:
+            self._kept[key] = make()
+        return self._kept[key]
 
     def plan(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> FramePlan:
-        """The plan of a frame that is not drawn."""
+        """Return the plan of a frame, without drawing it."""
         self.renderer.settings = settings
         self.renderer.resize(size)
         return self.renderer.plan(scene)
@@ -116,10 +132,15 @@ class Bench:
         time: float = 0.0,
         gbuffer: bool = False,
         capabilities: Capabilities | None = None,
-    ) -> Drawn:
-        """Draw a frame; with `gbuffer`, read back what lights were computed from as well.
+    ) -> DrawnFrame:
+        """Draw a frame, and note its warnings and values that are not finite.
 
-        With `capabilities`, it is drawn as on a driver that has these, which must be among the driver's own.
+        Parameters
+        ----------
+        gbuffer : bool
+            Read back what the lighting was computed from.
+        capabilities : Capabilities, optional
+            Draw as a driver that only has these; they must be among those of this driver.
         """
         self.renderer.settings = settings
         self.renderer.resize(size)
@@ -134,18 +155,30 @@ class Bench:
         for name in names:
             if name in _PICTURES:
                 self.not_finite += int(np.count_nonzero(~np.isfinite(frame[name])))
-        if capabilities is None:  # what another driver would say is not this one's row
+        if capabilities is None:  # warnings for another driver do not belong in this driver's row
             self.warnings.extend(line for line in plan.warnings if line not in self.warnings)
-        return Drawn(frame, plan, self.renderer.surface(plan) if gbuffer else None)
+        return DrawnFrame(frame, plan, self.renderer.surface(plan) if gbuffer else None)
+
+    @contextmanager
+    def measured_frames(self) -> Iterator[Renderer]:
+        """Let the renderer count fragments and draw every pass of every frame anew."""
+        renderer = self.renderer
+        before = renderer.count_fragments, renderer.reuse
+        renderer.count_fragments, renderer.reuse = True, False
+        try:
+            yield renderer
+        finally:
+            renderer.count_fragments, renderer.reuse = before
 
     def close(self) -> None:
-        """Free the renderer."""
-        self.kept.clear()
-        self.renderer.close()
-        if self._device is not None:
-            self._device.release()
+        """Free the GL objects."""
+        self._kept.clear()
+        if "renderer" in self.__dict__:
+            self.renderer.close()
+        if "device" in self.__dict__:
+            self.device.release()
 
-    def __enter__(self) -> Bench:
+    def __enter__(self) -> ExperimentBench:
         return self
 
     def __exit__(

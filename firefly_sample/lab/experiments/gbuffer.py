@@ -1,93 +1,57 @@
-"""What the formats of the G-buffer leave of normals and colours, and how a driver converts numbers.
+"""What a G-buffer keeps of normals and colours, and surfaces without normals, without area or hardly any.
 
-All of it goes through the targets themselves: packed and unpacked by the shaders' own functions, stored and
-read by the driver.
+Normals and colours go through the targets themselves: packed and unpacked by the shaders' own functions,
+stored and read by the driver.
 """
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.experiments.table import EPS, Table, Value
+from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.experiment import EPS, FLOAT64, Experiment, Value
+from firefly_sample.lab.experiments.position_bounds import positioned
+from firefly_sample.lab.experiments.scenes import WALL, geom_node, wall, wall_scene
 from firefly_sample.lab.probes.probe import evaluate
+from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.plan.targets import ALBEDO_FORMATS, FORMATS, NORMAL_FORMATS, UNSIGNED
 from firefly_sample.plan.variants import ColorPacking, NormalPacking
-from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lights import PointLight
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.scene import Scene
+from firefly_sample.settings import Settings
+from firefly_sample.srgb import linear_to_srgb
 
 Float64 = NDArray[np.float64]
 
 CHUNK = 500_000
 """Rows that are drawn at a time, to bound the memory."""
 
+# --- Normals ---
 
-def directions(count: int) -> Float64:
-    """Unit vectors (count, 3), uniform over the sphere, each as float32 has it."""
-    rng = np.random.Generator(np.random.PCG64(2))
-    v = rng.normal(size=(count, 3))
-    v /= np.linalg.norm(v, axis=1, keepdims=True)
-    return v.astype(np.float32).astype(np.float64)
-
-
-def normals(device: Device, samples: int = 2_000_000) -> Table:
-    """Angles between normals and what comes back of them, by setting `normals`.
-
-    Parameters
-    ----------
-    samples : int
-        Random directions. The error of N.L is that of the light for which it is largest.
-    """
-    exact = directions(samples)
-    bounds = normal_bounds()
-    rows: list[tuple[Value, ...]] = []
-    for name, (target, packing) in NORMAL_FORMATS.items():
-        if target == "rg16_snorm" and not device.capabilities.snorm_targets:
-            target, packing = UNSIGNED
-        angles, off = [], 0.0
-        for first in range(0, samples, CHUNK):
-            true = exact[first : first + CHUNK]
-            back = stored_normals(device, true, packing, target).astype(np.float64)
-            unit = true / np.linalg.norm(true, axis=1, keepdims=True)
-            angles.append(degrees_between(back, unit))
-            off = max(off, float(np.linalg.norm(back - unit, axis=1).max()))
-        degrees = np.concatenate(angles)
-        size = FORMATS[target].bytes_per_pixel
-        bound = math.degrees(bounds[name])
-        rows.append((name, size, float(degrees.mean()), float(degrees.max()), bound, off))
-    about = (
-        f"Angle between a normal and what comes back of it, over {samples:,} random directions; and the "
-        "largest error of N.L, the cosine of the angle between normal and light."
-    )
-    return Table(
-        "normals", about, ("normals", "bytes", "mean deg", "max deg", "max deg bound", "max N.L"), rows
-    )
-
-
-def stored_normals(device: Device, unit: ArrayLike, packing: str, target: str) -> NDArray[np.float32]:
-    """Unit vectors (n, 3) as they come back from a target, by the shaders' own functions.
-
-    Parameters
-    ----------
-    packing, target : str
-        As `firefly_sample.plan.targets.NORMAL_FORMATS` has them.
-    """
-    return evaluate(
-        device,
-        ["gbuffer"],
-        "result = encode_normal(a.xyz);",
-        np.pad(np.asarray(unit, dtype=np.float32), ((0, 0), (0, 1))),
-        {"NORMALS": get_args(NormalPacking).index(packing), "COLORS": 0},
-        target=target,
-        then="result.rgb = decode_normal(a);",
-    )[:, :3]
+LARGEST_ANGLES = {
+    "oct16": 0.0037,
+    "rgb10a2": 0.096,
+    "rgba8": 0.387,
+    "oct8": 0.95,
+    "rgba16f": 0.0262,  # 0.023 where a driver rounds half floats instead of cutting them off
+    "rgba32f": 2.8e-6,
+}
+"""Degrees, by setting `normals`."""
+SLACK = 1.05
 
 
 def normal_bounds() -> dict[str, float]:
-    """The largest angle in radians that each setting `normals` may err by, to first order.
+    """Return the largest angle in radians, to first order, by which each setting `normals` changes a normal.
 
     A coordinate is off by half a step at most. In a cube that is half its diagonal, all of which may lie
     across the normal. On the octahedron, p = (u, v, 1 - |u| - |v|), half steps of u and v move p by sqrt(6)
@@ -106,42 +70,99 @@ def normal_bounds() -> dict[str, float]:
     }
 
 
+@lru_cache(maxsize=1)
+def _random_directions(count: int) -> Float64:
+    """Return unit vectors (count, 3), uniform over the sphere, with float32 coordinates."""
+    rng = np.random.Generator(np.random.PCG64(2))
+    v = rng.normal(size=(count, 3))
+    v /= np.linalg.norm(v, axis=1, keepdims=True)
+    return v.astype(np.float32).astype(np.float64)
+
+
+@lru_cache(maxsize=1)
+def _difficult_directions(count: int = 1_000_000) -> NDArray[np.float32]:
+    """Return unit vectors: random ones, the axes, and both sides of the seams of the octahedron."""
+    rng = np.random.default_rng(13)
+    random = rng.normal(size=(count - 30_000, 3))
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    near_axes = axes[rng.integers(0, 6, 10_000)] + rng.normal(size=(10_000, 3)) * 1e-4
+    seams = rng.normal(size=(20_000 - len(axes), 3))
+    seams[np.arange(len(seams)), rng.integers(0, 3, len(seams))] = rng.choice([0.0, 1e-7, -1e-7], len(seams))
+    every = np.concatenate([random, axes, near_axes, seams])
+    return np.asarray(every / np.linalg.norm(every, axis=1, keepdims=True), dtype=np.float32)
+
+
+def _normal_format(device: Device, setting: str) -> tuple[str, str]:
+    target, packing = NORMAL_FORMATS[setting]
+    return UNSIGNED if target == "rg16_snorm" and not device.capabilities.snorm_targets else (target, packing)
+
+
+def stored_normals(device: Device, unit: ArrayLike, setting: str) -> Float64:
+    """Return unit vectors (n, 3) as they are read back from the target of a setting `normals`."""
+    target, packing = _normal_format(device, setting)
+    stored = evaluate(
+        device,
+        ["gbuffer"],
+        "result = encode_normal(a.xyz);",
+        np.pad(np.asarray(unit, dtype=np.float32), ((0, 0), (0, 1))),
+        {"NORMALS": get_args(NormalPacking).index(packing), "COLORS": 0},
+        target=target,
+        then="result.rgb = decode_normal(a);",
+    )
+    return stored[:, :3].astype(np.float64)
+
+
 def degrees_between(a: Float64, b: Float64) -> Float64:
-    """Between vectors (n, 3) of any length but 0, without the loss of the arc cosine near 0."""
+    """Return the angles between vectors (n, 3) of any length but 0, without the arc cosine's loss near 0."""
     a, b = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (a, b))
     return np.asarray(
         np.degrees(2.0 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
     )
 
 
-def albedo(device: Device, samples: int = 1_000_000) -> Table:
-    """What comes back of colours, by setting `albedo`.
+def _normal_errors(bench: ExperimentBench, name: str, samples: int) -> tuple[Value, ...]:
+    exact = _random_directions(samples)
+    angles, largest = [], 0.0
+    for first in range(0, samples, CHUNK):
+        true = exact[first : first + CHUNK]
+        back = stored_normals(bench.device, true, name)
+        unit = true / np.linalg.norm(true, axis=1, keepdims=True)
+        angles.append(degrees_between(back, unit))
+        largest = max(largest, float(np.linalg.norm(back - unit, axis=1).max()))
+    degrees = np.concatenate(angles)
+    size = FORMATS[_normal_format(bench.device, name)[0]].bytes_per_pixel
+    bound = math.degrees(normal_bounds()[name])
+    return size, float(degrees.mean()), float(degrees.max()), bound, largest
 
-    Parameters
-    ----------
-    samples : int
-        Values, evenly over 0..1; as many lie within a tenth around 0.01.
-    """
+
+def _largest_angle(bench: ExperimentBench, method: str) -> float:
+    """Return the largest angle in degrees between a normal and what is read back of it."""
+    given = _difficult_directions()
+    back = stored_normals(bench.device, given, method)
+    return float(degrees_between(back, given.astype(np.float64)).max()) if np.isfinite(back).all() else 180.0
+
+
+# --- Albedo ---
+
+
+def _albedo_errors(bench: ExperimentBench, name: str, samples: int) -> tuple[Value, ...]:
+    """Measure values evenly over 0..1, and as many within a tenth around 0.01."""
     rng = np.random.Generator(np.random.PCG64(3))
     even = rng.uniform(0.0, 1.0, samples).astype(np.float32).astype(np.float64)
     dark = (0.01 * rng.uniform(0.9, 1.1, samples)).astype(np.float32).astype(np.float64)
-    rows: list[tuple[Value, ...]] = []
-    for name, (target, packing) in ALBEDO_FORMATS.items():
-        back, dim = (_through_albedo(device, values, target, packing) for values in (even, dark))
-        relative = float(np.abs(dim / dark - 1.0).max())
-        codes = float(np.abs(linear_to_srgb(back) - linear_to_srgb(even)).max()) * 255.0
-        size = FORMATS[target].bytes_per_pixel
-        bound = _dark_bound(name, float(dark.min()))
-        rows.append((name, size, relative, bound, codes, float(back.mean() / even.mean()) - 1.0))
-    about = (
-        "What comes back of a colour: the largest relative error near 0.01; the largest error anywhere in "
-        "codes, the 255 steps of a display from black to white; and the relative error of the mean."
+    target, packing = ALBEDO_FORMATS[name]
+    back, dim = (_through_albedo(bench.device, values, target, packing) for values in (even, dark))
+    return (
+        FORMATS[target].bytes_per_pixel,
+        float(np.abs(dim / dark - 1.0).max()),
+        _dark_bound(name, float(dark.min())),
+        float(np.abs(linear_to_srgb(back) - linear_to_srgb(even)).max()) * 255.0,
+        float(back.mean() / even.mean()) - 1.0,
     )
-    return Table("albedo", about, ("albedo", "bytes", "at 0.01", "at 0.01 bound", "codes", "bias"), rows)
 
 
 def _dark_bound(name: str, value: float) -> float | None:
-    """The largest relative error of a value: half a step of it, or of its square root."""
+    """Return the largest relative error of a value: half a step of it, or of its square root."""
     if name.startswith("sqrt"):
         half = 0.5 / (2.0 ** int(name.removeprefix("sqrt")) - 1.0)
         return 2.0 * half / math.sqrt(value) + half * half / value
@@ -168,51 +189,102 @@ def _through_albedo(device: Device, values: Float64, target: str, packing: str) 
     return result[:, 0].astype(np.float64)
 
 
-def conversions(device: Device, samples: int = 1_000_000) -> Table:
-    """How a driver converts what a shader writes: how far it is off in steps of the format, and how often.
+# --- Surfaces without normals, without area, or hardly any ---
 
-    Parameters
-    ----------
-    samples : int
-        Values, evenly over 0..1.
-    """
-    rng = np.random.Generator(np.random.PCG64(4))
-    values = rng.uniform(0.0, 1.0, samples).astype(np.float32).astype(np.float64)
-    rows: list[tuple[Value, ...]] = []
-    for target, steps in (("rgba8", 255), ("rgb10_a2", 1023), ("rg16_snorm", 32767), ("rgba16", 65535)):
-        if target == "rg16_snorm" and not device.capabilities.snorm_targets:
-            continue
-        stored = _stored(device, values, target).astype(np.float64) * steps
-        rows.append((target, *_steps(stored, values * steps), None))
-    for target, digits in (("rgba16f", 11), ("r11f_g11f_b10f", 7)):
-        step = np.exp2(np.floor(np.log2(np.maximum(values, 2.0**-14))) + 1.0 - digits)
-        stored = _stored(device, values, target).astype(np.float64)
-        rows.append((target, *_steps(stored / step, values / step), None))
-    codes = _stored(device, values, "srgb8_alpha8", encode=True).astype(np.float64) * 255.0
-    rows.append(("sRGB, encoding", *_steps(codes, linear_to_srgb(values) * 255.0), None))
-    every = np.arange(256) / 255.0
-    decoded = evaluate(
-        device,
-        [],
-        "result = a;",
-        np.repeat(every[:, None], 4, axis=1),
-        target="srgb8_alpha8",
-        then="result = a;",
-    )[:, 0].astype(np.float64)
-    rows.append(("sRGB, decoding", None, None, float(np.abs(decoded - srgb_to_linear(every)).max())))
-    about = (
-        "How the driver converts numbers: the largest error in steps of the format, 0.5 for the nearest; the "
-        "share of values that do not become the nearest; and the absolute error of what it decodes."
+
+def _wall_with(geom: Geom) -> Scene:
+    scene = wall_scene()
+    scene.root.find("wall").detach_node()
+    scene.root.attach_new_node(geom_node("wall", geom, Material("grey", (0.5, 0.5, 0.5, 1.0)))).set_y(WALL)
+    scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1, far=100)
+    scene.root.attach_new_node(PointLight("light", radius=12.0)).set_pos(1, 6, 1)
+    return scene
+
+
+def _difference(bench: ExperimentBench, method: str, one: Geom, other: Geom) -> float:
+    settings = positioned(method)
+    pictures = [bench.draw(_wall_with(geom), settings)["radiance"] for geom in (one, other)]
+    return float(np.abs(pictures[0] - pictures[1]).max()) if pictures[0].any() else math.inf
+
+
+def _no_normals(bench: ExperimentBench, method: str) -> float:
+    """Compare normals of length 0, which face the eye, with those of a wall across parallel rays."""
+    plain = wall(20.0, 4)
+    return _difference(bench, method, plain, wall(20.0, 4, np.zeros_like(plain.vertices)))
+
+
+def _no_area(bench: ExperimentBench, method: str) -> float:
+    """Add triangles of one point, of two, of three in a line, and of points that are one in float32."""
+    plain = wall(20.0, 4)
+    n = len(plain.vertices)
+    more = np.array(
+        [(0, -1, 0), (1, -1, 0), (2, -1, 0), (1e-30, -1, 1e-30), (0, -1, 1e-30)], dtype=np.float64
     )
-    return Table("conversions", about, ("format", "steps", "not nearest", "absolute"), rows)
+    flat = [(n, n, n), (n, n + 1, n + 1), (n, n + 1, n + 2), (n, n + 3, n + 4)]
+    normals = np.concatenate([plain.normals, np.zeros((len(more), 3))])
+    holed = Geom(np.concatenate([plain.vertices, more]), np.concatenate([flat, plain.triangles]), normals)
+    return _difference(bench, method, plain, holed)
 
 
-def _stored(device: Device, values: Float64, target: str, encode: bool = False) -> NDArray[np.float32]:
-    inputs = np.repeat(values[:, None], 4, axis=1)
-    return evaluate(device, [], "result = a;", inputs, target=target, encode=encode)[:, 0]
+NEEDLES = 1000
 
 
-def _steps(stored: Float64, exact: Float64) -> tuple[float, float]:
-    """Largest distance, and the share that is farther off than half a step and float32's own rounding."""
-    off = np.abs(stored - exact)
-    return float(off.max()), float((off > 0.5 + 4.0 * EPS * np.abs(exact) + 1e-4).mean())
+def _needles() -> Scene:
+    """Return triangles from a pixel to a ten-thousandth of one high, whose corners have different normals."""
+    rng = np.random.default_rng(17)
+    angle = rng.uniform(0.0, 2.0 * np.pi, NEEDLES)
+    along = np.stack([np.cos(angle), rng.uniform(-0.5, 0.5, NEEDLES), np.sin(angle)], axis=1)
+    aside = np.stack([-np.sin(angle), rng.uniform(-1.0, 1.0, NEEDLES), np.cos(angle)], axis=1)
+    start = rng.uniform((-7, 0, -5), (7, 4, 5), (NEEDLES, 3))
+    height = 10.0 ** rng.uniform(-5.0, -1.0, (NEEDLES, 1))
+    corners = np.stack([start, start + 5.0 * along, start + 2.5 * along + height * aside], axis=1)
+    normals = rng.normal(size=(3 * NEEDLES, 3)) - (0.0, 2.0, 0.0)
+    geom = Geom(corners.reshape(-1, 3), np.arange(3 * NEEDLES).reshape(-1, 3), normals, name="needles")
+    scene = Scene()
+    steel = Material("steel", (0.5, 0.5, 0.5, 1.0), double_sided=True)
+    scene.root.attach_new_node(geom_node("needles", geom, steel)).set_pos_hpr(0, 12, 0, 3, 2, 1)
+    scene.camera_node.lens = PerspectiveLens(vfov=50.0, near=0.5, far=100.0)
+    return scene
+
+
+def _thin_triangles(bench: ExperimentBench, method: str) -> float:
+    """Return the largest error of a normal, or relative error of a distance, against float64."""
+    settings = Settings().with_changes(interpolation=method, normals="rgba32f")
+    drawn = bench.draw(_needles(), settings, outputs=("visibility", "normal", "depth"))
+    found = see_surfaces(drawn.plan, drawn.visibility())
+    normal = np.abs(drawn["normal"] - found.gbuffer.normal).max(axis=-1)
+    distance = np.abs(drawn["depth"] / found.gbuffer.position[..., 1] - 1.0)
+    if np.count_nonzero(found.covered) < NEEDLES // 4:
+        return math.inf  # too few pixels to measure
+    return float(np.maximum(normal, distance)[found.covered].max())
+
+
+EXPERIMENTS = (
+    Experiment(
+        "normals",
+        _normal_errors,
+        tuple(NORMAL_FORMATS),
+        ("normals", "bytes", "mean deg", "max deg", "max deg bound", "max N.L"),
+        "Angle between a normal and what is read back of it, over {samples:,} random directions; and the "
+        "largest error of N.L, the cosine of the angle between normal and light.",
+        {"samples": 2_000_000},
+    ),
+    Experiment(
+        "albedo",
+        _albedo_errors,
+        tuple(ALBEDO_FORMATS),
+        ("albedo", "bytes", "at 0.01", "at 0.01 bound", "codes", "bias"),
+        "What is read back of a colour: the largest relative error near 0.01; the largest error anywhere in "
+        "codes, the 255 steps of a display from black to white; and the relative error of the mean.",
+        {"samples": 1_000_000},
+    ),
+    Experiment(
+        "normals, a million",
+        _largest_angle,
+        tuple(LARGEST_ANGLES),
+        bound=lambda method: SLACK * LARGEST_ANGLES[method],
+    ),
+    Experiment("normals without length", _no_normals, bound=0.0),
+    Experiment("triangles without area", _no_area, bound=0.0),
+    Experiment("thin triangles", _thin_triangles, FLOAT64, bound=1e-6, needs="float64"),
+)

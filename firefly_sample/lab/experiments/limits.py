@@ -1,16 +1,28 @@
-"""Cases of numbers that float32 does not hold: each is refused, warned about or drawn right."""
+"""Limits of accuracy and of float32: warnings and errors come when they must, and only then.
+
+The cases "warnings late or early" compare a surface near a light, under each lens, with float64. The warning
+of inaccurate positions must be there if a pixel is off by more than a display code, and must not be there if
+none is off by a tenth of one. In between the law, which knows neither how the light fades nor where rounding
+falls, decides either way.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from itertools import product
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firefly_sample.errors import FireflyError
-from firefly_sample.lab.experiments.bench import Bench
-from firefly_sample.lab.experiments.case import DOUBLES, Case, positioned
+from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.experiment import FLOAT64, Experiment
+from firefly_sample.lab.experiments.position_bounds import error_warning, positioned
 from firefly_sample.lab.experiments.scenes import geom_node, wall
+from firefly_sample.lab.reference.color import tone_curve
+from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.plan.build import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
@@ -22,6 +34,71 @@ from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
+from firefly_sample.srgb import linear_to_srgb
+
+# --- Warnings of inaccurate positions ---
+
+DISTANCE, FAR, TILT = 50.0, 400.0, 10.0
+RATIOS = [10.0 ** (0.5 * power) for power in range(1, 12)]
+"""The wall's distance over the near plane's."""
+LATE, EARLY = 1.0, 0.1
+"""Display codes: above the first the warning must be there, below the second it must not."""
+
+
+def _beside_a_light(near: float, reach: float, fades: bool, from_origin: float) -> Scene:
+    """Return a wall a quarter of a light's reach behind it, as bright there as a display can show."""
+    scene = Scene()
+    shift = np.array([from_origin, 0.0, 0.0])
+    plaster = Material("plaster", (1.0, 1.0, 1.0, 1.0))
+    path = scene.root.attach_new_node(geom_node("wall", wall(2.5 * reach, 8), plaster))
+    path.set_pos_hpr(*(shift + np.array([0.0, DISTANCE, 0.0])), 0, -TILT, 0)
+    beside = 0.25 * reach
+    light = PointLight("light", radius=reach)
+    strength = 0.95 / 0.75**2
+    if fades:
+        light.set_attenuation((1.0, 0.0, 1.0 / beside**2))
+        strength = 0.95 * 2.0
+    light.set_color((strength,) * 3)
+    scene.root.attach_new_node(light).set_pos(*(shift + np.array([0.0, DISTANCE - beside, 0.0])))
+    scene.camera.set_pos(*shift)
+    fov = 2.0 * math.degrees(math.atan(reach / DISTANCE))
+    scene.camera_node.lens = PerspectiveLens(fov=fov, aspect_ratio=4 / 3, near=near, far=FAR)
+    return scene
+
+
+def _codes_off(bench: ExperimentBench, scene: Scene, settings: Settings) -> float:
+    """Return the largest error of a pixel, in display codes."""
+    drawn = bench.draw(scene, settings, (64, 48), ("radiance", "visibility", "albedo"))
+    visibility = drawn.visibility()
+    reference = render_reference(drawn.plan, visibility, albedo=drawn["albedo"], threads=1)
+    seen = (visibility[..., :1] >= 0) & (reference.radiance <= 1.0)  # a clipped value hides an error
+
+    def codes(radiance: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(255.0 * linear_to_srgb(tone_curve(np.minimum(radiance, 1.0), "none")))
+
+    error = np.abs(codes(drawn["radiance"]) - codes(reference.radiance))
+    return float(np.where(seen, error, 0.0).max())
+
+
+def _warnings(name: str, fades: bool, from_origin: float) -> Experiment:
+    """Return the case of warnings for many near planes and reaches: how many are late or early."""
+
+    def run(bench: ExperimentBench, method: str) -> float:
+        exact = {"normals": "rgba32f", "albedo": "rgba32f", "cutoff_budget": 0.0, "tone": "none"}
+        settings = positioned(method, **exact)
+        wrong = 0
+        for reach, ratio in product((1.0, 8.0, 64.0), RATIOS):
+            bench.warnings.clear()
+            codes = _codes_off(bench, _beside_a_light(DISTANCE / ratio, reach, fades, from_origin), settings)
+            warned = error_warning(bench.warnings, method) != ""
+            wrong += codes < EARLY if warned else codes > LATE
+        bench.warnings.clear()
+        return float(wrong)
+
+    return Experiment(f"warnings late or early, {name}", run, bound=0.0)
+
+
+# --- Numbers and scenes beyond float32 ---
 
 BEYOND = 1e39
 """More than float32's largest number, 3.4e38."""
@@ -30,7 +107,7 @@ SIZE = (64, 48)
 
 
 def _lit(scale: float, width: float = 20.0, light: float | None = None) -> Scene:
-    """A wall, `scale` times as large as one of 20 units ten units away, under a light at the eye."""
+    """Return a wall of 20 units ten units away, `scale` times as large and far, under a light at the eye."""
     scene = Scene()
     scene.root.attach_new_node(geom_node("wall", wall(width * scale), Material("grey"))).set_y(10.0 * scale)
     scene.root.attach_new_node(PointLight("lamp", radius=light))
@@ -52,7 +129,7 @@ def _seen_through(lens: PerspectiveLens | OrthographicLens) -> None:
 
 
 def _grown(factor: float) -> None:
-    """Two nodes, one in the other, of scales whose product float64 does not hold."""
+    """Plan two nested nodes of scales whose product float64 cannot represent."""
     scene = _lit(1.0)
     path = scene.root.attach_new_node("outer")
     path.set_scale(factor)
@@ -97,17 +174,17 @@ _GIVEN: tuple[Callable[[float], Any], ...] = (
 )
 
 
-def _taken(bench: Bench, method: str) -> float:
-    """Return how many numbers beyond float32 are accepted, where an ordinary one is."""
-    taken = 0
+def _accepted(bench: ExperimentBench, method: str) -> float:
+    """Return how many numbers beyond float32 are accepted where an ordinary one is."""
+    accepted = 0
     for give in _GIVEN:
-        give(ORDINARY)  # if this is refused, the next says nothing of the number
+        give(ORDINARY)  # if this were refused, the next refusal would prove nothing
         try:
             give(BEYOND)
-            taken += 1
+            accepted += 1
         except FireflyError:
             pass
-    return float(taken)
+    return float(accepted)
 
 
 def _scaled(factor: float) -> Scene:
@@ -122,7 +199,7 @@ def _flat(width: float) -> Scene:
     return scene
 
 
-_ENDS: tuple[tuple[str, Callable[[], Scene]], ...] = (
+_SCENES: tuple[tuple[str, Callable[[], Scene]], ...] = (
     ("", lambda: _lit(1.0)),
     ("", lambda: _lit(2.0**-50)),
     ("light on it is wrong", lambda: _lit(1e-17)),
@@ -136,20 +213,20 @@ _ENDS: tuple[tuple[str, Callable[[], Scene]], ...] = (
     ("", lambda: _flat(2e5)),
     ("lose pixels", lambda: _flat(1e8)),
 )
-"""Cases of scenes that a plan must warn about, and of scenes that it must not."""
+"""A part of the warning that a scene must have, or "" if it must have none; and the scene."""
 
 
-def _unsaid(bench: Bench, method: str) -> float:
+def _wrong_warnings(bench: ExperimentBench, method: str) -> float:
     """Return how many scenes have a needless warning or lack a needed one."""
     wrong = 0
-    for expected, make in _ENDS:
-        said = build_plan(make(), size=SIZE).warnings
-        wrong += not any(expected in line for line in said) if expected else bool(said)
+    for expected, make in _SCENES:
+        lines = build_plan(make(), size=SIZE).warnings
+        wrong += not any(expected in line for line in lines) if expected else bool(lines)
     return float(wrong)
 
 
-def _wide(bench: Bench, method: str) -> float:
-    """Share of pixels that a wall of 1e4 views does not cover, turned and moved in many ways."""
+def _wide(bench: ExperimentBench, method: str) -> float:
+    """Return the largest share of pixels that a wall of 1e4 views does not cover, turned and moved."""
     rng = np.random.default_rng(5)
     lost = 0.0
     for _ in range(8):
@@ -164,8 +241,11 @@ def _wide(bench: Bench, method: str) -> float:
     return lost
 
 
-CASES = (
-    Case("coverage, a wall of 1e4 views", _wide, 0.0),
-    Case("numbers beyond float32", _taken, 0.0, DOUBLES),
-    Case("scenes beyond float32", _unsaid, 0.0, DOUBLES),
+EXPERIMENTS = (
+    _warnings("lights with a radius", fades=False, from_origin=0.0),
+    _warnings("attenuated lights", fades=True, from_origin=0.0),
+    _warnings("far from the origin", fades=False, from_origin=1e4),
+    Experiment("coverage, a wall of 1e4 views", _wide, bound=0.0),
+    Experiment("numbers beyond float32", _accepted, FLOAT64, bound=0.0),
+    Experiment("scenes beyond float32", _wrong_warnings, FLOAT64, bound=0.0),
 )
