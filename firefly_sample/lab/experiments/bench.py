@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import cached_property
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -60,7 +59,7 @@ class DrawnFrame:
         return shade_lights(self.gbuffer, self.plan.lights, self.plan.settings, threads=None)
 
 
-class ExperimentBench:
+class ExperimentBench(ExitStack):
     """A renderer and a GL context, made when first used. A context manager.
 
     Parameters
@@ -76,6 +75,7 @@ class ExperimentBench:
     """
 
     def __init__(self, device: int | None = None, require_gpu: bool = False) -> None:
+        super().__init__()
         self._index, self._require_gpu = device, require_gpu
         self._kept: dict[Hashable, Any] = {}
         self.warnings: list[str] = []
@@ -85,6 +85,7 @@ class ExperimentBench:
     def device(self) -> Device:
         """A context for probes, beside that of the renderer."""
         made = Device(self._index)
+        self.callback(made.release)
         if self._require_gpu:
             made.require_gpu()
         return made
@@ -92,7 +93,7 @@ class ExperimentBench:
     @cached_property
     def renderer(self) -> Renderer:
         """The renderer of all frames."""
-        return Renderer(SIZE, device=self._index, require_gpu=self._require_gpu)
+        return self.enter_context(Renderer(SIZE, device=self._index, require_gpu=self._require_gpu))
 
     @property
     def capabilities(self) -> Capabilities:
@@ -169,19 +170,3 @@ class ExperimentBench:
             yield renderer
         finally:
             renderer.count_fragments, renderer.reuse = before
-
-    def close(self) -> None:
-        """Free the GL objects."""
-        self._kept.clear()
-        if "renderer" in self.__dict__:
-            self.renderer.close()
-        if "device" in self.__dict__:
-            self.device.release()
-
-    def __enter__(self) -> ExperimentBench:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

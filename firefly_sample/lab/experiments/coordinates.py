@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.blocks import view_values
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import Experiment
+from firefly_sample.lab.experiments.experiment import Experiment, relative_error
 from firefly_sample.lab.experiments.position_bounds import ACCURATE, positioned, within_law
 from firefly_sample.lab.experiments.scenes import GARDEN_FAR, GARDEN_LIGHTS, GARDEN_NEAR, garden
 from firefly_sample.lab.probes.probe import evaluate
@@ -30,16 +33,20 @@ SMALLEST_POWER = -20
 """Of 2: half floats cannot represent scenes that are smaller."""
 
 
-def _difference(bench: ExperimentBench, method: str, scale: float, offset: float) -> float:
-    """Return the largest difference to the garden as it is, over its largest value."""
-    settings = positioned(method)
-    here = bench.draw(garden(), settings)["radiance"]
-    bench.warnings.clear()
-    there = bench.draw(garden(scale, offset * np.array([1.0, 1.0, -1.0])), settings)["radiance"]
-    return float(np.abs(there - here).max() / here.max())
+def _changed(name: str, bound: Callable[[str], float], scale: float = 1.0, offset: float = 0.0) -> Experiment:
+    """Return the case of the garden that is moved or scaled: its largest relative difference."""
+
+    def run(bench: ExperimentBench, method: str) -> float:
+        settings = positioned(method)
+        here = bench.draw(garden(), settings)["radiance"]
+        bench.warnings.clear()
+        there = bench.draw(garden(scale, offset * np.array([1.0, 1.0, -1.0])), settings)["radiance"]
+        return relative_error(there, here)
+
+    return Experiment(name, run, bound=bound)
 
 
-def _bound(method: str, own: float, scale: float, offset: float) -> float:
+def _bound(method: str, own: float, scale: float = 1.0, offset: float = 0.0) -> float:
     if method in ACCURATE:
         return own
     near, far, farthest = scale * GARDEN_NEAR, scale * GARDEN_FAR, scale * FARTHEST
@@ -47,34 +54,11 @@ def _bound(method: str, own: float, scale: float, offset: float) -> float:
     return within_law(own, error, scale * GARDEN_LIGHTS, SHARE)
 
 
-def _moved(power: int, own: float) -> Experiment:
-    return Experiment(
-        f"moved by 2^{power}",
-        lambda bench, method: _difference(bench, method, 1.0, 2.0**power),
-        bound=lambda method: _bound(method, own, 1.0, 2.0**power),
-    )
-
-
-def _scaled(scale: float) -> Experiment:
-    return Experiment(
-        f"scaled by {scale:g}",
-        lambda bench, method: _difference(bench, method, scale, 0.0),
-        bound=lambda method: _bound(method, ROUNDED, scale, 0.0),
-    )
-
-
-def _scaled_exactly(power: int) -> Experiment:
-    """Return the case of a power of two, which changes no digit: the picture is the same."""
-    scale = 2.0**power
-
-    def bound(method: str) -> float:
-        if method != "stored16f" or not SMALLEST_POWER < power <= 0:
-            return 0.0
-        return SHARE * 2.0 * SMALLEST_HALF / (scale * GARDEN_LIGHTS)
-
-    return Experiment(
-        f"scaled by 2^{power}", lambda bench, method: _difference(bench, method, scale, 0.0), bound=bound
-    )
+def _bound_of_power(method: str, power: int) -> float:
+    """Return the bound of a scale that is a power of two, which changes no digit: the picture is the same."""
+    if method != "stored16f" or not SMALLEST_POWER < power <= 0:
+        return 0.0
+    return SHARE * 2.0 * SMALLEST_HALF / (2.0**power * GARDEN_LIGHTS)
 
 
 def _distance_errors(bench: ExperimentBench, offset: float, samples: int) -> tuple[float, ...]:
@@ -125,9 +109,18 @@ def _distance_errors(bench: ExperimentBench, offset: float, samples: int) -> tup
 
 
 EXPERIMENTS = (
-    *(_moved(power, own) for power, own in ((10, EXACT), (20, EXACT), (30, ROUNDED))),
-    *(_scaled(scale) for scale in (1e-6, 1e-3, 1e3, 1e6)),
-    *(_scaled_exactly(power) for power in (-50, -10, 10, 50)),
+    *(
+        _changed(f"moved by 2^{power}", partial(_bound, own=own, offset=2.0**power), offset=2.0**power)
+        for power, own in ((10, EXACT), (20, EXACT), (30, ROUNDED))
+    ),
+    *(
+        _changed(f"scaled by {scale:g}", partial(_bound, own=ROUNDED, scale=scale), scale)
+        for scale in (1e-6, 1e-3, 1e3, 1e6)
+    ),
+    *(
+        _changed(f"scaled by 2^{power}", partial(_bound_of_power, power=power), 2.0**power)
+        for power in (-50, -10, 10, 50)
+    ),
     Experiment(
         "far_from_origin",
         _distance_errors,

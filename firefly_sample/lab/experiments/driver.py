@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -22,36 +21,34 @@ Figures = tuple[Value, ...]
 # --- Conversions ---
 
 
-def _whole_numbers(target: str, steps: int) -> Callable[[Device, Float64], Figures | None]:
-    """Return how well a format of whole numbers is converted to, by its number of steps."""
-
-    def measure(device: Device, values: Float64) -> Figures | None:
-        if target == "rg16_snorm" and not device.capabilities.snorm_targets:
-            return None
-        return *_steps(_stored(device, values, target) * steps, values * steps), None
-
-    return measure
+STEPS = {"rgba8": 255, "rgb10_a2": 1023, "rg16_snorm": 32767, "rgba16": 65535}
+"""Steps from 0 to 1 of formats of whole numbers."""
+DIGITS = {"rgba16f": 11, "r11f_g11f_b10f": 7}
+"""Binary digits of formats of floats."""
+ENCODING, DECODING = "sRGB, encoding", "sRGB, decoding"
 
 
-def _floats(target: str, digits: int) -> Callable[[Device, Float64], Figures]:
-    """Return how well a format of floats is converted to, by the binary digits of its mantissa."""
-
-    def measure(device: Device, values: Float64) -> Figures:
-        step = np.exp2(np.floor(np.log2(np.maximum(values, 2.0**-14))) + 1.0 - digits)
-        return *_steps(_stored(device, values, target) / step, values / step), None
-
-    return measure
-
-
-def _encoding(device: Device, values: Float64) -> Figures:
-    codes = _stored(device, values, "srgb8_alpha8", encode=True) * 255.0
-    return *_steps(codes, linear_to_srgb(values) * 255.0), None
-
-
-def _decoding(device: Device, values: Float64) -> Figures:
-    every = np.arange(256) / 255.0
-    decoded = _stored(device, every, "srgb8_alpha8", then="result = a;")
-    return None, None, float(np.abs(decoded - srgb_to_linear(every)).max())
+def _conversion(bench: ExperimentBench, name: str, samples: int) -> Figures | None:
+    """Convert values evenly over 0..1, or decode the 256 codes of sRGB."""
+    if name == "rg16_snorm" and not bench.capabilities.snorm_targets:
+        return None
+    if name == DECODING:
+        every = np.arange(256) / 255.0
+        decoded = _stored(bench.device, every, "srgb8_alpha8", then="result = a;")
+        return None, None, float(np.abs(decoded - srgb_to_linear(every)).max())
+    rng = np.random.Generator(np.random.PCG64(4))
+    values = _float32(rng.uniform(0.0, 1.0, samples))
+    if name == ENCODING:
+        stored = _stored(bench.device, values, "srgb8_alpha8", encode=True) * 255.0
+        exact = linear_to_srgb(values) * 255.0
+    else:
+        exponent = np.floor(np.log2(np.maximum(values, 2.0**-14))) + 1.0
+        steps = np.exp2(DIGITS[name] - exponent) if name in DIGITS else STEPS[name]
+        stored, exact = _stored(bench.device, values, name) * steps, values * steps
+    error = np.abs(stored - exact)
+    # farther off than half a step and float32's own rounding
+    not_nearest = error > 0.5 + 4.0 * EPS * np.abs(exact) + 1e-4
+    return float(error.max()), float(not_nearest.mean()), None
 
 
 def _stored(
@@ -61,32 +58,6 @@ def _stored(
     stored = evaluate(device, [], "result = a;", inputs, target=target, then=then, encode=encode)
     return stored[:, 0].astype(np.float64)
 
-
-def _steps(stored: Float64, exact: Float64) -> tuple[float, float]:
-    """Return the largest error, and the share above half a step and float32's own rounding."""
-    error = np.abs(stored - exact)
-    return float(error.max()), float((error > 0.5 + 4.0 * EPS * np.abs(exact) + 1e-4).mean())
-
-
-def _conversion(
-    bench: ExperimentBench, measure: Callable[[Device, Float64], Figures | None], samples: int
-) -> Figures | None:
-    """Convert values evenly over 0..1."""
-    rng = np.random.Generator(np.random.PCG64(4))
-    values = rng.uniform(0.0, 1.0, samples).astype(np.float32).astype(np.float64)
-    return measure(bench.device, values)
-
-
-_CONVERSIONS: dict[str, Callable[[Device, Float64], Figures | None]] = {
-    **{
-        target: _whole_numbers(target, steps)
-        for target, steps in (("rgba8", 255), ("rgb10_a2", 1023), ("rg16_snorm", 32767), ("rgba16", 65535))
-    },
-    "rgba16f": _floats("rgba16f", 11),
-    "r11f_g11f_b10f": _floats("r11f_g11f_b10f", 7),
-    "sRGB, encoding": _encoding,
-    "sRGB, decoding": _decoding,
-}
 
 # --- Filtering of white noise ---
 
@@ -157,7 +128,7 @@ EXPERIMENTS = (
     Experiment(
         "conversions",
         _conversion,
-        _CONVERSIONS,
+        (*STEPS, *DIGITS, ENCODING, DECODING),
         ("format", "steps", "not nearest", "absolute"),
         "How the driver converts numbers: the largest error in steps of the format, 0.5 for the nearest; the "
         "share of values that do not become the nearest; and the absolute error of what it decodes.",

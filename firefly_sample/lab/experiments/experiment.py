@@ -7,6 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firefly_sample.lab.experiments.bench import ExperimentBench
 from firefly_sample.settings import PositionMethod
 
@@ -118,3 +121,10 @@ class Experiment:
         """Return the bound that a method must hold."""
         assert self.bound is not None
         return self.bound(method) if callable(self.bound) else self.bound
+
+
+def relative_error(found: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
+    """Return the largest difference over the largest expected value; infinite if that is 0 or not finite."""
+    if not (expected.any() and np.isfinite(expected).all()):
+        return math.inf
+    return float(np.abs(found - expected).max() / expected.max())

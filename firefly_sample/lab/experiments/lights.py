@@ -7,7 +7,6 @@ evenly over a box 100 units wide, 100 deep and 10 high, as seen from random posi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
 from typing import get_args
 
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import EPS, Experiment, Value
+from firefly_sample.lab.experiments.experiment import EPS, Experiment, Value, relative_error
 from firefly_sample.lab.experiments.position_bounds import positioned
 from firefly_sample.lab.experiments.scenes import garden, wall_scene
 from firefly_sample.lab.probes.probe import accumulate
@@ -35,6 +34,7 @@ Figures = tuple[Value, ...]
 LIGHTS = 500
 FADING = (1.0, 0.7, 1.8)
 BOX = (100.0, 100.0, 10.0)
+BATCH = 64
 NEAREST_HALF = "rgba16f, to the nearest, computed"
 
 
@@ -73,30 +73,28 @@ def _in_half_floats(parts: Float64) -> Float64:
     return total.astype(np.float64)
 
 
-def _blended(device: Device, one: NDArray[np.float32], count: int) -> tuple[NDArray[np.float32], int]:
-    """Return the sum of equal lights, one after the other, and how many sums a term may pass through."""
-    return accumulate(device, one, "rgba32f", count)[:, 0], count
-
-
-def _in_batches(device: Device, one: NDArray[np.float32], count: int) -> tuple[NDArray[np.float32], int]:
-    """Return the same for blended batches of 64, whose sums and remainder are blended."""
-    whole, rest = divmod(count, 64)
-    batch = accumulate(device, one, "rgba32f", 64)
-    passes = [batch] * whole + ([accumulate(device, one, "rgba32f", rest)] if rest else [])
-    return accumulate(device, np.stack(passes), "rgba32f")[:, 0], 64 + -(-count // 64)
-
-
-Adding = Callable[[Device, NDArray[np.float32], int], tuple[NDArray[np.float32], int]]
-
-
-def _piles(bench: ExperimentBench, row: tuple[int, Adding], values: int) -> Figures:
+def _piles(bench: ExperimentBench, row: tuple[int, bool], values: int) -> Figures:
     """Add up lights of `values` intensities from 1/2 to 1, with a pixel each."""
-    count, add = row
+    count, in_batches = row
     rng = np.random.Generator(np.random.PCG64(6))
     strength = rng.uniform(0.5, 1.0, values).astype(np.float32)
-    total, depth = add(bench.device, np.repeat(strength[None, :, None], 3, axis=2), count)
+    one = np.repeat(strength[None, :, None], 3, axis=2)
+    total = (_in_batches if in_batches else _one_by_one)(bench.device, one, count)
     error = total.astype(np.float64) / (count * strength.astype(np.float64)) - 1.0
-    return float(np.abs(error).max()), 0.5 * depth * EPS
+    sums = BATCH + -(-count // BATCH) if in_batches else count
+    return float(np.abs(error).max()), 0.5 * sums * EPS
+
+
+def _one_by_one(device: Device, one: NDArray[np.float32], count: int) -> NDArray[np.float32]:
+    return accumulate(device, one, "rgba32f", count)[:, 0]
+
+
+def _in_batches(device: Device, one: NDArray[np.float32], count: int) -> NDArray[np.float32]:
+    """Blend whole batches, then their sums and the remainder."""
+    whole, rest = divmod(count, BATCH)
+    batch = accumulate(device, one, "rgba32f", BATCH)
+    passes = [batch] * whole + ([accumulate(device, one, "rgba32f", rest)] if rest else [])
+    return accumulate(device, np.stack(passes), "rgba32f")[:, 0]
 
 
 def _cutoff(bench: ExperimentBench, threshold: float | None, positions: int) -> Figures:
@@ -147,8 +145,7 @@ def _error_of_pile(bench: ExperimentBench, settings: Settings, count: int, size:
     found = picture(count, settings.light_method)
     if count == 0:
         return float(np.abs(found).max())
-    one = picture(1, other_method)
-    return float(np.abs(found - one).max() / one.max()) if one.any() and np.isfinite(one).all() else math.inf
+    return relative_error(found, picture(1, other_method))
 
 
 def _pile(count: int, size: tuple[int, int]) -> Experiment:
@@ -182,8 +179,7 @@ def _order(count: int) -> Experiment:
             scene.root.attach_new_node(PointLights("lights", positions[order], colors[order], 6.0))
             return bench.draw(scene, positioned(method), SMALL)["radiance"]
 
-        one, other = picture(np.arange(count)), picture(rng.permutation(count))
-        return float(np.abs(one - other).max() / one.max()) if one.any() else math.inf
+        return relative_error(picture(rng.permutation(count)), picture(np.arange(count)))
 
     return Experiment(f"{count:,} lights in another order", run, bound=bound_of_sum(count))
 
@@ -197,9 +193,7 @@ def _twice(bench: ExperimentBench, method: str) -> float:
             light = PointLight(f"light {index}", (strength,) * 3, radius=12.0)
             scene.root.attach_new_node(light).set_pos(*POSITION)
         pictures.append(bench.draw(scene, positioned(method))["radiance"])
-    if not pictures[1].any():
-        return math.inf
-    return float(np.abs(pictures[0] - pictures[1]).max() / pictures[1].max())
+    return relative_error(*pictures)
 
 
 def _light_methods(bench: ExperimentBench, method: str) -> float:
@@ -224,9 +218,9 @@ EXPERIMENTS = (
         "piles",
         _piles,
         {
-            f"{count:,}, {name}": (count, add)
+            f"{count:,}, {name}": (count, in_batches)
             for count in (1_000, 10_000)
-            for name, add in (("blending", _blended), ("batches of 64", _in_batches))
+            for name, in_batches in (("blending", False), (f"batches of {BATCH}", True))
         },
         ("lights", "largest", "bound"),
         "N equal lights in one place: largest relative error of their sum in float32.",

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.lab.clouds import CLOUDS, blob, faint, from_above, shadow_errors, slices_of
 from firefly_sample.lab.experiments.bench import DrawnFrame, ExperimentBench
-from firefly_sample.lab.experiments.experiment import Experiment, Value
+from firefly_sample.lab.experiments.experiment import Experiment, Value, relative_error
 from firefly_sample.lab.experiments.times import ratios_of
 from firefly_sample.lab.reference.particle_shadow import sliced_light
 from firefly_sample.plan.particle_shadow import ParticleShadowPlan
@@ -237,7 +237,7 @@ def _alone(bench: ExperimentBench, method: str) -> float:
         node.change_shadow(blur=blur)
         bare = _radiance(bench, scene, Settings(particle_shadows="none"))
         shadowed = _radiance(bench, scene, _settings(method))
-        worst = max(worst, float(np.abs(bare - shadowed).max() / bare.max()))
+        worst = max(worst, relative_error(shadowed, bare))
     return worst
 
 
@@ -251,7 +251,7 @@ def _moved(power: int, bound: float) -> Experiment:
             path = scene.root.find(name)
             path.set_pos(*(np.array(path.get_pos()) + 2.0**power * np.array([1.0, 1.0, -1.0])))
         there = _radiance(bench, scene, _settings(method))
-        return float(np.abs(there - here).max() / here.max())
+        return relative_error(there, here)
 
     return Experiment(f"particles moved by 2^{power}", run, SUMMED, bound=bound)
 

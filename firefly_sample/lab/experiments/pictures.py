@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.lab.experiments.bench import SIZE, DrawnFrame, ExperimentBench
-from firefly_sample.lab.experiments.experiment import Experiment, Value
+from firefly_sample.lab.experiments.experiment import Experiment, Value, relative_error
 from firefly_sample.lab.experiments.position_bounds import decoded_as, positioned, within_law
 from firefly_sample.lab.experiments.scenes import (
     GARDEN_FAR,
@@ -52,8 +52,7 @@ def _frames(
         assert drawn.gbuffer is not None
         _, light = drawn.expected_light()
         covered = np.isfinite(drawn.gbuffer.position).all(axis=-1)
-        error = np.abs(drawn["light"] - drawn.plan.ambient - light)[covered]
-        errors.append(float(error.max() / light[covered].max()))
+        errors.append(relative_error((drawn["light"] - drawn.plan.ambient)[covered], light[covered]))
     return max(errors), statistics.median(errors)
 
 
@@ -120,9 +119,7 @@ def _error_of_light(drawn: DrawnFrame) -> float:
     assert drawn.gbuffer is not None
     known = np.isfinite(drawn.gbuffer.position).all(axis=2)
     known &= ~(nearest_light(drawn.gbuffer.position, drawn.plan.lights, 3.0) < 0.02)
-    if not expected[known].any():
-        return math.inf
-    return float(np.abs(drawn["light"] - expected)[known].max() / expected[known].max())
+    return relative_error(drawn["light"][known], expected[known])
 
 
 def _size(size: tuple[int, int]) -> Experiment:
@@ -172,9 +169,7 @@ def _time_of_circling(bench: ExperimentBench, method: str) -> float:
         standing.root.attach_new_node(PointLights("circle", _positions_at(time), (1, 1, 1), REACH))
         given = bench.draw(moving, positioned(method), time=time)["radiance"]
         expected = bench.draw(standing, positioned(method))["radiance"]
-        if not expected.any():
-            return math.inf
-        worst = max(worst, float(np.abs(given - expected).max() / expected.max()))
+        worst = max(worst, relative_error(given, expected))
     return worst
 
 

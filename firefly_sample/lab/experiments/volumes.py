@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import EPS, Experiment
+from firefly_sample.lab.experiments.experiment import EPS, Experiment, relative_error
 from firefly_sample.lab.experiments.position_bounds import ACCURATE, decoded_as, positioned, within_law
 from firefly_sample.lab.experiments.scenes import WALL, geom_node, wall, wall_scene
 from firefly_sample.lab.reference.frame import render_reference
@@ -64,15 +64,15 @@ def _light(kind: str, reach: float | None) -> PointLight | Spotlight:
 
 def _placed(name: str, position: tuple[float, float, float], reach: float) -> Experiment:
     def run(bench: ExperimentBench, method: str) -> float:
-        worst = 0.0
+        shares = []
         for kind in ("point", *CONES):
             scene = wall_scene(cells=8)
             scene.root.find("wall").set_p(-80)  # faces the eye and the sky
             path = scene.root.attach_new_node(_light(kind, reach))
             path.set_pos(*position)
             path.look_at(0.0, 12.0, -1.0)  # towards the wall
-            worst = max(worst, missed(bench, scene, positioned(method)))
-        return worst
+            shares.append(missed(bench, scene, positioned(method)))
+        return max(shares)
 
     return Experiment(f"volume {name}", run, bound=0.0)
 
@@ -117,7 +117,7 @@ def _far(ratio: float) -> Experiment:
             expected = bench.once(("far", kind, tilt), partial(_far_reference, bench, kind, tilt))
             scene = _far_scene(kind, tilt, near)
             light = bench.draw(scene, positioned(method, normals="rgba32f"), outputs=("light",))["light"]
-            worst = max(worst, float(np.abs(light - expected).max() / expected.max()))
+            worst = max(worst, relative_error(light, expected))
             if bench.law_of(method) not in ACCURATE:
                 continue
             for capabilities in (None, Capabilities(clip_control=False, snorm_targets=False)):
