@@ -15,10 +15,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.interop.losses import Losses
-from firefly_sample.interop.pyrender_materials import (
-    MaterialReader,
-    MaterialWriter,
-)
+from firefly_sample.interop.pyrender_materials import MaterialReader, MaterialWriter
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import Color

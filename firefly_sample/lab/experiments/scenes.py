@@ -1,4 +1,4 @@
-"""Scenes by hand for the extremes, small and with every place known."""
+"""Small scenes for the experiments, made by hand, with every position known."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from firefly_sample.scene.scene import Scene
 Float64 = NDArray[np.float64]
 
 WALL = 9.7
-"""How far away the wall of `wall_scene` is: no float32 and no half float is exactly that."""
+"""Distance of the wall of `wall_scene`, which neither float32 nor half floats represent exactly."""
 
 
 def geom_node(name: str, geom: Geom, material: Material | None = None) -> GeomNode:
-    """A node of one Geom."""
+    """Return a node of one Geom."""
     node = GeomNode(name)
     node.add_geom(geom, material)
     return node
 
 
 def wall(size: float | tuple[float, float], cells: int = 1, normals: ArrayLike | None = None) -> Geom:
-    """A rectangle at y = 0 that faces -Y, of `cells` by `cells` squares.
+    """Return a rectangle at y = 0 that faces -Y, of `cells` by `cells` squares.
 
-    Large triangles interpolate with errors of their own: cut what is measured small.
+    Large triangles interpolate with errors of their own; more cells make them small.
     """
     n = cells + 1
     width, height = size if isinstance(size, tuple) else (size, size)
@@ -46,7 +46,7 @@ def wall(size: float | tuple[float, float], cells: int = 1, normals: ArrayLike |
 
 
 def ball(radius: float, rings: int = 16) -> Geom:
-    """A sphere by latitude and longitude."""
+    """Return a sphere by latitude and longitude."""
     up, around = np.meshgrid(
         np.linspace(0.0, np.pi, rings + 1), np.linspace(0.0, 2.0 * np.pi, 2 * rings + 1), indexing="ij"
     )
@@ -70,7 +70,7 @@ def wall_scene(
     near: float = 1.0,
     far: float = 100.0,
 ) -> Scene:
-    """The camera at the origin looks along +Y at a grey wall that fills its view of 60 degrees."""
+    """Return a grey wall that fills the view of 60 degrees of a camera at the origin, along +Y."""
     scene = Scene()
     grey = material or Material("grey", (0.5, 0.5, 0.5, 1.0))
     scene.root.attach_new_node(geom_node("wall", wall(size, cells), grey)).set_pos(0, distance, 0)
@@ -78,33 +78,26 @@ def wall_scene(
     return scene
 
 
-def facing_wall(scene: Scene, node: PandaNode, place: ArrayLike, aim: ArrayLike = (0, 12, -1)) -> None:
-    """Attach a light at a place, turned to where the wall is."""
-    path = scene.root.attach_new_node(node)
-    path.set_pos(*np.asarray(place, dtype=np.float64))
-    path.look_at(*np.asarray(aim, dtype=np.float64))
-
-
 def on_grid(values: ArrayLike) -> Float64:
-    """Rounded to multiples of 2^-16: sums with powers of two up to 2^36 are exact."""
+    """Return values rounded to multiples of 2^-16: sums with powers of two up to 2^36 are exact."""
     return np.round(np.asarray(values, dtype=np.float64) * 2.0**16) / 2.0**16
 
 
 GARDEN_NEAR, GARDEN_FAR, GARDEN_LIGHTS = 1.0, 30.0, 0.75
-"""The planes of `garden`'s lens, and how near its lights come to its surfaces."""
+"""The planes of `garden`'s lens, and the smallest distance of its lights from its surfaces."""
 
 
 def garden(scale: float = 1.0, offset: ArrayLike = (0.0, 0.0, 0.0)) -> Scene:
-    """Two balls on a floor under lights of every kind: `scale` times as large, and moved by `offset`.
+    """Return two balls on a floor under lights of every kind, `scale` times as large and moved by `offset`.
 
     Reaches and attenuations are scaled with it, so that the picture is the same.
     """
     scene, s = Scene(background=(0.02, 0.03, 0.05)), scale
     shift = np.asarray(offset, dtype=np.float64)
 
-    def put(node: PandaNode, place: ArrayLike) -> None:
+    def put(node: PandaNode, position: ArrayLike) -> None:
         path = scene.root.attach_new_node(node)
-        path.set_pos(*(s * on_grid(place) + shift))
+        path.set_pos(*(s * on_grid(position) + shift))
 
     shiny = Material("shiny", (0.3, 0.4, 0.6, 1.0), specular=(0.4, 0.4, 0.3), shininess=24.0)
     clay = geom_node("clay", ball(s), Material("clay", (0.7, 0.5, 0.3, 1.0)))
@@ -114,12 +107,12 @@ def garden(scale: float = 1.0, offset: ArrayLike = (0.0, 0.0, 0.0)) -> Scene:
     put(floor, (0.0, 10.0, -1.0))
     scene.root.find("floor").set_hpr(0, -90, 0)
     rng = np.random.default_rng(7)
-    places = on_grid(rng.uniform((-5, 4, -0.25), (5, 14, 2), (60, 3)))
+    positions = on_grid(rng.uniform((-5, 4, -0.25), (5, 14, 2), (60, 3)))
     centers = np.array([(-1.5, 8.0, 0.0), (1.5, 9.0, 0.0)])
-    away = np.linalg.norm(places[:, None] - centers, axis=2).min(axis=1)
-    places = places[away > 1.0 + GARDEN_LIGHTS][:24]
-    colors = rng.uniform(0.2, 1.0, (len(places), 3))
-    many = PointLights("ramp", s * places, colors, 3.0 * s)
+    away = np.linalg.norm(positions[:, None] - centers, axis=2).min(axis=1)
+    positions = positions[away > 1.0 + GARDEN_LIGHTS][:24]
+    colors = rng.uniform(0.2, 1.0, (len(positions), 3))
+    many = PointLights("ramp", s * positions, colors, 3.0 * s)
     put(many, (0.0, 0.0, 0.0))
     lamp = PointLight("lamp", (0.6, 0.5, 0.4))
     lamp.set_attenuation((1.0, 0.1 / s, 0.2 / s / s))

@@ -1,22 +1,23 @@
-"""Light volumes, wherever they lie and whatever their size: no lit pixel is missed.
+"""Light volumes of any position and size: they miss no lit pixel.
 
-Volumes are held against one full-screen pass a light, which cannot miss any: the pictures are equal, to the
-bit.
+Volumes are compared with one full-screen pass per light, which cannot miss any: the pictures are equal, to
+the bit.
 """
 
 from __future__ import annotations
 
 import math
+from functools import partial
 from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.experiment import EPS, Experiment, relative_error
+from firefly_sample.lab.experiments.position_bounds import ACCURATE, decoded_as, positioned, within_law
+from firefly_sample.lab.experiments.scenes import WALL, geom_node, wall, wall_scene
 from firefly_sample.lab.reference.frame import render_reference
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import ACCURATE, Case, positioned, within_law
-from firefly_sample.lab.stability_cases.scenes import WALL, facing_wall, geom_node, wall, wall_scene
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.scene.lens import PerspectiveLens
@@ -28,24 +29,27 @@ from firefly_sample.settings import Settings
 Float64 = NDArray[np.float64]
 
 CONES = {"narrow": (8.0, 12.0), "wide": (30.0, 50.0), "wider": (60.0, 85.0)}
-"""Drawn as a cone, as a cone, and as a sphere."""
-FLOAT_STEP = 2.0**-24
-"""What float32 may round of a number, relative."""
+"""Half-angles in degrees; the volumes of the first two are cones, that of the last is a sphere."""
 
 
-def missed(bench: Bench, scene: Scene, settings: Settings, capabilities: Capabilities | None = None) -> float:
-    """Share of pixels where volumes or clusters differ from full-screen passes; 1 if none is lit: no proof.
+def missed(
+    bench: ExperimentBench, scene: Scene, settings: Settings, capabilities: Capabilities | None = None
+) -> float:
+    """Return the share of pixels where volumes or clusters differ from full-screen passes.
 
-    A method whose positions are noise lights by chance: only accurate ones must light anything.
+    It is 1 if no pixel is lit, which would prove nothing. Only accurate methods must light any: positions of
+    the others may be noise.
     """
-    given: dict[str, Any] = {"capabilities": capabilities}
-    volumes = bench.draw(scene, settings, **given)["radiance"]
-    everywhere = bench.draw(scene, settings.with_changes(light_method="fullscreen"), **given)["radiance"]
+
+    def radiance(light_method: str) -> Float64:
+        changed = settings.with_changes(light_method=light_method)
+        return bench.draw(scene, changed, capabilities=capabilities)["radiance"]
+
+    volumes, everywhere = radiance(settings.light_method), radiance("fullscreen")
     accurate = settings.position != "depth32f" if capabilities else True
     if accurate and bench.law_of(settings.position) in ACCURATE and not everywhere.any():
         return 1.0
-    cells = bench.draw(scene, settings.with_changes(light_method="clustered"), **given)["radiance"]
-    return float(((volumes != everywhere) | (cells != everywhere)).any(axis=2).mean())
+    return float(((volumes != everywhere) | (radiance("clustered") != everywhere)).any(axis=2).mean())
 
 
 def _light(kind: str, reach: float | None) -> PointLight | Spotlight:
@@ -57,24 +61,26 @@ def _light(kind: str, reach: float | None) -> PointLight | Spotlight:
     return spot
 
 
-def _placed(name: str, place: tuple[float, float, float], reach: float) -> Case:
-    def run(bench: Bench, method: str) -> float:
-        worst = 0.0
+def _placed(name: str, position: tuple[float, float, float], reach: float) -> Experiment:
+    def run(bench: ExperimentBench, method: str) -> float:
+        shares = []
         for kind in ("point", *CONES):
             scene = wall_scene(cells=8)
             scene.root.find("wall").set_p(-80)  # faces the eye and the sky
-            facing_wall(scene, _light(kind, reach), place)
-            worst = max(worst, missed(bench, scene, positioned(method)))
-        return worst
+            path = scene.root.attach_new_node(_light(kind, reach))
+            path.set_pos(*position)
+            path.look_at(0.0, 12.0, -1.0)  # towards the wall
+            shares.append(missed(bench, scene, positioned(method)))
+        return max(shares)
 
-    return Case(f"volume {name}", run, 0.0)
+    return Experiment(f"volume {name}", run, bound=0.0)
 
 
 FAR_AWAY, BEFORE, ABOVE = 1000.0, 0.3, 0.1
-"""Where the wall of the small far lights is, and how far before it and above its middle they are."""
+"""Distance of the wall of the small far lights, and their distances in front of it and above its middle."""
 TILTS = 20.0, 60.0
 BESIDE = BEFORE * math.cos(math.radians(60.0)) + ABOVE * math.sin(math.radians(60.0))
-"""How near the lights come to the wall, at the larger tilt."""
+"""Distance of the lights from the wall, at the larger tilt."""
 FADES = 0.6
 """(1 - d)^2 and the cosine change by at most 5 of themselves for each unit there, not by 2 / d."""
 
@@ -88,33 +94,29 @@ def _far_scene(kind: str, tilt: float, near: float) -> Scene:
     return scene
 
 
-def _far(ratio: float) -> Case:
-    """A light of reach 1, a thousand units away, behind a near plane that is as near as `ratio` says.
+def _far_reference(bench: ExperimentBench, kind: str, tilt: float) -> Float64:
+    settings = positioned("linear32f", light_method="fullscreen")
+    drawn = bench.draw(_far_scene(kind, tilt, 0.1), settings, outputs=("light", "visibility"))
+    bench.warnings.clear()
+    return render_reference(drawn.plan, drawn.visibility(), threads=1).light
 
-    The largest difference to float64, over its largest value. Methods that find the surface must also light
-    the same pixels by volumes and by full-screen passes, through a standard depth buffer as well, which is
-    what there is without clip control.
+
+def _far(ratio: float) -> Experiment:
+    """Return the case of a light of reach 1, a thousand units and `ratio` near-plane distances away.
+
+    It measures the largest difference to float64, over its largest value. Accurate methods must also light
+    the same pixels by volumes and by full-screen passes, as well through the standard depth buffer of drivers
+    without clip control.
     """
     near = FAR_AWAY / ratio
 
-    def expected_of(bench: Bench, kind: str, tilt: float) -> Float64:
-        key = f"small far {kind}, {tilt:g}"
-        if key not in bench.kept:
-            settings = positioned("linear32f", light_method="fullscreen")
-            drawn = bench.draw(_far_scene(kind, tilt, 0.1), settings, outputs=("light", "visibility"))
-            visibility = np.asarray(drawn.frame["visibility"], dtype=np.int32)
-            bench.kept[key] = render_reference(drawn.plan, visibility, threads=1).light
-            bench.begin_warnings()
-        kept: Float64 = bench.kept[key]
-        return kept
-
-    def run(bench: Bench, method: str) -> float:
+    def run(bench: ExperimentBench, method: str) -> float:
         worst = 0.0
         for kind, tilt in product(("point", "spot"), TILTS):
-            expected = expected_of(bench, kind, tilt)
+            expected = bench.once(("far", kind, tilt), partial(_far_reference, bench, kind, tilt))
             scene = _far_scene(kind, tilt, near)
             light = bench.draw(scene, positioned(method, normals="rgba32f"), outputs=("light",))["light"]
-            worst = max(worst, float(np.abs(light - expected).max() / expected.max()))
+            worst = max(worst, relative_error(light, expected))
             if bench.law_of(method) not in ACCURATE:
                 continue
             for capabilities in (None, Capabilities(clip_control=False, snorm_targets=False)):
@@ -126,11 +128,11 @@ def _far(ratio: float) -> Case:
         error = position_error(method, near, 3.0 * FAR_AWAY, True, FAR_AWAY)
         return within_law(1e-6, error, BESIDE, FADES)
 
-    return Case(f"small far light at y/n {ratio:g}", run, bound)
+    return Experiment(f"small far light at y/n {ratio:g}", run, bound=bound)
 
 
-def _endless(reach: float) -> Case:
-    def run(bench: Bench, method: str) -> float:
+def _endless(reach: float) -> Experiment:
+    def run(bench: ExperimentBench, method: str) -> float:
         worst = 0.0
         for kind in ("point", "spot"):
             material = Material("shiny", (0.5, 0.5, 0.5, 1.0), specular=(0.5, 0.5, 0.5), shininess=20.0)
@@ -141,17 +143,18 @@ def _endless(reach: float) -> Case:
             worst = max(worst, missed(bench, scene, positioned(method)))
         return worst
 
-    return Case(f"reach {reach:g}", run, 0.0)
+    return Experiment(f"reach {reach:g}", run, bound=0.0)
 
 
-def _below_a_pixel(reach: float) -> Case:
-    """Largest difference to float64 on what is stored, over its largest value.
+def _below_a_pixel(reach: float) -> Experiment:
+    """Return the case of a light smaller than a pixel: the largest relative difference to float64.
 
-    Infinite if a pixel is lit and must not be, or the other way, or differs from a full-screen pass.
+    It is infinite if a pixel is lit that must not be, or is not lit that must be, or differs from a
+    full-screen pass.
     """
     before = 0.4 * reach
 
-    def run(bench: Bench, method: str) -> float:
+    def run(bench: ExperimentBench, method: str) -> float:
         worst = 0.0
         settings = positioned(method)
         for kind, size in product(("point", "spot"), ((65, 49), (64, 48))):
@@ -172,15 +175,13 @@ def _below_a_pixel(reach: float) -> Case:
         if method == "linear32f":
             return own
         if method in ("stored16f", "stored32f"):
-            return own + 2.0 * FLOAT_STEP * WALL / before  # what is stored is the place, in float32's steps
-        # of what is stored, 16 bits are computed with as 24 are
-        name = {"depth16": "depth24"}.get(method, method)
-        return within_law(own, position_error(name, 1.0, 100.0, True, WALL), before)
+            return own + 2.0 * EPS * WALL / before  # the position itself is stored, rounded to float32
+        return within_law(own, position_error(decoded_as(method), 1.0, 100.0, True, WALL), before)
 
-    return Case(f"light below a pixel, reach {reach:g}", run, bound)
+    return Experiment(f"light below a pixel, reach {reach:g}", run, bound=bound)
 
 
-CASES = (
+EXPERIMENTS = (
     *(_far(ratio) for ratio in (1e3, 1e4, 1e6, 1e9)),
     _placed("around the camera", (0.0, 0.5, 0.5), 30.0),
     _placed("from behind the camera", (0.0, -3.0, 2.0), 30.0),
