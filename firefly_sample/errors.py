@@ -101,9 +101,45 @@ class SoftwareDriverWarning(UserWarning):
     """
 
 
+RENAMED: dict[str, tuple[str, ...]] = {
+    # settings
+    "lights": ("light_method", "counts"),  # the second of measure speed
+    "window": ("range_falloff",),
+    "specular": ("specular_model",),
+    "particle_slices": ("particle_order_depths",),
+    "volume_shadows": ("particle_shadows",),
+    "volume_slices": ("particle_shadow_slices",),
+    "volume_tile": ("particle_shadow_tile",),
+    "volume_format": ("particle_shadow_format",),
+    "volume_reads": ("particle_shadow_reads",),
+    "volume_interpolation": ("particle_shadow_interpolation",),
+    "no_volume_interpolation": ("no_particle_shadow_interpolation",),
+    # a scene's own option
+    "scene_lights": ("lights",),
+    # outputs, classes and modules
+    "volume_atlas": ("particle_shadow_atlas",),
+    "VolumeShadow": ("ParticleShadow",),
+    "firefly_sample.measure": ("firefly_sample.lab",),
+    "firefly_sample.reference": ("firefly_sample.lab.reference",),
+}
+"""Old names that users may still have in their files, and the new ones."""
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """For a message on a name that does not exist: the nearest of those that do, or nothing."""
+    """Return the new name of `name`, or else the one of `known` nearest to it, as a part of a message.
+
+    It is empty if there is neither. Options and keys may have dashes.
+    """
     from difflib import get_close_matches
 
-    close = get_close_matches(str(name), list(known), n=1)
+    known = list(known)
+    for new in RENAMED.get(_plain(name), ()):
+        for other in known:
+            if _plain(other) == new:
+                return f" (it is now called {other!r})"
+    close = get_close_matches(str(name), known, n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def _plain(name: object) -> str:
+    return str(name).lstrip("-").replace("-", "_")

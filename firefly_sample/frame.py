@@ -244,7 +244,7 @@ class Frame:
     def __getattr__(self, name: str) -> Image:
         if name in OUTPUTS:
             return self[name]
-        raise AttributeError(name)
+        raise AttributeError(f"a frame has no attribute {name!r}{did_you_mean(name, OUTPUTS)}")
 
 
 def check_outputs(outputs: Iterable[str], supersample: int = 1) -> tuple[str, ...]:

@@ -30,6 +30,8 @@ LAYERS = (
             "mipmaps",
             "derived",
             "cache_files",
+            "measure",  # old names
+            "reference",
         },
     ),
     ({"scene"},),
@@ -38,7 +40,7 @@ LAYERS = (
     ({"passes"}, {"readback", "drawn"}),
     ({"renderer"},),
     ({"capture", "viewer", "interop"}, {"lab"}),
-    ({"cli", "commands"},),
+    ({"__main__", "cli", "commands"},),
 )
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other
 know nothing of each other."""
