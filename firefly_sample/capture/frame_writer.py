@@ -6,7 +6,7 @@ import os
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import TracebackType
 
@@ -71,11 +71,7 @@ class FrameWriter:
         entry: FrameEntry = {
             "index": index,
             "time": frame.time,
-            "lights": {
-                "in_scene": frame.lights.in_scene,
-                "in_view": frame.lights.in_view,
-                "dropped": frame.lights.dropped,
-            },
+            "lights": asdict(frame.lights),
             "files": {output: file_name(output, index) for output in frame.images},
             "sha256": {},
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import Any
 
 from firefly_sample.columns import align
@@ -18,7 +19,8 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
     -------
     dict
         ``passes`` (name, reads, writes, updates, because) in drawing order, ``targets`` (name, format,
-        bytes_per_pixel, because, and size where it is not the picture's), ``lights`` (drawn, culled),
+        bytes_per_pixel, because, and size where it is not the picture's), ``lights`` (in_scene,
+        in_view, dropped),
         ``culling`` and ``warnings``. What the frame does not have is not mentioned. With supersampling a
         target's bytes are those of one sample. ``culling`` is how lights find their pixels: ``method``,
         ``because``, ``shaded`` where the method was chosen (about how many pairs of a pixel and a light each
@@ -49,7 +51,7 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
             )
             for target in plan.targets
         ],
-        "lights": {"drawn": plan.counts.in_view, "culled": plan.counts.in_scene - plan.counts.in_view},
+        "lights": asdict(plan.counts),
         **({"culling": _culling(plan)} if plan.counts.in_view else {}),
         "warnings": list(plan.warnings),
     }
@@ -114,7 +116,7 @@ def plan_as_text(plan: FramePlan) -> str:
         align([("TARGET", "FORMAT", f"BYTES A {unit.upper()}", "BECAUSE"), *targets]),
         f"{total:g} bytes a pixel, {total * width * height / 2**20:.1f} MiB at {width}x{height}"
         f"{'' if unit == 'pixel' else f', supersample {plan.settings.supersample}'}{''.join(own)}; "
-        f"lights: {counts.in_view} drawn, {counts.in_scene - counts.in_view} culled{_in_words(plan)}",
+        f"lights: {counts.in_view} in view of {counts.in_scene}{_in_words(plan)}",
         *(f"warning: {warning}" for warning in plan.warnings),
     ]
     return "\n\n".join(parts) + "\n"

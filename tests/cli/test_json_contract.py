@@ -61,7 +61,7 @@ def test_plan(capsys):
         assert step.keys() == {"name", "reads", "writes", "updates", "because"}
     for target in plan["targets"]:
         assert target.keys() == {"name", "format", "bytes_per_pixel", "because"}
-    assert plan["lights"].keys() == {"drawn", "culled"}
+    assert plan["lights"].keys() == {"in_scene", "in_view", "dropped"}
     assert {"method", "because", "shaded"} <= plan["culling"].keys()
     assert "culling" not in told(capsys, "plan", GLADE, "--fireflies", "0", "--no-dusk")
 
@@ -83,7 +83,7 @@ def test_measure_speed(capsys):
 
 
 def test_measure_speed_at_several_sizes(capsys):
-    options = ("--sizes", "16x12,8x6", "--lights", "2,3", "--rounds", "1", "--longest", "1e-9")
+    options = ("--sizes", "16x12,8x6", "--counts", "2,3", "--rounds", "1", "--longest", "1e-9")
     result = told(capsys, "measure", "speed", GLADE, *options)
     assert result["size"] == [[16, 12], [8, 6]]
     assert result["rows"] == []
@@ -103,7 +103,7 @@ def test_performance_test(capsys):
     }
     assert (result["scene"], result["size"]) == ("glade", [16, 12])
     assert result["parameters"]["fireflies"] == result["lights"]["in_scene"] == 5
-    assert result["lights"].keys() == {"in_scene", "in_view"}
+    assert result["lights"].keys() == {"in_scene", "in_view", "dropped"}
     assert isinstance(result["software"], bool)
     assert isinstance(result["frames"], int)
     assert result["milliseconds"].keys() == {"geometry", "ambient", "point_lights", "resolve"}

@@ -53,7 +53,7 @@ def test_settings_and_parameters_reach_the_frames(capsys):
     assert main(["run", GLADE, *SMALL, *options]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["settings"]["supersample"], result["settings"]["light_method"]) == (2, "loop")
-    assert result["lights"] == {"in_scene": 0, "in_view": 0}
+    assert result["lights"] == {"in_scene": 0, "in_view": 0, "dropped": 0}
     assert result["milliseconds"].keys() == {"geometry", "ambient", "resolve"}
 
 
