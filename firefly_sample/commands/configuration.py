@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from cyclopts import App, ArgumentCollection, CycloptsError, UnknownOptionError
 from cyclopts.config import Dict, Env
 
-from firefly_sample.errors import did_you_mean
+from firefly_sample.errors import RENAMED, did_you_mean
 
 _OURS = "firefly.toml"
 _LARGEST = 2**20
@@ -107,7 +107,7 @@ def as_sources(tables: Iterable[Table], allow_unknown: bool) -> list[Env | Dict]
 
 
 class _Environment(Env):
-    """Environment variables as options, with a warning for each that is named like one and is none."""
+    """Environment variables as options; a warning names each that looks like an option and is none."""
 
     def __call__(self, app: App, commands: Words, arguments: ArgumentCollection) -> None:
         super().__call__(app, commands, arguments)
@@ -117,25 +117,33 @@ class _Environment(Env):
         options = {name.lstrip("-") for argument in arguments for name in argument.names}
         known = [prefix + name.replace("-", "_").upper() for name in options]
         for variable in sorted(os.environ):
-            if variable.startswith(prefix) and variable not in known:
-                close = did_you_mean(variable, known)
-                text = f"{variable} names no option of firefly {' '.join(commands)} with this scene{close}"
-                warnings.warn(text, stacklevel=2)
+            if not variable.startswith(prefix) or variable in known:
+                continue
+            for new in RENAMED.get(variable.removeprefix(prefix).lower(), ()):
+                if (renamed := prefix + new.upper()) in known:
+                    raise CycloptsError(f"{variable} is now called {renamed}")
+            close = did_you_mean(variable, known)
+            text = f"{variable} names no option of firefly {' '.join(commands)} with this scene{close}"
+            warnings.warn(text, stacklevel=2)
 
 
-def named_by_table(error: CycloptsError, tables: Iterable[Table], words: Words) -> str:
+def error_text(error: CycloptsError, tables: Iterable[Table], words: Words) -> str:
     """Return the text of an error, in which a key of a file is called by its table and its file."""
     text, token = str(error), getattr(error, "token", None)
+    if token is None:
+        return text
+    key = token.keyword or token.value
+    place, dashes = key, ""
     for table in tables:
-        if token is None or token.source != table.path or not token.keyword:
-            continue
-        start = "".join(f"[{key}]" for key in table.keys)
-        key = token.keyword.removeprefix(start)[1:-1].replace("][", ".")
-        place = f"{key!r} in [{'.'.join((*table.keys, *words))}] of {table.path}"
-        if isinstance(error, UnknownOptionError):
-            known = [name.removeprefix("--") for option in error.argument_collection for name in option.names]
-            return f"Unknown option: {place}{did_you_mean(key, known)}"
-        text = text.replace(token.keyword, place)
+        if token.source == table.path and token.keyword:
+            start = "".join(f"[{key}]" for key in table.keys)
+            key = token.keyword.removeprefix(start)[1:-1].replace("][", ".")
+            place = f"{key!r} in [{'.'.join((*table.keys, *words))}] of {table.path}"
+            text, dashes = text.replace(token.keyword, place), "--"
+    if isinstance(error, UnknownOptionError):
+        names = (name for option in error.argument_collection for name in (*option.names, *option.negatives))
+        known = [name.removeprefix(dashes) for name in names if name.startswith("--")]
+        return f"Unknown option: {place}{did_you_mean(key.partition('=')[0], known)}"
     return text
 
 
