@@ -1,10 +1,10 @@
 """The command ``firefly``.
 
-Results go to stdout, everything else to stderr. The exit code is 0, 1 after an error (one line says what),
-2 after a command line or a configuration that cannot be understood, 130 after Ctrl-C. A reader of stdout
-that goes away has seen enough, which is no error.
+Results go to stdout, everything else to stderr. The exit code is 0 after success, 1 after an error (which is
+one line), 2 if the command line or the configuration is wrong, 130 after Ctrl-C. It is no error if the reader
+of a pipe closes it early.
 
-All that takes long is imported when it is needed, by when Ctrl-C is answered.
+Libraries that take long are imported late, when the handler of Ctrl-C is in place.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ _FULL_HELP = "--help-all"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and give its exit code; errors are printed, not raised.
+    """Run a command line and return its exit code; errors are printed, not raised.
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     own_process = arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if own_process:
         signal.signal(signal.SIGINT, _leave)
-    if os.environ.get("COLUMNS") == "0":  # as in some containers; help cannot be wrapped to that
+    if os.environ.get("COLUMNS") == "0":  # as in some containers; help cannot be that narrow
         del os.environ["COLUMNS"]
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     with safe_streams(), warnings.catch_warnings():
-        if not sys.warnoptions:  # -W and PYTHONWARNINGS come first
+        if not sys.warnoptions:  # -W and PYTHONWARNINGS take precedence
             warnings.simplefilter("once", UserWarning)
         warnings.showwarning = lambda message, *_: complain(f"warning: {message}")
         try:
@@ -86,21 +86,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
             complain(f"{where}{error.strerror or error}")
             code = 1
         except SystemExit as error:
-            complain(f"sys.exit({error.code!r}) was called before the command had done its work")
+            complain(f"sys.exit({error.code!r}) was called before the command was done")
             code = 1
         except KeyboardInterrupt:
             complain("interrupted")
             code = 130
         finally:
-            if own_process:  # there is nothing left to do but to end
+            if own_process:  # only the end of the process is left
                 signal.signal(signal.SIGINT, signal.SIG_DFL)
     return code
 
 
 def _leave(*_: object) -> None:
-    """End the process at once: before a command begins there is nothing to be put in order.
+    """End the process at once, because before a command begins there is nothing to clean up.
 
-    Raising KeyboardInterrupt would not do, since libraries swallow it while they are imported.
+    KeyboardInterrupt would not do, because some libraries swallow it while they are imported.
     """
     try:
         os.write(2, b"firefly: interrupted\n")
@@ -150,7 +150,7 @@ def parse(
 
 
 def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:
-    """Make errors of a plugin's code name the plugin."""
+    """Return a context in which errors of a plugin's code name the plugin."""
     if plugin is None:
         return nullcontext()
     from firefly_sample.scenes import naming
@@ -161,8 +161,8 @@ def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:
 def scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugin:
     """Return the scene whose options `tokens` may use.
 
-    What directly follows the command, if it is no option, is the scene. Otherwise the configuration may
-    name it, or it comes later and is found with the options of the scene that would be drawn without it.
+    The word after the command is the scene, unless it is an option. Otherwise the configuration may name the
+    scene, or it follows options, which are parsed with the default scene or the configuration's.
     """
     from cyclopts import CycloptsError
 
@@ -191,7 +191,7 @@ def make_app(
     allow_unknown: bool = False,
     full_help: bool = True,
 ) -> App:
-    """Make the command line, of which only the chosen commands are more than their names and summaries."""
+    """Return the command line, in which commands that are not chosen have only a name and a summary."""
     from cyclopts import App, Group, Parameter
 
     from firefly_sample.commands.configuration import as_sources

@@ -1,4 +1,4 @@
-"""Every error this package raises on purpose, and the warning that has a class of its own.
+"""The errors that this package raises on purpose, and its own class of warnings.
 
 ::
 
@@ -11,15 +11,15 @@
     │   └── SceneNotFoundError        no such scene plugin
     ├── ModelError                    a model file that is missing or damaged
     ├── SettingsError                 a setting's name, value or combination
-    ├── OutputError                   an output (image) that does not exist or cannot be had so
-    ├── PlanError                     a pass that reads what nobody wrote
+    ├── OutputError                   an output (image) that does not exist or contradicts a setting
+    ├── PlanError                     a pass that reads a target which no pass has written
     ├── MissingPackageError           a package that is optional and not installed
     ├── ViewerError                   no display, or no library, to open a window with
     └── GpuError                      the driver
         ├── NoGpuError                no GL library, no device, or a software driver where a GPU was required
         └── ShaderError               a shader that does not compile; names file and line
 
-    SoftwareDriverWarning             a UserWarning: there is no GPU, pictures are right but come slowly
+    SoftwareDriverWarning             a UserWarning: there is no GPU; pictures are right, but drawing is slow
 
 Each error is also the built-in exception that fits (`ValueError`, `ImportError`,
 `RuntimeError`), so that callers need not import this module to catch them.
@@ -47,15 +47,15 @@ class LightError(SceneError):
 
 
 class LensError(SceneError):
-    """A lens cannot have these values."""
+    """A lens's values are wrong or contradict each other."""
 
 
 class ParameterError(SceneError):
-    """A scene parameter does not exist or is out of its range."""
+    """A scene parameter does not exist, or its value is of the wrong type or out of range."""
 
 
 class SceneNotFoundError(SceneError):
-    """No scene plugin of that name."""
+    """There is no scene plugin of that name."""
 
 
 class ModelError(FireflyError, ValueError):
@@ -63,11 +63,11 @@ class ModelError(FireflyError, ValueError):
 
 
 class SettingsError(FireflyError, ValueError):
-    """A setting does not exist, has no such value, or does not go with another."""
+    """A setting does not exist, may not have that value, or contradicts another one."""
 
 
 class OutputError(FireflyError, ValueError):
-    """An output image does not exist or cannot be had with these settings."""
+    """An output image does not exist, or contradicts the settings."""
 
 
 class PlanError(FireflyError, RuntimeError):
@@ -79,7 +79,7 @@ class MissingPackageError(FireflyError, ImportError):
 
 
 class ViewerError(FireflyError, RuntimeError):
-    """There is no window to be had; the message says what works without one."""
+    """A window cannot be opened; the message says what works without one."""
 
 
 class GpuError(FireflyError, RuntimeError):
@@ -87,7 +87,7 @@ class GpuError(FireflyError, RuntimeError):
 
 
 class NoGpuError(GpuError):
-    """There is no OpenGL to draw with, or not the one that was asked for."""
+    """There is no OpenGL driver, or not the one that was asked for."""
 
 
 class ShaderError(GpuError):
@@ -95,7 +95,7 @@ class ShaderError(GpuError):
 
 
 class SoftwareDriverWarning(UserWarning):
-    """The driver computes on the CPU: right, but slow.
+    """The driver computes on the CPU: pictures are right, but drawing is slow.
 
     ``warnings.filterwarnings("ignore", category=firefly_sample.SoftwareDriverWarning)`` silences it.
     """
@@ -122,11 +122,11 @@ RENAMED: dict[str, tuple[str, ...]] = {
     "firefly_sample.measure": ("firefly_sample.lab",),
     "firefly_sample.reference": ("firefly_sample.lab.reference",),
 }
-"""Old names that users may still have in their files, and the new ones."""
+"""The new names for each old one that users may still have in their files; the first that exists counts."""
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return the new name of `name`, or else the one of `known` nearest to it, as a part of a message.
+    """Return a hint for a message about an unknown name: its new name, or else the nearest of `known`.
 
     It is empty if there is neither. Options and keys may have dashes.
     """

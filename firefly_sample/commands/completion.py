@@ -1,12 +1,10 @@
-"""``firefly completion``: a script for a shell, which completes what the command line may have next."""
+"""``firefly completion``: a script with which a shell completes command lines."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any, Literal
 
 from firefly_sample.commands.terminal import print_result
 
@@ -14,19 +12,21 @@ if TYPE_CHECKING:
     from firefly_sample.scene.scene import ScenePlugin
 
 
-def completion(shell: Annotated[Literal["bash", "zsh", "fish"], Parameter(metavar="SHELL")]) -> int:
+def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
     """Print a script that completes commands, options and scenes in a shell.
 
-    To use it in all future shells, write it to the file in which the shell looks for it, for example::
+    For all future shells, write it to the file in which the shell looks for it:
 
-        firefly completion bash > ~/.local/share/bash-completion/completions/firefly
-        firefly completion zsh > ~/.zsh/completions/_firefly    (a folder of $fpath)
-        firefly completion fish > ~/.config/fish/completions/firefly.fish
+    bash: firefly completion bash > ~/.local/share/bash-completion/completions/firefly
+
+    zsh: firefly completion zsh > _firefly, in a folder of $fpath
+
+    fish: firefly completion fish > ~/.config/fish/completions/firefly.fish
 
     Parameters
     ----------
     shell
-        The shell.
+        The shell to print it for.
     """
     from firefly_sample.cli import COMMANDS, make_app
     from firefly_sample.scenes import list_scenes

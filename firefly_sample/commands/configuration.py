@@ -17,7 +17,7 @@ _OURS = "firefly.toml"
 _LARGEST = 2**20
 """Bytes: no configuration is larger."""
 _NO_COMMAND = (
-    "{} belongs to no command: options stand in tables such as [firefly.capture] or [tool.firefly.capture]"
+    "{} belongs to no command: options belong in tables such as [firefly.capture] or [tool.firefly.capture]"
 )
 
 Words = tuple[str, ...]
@@ -31,7 +31,7 @@ class Table(NamedTuple):
     path : str
         The file.
     keys : tuple of str
-        Where the table is in it.
+        The keys that lead to the table.
     content : dict
         The whole file.
     """
@@ -42,15 +42,15 @@ class Table(NamedTuple):
 
 
 def read_configuration(commands: Collection[Words]) -> list[Table]:
-    """Read both files, as far as they are there.
+    """Read both files, if they exist.
 
-    A pyproject.toml belongs to whatever project the working folder is of: where it cannot be read, and does
-    not hold the word firefly, a warning says so and it is left out.
+    A pyproject.toml may belong to any project: if it cannot be read and does not contain the word firefly, it
+    is ignored with a warning.
 
     Parameters
     ----------
     commands : collection of tuple of str
-        The words of every command: what may have a table of options.
+        The words of every command that may have a table of options.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def read_configuration(commands: Collection[Words]) -> list[Table]:
         If a file cannot be read, is not TOML, or has a table that belongs to no command; it names the file.
     """
     try:
-        os.lstat(_OURS)  # not what a link leads to: that is the file's own affair
-    except PermissionError as error:  # the folder's: a file that may not be read still has a state
+        os.lstat(_OURS)  # of the link, if it is one: only the folder matters here
+    except PermissionError as error:
         text = f"no configuration is read: the working folder cannot be searched ({error.strerror})"
         warnings.warn(text, stacklevel=2)
         return []
@@ -72,7 +72,7 @@ def read_configuration(commands: Collection[Words]) -> list[Table]:
 
 
 def _read(name: str, keys: Words) -> Table | None:
-    """Return a file's table; None if it is not there, or the file is somebody else's and cannot be read."""
+    """Return a file's table; None if there is none, or if a pyproject.toml of others cannot be read."""
     path, ours = _path(name), name == _OURS
     try:
         data = _bytes_of(name)
@@ -95,7 +95,7 @@ def _read(name: str, keys: Words) -> Table | None:
 
 
 def as_sources(tables: Iterable[Table], allow_unknown: bool) -> list[Env | Dict]:
-    """Return the environment and the tables as cyclopts takes them; what comes first counts."""
+    """Return the environment and the tables as sources for cyclopts; earlier ones take precedence."""
     environment = Env if allow_unknown else _Environment
     return [
         environment("FIREFLY_", show=False),
@@ -148,16 +148,16 @@ def error_text(error: CycloptsError, tables: Iterable[Table], words: Words) -> s
 
 
 def _bytes_of(name: str) -> bytes | None:
-    """Read a file's bytes, None if there is none; never wait, as for the writer of a pipe."""
+    """Return a file's bytes, None if it does not exist; never wait, for example for the writer of a pipe."""
     try:
         handle = os.open(name, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:
         if os.path.islink(name):
-            raise OSError("it is a link to what does not exist") from None
+            raise OSError("it is a link to a file that does not exist") from None
         return None
     try:
         mode = os.fstat(handle).st_mode
-        if not (stat.S_ISREG(mode) or stat.S_ISCHR(mode)):  # a character device: /dev/null, say
+        if not (stat.S_ISREG(mode) or stat.S_ISCHR(mode)):  # a character device is for example /dev/null
             raise OSError("it is not a file")
         data = b""
         while part := os.read(handle, _LARGEST):
@@ -183,7 +183,7 @@ def _check_table(
     commands: Collection[Words],
     words: Words = (),
 ) -> None:
-    """Raise if a table is none, or holds what no command would ever read: of its own table each decides."""
+    """Raise if `table` is no table, or has a key that leads to no command's table."""
     if not isinstance(table, dict):
         place = ".".join((*keys, *words))
         raise CycloptsError(f"{path}: {place} must be a table, [{place}], got {table!r}")
