@@ -19,12 +19,11 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
     -------
     dict
         ``passes`` (name, reads, writes, updates, because) in drawing order, ``targets`` (name, format,
-        bytes_per_pixel, because, and size where it is not the picture's), ``lights`` (in_scene,
-        in_view, dropped),
-        ``culling`` and ``warnings``. What the frame does not have is not mentioned. With supersampling a
-        target's bytes are those of one sample. ``culling`` is how lights find their pixels: ``method``,
-        ``because``, ``shaded`` where the method was chosen (about how many pairs of a pixel and a light each
-        method would shade), and of clusters ``tile``, ``tiles`` and ``slices``.
+        bytes_per_pixel, because, and size if it is not the picture's), ``lights`` (in_scene, in_view,
+        dropped), ``light_method`` and ``warnings``. What the frame does not have is left out. With
+        supersampling a target's bytes are those of one sample. ``light_method`` has ``method``, ``because``,
+        ``estimated_pairs`` if the method was chosen (about how many pairs of a pixel and a light each method
+        would shade), and for clusters ``tile``, ``tiles`` and ``slices``.
     """
     return {
         "passes": [
@@ -52,16 +51,16 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
             for target in plan.targets
         ],
         "lights": asdict(plan.counts),
-        **({"culling": _culling(plan)} if plan.counts.in_view else {}),
+        **({"light_method": _light_method(plan)} if plan.counts.in_view else {}),
         "warnings": list(plan.warnings),
     }
 
 
-def _culling(plan: FramePlan) -> dict[str, Any]:
+def _light_method(plan: FramePlan) -> dict[str, Any]:
     culling = plan.culling
     told: dict[str, Any] = {"method": culling.method, "because": culling.because}
     if culling.shaded:
-        told["shaded"] = {name: round(pairs) for name, pairs in culling.shaded.items()}
+        told["estimated_pairs"] = {name: round(pairs) for name, pairs in culling.shaded.items()}
     if plan.clusters:
         grid = plan.clusters[0].grid
         told |= {"tile": grid.tile, "tiles": list(grid.tiles), "slices": grid.slices}

@@ -17,7 +17,7 @@ WHOLE = {
         *("scene", "parameters", "settings", "seed", "driver", "driver_version", "software", "version"),
         "frames",
     },
-    "plan": {"passes", "targets", "lights", "culling", "warnings"},
+    "plan": {"passes", "targets", "lights", "light_method", "warnings"},
 }
 
 
@@ -62,8 +62,8 @@ def test_plan(capsys):
     for target in plan["targets"]:
         assert target.keys() == {"name", "format", "bytes_per_pixel", "because"}
     assert plan["lights"].keys() == {"in_scene", "in_view", "dropped"}
-    assert {"method", "because", "shaded"} <= plan["culling"].keys()
-    assert "culling" not in told(capsys, "plan", GLADE, "--fireflies", "0", "--no-dusk")
+    assert {"method", "because", "estimated_pairs"} <= plan["light_method"].keys()
+    assert "light_method" not in told(capsys, "plan", GLADE, "--fireflies", "0", "--no-dusk")
 
 
 def test_measure_speed(capsys):
