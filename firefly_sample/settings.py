@@ -159,7 +159,7 @@ def _setting(default: Any, about: str, details: str = "", **others: Any) -> Any:
 
 @dataclass(frozen=True)
 class Settings:
-    """How a frame is computed."""
+    """The settings that decide how a frame is computed."""
 
     look: Look = _setting(
         "correct",
@@ -234,7 +234,7 @@ class Settings:
     )
     volume_proxy: VolumeProxy = _setting(
         "icosphere1",
-        "The mesh drawn for a light's sphere: fewer triangles cost vertices less and fragments more.",
+        "The mesh drawn for a light's sphere: fewer triangles have fewer vertices, but shade more fragments.",
         """The meshes have 12, 20, 80, 320 or 1280 triangles, and cover 91, 21, 6, 1.7 or 0.4 % more than the
         sphere. The picture is the same.""",
     )
@@ -242,8 +242,8 @@ class Settings:
         "full",
         "Compute lighting for every pixel, or at half resolution in each direction and upsample it.",
         """At "half", lighting is computed for one pixel in four; the others take their light from neighbours
-        on the same surface. It costs a quarter as much light, and a pass to upsample it, which pays only with
-        very many lights. It is wrong where surfaces are thinner than two pixels, or where light varies
+        on the same surface. That costs a quarter of the lighting and a pass to upsample it, which pays only
+        with very many lights. It is wrong where surfaces are thinner than two pixels, or where light varies
         faster.""",
         limits=(_classic("full"), _forward("full")),
     )
@@ -335,14 +335,9 @@ class Settings:
         "float32",
         "The format of a slice's texels.",
         """The format "float16" has an error of 5e-4 of the sum, more on a driver that truncates. "unorm8"
-        cannot hold less than 1/510, so that faint particles vanish.""",
+        holds 1/510 to 1, so that faint particles vanish.""",
         limits=(
-            Limit(
-                "particle_shadows",
-                ("optical_depth",),
-                ("float32", "float16"),
-                "adds up to more than 1, the most that unorm8 holds",
-            ),
+            Limit("particle_shadows", ("optical_depth",), ("float32", "float16"), "adds up to more than 1"),
         ),
     )
     particle_shadow_reads: int | None = _setting(
@@ -350,14 +345,7 @@ class Settings:
         "How many slices before its own a lookup adds with particle_shadows=loop, the nearest ones first.",
         range=(1, 256),
         absent="all",
-        limits=(
-            Limit(
-                "particle_shadows",
-                ("optical_depth", "blend", "none"),
-                (None,),
-                "does not add slices in a loop",
-            ),
-        ),
+        limits=(Limit("particle_shadows", ("optical_depth", "blend", "none"), (None,), "has no such loop"),),
     )
     particle_shadow_interpolation: bool = _setting(
         True,
@@ -366,7 +354,7 @@ class Settings:
     )
     particle_order: ParticleOrder = _setting(
         "view",
-        "The axis along which particles are drawn from back to front.",
+        "The axis along which particles are sorted from back to front, or no sorting.",
         """The order "view" sorts along the view axis, which is right; "half_angle" along the axis half-way
         between view and light, which suits both; "unsorted" saves the sorting.""",
     )
@@ -379,7 +367,7 @@ class Settings:
     )
     supersample: int = _setting(
         1,
-        "2 draws four samples per pixel and averages them.",
+        "2 averages four samples per pixel, as firefly capture does if color is the only output.",
         """Their linear radiance is averaged: four times the cost, and smooth leaves. Keep 1 for
         measuring.""",
         choices=(1, 2),
