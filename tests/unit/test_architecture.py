@@ -30,6 +30,7 @@ LAYERS = (
             "mipmaps",
             "derived",
             "cache_files",
+            "memo",
         },
     ),
     ({"scene"},),
