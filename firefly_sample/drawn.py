@@ -13,7 +13,7 @@ from firefly_sample.gpu.pixel_buffers import Copies
 from firefly_sample.gpu.timers import Measured
 from firefly_sample.lab.reference.clusters import list_lengths
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.light_set import PASS_OF_KIND
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.readback import Surface, read_images, targets_read
 
 LIGHT_PASSES = frozenset(PASS_OF_KIND.values())

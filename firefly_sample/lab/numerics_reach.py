@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.numerics_table import Table, Value
-from firefly_sample.plan.reach import light_reach
+from firefly_sample.plan.lights.reach import light_reach
 
 Float64 = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass, textures_of
 from firefly_sample.passes.lights import draw_clustered, draw_volumes, method_for
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-from firefly_sample.plan.light_set import PASS_OF_KIND
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.plan.variants import DrawMethod, LightViewVariant
 
 

@@ -21,9 +21,9 @@ from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.proxies import proxy_mesh
 from firefly_sample.gpu.records import RECORD_OF_KIND, record_dtype
 from firefly_sample.passes.base import Pass, textures_of
-from firefly_sample.plan.clusters import Clusters
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-from firefly_sample.plan.light_set import LightKind, LightSet
+from firefly_sample.plan.lights.clusters import Clusters
+from firefly_sample.plan.lights.light_set import LightKind, LightSet
 from firefly_sample.plan.variants import (
     DrawMethod,
     ForwardVariant,

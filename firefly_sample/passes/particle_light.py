@@ -12,7 +12,7 @@ from firefly_sample.gpu.particle_rows import particle_records
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.lights import light_table, shadow_textures, shining
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.variants import ParticleLightVariant
 
 

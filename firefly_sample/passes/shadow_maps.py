@@ -7,9 +7,9 @@ import moderngl
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
-from firefly_sample.plan.atlas import Tile
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-from firefly_sample.plan.shadows import CasterBatch, ShadowMap
+from firefly_sample.plan.shadows.atlas import Tile
+from firefly_sample.plan.shadows.planner import CasterBatch, ShadowMap
 from firefly_sample.plan.variants import ShadowVariant
 
 SLOPE_BIAS = 1.0

@@ -9,16 +9,9 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
-from firefly_sample.plan.batches import Visible, make_batches
 from firefly_sample.plan.camera import Eye, eye_state
 from firefly_sample.plan.channels import any_channel
-from firefly_sample.plan.cloud import gather_particles
-from firefly_sample.plan.clusters import Clusters, plan_clusters
 from firefly_sample.plan.collect import Snapshot, collect
-from firefly_sample.plan.cull import spheres_in_frustum
-from firefly_sample.plan.culling import choose_culling
-from firefly_sample.plan.cut_off import CutOff, cut_off, cut_off_warnings
-from firefly_sample.plan.extent_warning import Extent, extent_warnings
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
 from firefly_sample.plan.frame_plan import (
     Background,
@@ -29,16 +22,23 @@ from firefly_sample.plan.frame_plan import (
     SpriteSet,
 )
 from firefly_sample.plan.frame_targets import choose_targets
-from firefly_sample.plan.lighting import light_scene
+from firefly_sample.plan.frustum import spheres_in_frustum
+from firefly_sample.plan.lights.clusters import Clusters, plan_clusters
+from firefly_sample.plan.lights.lighting import light_scene
+from firefly_sample.plan.lights.method import choose_culling
 from firefly_sample.plan.needs import Needs, reverses_depth
-from firefly_sample.plan.particle_shadow import plan_particle_shadow
-from firefly_sample.plan.particles import see_particles
-from firefly_sample.plan.position_warning import position_warnings
-from firefly_sample.plan.shadows import ShadowPlanner
+from firefly_sample.plan.particles.cloud import gather_particles
+from firefly_sample.plan.particles.shadow import plan_particle_shadow
+from firefly_sample.plan.particles.visible import see_particles
+from firefly_sample.plan.shadows.planner import ShadowPlanner
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import View
-from firefly_sample.plan.warnings import plan_warnings
+from firefly_sample.plan.visible import Visible, make_batches
+from firefly_sample.plan.warnings.clipping import CutOff, cut_off, cut_off_warnings
+from firefly_sample.plan.warnings.extent import Extent, extent_warnings
+from firefly_sample.plan.warnings.plan_warnings import plan_warnings
+from firefly_sample.plan.warnings.position import position_warnings
 from firefly_sample.scene.arrays import LARGEST, as_color, as_numbers
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath

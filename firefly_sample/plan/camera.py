@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import LensError, NodeError
-from firefly_sample.plan.cull import frustum_corners
+from firefly_sample.plan.frustum import frustum_corners
 from firefly_sample.scene.arrays import LARGEST
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.scene import Scene
@@ -46,7 +46,7 @@ class Eye:
         On the lens's shape.
     camera : CameraMatrices
     planes, corners : ndarray of float64
-        See `Lens.frustum_planes` and `firefly_sample.plan.cull.frustum_corners`.
+        See `Lens.frustum_planes` and `firefly_sample.plan.frustum.frustum_corners`.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import NodeError
 from firefly_sample.plan.instances import Group, Instances, look_of, make_groups
-from firefly_sample.plan.light_views import Spheres
+from firefly_sample.plan.shadows.views import Spheres
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights

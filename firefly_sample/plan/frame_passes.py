@@ -8,7 +8,7 @@ from typing import Any
 from firefly_sample.errors import PlanError
 from firefly_sample.plan.frame_plan import PassPlan
 from firefly_sample.plan.frame_targets import INTERPOLATED
-from firefly_sample.plan.light_set import PASS_OF_KIND, LightKind
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind
 from firefly_sample.plan.needs import VOLUME_OUTPUTS, Needs, asked
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (

@@ -1,7 +1,7 @@
 """How the view is cut up to find lights: into tiles of some samples a side and into slices of depth.
 
 A tile's part of a slice is a cell. Tiles lie on lines: columns, rows, and diagonals of either kind, each of
-which has a place for words of bits: `firefly_sample.plan.clusters`.
+which has a place for words of bits: `firefly_sample.plan.lights.clusters`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.light_bounds import ROUNDING
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.bounds import ROUNDING
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 from typing import Any, get_args
 
-from firefly_sample.plan.light_set import LightKind
+from firefly_sample.plan.lights.light_set import LightKind
 from firefly_sample.plan.variants import (
     AmbientVariant,
     ColorPacking,

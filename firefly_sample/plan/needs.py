@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firefly_sample.plan.batches import Looks
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.plan.light_set import LightKind
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
+from firefly_sample.plan.lights.light_set import LightKind
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.targets import (
     ACCUMULATION_FORMATS,
     ALBEDO_FORMATS,
@@ -16,6 +15,7 @@ from firefly_sample.plan.targets import (
     STORED_POSITIONS,
     UNSIGNED,
 )
+from firefly_sample.plan.visible import Looks
 from firefly_sample.settings import Settings
 
 PLACE_OUTPUTS = ("depth", "position", "position_world")

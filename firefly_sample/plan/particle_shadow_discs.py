@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.scene.particles import BlurKernel
 
 Float64 = NDArray[np.float64]

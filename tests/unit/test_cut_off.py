@@ -10,13 +10,13 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.build import Planner, build_plan
 from firefly_sample.plan.camera import Eye
 from firefly_sample.plan.chunks import corners_near
 from firefly_sample.plan.collect import collect
-from firefly_sample.plan.cut_off import cut_off
 from firefly_sample.plan.frame_plan import Capabilities
+from firefly_sample.plan.visible import Visible
+from firefly_sample.plan.warnings.clipping import cut_off
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_base import Lens

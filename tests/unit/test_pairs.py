@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from firefly_sample.lab.reference.one_light import OneLight
 from firefly_sample.lab.reference.pairs import LIGHTS, TILE, pairs_in_reach
 from firefly_sample.lab.reference.shade import count_pairs
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
 
 

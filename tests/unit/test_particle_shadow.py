@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.plan.build import build_plan
-from firefly_sample.plan.cloud import gather_particles
-from firefly_sample.plan.particle_shadow import GUARD, MOST_OPAQUE, optical_depths, slice_grid
 from firefly_sample.plan.particle_shadow_discs import blur_weights
-from firefly_sample.plan.particles import see_particles
+from firefly_sample.plan.particles.cloud import gather_particles
+from firefly_sample.plan.particles.shadow import GUARD, MOST_OPAQUE, optical_depths, slice_grid
+from firefly_sample.plan.particles.visible import see_particles
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens
 from firefly_sample.scene.lights import DirectionalLight

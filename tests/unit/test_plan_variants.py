@@ -12,7 +12,7 @@ from firefly_sample.passes.lights import variant_for
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.legal_variants import legal_variants
-from firefly_sample.plan.light_set import PASS_OF_KIND
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.plan.variants import PASS_ORDER
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.material import Material, Texture

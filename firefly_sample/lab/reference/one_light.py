@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from firefly_sample.lab.reference.cone import cone_strength, opening
 from firefly_sample.lab.reference.falloff import falloff
 from firefly_sample.lab.reference.phong import highlight_of_cosines
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]

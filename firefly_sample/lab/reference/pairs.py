@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.chunks import tiles_of
 from firefly_sample.lab.reference.one_light import OneLight, lengths
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 
 Float64 = NDArray[np.float64]
 

@@ -2,7 +2,7 @@
 
 `exact_taken` is the sum over all particles before a place, one by one. The rest is the twin of
 ``shaders/particle_shadow_slices.frag``, ``particle_shadow_sums.frag``, ``volume_blur_*.frag`` and ``include/particle_shadow.glsl``: it
-differs from the GPU by rounding alone. Places are in texels and slices: `firefly_sample.plan.particle_shadow`.
+differs from the GPU by rounding alone. Places are in texels and slices: `firefly_sample.plan.particles.shadow`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
 from firefly_sample.plan.particle_shadow_discs import blur_weights, own_takings, splats
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 
 Float64 = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
 from firefly_sample.lab.reference.shade import each_light
 from firefly_sample.lab.reference.sprites import add_sprite, square_of
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.particles import ParticleSet
+from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]
@@ -65,7 +65,7 @@ def add_particles(
     light : ndarray of float64, shape (n, 3)
         Of `particle_light`.
     order : ndarray of int, optional
-        As in `firefly_sample.plan.particles.ParticleSet`; by exact distance along the view axis when absent.
+        As in `firefly_sample.plan.particles.visible.ParticleSet`; by exact distance along the view axis when absent.
     """
     particles, dots, count = plan.particles, plan.sprites, len(plan.particles)
     if order is None:

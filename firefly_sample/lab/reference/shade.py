@@ -16,7 +16,7 @@ from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
 from firefly_sample.lab.reference.cone import opening
 from firefly_sample.lab.reference.one_light import GBuffer, LitChunk, OneLight, Shadows, lengths
 from firefly_sample.lab.reference.pairs import pairs_in_reach
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
 

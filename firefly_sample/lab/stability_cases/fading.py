@@ -12,8 +12,8 @@ from firefly_sample.lab.numerics_reach import DIGITS, exact_reach
 from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.lab.stability_cases.case import ACCURATE, DOUBLES, Case, positioned
 from firefly_sample.lab.stability_cases.scenes import WALL, wall_scene
+from firefly_sample.plan.lights.reach import light_reach
 from firefly_sample.plan.position_error import position_error
-from firefly_sample.plan.reach import light_reach
 from firefly_sample.scene.lights import PointLight, PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.spotlight import Spotlight

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.plan.cloud import Cloud, light_direction
-from firefly_sample.plan.light_views import axes_along
+from firefly_sample.plan.particles.cloud import Cloud, light_direction
+from firefly_sample.plan.shadows.views import axes_along
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import BlurKernel
 from firefly_sample.settings import Settings

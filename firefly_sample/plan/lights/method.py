@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.plan.grid import TILE, common_range
-from firefly_sample.plan.light_bounds import screen_bounds
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.bounds import screen_bounds
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.settings import Settings
 

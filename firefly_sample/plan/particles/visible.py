@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.cloud import Cloud, lengths, light_direction
-from firefly_sample.plan.cull import spheres_in_frustum
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan, optical_depths
+from firefly_sample.plan.frustum import spheres_in_frustum
+from firefly_sample.plan.particles.cloud import Cloud, lengths, light_direction
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, optical_depths
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import ParticleOrder, Settings

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from firefly_sample.plan.cloud import Cloud
 from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.instances import Group
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
+from firefly_sample.plan.particles.cloud import Cloud
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.batches import Visible, VisiblePart
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
+from firefly_sample.plan.visible import Visible, VisiblePart
 from firefly_sample.plan.wide_triangles import WIDEST, WIDEST_CASTER, has_wide
 from firefly_sample.scene.lens_constants import LensConstants
 

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.plan.grid import BITS, TEXEL, Grid, make_grid, slices_of
-from firefly_sample.plan.light_bounds import Bodies, pixel_scales
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.bounds import Bodies, pixel_scales
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 
 AT_ONCE = 8192

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.camera import Eye
 from firefly_sample.plan.collect import Snapshot
-from firefly_sample.plan.light_bounds import meet_samples
-from firefly_sample.plan.light_set import LightKind, LightSet
-from firefly_sample.plan.light_views import Sight
-from firefly_sample.plan.lights import choose_proxies, cut_off, in_view, world_lights
-from firefly_sample.plan.shadows import ShadowPlan, ShadowPlanner, no_maps
+from firefly_sample.plan.lights.bounds import meet_samples
+from firefly_sample.plan.lights.gather import choose_proxies, cut_off, in_view, world_lights
+from firefly_sample.plan.lights.light_set import LightKind, LightSet
+from firefly_sample.plan.shadows.planner import ShadowPlan, ShadowPlanner, no_maps
+from firefly_sample.plan.shadows.views import Sight
 from firefly_sample.plan.view import View
+from firefly_sample.plan.visible import Visible
 from firefly_sample.scene.light import Light
 from firefly_sample.settings import PositionMethod, Settings
 

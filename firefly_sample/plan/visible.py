@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.frame_plan import Batch
+from firefly_sample.plan.frustum import spheres_in_frustum
 from firefly_sample.plan.instances import Factors, Group, Instances
 from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.scene.material import Material

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from firefly_sample.errors import LightError
 from firefly_sample.plan.channels import any_channel, largest_channel
 from firefly_sample.plan.collect import LightNode, Snapshot
-from firefly_sample.plan.cull import (
+from firefly_sample.plan.frustum import (
     FULLSCREEN_RADIUS,
     farthest_corner,
     sectors_in_frustum,
     spheres_in_frustum,
 )
-from firefly_sample.plan.light_set import PASS_OF_KIND, LightKind, LightSet, Proxy
-from firefly_sample.plan.reach import budget_thresholds, light_reach
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet, Proxy
+from firefly_sample.plan.lights.reach import budget_thresholds, light_reach
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.light import FadingLight, Light
 from firefly_sample.scene.lights import DirectionalLight, PointLights
@@ -158,7 +158,7 @@ def cut_off(
     threshold, and so have its highlights if the scene has shiny materials (`highlights`). With a budget, all
     lights together drop no more than the budget at any pixel, light and highlights together, counted in
     exposed radiance, so that 1.5e-4 is half a code of the display's 255 in the dark; the share of each
-    light is `firefly_sample.plan.reach.budget_thresholds`'s.
+    light is `firefly_sample.plan.lights.reach.budget_thresholds`'s.
     """
     sets = list(sets)
     fading = [

@@ -12,7 +12,7 @@ from firefly_sample.plan.channels import largest_channel
 from firefly_sample.plan.view import View
 
 if TYPE_CHECKING:
-    from firefly_sample.plan.light_set import LightSet
+    from firefly_sample.plan.lights.light_set import LightSet
 
 Float64 = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.light_bounds import safe_reaches, spans_of
+from firefly_sample.plan.lights.bounds import safe_reaches, spans_of
 from firefly_sample.scene.falloff import Falloff
 
 Float64 = NDArray[np.float64]

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.plan.batches import Visible
 from firefly_sample.plan.camera import CameraMatrices
 from firefly_sample.plan.channels import largest_channel
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
+from firefly_sample.plan.lights.reach import light_reach
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown, position_errors
-from firefly_sample.plan.reach import light_reach
+from firefly_sample.plan.visible import Visible
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.settings import PositionMethod

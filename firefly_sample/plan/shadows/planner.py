@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import LightError
-from firefly_sample.plan.atlas import Tile, pack_atlas
 from firefly_sample.plan.collect import Snapshot
-from firefly_sample.plan.cull import spheres_in_frustum
+from firefly_sample.plan.frustum import spheres_in_frustum
 from firefly_sample.plan.instances import Group
-from firefly_sample.plan.light_set import LightSet
-from firefly_sample.plan.light_views import (
+from firefly_sample.plan.lights.gather import LightSource
+from firefly_sample.plan.lights.light_set import LightSet
+from firefly_sample.plan.shadows.atlas import Tile, pack_atlas
+from firefly_sample.plan.shadows.views import (
     FACES,
     WIDEST_MAP,
     LightView,
@@ -32,7 +33,6 @@ from firefly_sample.plan.light_views import (
     spot_views,
     sun_view,
 )
-from firefly_sample.plan.lights import LightSource
 from firefly_sample.plan.wide_triangles import casts_too_wide
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
