@@ -21,7 +21,7 @@ from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caste
 from firefly_sample.gpu.programs import Program
 from firefly_sample.mipmaps import kept_texture_levels
 from firefly_sample.plan.frame_plan import Batch
-from firefly_sample.plan.shadows.planner import CasterBatch
+from firefly_sample.plan.shadows.maps import CasterBatch
 
 KEEP_FRAMES = 120
 """How long instances and vertex arrays that nothing draws are kept; they are cheap to make again."""

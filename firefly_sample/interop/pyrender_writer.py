@@ -11,7 +11,7 @@ from firefly_sample.interop.losses import Losses
 from firefly_sample.interop.pyrender_cameras import Size, camera_to_pyrender
 from firefly_sample.interop.pyrender_lights import light_to_pyrender, point_lights_to_pyrender
 from firefly_sample.interop.pyrender_meshes import MeshWriter
-from firefly_sample.plan.camera import camera_matrices
+from firefly_sample.plan.view import camera_matrices
 from firefly_sample.scene.axes import matrix_to_gltf
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import FadingLight

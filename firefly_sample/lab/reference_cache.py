@@ -31,7 +31,7 @@ from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.particles.visible import ParticleSet
-from firefly_sample.plan.shadows.planner import ShadowMap
+from firefly_sample.plan.shadows.maps import ShadowMap
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Texture

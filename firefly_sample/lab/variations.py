@@ -242,7 +242,7 @@ def _attenuated(plan: FramePlan, ending: bool = False) -> bool:
 
 def _clouded(plan: FramePlan) -> bool:
     """Whether particles take some of a light, or would."""
-    return any(lights.clouded for lights in plan.lights)
+    return any(lights.particle_shadowed for lights in plan.lights)
 
 
 def _proxied(plan: FramePlan) -> bool:

@@ -91,7 +91,7 @@ def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
 
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
     """The frame's variant, with what is the set's own."""
-    placed = lights.kind != "directional" or lights.shadowed or lights.clouded
+    placed = lights.kind != "directional" or lights.shadowed or lights.particle_shadowed
     return replace(
         shining(frame, lights),
         method=method_for(frame.method, lights),
@@ -107,7 +107,7 @@ def shining(frame: Shines, lights: LightSet) -> Shines:
         falloff=lights.falloff.value if fades else "ramp_squared",
         range_falloff=frame.range_falloff if fades and lights.falloff.value == "attenuation" else "karis",
         taps=frame.taps if lights.shadowed else 0,
-        particle_shadow=frame.particle_shadow and lights.clouded,
+        particle_shadow=frame.particle_shadow and lights.particle_shadowed,
     )
 
 

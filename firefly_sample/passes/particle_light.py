@@ -50,6 +50,6 @@ def _variant_for(
     return replace(
         shining(frame, lights),
         kind=lights.kind,
-        faded=lights.clouded and bool((plan.particles.fades != 1.0).any()),
+        faded=lights.particle_shadowed and bool((plan.particles.fades != 1.0).any()),
         first=first,
     )

@@ -9,7 +9,7 @@ from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.shadows.atlas import Tile
-from firefly_sample.plan.shadows.planner import CasterBatch, ShadowMap
+from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap
 from firefly_sample.plan.variants import ShadowVariant
 
 SLOPE_BIAS = 1.0

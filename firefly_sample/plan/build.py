@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
-from firefly_sample.plan.camera import Eye, eye_state
-from firefly_sample.plan.channels import any_channel
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
 from firefly_sample.plan.frame_plan import (
@@ -24,8 +22,9 @@ from firefly_sample.plan.frame_plan import (
 from firefly_sample.plan.frame_targets import choose_targets
 from firefly_sample.plan.frustum import spheres_in_frustum
 from firefly_sample.plan.lights.clusters import Clusters, plan_clusters
+from firefly_sample.plan.lights.light_set import any_channel
 from firefly_sample.plan.lights.lighting import light_scene
-from firefly_sample.plan.lights.method import choose_culling
+from firefly_sample.plan.lights.method import choose_method
 from firefly_sample.plan.needs import Needs, reverses_depth
 from firefly_sample.plan.particles.cloud import gather_particles
 from firefly_sample.plan.particles.shadow import plan_particle_shadow
@@ -33,7 +32,7 @@ from firefly_sample.plan.particles.visible import see_particles
 from firefly_sample.plan.shadows.planner import ShadowPlanner
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant
-from firefly_sample.plan.view import View
+from firefly_sample.plan.view import Eye, View, eye_state
 from firefly_sample.plan.visible import Visible, make_batches
 from firefly_sample.plan.warnings.clipping import CutOff, cut_off, cut_off_warnings
 from firefly_sample.plan.warnings.extent import Extent, extent_warnings
@@ -149,7 +148,7 @@ class Planner:
             None if cloud is None else cloud.light,
         )
         sprites = _sprites(snapshot, time, camera.world_to_view, planes)
-        clouded = lighting.counts(clouded=True)
+        clouded = lighting.counts(particle_shadowed=True)
         particle_shadow = plan_particle_shadow(cloud, settings) if cloud is not None and clouded else None
         particles = see_particles(
             cloud, camera.world_to_view, lens, sprites.positions, settings, particle_shadow
@@ -157,7 +156,7 @@ class Planner:
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
         background = _background(scene)
         surfaces = seen.nearest, seen.farthest
-        culling = choose_culling(settings, lighting.sets, view, *surfaces)
+        culling = choose_method(settings, lighting.sets, view, *surfaces)
         needs = Needs(
             settings=settings,
             method=culling.method,

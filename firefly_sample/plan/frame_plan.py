@@ -20,7 +20,7 @@ from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.lights.method import Culling
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.particles.visible import ParticleSet
-from firefly_sample.plan.shadows.planner import ShadowPlan
+from firefly_sample.plan.shadows.maps import ShadowPlan
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import GeometryVariant, Variant
 from firefly_sample.plan.view import View

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.shadows.planner import ShadowMap
+from firefly_sample.plan.shadows.maps import ShadowMap
 from firefly_sample.srgb import linear_to_srgb
 from firefly_sample.viewer.buffers import DARKEST, codes
 

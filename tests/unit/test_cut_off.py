@@ -11,10 +11,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from firefly_sample.plan.build import Planner, build_plan
-from firefly_sample.plan.camera import Eye
-from firefly_sample.plan.chunks import corners_near
 from firefly_sample.plan.collect import collect
 from firefly_sample.plan.frame_plan import Capabilities
+from firefly_sample.plan.frustum import corners_near
+from firefly_sample.plan.view import Eye
 from firefly_sample.plan.visible import Visible
 from firefly_sample.plan.warnings.clipping import cut_off
 from firefly_sample.scene.geom import Geom

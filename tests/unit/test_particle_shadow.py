@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.plan.build import build_plan
-from firefly_sample.plan.particle_shadow_discs import blur_weights
 from firefly_sample.plan.particles.cloud import gather_particles
-from firefly_sample.plan.particles.shadow import GUARD, MOST_OPAQUE, optical_depths, slice_grid
+from firefly_sample.plan.particles.shadow import GUARD, MOST_OPAQUE, blur_weights, optical_depths, slice_grid
 from firefly_sample.plan.particles.visible import see_particles
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_orthographic import OrthographicLens
@@ -373,7 +372,10 @@ def test_only_the_light_that_particles_name_is_dimmed():
     scene = cloud_scene(puff())
     scene.root.attach_new_node(DirectionalLight("moon", (0.1, 0.1, 0.2)))
     plan = build_plan(scene)
-    assert sorted((len(lights), lights.clouded) for lights in plan.lights) == [(1, False), (1, True)]
+    assert sorted((len(lights), lights.particle_shadowed) for lights in plan.lights) == [
+        (1, False),
+        (1, True),
+    ]
 
 
 def test_the_classic_look_leaves_particles_out_and_says_so():

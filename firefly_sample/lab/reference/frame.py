@@ -158,7 +158,7 @@ def _shadow_rays(plan: FramePlan) -> ShadowRays | None:
 def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Shadows | None:
     """What surfaces, by rays, and particles leave of lights."""
     position = surfaces.gbuffer.position.reshape(-1, 3)
-    clouded = plan.particle_shadow is not None and any(lights.clouded for lights in plan.lights)
+    clouded = plan.particle_shadow is not None and any(lights.particle_shadowed for lights in plan.lights)
     if rays is None and not clouded:
         return None
     left = particle_shadowed(plan, position) if clouded else None
@@ -167,7 +167,7 @@ def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Sh
         lit = np.ones(len(pixels))
         if one.lights.shadowed and rays is not None:
             lit = rays.lit(position[pixels], one)
-        return lit * left[pixels].T if one.lights.clouded and left is not None else lit
+        return lit * left[pixels].T if one.lights.particle_shadowed and left is not None else lit
 
     return share
 

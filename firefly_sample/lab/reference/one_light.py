@@ -131,7 +131,7 @@ class LitChunk:
             return
         lights, row = one.lights, one.row
         strength = one.strength(to_light, distance, self._settings)
-        if self._shadows is not None and (lights.shadowed or lights.clouded):
+        if self._shadows is not None and (lights.shadowed or lights.particle_shadowed):
             strength = strength * self._shadows(one, self._pixels[chosen], n_dot_l)
         clamp = self._settings.clamp_light
         for channel, color in enumerate(lights.colors[row].tolist()):

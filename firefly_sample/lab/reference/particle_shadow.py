@@ -12,8 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.particle_shadow_discs import blur_weights, own_takings, splats
-from firefly_sample.plan.particles.shadow import ParticleShadowPlan
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, blur_weights, own_takings, splats
 
 Float64 = NDArray[np.float64]
 

@@ -41,7 +41,7 @@ def particle_light(plan: FramePlan, lit: Lit | None = None) -> Float64:
         if one.lights.shadowed and lit is not None:
             strength = strength * lit(place[reached], one)
         arriving = strength[:, None] * one.lights.colors[one.row]
-        if one.lights.clouded:
+        if one.lights.particle_shadowed:
             arriving = arriving * left[reached] * particles.fades[reached, None]
         total[reached] += arriving
     return np.asarray(total * particles.colors)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.shadows.planner import ShadowMap
+from firefly_sample.plan.shadows.maps import ShadowMap
 
 Float64 = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from firefly_sample.lab.reference.ray_scene import RayScene
 from firefly_sample.lab.reference.texture import Sampler, Samplers
 from firefly_sample.lab.reference.triangles import Beside, Meeting, meet
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.shadows.planner import ShadowMap
+from firefly_sample.plan.shadows.maps import ShadowMap
 from firefly_sample.scene.geom import Geom
 
 Float64 = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""How far a fading light matters: where its contribution falls to a threshold, or to its share of a budget.
+"""Limit how far lights reach: to where their contribution falls to a threshold, or to a share of a budget.
 
 A light of intensity I (its largest channel) is below the threshold t from the distance R on, where
 
@@ -10,8 +10,15 @@ Multiplied by its conjugate it keeps them all, also where Kq is 0: R = k / (Kl/2
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from firefly_sample.plan.lights.light_set import LightSet, largest_channel
+from firefly_sample.scene.falloff import Falloff
+from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
 
@@ -19,7 +26,7 @@ _SPLIT = 2.0**27 + 1.0
 
 
 def light_reach(attenuation: ArrayLike, intensity: ArrayLike, threshold: ArrayLike) -> Float64:
-    """The distance from which on lights are below a threshold, in scene units.
+    """Return the distance beyond which each light is below a threshold, in scene units.
 
     Parameters
     ----------
@@ -28,12 +35,12 @@ def light_reach(attenuation: ArrayLike, intensity: ArrayLike, threshold: ArrayLi
     intensity : array_like, shape (n,)
         Largest channel of each light's colour, 0 or more.
     threshold : array_like, shape (n,) or ()
-        Radiance, 0 or more; 0 cuts nothing off.
+        Radiance, 0 or more; 0 limits nothing.
 
     Returns
     -------
     ndarray of float64, shape (n,)
-        0 where a light is below its threshold everywhere, infinity where nowhere; to a few ulp.
+        0 if a light is below its threshold everywhere, infinity if it is nowhere; to a few ulp.
     """
     kc, kl, kq = np.asarray(attenuation, dtype=np.float64).reshape(-1, 3).T
     i, t = np.broadcast_arrays(
@@ -50,7 +57,7 @@ def light_reach(attenuation: ArrayLike, intensity: ArrayLike, threshold: ArrayLi
 
 
 def _rest(i: Float64, t: Float64, kc: Float64) -> Float64:
-    """I - t*kc without the rounding of the product, which would be all that is left where the two agree.
+    """Return I - t*kc without the rounding of the product, which would dominate where the two nearly agree.
 
     The product's error comes from splitting both factors into halves whose products are exact (Dekker,
     "A floating-point technique for extending the available precision", Numerische Mathematik 18, 1971).
@@ -68,10 +75,10 @@ def _halves(value: Float64) -> tuple[Float64, Float64]:
 
 
 def budget_thresholds(intensity: ArrayLike, budget: float) -> Float64:
-    """Thresholds that together drop at most `budget` of radiance anywhere, and light the least volume.
+    """Return thresholds that together drop at most `budget` of radiance at any point.
 
-    Each light gets the share sqrt(I) / sum of sqrt(I): inverse-square lights of equal cost per unit of
-    radiance, by a Lagrange multiplier on the sum of their volumes' areas.
+    Each light gets the share sqrt(I) / sum of sqrt(I), which minimises the sum of the volumes' areas for
+    inverse-square lights (by a Lagrange multiplier).
 
     Parameters
     ----------
@@ -89,3 +96,37 @@ def budget_thresholds(intensity: ArrayLike, budget: float) -> Float64:
     if not total > 0.0:
         return np.zeros_like(roots)
     return np.asarray(budget * (roots / total))
+
+
+def limit_reaches(
+    sets: Sequence[LightSet], settings: Settings, exposure: Sequence[float], highlights: bool
+) -> list[LightSet]:
+    """Return the sets with their reaches: each light's end, or the distance where it no longer matters.
+
+    With a threshold, a light stops where the radiance that a white surface facing it reflects has fallen to
+    the threshold, and so have its highlights if the scene has shiny materials (`highlights`). With a budget,
+    all lights together drop no more than the budget at any pixel, light and highlights together, counted in
+    exposed radiance, so that 1.5e-4 is half a code of the display's 255 in the dark; `budget_thresholds`
+    divides it among the lights.
+    """
+    fading = [
+        lights for lights in sets if lights.kind != "directional" and lights.falloff is Falloff.ATTENUATION
+    ]
+    colors = [(lights.colors, lights.specular_colors * highlights) for lights in fading]
+    thresholds: Sequence[Float64 | float]
+    if settings.cutoff_threshold is not None:
+        thresholds = [settings.cutoff_threshold] * len(fading)
+        intensities = [largest_channel(np.maximum(rgb, specular)) for rgb, specular in colors]
+    else:
+        intensities = [largest_channel((rgb + specular) * np.array(exposure)) for rgb, specular in colors]
+        # a light that never fades is not limited, so it takes no share
+        counted = [
+            i * lights.attenuations[:, 1:].any(axis=1) for i, lights in zip(intensities, fading, strict=True)
+        ]
+        shares = budget_thresholds(np.concatenate([*counted, np.zeros(0)]), settings.cutoff_budget)
+        thresholds = np.split(shares, np.cumsum([len(i) for i in intensities])[:-1]) if fading else []
+    reaches = {
+        id(lights): np.minimum(light_reach(lights.attenuations, i, t), lights.ends)
+        for lights, i, t in zip(fading, intensities, thresholds, strict=True)
+    }
+    return [replace(lights, reaches=reaches.get(id(lights), lights.ends)) for lights in sets]

@@ -1,8 +1,8 @@
-"""Particle shadows of particles: how a light sees a cloud, in slices along its way, and where these lie.
+"""Plan the shadows of particles: slices along the light, their tiles in one texture, and the discs in them.
 
-Positions in it are in texels and slices: (x, y) in the tile that each slice has in one texture, and the
-depth as a number of slices from the side of the light. They are float64; what is in the texture is what
-particles put there, and is found in `firefly_sample.lab.reference.particle_shadow` and on the GPU alike.
+Positions in the slices are in texels and slices: (x, y) in the tile that each slice has in the texture, and
+the depth as a number of slices from the side of the light. They are float64. The GPU and
+`firefly_sample.lab.reference.particle_shadow` draw the discs and look the shadows up.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.plan.particles.cloud import Cloud, light_direction
+from firefly_sample.plan.lights.gather import light_direction
+from firefly_sample.plan.particles.cloud import Cloud
 from firefly_sample.plan.shadows.views import axes_along
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import BlurKernel
@@ -25,27 +26,30 @@ Float64 = NDArray[np.float64]
 ParticleShadowMethod = Literal["optical_depth", "blend", "loop"]
 
 MOST_OPAQUE = 1.0 - 2.0**-24
-"""Alpha of what is called opaque: its optical depth, 16.6, is finite, and lets through less than any display
-shows."""
+"""The alpha of opaque particles: their optical depth, 16.6, is finite, and no display shows the light that is
+left."""
 GUARD = 2
-"""Texels around a cloud in its tile, besides those that a blur needs: what a lookup between texels reads."""
+"""Texels around a cloud in its tile, in addition to those of the blur: an interpolating lookup reads them."""
 NEAREST = 1.001
-"""Radii of a cloud: how near to its middle a spotlight may be."""
+"""Least distance of a spotlight from a cloud's middle, in radii of the cloud."""
+SMALLEST_SPLAT = 1.5
+"""Least radius in texels of a disc in a slice."""
 
 
 @dataclass(frozen=True, eq=False)
 class ParticleShadowView:
-    """How a light sees a sphere.
+    """A light's view of a sphere, cut into slices.
 
     Attributes
     ----------
     world_to_slices : ndarray of float64, shape (4, 4)
-        For row vectors: X right, Y along the light, Z up; from the sphere's center, or the light's place.
+        For row vectors: X right, Y along the light, Z up; the origin is the sphere's center, in perspective
+        the light's position.
     perspective : bool
     scale : float
-        Texels for each unit across; in perspective, for each unit of slope.
+        Texels per unit across; in perspective, per unit of slope.
     first, per_unit : float
-        Depth along Y where the first slice begins, and slices for each unit.
+        Depth along Y where the first slice begins, and slices per unit.
     tile : int
         Texels across a slice.
     slices : int
@@ -60,7 +64,10 @@ class ParticleShadowView:
     slices: int
 
     def place(self, world: Float64) -> Float64:
-        """Texels across and up, and slices, of points in world space, shape (n, 3); NaN behind the light."""
+        """Return texels across and up, and slices, of points in world space, shape (n, 3).
+
+        They are NaN for points behind the light.
+        """
         points = world @ self.world_to_slices[:3, :3] + self.world_to_slices[3, :3]
         w = np.ones(len(points))
         if self.perspective:
@@ -70,7 +77,7 @@ class ParticleShadowView:
         return np.concatenate([across, depth[:, None]], axis=1)
 
     def radii(self, world: Float64, radii: Float64) -> Float64:
-        """Radii in texels of discs that face the light at points in world space, shape (n,)."""
+        """Return radii in texels of discs that face the light at points in world space, shape (n,)."""
         if not self.perspective:
             return radii * self.scale
         depth = world @ self.world_to_slices[:3, 1] + self.world_to_slices[3, 1]
@@ -79,18 +86,18 @@ class ParticleShadowView:
 
 @dataclass(frozen=True, eq=False)
 class ParticleShadowPlan:
-    """The particle shadow of one frame.
+    """The shadows of particles in one frame.
 
     Attributes
     ----------
     light : str
-        Its name.
+        The light's name.
     method : {"optical_depth", "blend", "loop"}
     view : ParticleShadowView
     grid : (int, int)
         Tiles across and up; slice k is tile (k % across, k // across), the first one lower left.
     reads : int
-        How many slices "loop" reads.
+        The number of slices that the method "loop" reads.
     interpolate : bool
     blur : float
         Half-width in texels.
@@ -100,13 +107,13 @@ class ParticleShadowPlan:
     show : bool
         Whether the texture is drawn into the picture's corner.
     places : ndarray of float64, shape (n, 3)
-        Of all particles, seen or not: texels across and up, and slices.
+        Positions of all particles, seen or not: texels across and up, and slices.
     radii : ndarray of float64, shape (n,)
         Texels.
     strengths : ndarray of float64, shape (n, 3)
-        Optical depth, or alpha, through a particle's middle, as far as it darkens: for each colour.
+        Optical depth, or alpha, through a particle's middle times its darkness, for each colour.
     rows : ndarray of int, shape (all particles,)
-        Where in these arrays a particle of the scene is; -1 where it casts no shadow.
+        Each particle's index into these arrays; -1 if it casts no shadow.
     """
 
     light: str
@@ -133,101 +140,21 @@ class ParticleShadowPlan:
         return len(self.places)
 
 
-def optical_depths(alphas: Float64) -> Float64:
-    """-ln(1 - alpha), finite for what is opaque."""
-    return np.asarray(-np.log1p(-np.minimum(alphas, MOST_OPAQUE)))
-
-
-def slice_grid(slices: int) -> tuple[int, int]:
-    """Tiles across and up: as square as can be without an empty one, if that is not too long."""
-    high = next(rows for rows in range(math.isqrt(slices), 0, -1) if slices % rows == 0)
-    if slices // high <= 4 * high:
-        return slices // high, high
-    across = math.ceil(math.sqrt(slices))
-    return across, math.ceil(slices / across)
-
-
-def particle_shadow_view(
-    kind: Literal["directional", "spot"],
-    light: str,
-    place: Float64,
-    direction: Float64,
-    center: Float64,
-    radius: float,
-    slices: int,
-    tile: int,
-    blur: float,
-) -> ParticleShadowView:
-    """Fit a light's view to a sphere, with room for the blur around it.
-
-    Parameters
-    ----------
-    light : str
-        Its name, for messages.
-    place, direction : ndarray of float64, shape (3,)
-        World space; a spotlight looks at the sphere wherever it shines.
-    center, radius : ndarray of shape (3,), float
-        Of the sphere, world space.
-
-    Raises
-    ------
-    SceneError
-        If the tile has no room, or a spotlight is within the sphere.
-    """
-    guard = GUARD + math.ceil(blur)
-    inner = tile - 2 * guard
-    if inner < 8:
-        raise SceneError(
-            f"particle shadow of light {light!r}: a blur of {blur:g} leaves {max(inner, 0)} texels of a "
-            f"slice's {tile}: choose a smaller blur, or a particle_shadow_tile of {8 + 2 * guard} or more"
-        )
-    radius = max(radius, 1e-30)
-    matrix = np.eye(4)
-    if kind == "directional":
-        matrix[:3, :3] = axes_along(direction).T
-        matrix[3, :3] = -center @ matrix[:3, :3]
-        return ParticleShadowView(
-            matrix, False, 0.5 * inner / radius, -radius, 0.5 * slices / radius, tile, slices
-        )
-    distance = float(np.linalg.norm(center - place))
-    if distance < NEAREST * radius:
-        raise SceneError(
-            f"particle shadow of light {light!r}: the light is within the particles' bounding sphere of radius "
-            f"{radius:g}, {distance:g} from its middle: move it out, or give a smaller bounding sphere"
-        )
-    matrix[:3, :3] = axes_along((center - place) / distance).T
-    matrix[3, :3] = -place @ matrix[:3, :3]
-    slope = radius / math.sqrt(distance**2 - radius**2)
-    first, per_unit = distance - radius, 0.5 * slices / radius
-    return ParticleShadowView(matrix, True, 0.5 * inner / slope, first, per_unit, tile, slices)
-
-
 def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan | None:
-    """The particle shadow of a cloud; None without one.
+    """Return the shadows of a cloud's particles; None if they cast none.
 
     Raises
     ------
     SceneError
-        As `particle_shadow_view`.
+        If a slice's tile has no room, or a spotlight is within the cloud's bounding sphere.
     """
     shadow, net = cloud.shadow, cloud.shadow_net
     if shadow is None or net is None or not cloud.casts.any() or settings.particle_shadows == "none":
         return None
     method: ParticleShadowMethod = settings.particle_shadows
-    light, place = shadow.light, net[3, :3]
-    kind: Literal["directional", "spot"] = "directional" if isinstance(light, DirectionalLight) else "spot"
     slices = settings.particle_shadow_slices
-    view = particle_shadow_view(
-        kind,
-        light.name,
-        place,
-        light_direction(light, net),
-        *cloud.sphere,
-        slices,
-        settings.particle_shadow_tile,
-        shadow.blur,
-    )
-    # what is behind a spotlight is no part of it, nor of the cloud's sphere
+    view = _fit_view(cloud, slices, settings.particle_shadow_tile)
+    # behind a spotlight there is no shadow
     places = view.place(cloud.positions)
     chosen = cloud.casts & np.isfinite(places).all(axis=1)
     positions, alphas = cloud.positions[chosen], cloud.alphas[chosen, None]
@@ -238,7 +165,7 @@ def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan
     places[:, 2] = places[:, 2].astype(np.float32)
     strengths = optical_depths(taken) if method == "optical_depth" else taken
     return ParticleShadowPlan(
-        light=light.name,
+        light=shadow.light.name,
         method=method,
         view=view,
         grid=slice_grid(slices),
@@ -253,3 +180,98 @@ def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan
         strengths=strengths * cloud.darkness[chosen, None],
         rows=np.where(chosen, np.cumsum(chosen) - 1, -1),
     )
+
+
+def _fit_view(cloud: Cloud, slices: int, tile: int) -> ParticleShadowView:
+    """Return the light's view of a cloud's sphere, with room for the blur; a spotlight faces its center."""
+    assert cloud.shadow is not None
+    assert cloud.shadow_net is not None
+    light, blur, net = cloud.shadow.light, cloud.shadow.blur, cloud.shadow_net
+    center, radius = cloud.sphere
+    guard = GUARD + math.ceil(blur)
+    inner = tile - 2 * guard
+    if inner < 8:
+        raise SceneError(
+            f"particle shadow of light {light.name!r}: a blur of {blur:g} leaves {max(inner, 0)} texels of a "
+            f"slice's {tile}: choose a smaller blur, or a particle_shadow_tile of {8 + 2 * guard} or more"
+        )
+    radius = max(radius, 1e-30)
+    per_unit = 0.5 * slices / radius
+    if isinstance(light, DirectionalLight):
+        matrix = _world_to_slices(light_direction(light, net), center)
+        return ParticleShadowView(matrix, False, 0.5 * inner / radius, -radius, per_unit, tile, slices)
+    position = net[3, :3]
+    distance = float(np.linalg.norm(center - position))
+    if distance < NEAREST * radius:
+        raise SceneError(
+            f"particle shadow of light {light.name!r}: the light is within the particles' bounding sphere of "
+            f"radius {radius:g}, {distance:g} from its middle: move it out, or give a smaller bounding sphere"
+        )
+    matrix = _world_to_slices((center - position) / distance, position)
+    slope = radius / math.sqrt(distance**2 - radius**2)
+    return ParticleShadowView(matrix, True, 0.5 * inner / slope, distance - radius, per_unit, tile, slices)
+
+
+def _world_to_slices(direction: Float64, origin: Float64) -> Float64:
+    """Return the matrix from world space to axes along a direction, with an origin in world space."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = axes_along(direction).T
+    matrix[3, :3] = -origin @ matrix[:3, :3]
+    return matrix
+
+
+def optical_depths(alphas: Float64) -> Float64:
+    """Return -ln(1 - alpha), finite for opaque particles too."""
+    return np.asarray(-np.log1p(-np.minimum(alphas, MOST_OPAQUE)))
+
+
+def slice_grid(slices: int) -> tuple[int, int]:
+    """Return tiles across and up: as square as possible without an empty one, if that is not too long."""
+    high = next(rows for rows in range(math.isqrt(slices), 0, -1) if slices % rows == 0)
+    if slices // high <= 4 * high:
+        return slices // high, high
+    across = math.ceil(math.sqrt(slices))
+    return across, math.ceil(slices / across)
+
+
+def splats(shadow: ParticleShadowPlan) -> tuple[Float64, Float64]:
+    """Return radii in texels of the discs drawn into slices, and factors of their strengths, shape (n,).
+
+    A disc smaller than `SMALLEST_SPLAT` is enlarged to it, and its strength reduced by the ratio of areas.
+    """
+    radii = np.maximum(shadow.radii, SMALLEST_SPLAT)
+    return radii, (shadow.radii / radii) ** 2
+
+
+def own_takings(shadow: ParticleShadowPlan) -> Float64:
+    """Return a particle's own contribution to an interpolated lookup at its middle, shape (n, 3).
+
+    It is the sum over its disc, weighted as the blur and the interpolation weight texels around the middle.
+    """
+    radii, factors = splats(shadow)
+    # texels that the lookup reaches, up to the size of the largest disc
+    reach = min(math.ceil(shadow.blur), math.ceil(float(radii.max(initial=1.0)))) + 1
+    weights = np.pad(blur_weights(shadow.blur, shadow.kernel), reach + 2)
+    middle = len(weights) // 2
+    first = np.floor(shadow.places[:, :2] - 0.5)
+    part = shadow.places[:, :2] - 0.5 - first
+    offsets = np.arange(-reach + 1, reach + 1)  # from the texel below the middle
+    near, far = weights[middle + offsets], weights[middle + offsets - 1]
+    share = near * (1.0 - part[..., None]) + far * part[..., None]  # (n, 2, taps)
+    squares = (offsets - part[..., None]) ** 2 / radii[:, None, None] ** 2
+    found = np.zeros(len(shadow))
+    for index in range(len(offsets)):
+        disc = np.maximum(1.0 - squares[:, 1, index, None] - squares[:, 0], 0.0) ** 2
+        found += share[:, 1, index] * (share[:, 0] * disc).sum(axis=1)
+    return np.asarray(shadow.strengths * (factors * found)[:, None])
+
+
+def blur_weights(blur: float, kernel: BlurKernel) -> Float64:
+    """Return weights of the texels from -ceil(blur) to ceil(blur); they sum to 1."""
+    reach = math.ceil(blur)
+    offsets = np.abs(np.arange(-reach, reach + 1.0))
+    if kernel == "gaussian" and blur > 0.0:
+        weights = np.where(offsets <= blur, np.exp(-2.0 * (offsets / blur) ** 2), 0.0)
+    else:
+        weights = np.clip(blur + 1.0 - offsets, 0.0, 1.0)
+    return np.asarray(weights / weights.sum())

@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.camera import Eye
-from firefly_sample.plan.chunks import corners_near
-from firefly_sample.plan.frustum import frustum_corners, spheres_in_frustum
+from firefly_sample.plan.frustum import corners_near, frustum_corners, spheres_in_frustum
 from firefly_sample.plan.instances import Group, Instances
+from firefly_sample.plan.view import Eye
 from firefly_sample.plan.visible import Visible
 
 Float64 = NDArray[np.float64]

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.plan.frustum import WIDEST, WIDEST_CASTER, has_wide
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.plan.visible import Visible, VisiblePart
-from firefly_sample.plan.wide_triangles import WIDEST, WIDEST_CASTER, has_wide
 from firefly_sample.scene.lens_constants import LensConstants
 
 Float64 = NDArray[np.float64]
@@ -80,7 +80,7 @@ def extent_warnings(
     farthest : float
         Of everything in view, along the view axis.
     casters : mapping of str to sequence of str
-        Names of Geoms that `casts_too_wide` is true of, by their light's name.
+        Names of Geoms that `has_wide_caster` is true of, by their light's name.
     """
     name, size, wide = extent
     placed = [lights for lights in sets if lights.kind != "directional" and len(lights)]

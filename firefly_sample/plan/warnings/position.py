@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.plan.camera import CameraMatrices
-from firefly_sample.plan.channels import largest_channel
-from firefly_sample.plan.lights.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet, largest_channel
 from firefly_sample.plan.lights.reach import light_reach
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown, position_errors
+from firefly_sample.plan.view import CameraMatrices
 from firefly_sample.plan.visible import Visible
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens_base import Lens
@@ -95,7 +94,7 @@ def _lamps_of(sets: Iterable[LightSet], exposure: float) -> _Lamps:
             sizes, fading = _sizes(lights)
             brightness = exposure * largest_channel(lights.colors) * fading
             columns.append((lights.positions[:, 1] + lights.reaches, sizes, brightness))
-        elif lights.shadowed or lights.clouded:
+        elif lights.shadowed or lights.particle_shadowed:
             endless = np.full(len(lights), np.inf)
             columns.append((endless, endless, np.ones(len(lights))))
     return _Lamps(*(np.concatenate(column) for column in zip(*columns, strict=True)))
