@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
+from firefly_sample.memo import Memo
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
 from firefly_sample.plan.frame_plan import (
@@ -31,13 +30,9 @@ from firefly_sample.plan.particles.shadow import plan_particle_shadow
 from firefly_sample.plan.particles.visible import see_particles
 from firefly_sample.plan.shadows.planner import ShadowPlanner
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import GeometryVariant
 from firefly_sample.plan.view import Eye, View, eye_state
 from firefly_sample.plan.visible import Visible, make_batches
-from firefly_sample.plan.warnings.clipping import CutOff, cut_off, cut_off_warnings
-from firefly_sample.plan.warnings.extent import Extent, extent_warnings
-from firefly_sample.plan.warnings.plan_warnings import plan_warnings
-from firefly_sample.plan.warnings.position import position_warnings
+from firefly_sample.plan.warnings.plan_warnings import PlanWarnings
 from firefly_sample.scene.arrays import LARGEST, as_color, as_numbers
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
@@ -94,12 +89,11 @@ class Planner:
         self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
         self._shadows = ShadowPlanner()
-        self._eye: tuple[tuple[Any, ...], Eye] | None = None
-        self._seen: tuple[tuple[Any, ...], Visible] | None = None
-        self._cut: tuple[tuple[Visible, bool], CutOff] | None = None
-        self._measured: tuple[Visible, Extent] | None = None
-        self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
-        self._steps: tuple[Needs, tuple[Target, ...], tuple[PassPlan, ...]] | None = None
+        self._warnings = PlanWarnings()
+        self._eye: Memo[Eye] = Memo()
+        self._seen: Memo[Visible] = Memo()
+        self._steps: Memo[tuple[tuple[Target, ...], tuple[PassPlan, ...]]] = Memo()
+        self._batches: Memo[tuple[Batch, ...]] = Memo()
 
     def plan(
         self,
@@ -120,9 +114,12 @@ class Planner:
         if self._root != scene.root:  # what was kept is another scene's
             self._root, self._snapshots, self._shadows = scene.root, {}, ShadowPlanner()
         snapshot = self._snapshot(scene, scene.camera_node.camera_mask)
-        eye = self._look(scene, size)
+        eye = self._eye.get(eye_state(scene, size), lambda: Eye(scene, size, self._window))
         lens, camera, planes = eye.lens, eye.camera, eye.planes
-        seen = self._visible(snapshot, eye)
+        instances = snapshot.instances
+        seen = self._seen.get(
+            (instances, instances.revisions(), eye), lambda: Visible(instances, camera.world_to_view, planes)
+        )
         exposure = _exposure(scene, settings)
         cloud = gather_particles(snapshot, time) if settings.look != "classic" else None
         reverse = reverses_depth(settings, capabilities)
@@ -185,7 +182,8 @@ class Planner:
                     f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
                     "or choose other lights"
                 )
-        targets, passes = self._chosen(needs)
+        targets, passes = self._steps.get(needs, lambda: _choose_steps(needs))
+        variant = geometry_variant(needs, targets)
         clusters: tuple[Clusters, ...] = ()
         if culling.method == "clustered" and (needs.lit or needs.counts_cells):
             clusters = plan_clusters(lighting.sets, view, *_decoded(surfaces, settings, view))
@@ -195,7 +193,9 @@ class Planner:
             outputs=outputs,
             time=time,
             view=view,
-            batches=self._batches(seen, geometry_variant(needs, targets), view.near),
+            batches=self._batches.get(
+                (seen, variant, view.near), lambda: make_batches(seen, variant, view.near)
+            ),
             ambient=ambient,
             lights=lighting.sets,
             culling=culling,
@@ -210,74 +210,8 @@ class Planner:
             passes=passes,
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
-            warnings=plan_warnings(
-                needs,
-                snapshot,
-                lighting.in_scene,
-                lighting.sets,
-                cloud,
-                (
-                    *eye.warnings,
-                    *cut_off_warnings(
-                        self._cut_off(snapshot, eye, seen, bool(len(sprites) or len(particles))),
-                        eye,
-                        snapshot.id_names,
-                    ),
-                    *extent_warnings(
-                        self._extent(seen, eye, view),
-                        lighting.sets,
-                        view,
-                        seen.farthest,
-                        lighting.shadows.too_wide(),
-                    ),
-                    *position_warnings(needs, lens, camera, seen, lighting.sets, max(exposure)),
-                ),
-            ),
+            warnings=self._warnings.find(needs, snapshot, eye, view, seen, lighting, cloud, exposure),
         )
-
-    def _look(self, scene: Scene, size: tuple[int, int]) -> Eye:
-        """The scene's camera, with what follows from it."""
-        state = eye_state(scene, size)
-        if self._eye is None or self._eye[0] != state:
-            self._eye = state, Eye(scene, size, self._window)
-        return self._eye[1]
-
-    def _visible(self, snapshot: Snapshot, eye: Eye) -> Visible:
-        """What is in view; found anew only when the camera, the graph or a material has changed."""
-        instances = snapshot.instances
-        state = (instances, instances.revisions(), eye)
-        if self._seen is None or self._seen[0] != state:
-            self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
-        return self._seen[1]
-
-    def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible, others: bool) -> CutOff:
-        """Return what the lens's planes cut off; found anew only with what is in view."""
-        state = seen, others
-        if self._cut is None or self._cut[0] != state:
-            self._cut = state, cut_off(snapshot.instances, eye, seen, others)
-        return self._cut[1]
-
-    def _extent(self, seen: Visible, eye: Eye, view: View) -> Extent:
-        """Return the extent of what is in view; measured anew only when something else is in view."""
-        if self._measured is None or self._measured[0] is not seen:
-            self._measured = seen, Extent.of(seen, eye.planes, view.lens, view.near)
-        return self._measured[1]
-
-    def _chosen(self, needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
-        """Targets and passes; the same objects while nothing else is needed."""
-        if self._steps is None or self._steps[0] != needs:
-            targets = choose_targets(needs)
-            passes = choose_passes(needs, targets)
-            check_passes(passes, targets)
-            self._steps = needs, targets, passes
-        return self._steps[1:]
-
-    def _batches(self, seen: Visible, variant: GeometryVariant, near: float) -> tuple[Batch, ...]:
-        """The draws of what is in view; the same object while nothing of them has changed."""
-        state = (seen, variant, near)
-        if self._drawn is None or self._drawn[0] != state:
-            self._drawn = state, make_batches(seen, variant, near)
-        return self._drawn[1]
 
     def _snapshot(self, scene: Scene, mask: int) -> Snapshot:
         """What a camera with a mask sees, walked anew only when something has changed."""
@@ -288,6 +222,14 @@ class Planner:
         if kept is not None and found.instances.draws_as(kept.instances):
             found.instances = kept.instances  # a light has moved: what is seen has not
         return found
+
+
+def _choose_steps(needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
+    """Return targets and passes, checked."""
+    targets = choose_targets(needs)
+    passes = choose_passes(needs, targets)
+    check_passes(passes, targets)
+    return targets, passes
 
 
 def _decoded(surfaces: tuple[float, float], settings: Settings, view: View) -> tuple[float, float]:

@@ -155,7 +155,7 @@ def test_an_error_is_a_failure_and_not_the_end(bench):
 
 def test_only_a_word_on_the_error_is_a_warning():
     lacks = "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer"
-    errs = "position=depth32f: at 9 units, near plane 1, a position errs by about 1 unit"
+    errs = "position=depth32f: at 9 units, near plane 1, positions are off by about 1 unit"
     ends = "position=stored16f: half floats end at 65504 units"
     assert error_warning([lacks], "depth32f") == ""
     assert error_warning([lacks, ends, errs], "depth32f") == errs

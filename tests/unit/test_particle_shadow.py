@@ -171,7 +171,7 @@ def test_a_light_that_is_not_there_is_told_and_a_hidden_one_is_not():
     path.detach_node()
     away = build_plan(scene)
     assert away.particle_shadow is None
-    assert [w for w in away.warnings if "light 'sun', which particles take shadows from" in w]
+    assert [w for w in away.warnings if "light 'sun', which casts the shadows of particles" in w]
 
 
 def test_several_lights_or_one_twice_are_errors():
