@@ -12,13 +12,12 @@ if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
     from firefly_sample.errors import FireflyError, SoftwareDriverWarning
     from firefly_sample.frame import Frame
-    from firefly_sample.plan.build import build_plan
+    from firefly_sample.pipeline import build_plan
     from firefly_sample.renderer import Renderer
     from firefly_sample.scene.falloff import Attenuation
     from firefly_sample.scene.geom import Geom, GeomNode
-    from firefly_sample.scene.lens import PerspectiveLens
-    from firefly_sample.scene.lens_orthographic import OrthographicLens
-    from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+    from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+    from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
     from firefly_sample.scene.loader import load_model
     from firefly_sample.scene.material import Material, Texture
     from firefly_sample.scene.node import PandaNode
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from firefly_sample.scene.parameter import KeyStep, Parameter
     from firefly_sample.scene.particles import ParticleNode, ParticleShadow
     from firefly_sample.scene.scene import Camera, Scene
-    from firefly_sample.scene.spotlight import Spotlight
     from firefly_sample.settings import Settings
 
     __version__: str
@@ -67,13 +65,12 @@ _MODULES = {
     "capture.sequence": ("capture_frames",),
     "errors": ("FireflyError", "SoftwareDriverWarning"),
     "frame": ("Frame",),
-    "plan.build": ("build_plan",),
+    "pipeline": ("build_plan",),
     "renderer": ("Renderer",),
     "scene.falloff": ("Attenuation",),
     "scene.geom": ("Geom", "GeomNode"),
-    "scene.lens": ("PerspectiveLens",),
-    "scene.lens_orthographic": ("OrthographicLens",),
-    "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights"),
+    "scene.lens": ("OrthographicLens", "PerspectiveLens"),
+    "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights", "Spotlight"),
     "scene.loader": ("load_model",),
     "scene.material": ("Material", "Texture"),
     "scene.node": ("PandaNode",),
@@ -81,7 +78,6 @@ _MODULES = {
     "scene.parameter": ("KeyStep", "Parameter"),
     "scene.particles": ("ParticleNode", "ParticleShadow"),
     "scene.scene": ("Camera", "Scene"),
-    "scene.spotlight": ("Spotlight",),
     "settings": ("Settings",),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}

@@ -1,6 +1,6 @@
-"""Files in a cache folder: written whole or not at all, and the ones used least lately deleted.
+"""Files in a cache folder: written completely or not at all; the least recently used are deleted.
 
-Only what this package wrote is ever deleted, known by its name: the folder may hold other files as well.
+Only files with this package's names are deleted: the folder may contain other files.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import IO
 
 _ABANDONED = 86_400.0
-"""Seconds after which the file of a writer that died is nobody's."""
+"""Seconds after which an unfinished file is deleted, because its writer has died."""
 _UNFINISHED = re.compile(r"\.firefly_sample-\w{8}\.tmp")
 """The names that `keep_whole` gives while it writes."""
 
 
 def user_cache(kind: str) -> Path | None:
-    """The folder ``firefly_sample/<kind>`` in the user's cache; None if nobody knows the user's home.
+    """Return the folder ``firefly_sample/<kind>`` in the user's cache; None if there is no home folder.
 
     The cache is $XDG_CACHE_HOME, or ~/.cache. A relative $XDG_CACHE_HOME does not count, as the XDG Base
     Directory Specification has it.
@@ -38,12 +38,12 @@ def user_cache(kind: str) -> Path | None:
 
 @contextmanager
 def keep_whole(path: Path) -> Iterator[IO[bytes]]:
-    """A file to write beside the place, then moved: whoever reads finds all of it or nothing.
+    """Open a temporary file that becomes `path` at the end: readers find all of it or nothing.
 
     Raises
     ------
     OSError
-        If it cannot be written; nothing of it is left then.
+        If it cannot be written; the temporary file is removed.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".firefly_sample-", suffix=".tmp")
@@ -58,16 +58,16 @@ def keep_whole(path: Path) -> Iterator[IO[bytes]]:
 
 
 def drop_old(newest: Path, own: re.Pattern[str], largest: int) -> None:
-    """Delete what was used least lately of a folder's files of one kind, so that they fit; never the newest.
+    """Delete the least recently used files of one kind until the rest fits; never the newest.
 
     Parameters
     ----------
     newest : Path
-        The file that was written last.
+        The file that was just written.
     own : re.Pattern
-        Matches the whole names of the files of its kind, and nobody else's.
+        Matches the names of the files of its kind, and no others.
     largest : int
-        Bytes of all of them together.
+        Bytes that all of them may take.
     """
     files, now = [], time.time()
     for path, status in _regular_files(newest.parent):

@@ -1,9 +1,8 @@
-"""What is derived from models and takes long to make, kept on disk: the first picture comes sooner for it.
+"""A cache on disk for data derived from models, which shortens the time to the first picture.
 
-Whatever is kept is found by all that it depends on, and what is found is what would be made, to the last
-bit. So the folder may be deleted at any time, also by parts; a file that is damaged or of another kind counts
-as missing; a folder that cannot be written costs time and nothing else. What was used least lately goes by
-itself.
+A key is made of everything the data depends on, and cached data is identical to new data, to the last bit. So
+the folder, or files in it, may be deleted at any time; a damaged or foreign file counts as missing; a folder
+that cannot be written only costs time. The least recently used files are deleted automatically.
 """
 
 from __future__ import annotations
@@ -27,25 +26,25 @@ from numpy.typing import NDArray
 from firefly_sample.cache_files import drop_old, keep_whole, user_cache
 
 VARIABLE = "FIREFLY_MODEL_CACHE"
-"""The environment variable that names another folder, or is "off"."""
+"""The environment variable with the name of another folder, or "off"."""
 LARGEST_CACHE = 2**30
 """Bytes: the forest's models and textures take about 180 MB."""
 
 _SUFFIX = ".derived"
 _OWN = re.compile(r"(model|texture)-[0-9a-f]{40}\.derived")
-"""Names of files that may be deleted to make room: the keys are those of `fingerprint`."""
+"""The names of files that may be deleted to make room."""
 _MAGIC = b"firefly_sample derived 2\n"
 _FRAME = struct.Struct("<II")  # bytes of the JSON header, CRC-32 of the key and all that follows
 _ALIGNED = 64
 
 
 class Kept(NamedTuple):
-    """What a file holds.
+    """The contents of a file.
 
     Attributes
     ----------
     about : dict
-        Whatever JSON can say.
+        Data that JSON can represent.
     arrays : dict of ndarray
         By name; read-only.
     """
@@ -55,9 +54,9 @@ class Kept(NamedTuple):
 
 
 def derived_folder() -> Path | None:
-    """Where things are kept: `VARIABLE`'s folder, else ``firefly_sample/models`` in the user's cache.
+    """Return the cache folder: `VARIABLE`'s, or else ``firefly_sample/models`` in the user's cache.
 
-    None if the variable is "off", or nobody knows the user's home.
+    None if the variable is "off", or there is no home folder.
     """
     given = os.environ.get(VARIABLE)
     if not given:
@@ -69,7 +68,7 @@ def derived_folder() -> Path | None:
 
 
 def fingerprint(*parts: object) -> str:
-    """Hexadecimal digits that change with any of the parts: bytes, arrays, or what has an exact repr."""
+    """Return a hash, in hexadecimal, of bytes, arrays, and objects that have an exact repr."""
     state = hashlib.sha256()
     for part in parts:
         if isinstance(part, np.ndarray):
@@ -85,33 +84,33 @@ def fingerprint(*parts: object) -> str:
 
 
 def load_derived(key: str) -> Kept | None:
-    """Return what `save_derived` kept under `key`, or None if it is missing or damaged."""
+    """Return the contents that `save_derived` wrote under `key`, or None if missing or damaged."""
     folder = derived_folder()
     if folder is None:
         return None
     path = folder / f"{key}{_SUFFIX}"
-    if not path.is_file():  # a pipe would be waited for
+    if not path.is_file():  # reading a pipe would block
         return None
-    with contextlib.suppress(Exception):  # there is no end to what a wrong file may raise
+    with contextlib.suppress(Exception):  # a damaged file may raise anything
         kept = _unpack(key, np.fromfile(path, dtype=np.uint8))
         with contextlib.suppress(OSError):
-            os.utime(path)  # used lately
+            os.utime(path)  # the time of the last use
         return kept
     return None
 
 
 def save_derived(key: str, about: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Keep `about` and `arrays` under `key`, if that can be done."""
+    """Write `about` and `arrays` under `key`, if possible."""
     folder = derived_folder()
     if folder is None:
         return
-    # a full disk, or a folder that cannot be written, costs time and nothing else
+    # a full disk, or a folder that cannot be written, only costs time
     with contextlib.suppress(OSError):
         _write(folder, key, about, arrays)
 
 
 def _unpack(key: str, content: NDArray[np.uint8]) -> Kept:
-    """The parts of a file; any exception if it is not whole, or another key's."""
+    """Return the contents of a file; raise any exception if it is damaged or has another key."""
     content.setflags(write=False)
     start = len(_MAGIC) + _FRAME.size
     if content[: len(_MAGIC)].tobytes() != _MAGIC:
@@ -134,12 +133,12 @@ def _unpack(key: str, content: NDArray[np.uint8]) -> Kept:
 
 
 def _seed(key: str) -> int:
-    """Return the checksum's first part, from the key, so that another key's file does not fit."""
+    """Return the checksum of the key, with which that of the file begins."""
     return zlib.crc32(key.encode())
 
 
 def _write(folder: Path, key: str, about: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write a file whole, and make room for it."""
+    """Write a file, and make room for it."""
     path = folder / f"{key}{_SUFFIX}"
     rows = {name: np.asarray(array, order="C") for name, array in arrays.items()}
     described = [(name, array.dtype.str, array.shape) for name, array in rows.items()]

@@ -1,8 +1,8 @@
-"""Mipmaps made on the CPU, so that cut-out leaves stay leaves when they are small.
+"""Mipmaps made on the CPU, which keep the coverage of cut-out leaves at every size.
 
-Averaging alpha thins leaves out: ever fewer texels reach the cut-off. Each level's alpha is scaled until
-as large a share of its texels passes as in the full image (Castaño, "Computing Alpha Mipmaps", 2010).
-Colour is averaged with alpha as weight, so that the colour of what is cut away does not bleed in.
+Averaging alpha thins leaves out: ever fewer texels reach the cut-off. Each mipmap level's alpha is scaled so
+that the same fraction of its texels passes as in the full image (Castaño, "Computing Alpha Mipmaps", 2010).
+Colour is averaged with alpha as weight, so that the colour of transparent texels does not bleed in.
 """
 
 from __future__ import annotations
@@ -20,39 +20,39 @@ from firefly_sample.srgb import srgb_to_linear
 Float32 = NDArray[np.float32]
 
 VERSION = 1
-"""Of the levels' numbers: counts up whenever one bit of them changes, or those that were kept stay in use."""
+"""Version of the mipmaps; counts up whenever a bit of them changes, so that cached ones are not used."""
 
 _HALF = np.float32(0.5)
 _STRIP = 2**16
-"""Texels that are decoded at once: what is computed of them stays in the processor's cache."""
+"""Texels that are decoded at once, so that they stay in the processor's cache."""
 
 
 class Picture(Protocol):
-    """What has levels: a scene's Texture is one."""
+    """An image with mipmaps, such as a scene's Texture."""
 
     size: tuple[int, int]
     digest: str | None
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
-        """As `texture_levels` takes them."""
+        """The pixels, as for `texture_levels`."""
 
 
 def texture_levels(
     pixels: NDArray[np.uint8], cutoff: float | None, stored: bool = False
 ) -> list[NDArray[np.uint16]]:
-    """All levels of an image as they are sampled: 16 bits a channel, the first row at the bottom.
+    """Return all mipmap levels of an image: 16 bits per channel, the first row at the bottom.
 
-    Decoded once to linear colour, which costs no more to sample than 8 bits of sRGB and errs less.
+    They are decoded to linear colour, which costs no more to sample than 8-bit sRGB and is more accurate.
 
     Parameters
     ----------
     pixels : ndarray of uint8, shape (height, width, 4)
         sRGB colour and linear alpha, the first row on top.
     cutoff : float or None
-        As `mip_chain` takes it.
+        As for `mip_chain`.
     stored : bool
-        Keep colours as they are stored, not decoded: the classic look.
+        Do not decode colours: the classic look.
     """
     kept, decoded = _tables(stored)
     image = pixels[::-1]
@@ -73,7 +73,7 @@ def texture_levels(
 def kept_texture_levels(
     image: Picture, cutoff: float | None, stored: bool = False
 ) -> list[NDArray[np.uint16]]:
-    """`texture_levels` of an image; of one that has a digest they are kept: see `firefly_sample.derived`."""
+    """Return `texture_levels`, from the cache if the image has a digest: see `firefly_sample.derived`."""
     if image.digest is None or derived_folder() is None:
         return texture_levels(image.pixels, cutoff, stored)
     key = f"texture-{fingerprint(VERSION, np.__version__, image.digest, cutoff, stored)}"
@@ -90,14 +90,14 @@ def kept_texture_levels(
 
 
 def _shapes(size: tuple[int, int]) -> list[tuple[int, ...]]:
-    """Of every level's array."""
+    """Return the shape of every level's array."""
     width, height = size
     count = max(width, height).bit_length()
     return [(max(height >> level, 1), max(width >> level, 1), 4) for level in range(count)]
 
 
 def _strips(height: int, width: int) -> Iterator[slice]:
-    """Rows in even numbers, so that each strip is halved by itself; all of an odd number of rows at once."""
+    """Yield an even number of rows each, so that strips are halved separately; an odd total at once."""
     step = height if height % 2 else max(_STRIP // width, 2) // 2 * 2
     for start in range(0, height, step):
         yield slice(start, min(start + step, height))
@@ -109,7 +109,7 @@ def _alphas() -> Float32:
 
 @cache
 def _tables(stored: bool) -> tuple[_Table, _Table]:
-    """What codes become, as 16 bits and as float32, by two codes at once: half the look-ups."""
+    """Return tables from two codes to 16 bits and to float32; two at once halve the look-ups."""
     alphas = _alphas()
     colors = alphas if stored else srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
     pairs = np.arange(2**16, dtype=np.uint16).view(np.uint8).reshape(-1, 2)
@@ -121,7 +121,7 @@ def _tables(stored: bool) -> tuple[_Table, _Table]:
 
 
 class _Table(NamedTuple):
-    """By a pair of 8-bit codes, a pair of numbers of `dtype`, which stand beside each other as one."""
+    """For each pair of 8-bit codes, a pair of numbers of `dtype`, stored as one."""
 
     red_green: NDArray[Any]
     blue_alpha: NDArray[Any]
@@ -129,7 +129,7 @@ class _Table(NamedTuple):
 
 
 def _look_up(pairs: NDArray[np.intp], table: _Table) -> NDArray[Any]:
-    """The four numbers of each texel, from its two pairs of codes."""
+    """Return the four numbers of each texel, from its two pairs of codes."""
     found = np.empty(pairs.shape, dtype=table.red_green.dtype)
     found[..., 0] = table.red_green.take(pairs[..., 0])
     found[..., 1] = table.blue_alpha.take(pairs[..., 1])
@@ -143,12 +143,12 @@ def _as_texels(values: Float32) -> NDArray[np.uint16]:
 
 
 def alpha_coverage(alpha: NDArray[np.floating], cutoff: float) -> float:
-    """The share of texels whose alpha is at least `cutoff`."""
+    """Return the fraction of texels whose alpha is at least `cutoff`."""
     return float(np.mean(alpha >= cutoff))
 
 
 def mip_chain(pixels: Float32, cutoff: float | None) -> list[Float32]:
-    """All levels down to one texel.
+    """Return all levels down to one texel.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def mip_chain(pixels: Float32, cutoff: float | None) -> list[Float32]:
 
 
 def _smaller(current: Float32, cutoff: float | None, coverage: float | None) -> Iterator[Float32]:
-    """The first level that is halved, as it is kept, and all below it."""
+    """Yield all levels below the full image, from the first one, which is halved already."""
     while True:
         level = current
         if cutoff is not None and coverage is not None:
@@ -176,11 +176,11 @@ def _smaller(current: Float32, cutoff: float | None, coverage: float | None) -> 
         current = _halve(current, weighted=cutoff is not None)
 
 
-# Below, channels are computed one by one: four numbers beside each other are too short a loop for NumPy.
+# Below, channels are computed one by one: NumPy is slow in loops over four numbers.
 
 
 def _halve(pixels: Float32, weighted: bool) -> Float32:
-    """The next level: each texel the average of the area that it covers."""
+    """Return the next level, each texel the average of the area that it covers."""
     if not weighted:
         return _halve_columns(_halve_rows(pixels))
     halved = _halve_columns(_halve_rows(_weigh(np.multiply, pixels)))
@@ -188,7 +188,7 @@ def _halve(pixels: Float32, weighted: bool) -> Float32:
 
 
 def _weigh(function: np.ufunc, pixels: Float32) -> Float32:
-    """Colours times alpha, or by alpha again."""
+    """Multiply colours by alpha, or divide them again."""
     weight = pixels[..., 3] + np.float32(1e-4)
     weighed = np.empty_like(pixels)
     for channel in range(3):
@@ -209,7 +209,7 @@ def _halve_columns(pixels: Float32) -> Float32:
 
 
 def _halve_rows(pixels: Float32) -> Float32:
-    """Half the rows, rounded down as OpenGL does; of an odd count each new row covers two and a bit."""
+    """Halve the rows, rounded down as in OpenGL; of an odd number each row covers a bit more than two."""
     rows = len(pixels)
     if rows == 1:
         return pixels
@@ -225,19 +225,19 @@ def _halve_rows(pixels: Float32) -> Float32:
 
 
 def _rescale_alpha(alpha: Float32, coverage: float, cutoff: float) -> Float32:
-    """Scale `alpha` so that the share `coverage` of it reaches `cutoff`: the cut-off quantile moves there."""
+    """Scale `alpha` so that the fraction `coverage` of it reaches `cutoff`, by its quantile."""
     passing = round(coverage * alpha.size)
     if passing == 0:
         return np.minimum(alpha, np.float32(cutoff * 0.5))
     place = alpha.size - passing
     threshold = np.partition(alpha, place, axis=None)[place]
-    # texels of equal alpha pass together: take them all or none, whichever comes closer
+    # texels of equal alpha pass together: take all or none of them, whichever is closer
     below, above = alpha < threshold, alpha > threshold
     first, end = np.count_nonzero(below), alpha.size - np.count_nonzero(above)
     if end < alpha.size and alpha.size - first - passing > passing - (alpha.size - end):
         below, threshold = ~above, alpha[above].min()
     if threshold <= 0:
         return alpha
-    # the cut-off comes to lie between the last texel that passes and the first that does not
+    # put the cut-off between the last texel that passes and the first that does not
     pivot = 0.5 * (threshold + alpha[below].max()) if below.any() else threshold
     return np.asarray(np.clip(alpha * np.float32(cutoff / pivot), 0.0, 1.0), dtype=np.float32)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -11,15 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.frame import OUTPUTS, Image
-from firefly_sample.lab.reference.gbuffer import (
-    decode_albedo,
-    decode_normal,
-    decode_shininess,
-    unpack_ten_bits,
-)
-from firefly_sample.lab.reference.one_light import GBuffer
+from firefly_sample.packing import decode_albedo, decode_normals, decode_shininess, unpack_ten_bits
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.targets import FORMATS, stored_dtype, stored_fractions
+from firefly_sample.plan.targets import FORMATS, Target, stored_dtype, stored_fractions
 from firefly_sample.planar import copy_channels, empty_planar, planar
 from firefly_sample.srgb import srgb_to_linear
 
@@ -30,29 +24,48 @@ _WITHOUT_STEEP = 0x7FFFFFFF
 """Mask of a triangle's number without its mark: see ``shaders/include/steep.glsl``."""
 _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1, "visibility": -1}
 """Where nothing was drawn; 0 in the others."""
-_OCTAHEDRAL = {"snorm16": (1.0, 0.0), "unorm16": (2.0, 1.0), "unorm8": (255.0 / 127.0, 1.0)}
-"""From stored fractions to -1..1."""
 _OWN_SIZE = ("shadow_atlas", "particle_shadow_atlas")
 _BAND = 1 << 16
 """Pixels that are decoded at a time: their float64 stay in a processor's cache."""
-_WIDEST = 16
-"""Bytes of a texel of the widest format."""
+
+
+@dataclass(frozen=True, eq=False)
+class GBuffer:
+    """What is known of each pixel, view space, float64; shapes (..., 3) but for `shininess`, (...).
+
+    Attributes
+    ----------
+    position : ndarray
+        NaN where nothing was drawn.
+    normal, to_eye : ndarray
+        Unit vectors.
+    albedo, specular : ndarray
+        Linear.
+    shininess : ndarray
+    """
+
+    position: Float64
+    normal: Float64
+    to_eye: Float64
+    albedo: Float64
+    specular: Float64
+    shininess: Float64
 
 
 def read_images(plan: FramePlan, read: Read) -> dict[str, Image]:
-    """The outputs of a plan, first row on top.
+    """Return the outputs of a plan, first row on top.
 
     Parameters
     ----------
     read : callable
-        ``read(target)`` gives that target's bytes, first row at the bottom.
+        ``read(target)`` returns that target's bytes, first row at the bottom.
     """
     read = cache(read)
     return {name: _read_image(plan, read, name) for name in plan.outputs}
 
 
 def _read_image(plan: FramePlan, read: Read, name: str) -> Image:
-    """One output in C order, a band of rows at a time."""
+    """Return one output in C order, decoded a band of rows at a time."""
     width, height = _image_size(plan, name)
     info = OUTPUTS[name]
     image: Image = np.empty((height, width, info.channels), info.dtype)
@@ -65,28 +78,15 @@ def _read_image(plan: FramePlan, read: Read, name: str) -> Image:
 
 
 def _image_size(plan: FramePlan, name: str) -> tuple[int, int]:
-    """Width and height of an output; 0x0 of an atlas that is not there."""
+    """Return the width and height of an output; 0x0 of an atlas that is not there."""
     if name in _OWN_SIZE:
         return plan.target_size(name) if plan.target(name) is not None else (0, 0)
     return plan.view.size if OUTPUTS[name].sampled else plan.size
 
 
 def targets_read(plan: FramePlan) -> tuple[str, ...]:
-    """The targets that `read_images` asks for, whatever is in them: found by reading a pixel of zeros."""
-    names: list[str] = []
-
-    def read(name: str) -> bytes:
-        names.append(name)
-        return bytes(_WIDEST)
-
-    pixel = replace(
-        plan,
-        size=(1, 1),
-        view=replace(plan.view, size=(1, 1)),
-        targets=tuple(replace(target, size=None) for target in plan.targets),
-    )
-    read_images(pixel, read)
-    return tuple(names)
+    """Return the targets that `read_images` asks for."""
+    return tuple(dict.fromkeys(name for output in plan.outputs for name in plan.sources[output]))
 
 
 class Surface:
@@ -106,62 +106,14 @@ class Surface:
         self._rows = rows
 
     def raw(self, target: str, dtype: Any, channels: int) -> NDArray[Any]:
-        """A target's values, shape (height, width[, channels]), first row on top."""
+        """Return a target's values, shape (height, width[, channels]), first row on top."""
         width, height = self._plan.target_size(target)
         values = np.frombuffer(self._read(target), dtype=dtype).reshape(height, width, -1)[::-1][self._rows]
         return values[..., 0] if channels == 1 else values[..., :channels]
 
     def image(self, name: str) -> NDArray[Any]:
-        """One of `firefly_sample.frame.OUTPUTS`, float64 where it is computed from what is stored."""
-        if name in ("color", "volumes", "wireframe"):
-            return self._stored(name, name, np.uint8)
-        if name == "radiance":
-            return self._stored(name, "final_radiance", np.float32)
-        if name == "shadow_atlas":
-            return self._stored(name, name, np.float32)
-        if name == "particle_shadow_atlas":
-            return self._volume()
-        if not self._plan.batches:
-            return self._nothing(name)
-        if name == "overdraw":
-            return self._stored(name, name, np.float32)
-        if name == "light" and self._plan.target(name) is not None:
-            return self._where_covered(planar(self._stored(name, name, np.float32)), 0.0)
-        if name == "albedo":
-            return self.albedo()
-        if name == "specular":
-            return self._highlights()
-        if name == "shininess":
-            return self._shininess()
-        if name in ("light", "emission"):
-            return self._stored(name, name, np.float32)
-        if name == "id":
-            return self.raw("id", np.int32, 1) - 1
-        if name == "visibility":
-            stored = planar(self.raw("visibility", np.int32, 2)) & _WITHOUT_STEEP
-            return np.where(stored[..., :1] == 0, -1, stored - (1, 0))
-        if name == "depth":
-            return self.distance()
-        if name == "normal":
-            return self.normal()
-        if name == "normal_world":
-            return self._to_world(self.unit_normal(), True, point=False)
-        return self._to_world(self.position(), name.endswith("world"), point=True)
-
-    def _stored(self, name: str, target: str, dtype: Any) -> NDArray[Any]:
-        """A target as it is, which the frame may do without."""
-        if self._plan.target(target) is None:
-            return self._nothing(name)
-        return self.raw(target, dtype, OUTPUTS[name].channels)
-
-    def _volume(self) -> NDArray[Any]:
-        """The slices of the shadow of particles, three colours that may be the same."""
-        target = self._plan.target("particle_shadow_atlas")
-        if target is None:
-            return self._nothing("particle_shadow_atlas")
-        channels = min(FORMATS[target.format].components, 3)
-        values = self._floats("particle_shadow_atlas", channels)
-        return np.broadcast_to(values[..., None], (*values.shape, 3)) if channels == 1 else values
+        """Return one of the plan's outputs, float64 where it is computed from what is stored."""
+        return _DECODERS[name](self) if self._plan.sources[name] else self._nothing(name)
 
     def _nothing(self, name: str) -> NDArray[Any]:
         width, height = _image_size(self._plan, name)
@@ -169,9 +121,7 @@ class Surface:
         shape = (height, width) if channels == 1 else (height, width, channels)
         return np.broadcast_to(_INVALID.get(name, 0.0), shape)[self._rows]
 
-    def _to_world(self, values: Float64, world: bool, point: bool) -> Float64:
-        if not world:
-            return values
+    def _to_world(self, values: Float64, point: bool) -> Float64:
         matrix = self._plan.view.view_to_world
         x, y, z = (values[..., axis] for axis in range(3))
         turned = empty_planar(values.shape[:-1], 3)
@@ -181,11 +131,14 @@ class Surface:
             turned[..., axis] = x * matrix[0, axis] + y * matrix[1, axis] + z * matrix[2, axis] + moved
         return turned
 
-    def _floats(self, target: str, channels: int) -> Float64:
-        """What shaders read of a target, in float64: normalised codes as fractions, sRGB codes decoded."""
-        made = self._plan.target(target)
+    def _target(self, name: str) -> Target:
+        made = self._plan.target(name)
         assert made is not None
-        form = FORMATS[made.format]
+        return made
+
+    def _floats(self, target: str, channels: int) -> Float64:
+        """Return what shaders read of a target, in float64: normalised codes as fractions, sRGB codes decoded."""
+        form = FORMATS[self._target(target).format]
         stored = self.raw(target, stored_dtype(form), channels)
         fractions = stored_fractions(form, stored if channels == 1 else planar(stored))
         if form.srgb:
@@ -193,12 +146,26 @@ class Surface:
         return fractions
 
     def _colors(self, target: str) -> Float64:
-        made = self._plan.target(target)
-        assert made is not None
-        if made.packing == "root10":
+        encoding = self._target(target).encoding
+        if encoding == "sqrt10":
             return decode_albedo(unpack_ten_bits(self.raw(target, np.uint32, 1)))
         stored = self._floats(target, 4)[..., :3]
-        return stored if made.packing == "linear" else decode_albedo(stored)
+        return stored if encoding == "linear" else decode_albedo(stored)
+
+    def particle_shadow_sums(self) -> Float64:
+        """Return the slices of the particle shadows, three colours that may be the same."""
+        channels = min(FORMATS[self._target("particle_shadow_atlas").format].components, 3)
+        values = self._floats("particle_shadow_atlas", channels)
+        return np.broadcast_to(values[..., None], (*values.shape, 3)) if channels == 1 else values
+
+    def light(self) -> NDArray[Any]:
+        """Return what white surfaces without highlights would show, 0 where nothing was drawn."""
+        return self._where_covered(planar(self.raw("light", np.float32, 3)), 0.0)
+
+    def triangles(self) -> NDArray[Any]:
+        """Return the instance and the triangle at each pixel, -1 where nothing was drawn."""
+        stored = planar(self.raw("visibility", np.int32, 2)) & _WITHOUT_STEEP
+        return np.where(stored[..., :1] == 0, -1, stored - (1, 0))
 
     def albedo(self) -> Float64:
         """Linear reflectance; in the classic look, as stored."""
@@ -211,41 +178,33 @@ class Surface:
         return self._colors("ambient_albedo")
 
     def specular(self) -> Float64:
-        """Linear reflectance of highlights, and shininess, shape (height, width, 4); 0 without any."""
-        both = empty_planar(self._highlights().shape[:-1], 4)
-        both[..., :3], both[..., 3] = self._highlights(), self._shininess()
+        """Return the linear reflectance of highlights, and shininess, shape (height, width, 4); 0 without any."""
+        both = empty_planar(self.highlights().shape[:-1], 4)
+        both[..., :3], both[..., 3] = self.highlights(), self.shininess()
         return both
 
-    def _highlights(self) -> Float64:
+    def highlights(self) -> Float64:
+        """Return the linear reflectance of highlights, 0 without any."""
         if self._plan.target("specular") is None:
             return self._nothing("specular")
         return decode_albedo(self._floats("specular", 3))
 
-    def _shininess(self) -> Float64:
+    def shininess(self) -> Float64:
+        """Return the exponents of highlights, 0 without any."""
         if self._plan.target("specular") is None:
             return self._nothing("shininess")
         return decode_shininess(self._floats("specular", 4)[..., 3])
 
     def normal(self) -> Float64:
-        """Unit normals in view space, 0 where nothing was drawn; classic ones as stored, not decoded."""
-        target = self._plan.target("normal")
-        assert target is not None
-        return self._floats("normal", 3) if target.packing == "undecoded" else self.unit_normal()
+        """Return unit normals in view space, 0 where nothing was drawn; classic ones as stored, not decoded."""
+        classic = self._target("normal").encoding == "classic"
+        return self._floats("normal", 3) if classic else self.unit_normal()
 
     def unit_normal(self) -> Float64:
-        """Unit normals in view space, 0 where nothing was drawn."""
-        target = self._plan.target("normal")
-        assert target is not None
-        stored = self._floats("normal", 2 if target.packing in _OCTAHEDRAL else 3)
-        if target.packing in _OCTAHEDRAL:
-            scale, offset = _OCTAHEDRAL[target.packing]
-            unit = decode_normal(stored * scale - offset)
-        else:
-            long = stored if target.packing == "plain" else stored * 2.0 - 1.0
-            if target.packing == "undecoded":  # in OpenGL's view axes: shaders/include/gbuffer.glsl
-                long = long[..., (0, 2, 1)] * (1.0, -1.0, 1.0)
-            unit = long / np.maximum(np.linalg.norm(long, axis=-1, keepdims=True), 1e-30)
-        return self._where_covered(unit, 0.0)
+        """Return unit normals in view space, 0 where nothing was drawn."""
+        target = self._target("normal")
+        stored = self._floats("normal", min(FORMATS[target.format].components, 3))
+        return self._where_covered(decode_normals(stored, target.encoding), 0.0)
 
     def _where_covered(self, values: NDArray[Any], invalid: float) -> NDArray[Any]:
         return np.where(self.covered()[..., None], values, invalid)
@@ -255,7 +214,7 @@ class Surface:
         if self._plan.target("coverage") is not None:
             return np.asarray(self.raw("coverage", np.uint8, 1) > 0)
         albedo = self._plan.target("albedo")
-        if albedo is not None and albedo.packing == "root10":
+        if albedo is not None and albedo.encoding == "sqrt10":
             return np.asarray(self.raw("albedo", np.uint32, 1) != 0)
         if albedo is not None:
             return np.asarray(self._floats("albedo", 4)[..., 3] > 0)
@@ -308,3 +267,31 @@ class Surface:
             specular=specular[..., :3],
             shininess=specular[..., 3],
         )
+
+
+def _stored(target: str, dtype: type, channels: int = 3) -> Callable[[Surface], NDArray[Any]]:
+    return lambda surface: surface.raw(target, dtype, channels)
+
+
+_DECODERS: dict[str, Callable[[Surface], NDArray[Any]]] = {
+    "color": _stored("color", np.uint8),
+    "radiance": _stored("final_radiance", np.float32),
+    "albedo": Surface.albedo,
+    "normal": Surface.normal,
+    "normal_world": lambda surface: surface._to_world(surface.unit_normal(), point=False),
+    "depth": Surface.distance,
+    "position": Surface.position,
+    "position_world": lambda surface: surface._to_world(surface.position(), point=True),
+    "id": lambda surface: surface.raw("id", np.int32, 1) - 1,
+    "visibility": Surface.triangles,
+    "specular": Surface.highlights,
+    "shininess": Surface.shininess,
+    "emission": _stored("emission", np.float32),
+    "light": Surface.light,
+    "overdraw": _stored("overdraw", np.float32, 1),
+    "volumes": _stored("volumes", np.uint8),
+    "wireframe": _stored("wireframe", np.uint8),
+    "shadow_atlas": _stored("shadow_atlas", np.float32, 1),
+    "particle_shadow_atlas": Surface.particle_shadow_sums,
+}
+"""How each output is decoded from the targets that `FramePlan.sources` names."""

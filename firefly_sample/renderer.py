@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from types import TracebackType
 from typing import NoReturn, SupportsIndex
 
-from firefly_sample.drawn import LIGHT_PASSES, Drawn, count_walked
 from firefly_sample.errors import GpuError, SoftwareDriverWarning
 from firefly_sample.frame import Frame, check_size
 from firefly_sample.gpu.device import Device
@@ -19,60 +18,15 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.limits import check_plan_limits, check_size_limit
 from firefly_sample.gpu.presenter import Layer, Presenter
-from firefly_sample.passes.ambient import AmbientPass
 from firefly_sample.passes.base import Pass
-from firefly_sample.passes.depth_copy import DepthCopyPass
-from firefly_sample.passes.directional_lights import DirectionalLightsPass
-from firefly_sample.passes.forward import ForwardPass
-from firefly_sample.passes.geometry import GeometryPass
-from firefly_sample.passes.half_depth import HalfDepthPass
-from firefly_sample.passes.interpolation import InterpolationPass
-from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
-from firefly_sample.passes.particle_light import ParticleLightPass
-from firefly_sample.passes.particle_shadow_blur_x import ParticleShadowBlurXPass
-from firefly_sample.passes.particle_shadow_blur_y import ParticleShadowBlurYPass
-from firefly_sample.passes.particle_shadow_slices import ParticleShadowSlicesPass
-from firefly_sample.passes.particle_shadow_sums import ParticleShadowSumsPass
-from firefly_sample.passes.particle_shadow_texture import ParticleShadowTexturePass
-from firefly_sample.passes.particles import ParticlesPass
-from firefly_sample.passes.plain import PlainPass
-from firefly_sample.passes.point_lights import PointLightsPass
-from firefly_sample.passes.resolve import ResolvePass
-from firefly_sample.passes.shadow_maps import ShadowMapsPass
-from firefly_sample.passes.spotlights import SpotlightsPass
-from firefly_sample.passes.upsample import UpsamplePass
+from firefly_sample.passes.lights import LIGHT_PASSES
+from firefly_sample.pending import PendingFrame, count_walked
+from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.readback import Surface
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
-
-PASSES: tuple[type[Pass], ...] = (
-    ShadowMapsPass,
-    ParticleShadowSlicesPass,
-    ParticleShadowSumsPass,
-    ParticleShadowBlurXPass,
-    ParticleShadowBlurYPass,
-    GeometryPass,
-    InterpolationPass,
-    ForwardPass,
-    DepthCopyPass,
-    HalfDepthPass,
-    AmbientPass,
-    DirectionalLightsPass,
-    PointLightsPass,
-    SpotlightsPass,
-    UpsamplePass,
-    ParticleLightPass,
-    ParticlesPass,
-    PlainPass,
-    OverdrawPass,
-    VolumesPass,
-    WireframePass,
-    ResolvePass,
-    ParticleShadowTexturePass,
-)
-"""Every pass in drawing order; a plan holds those that its frame needs."""
 
 _AHEAD = 1
 """How many frames are drawn before `Renderer.render_many` reads one: enough to keep CPU and GPU busy."""
@@ -95,13 +49,15 @@ class Renderer:
     require_gpu : bool
         Refuse a software driver instead of warning about it.
     count_fragments : bool
-        Count what the passes of light shade, in `Frame.shaded`: fragments, and of clusters, whose fragments
-        walk lists, the lights in these. It reads the G-buffer back.
+        Count what the lighting passes shade, in `Frame.shaded`: fragments, and for clustered light, whose
+        fragments walk lists, the lights in these lists. This reads the G-buffer back.
     reuse : bool
         Keep the G-buffer while neither camera nor geometry changes; the attribute can be changed. False draws
         all of it in every frame, for measuring.
     window : bool
         Draw with the context of the window that is current in this thread.
+    passes : tuple of Pass classes
+        In drawing order: `firefly_sample.pipeline.PASSES`, or these and others.
 
     Raises
     ------
@@ -128,13 +84,15 @@ class Renderer:
         count_fragments: bool = False,
         reuse: bool = True,
         window: bool = False,
+        passes: tuple[type[Pass], ...] = PASSES,
     ) -> None:
         self.settings = settings or Settings()
         self.size = check_size(size)
         self.count_fragments = count_fragments
         self.reuse = reuse
-        self._planner = Planner(window)
-        self._passes = {made.name: made for made in (kind() for kind in PASSES)}
+        made = [kind() for kind in passes]
+        self._planner = Planner(made, window)
+        self._passes = {step.name: step for step in made}
         self._drawn: FramePlan | None = None
         self._device = Device(device, window=window)
         try:
@@ -238,7 +196,7 @@ class Renderer:
             As `render`, when the frames before have come.
         """
         names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-        waiting: deque[Drawn] = deque()
+        waiting: deque[PendingFrame] = deque()
         try:
             try:
                 for time in times:
@@ -255,7 +213,7 @@ class Renderer:
             for drawn in waiting:
                 drawn.give_back(self._gpu)
 
-    def _draw_ahead(self, plan: FramePlan) -> Drawn:
+    def _draw_ahead(self, plan: FramePlan) -> PendingFrame:
         self._check_open()
         with self._device:
             drawn = self._draw_passes(plan)
@@ -267,7 +225,7 @@ class Renderer:
             self._device.flush()
             return drawn
 
-    def _read_behind(self, drawn: Drawn) -> Frame:
+    def _read_behind(self, drawn: PendingFrame) -> Frame:
         try:
             self._check_open()
             with self._device:
@@ -292,7 +250,7 @@ class Renderer:
             self._presenter.show(plan.size, color, layers)
             self._device.check("the window")
 
-    def _draw_passes(self, plan: FramePlan) -> Drawn:
+    def _draw_passes(self, plan: FramePlan) -> PendingFrame:
         gpu = self._gpu
         check_plan_limits(plan, self._device.max_size)
         self._drawn = None
@@ -302,7 +260,7 @@ class Renderer:
             for step in plan.passes:
                 made, images = self._passes[step.name], BoundImages(gpu.images, plan, step)
                 made.prepare(gpu, plan, step, images)
-                walked = getattr(step.variant, "method", None) == "clustered"
+                walked = getattr(step.variant, "light_method", None) == "clustered"
                 counted = self.count_fragments and step.name in LIGHT_PASSES and not walked
                 with gpu.timers.measure(step.name, count=counted):
                     made.draw(gpu, plan, step, images)
@@ -311,7 +269,7 @@ class Renderer:
         self._device.check(f"the frame at time {plan.time:g}")
         self._drawn = plan
         walked = count_walked(plan, gpu) if self.count_fragments and plan.clusters else None
-        return Drawn(plan, gpu.lights_drawn, gpu.draw_calls, gpu.timers.end(), walked)
+        return PendingFrame(plan, gpu.lights_drawn, gpu.draw_calls, gpu.timers.end(), walked)
 
     def surface(self, plan: FramePlan) -> Surface:
         """Return the G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.

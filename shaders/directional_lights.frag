@@ -1,7 +1,7 @@
 #version 330 core
 // Adds directional lights, which reach every surface. Where it is matters only for its shadows.
-#define PLACED (TAPS > 0 || PARTICLE_SHADOW)
-#define KIND 1
+#define PLACED (SHADOW_TAPS > 0 || PARTICLE_SHADOW)
+#define LIGHT_KIND LIGHT_KIND_DIRECTIONAL
 #include "include/surface.glsl"
 #include "include/arrives.glsl"
 #include "include/light_pass.glsl"

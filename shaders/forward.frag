@@ -2,14 +2,18 @@
 // Shades surfaces as they are drawn, seen or not, by all lights of a kind: what deferred shading is measured against.
 // FIRST brings ambient light and emission as well; the lights of other kinds are added to it.
 #define PLACED 1
-#define POSITION 3
-#define HALF 0
+#define ID 0
+#define VISIBILITY 0
+#define INTERPOLATION INTERPOLATION_RASTERIZER
+#define LIGHT_METHOD LIGHT_METHOD_LOOP
+#define POSITION_METHOD POSITION_METHOD_STORED
+#define LIGHT_RESOLUTION LIGHT_RESOLUTION_FULL
 #define RADIANCE 1
-#define NORMALS 0
-#define COLORS 0
+#define NORMAL_FORMAT NORMAL_FORMAT_OCT16
+#define ALBEDO_FORMAT ALBEDO_FORMAT_LINEAR
 #include "include/surface.glsl"
 #include "include/material.glsl"
-#if KIND
+#if LIGHT_KIND != LIGHT_KIND_NONE
 #include "include/arrives.glsl"
 #include "include/light_surface.glsl"
 #endif
@@ -35,7 +39,7 @@ void main()
     s.specular = vec4(0.0);
 #endif
     vec3 sum = vec3(0.0);
-#if KIND
+#if LIGHT_KIND != LIGHT_KIND_NONE
     for (int i = 0; i < u_light_count; ++i)
         light_surface(s, fetch_light(i));
     sum = radiance_sum;

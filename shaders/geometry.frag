@@ -20,7 +20,7 @@ out vec4 o_normal;
 #if DISTANCE
 out float o_distance;
 #endif
-#if STORED
+#if POSITION_TARGET != POSITION_TARGET_NONE
 out vec4 o_position;
 #endif
 #if AMBIENT
@@ -39,7 +39,7 @@ out uint o_id;
 out uvec2 o_visibility;
 #endif
 
-#if FLOAT64
+#if INTERPOLATION == INTERPOLATION_FLOAT64
 // Change from a pixel to the next, over the value. Pixels may be up to 1/512 off on a GPU's grid, and less than 1/10,000
 // on llvmpipe: what is less steep than this is interpolated to 2e-6 at worst.
 const float STEEP = 1.0 / 1024.0;
@@ -54,11 +54,11 @@ bool is_steep()
 
 void main()
 {
-#if FLOAT64
+#if INTERPOLATION == INTERPOLATION_FLOAT64
     uint steep = is_steep() ? STEEP_BIT : 0u;  // before what is cut out leaves its neighbours without a difference
 #endif
     Sample made = sample_material();
-#if NORMAL || DISTANCE || STORED
+#if NORMAL || DISTANCE || POSITION_TARGET != POSITION_TARGET_NONE
     vec3 view = surface_view();
 #endif
 #if ALBEDO
@@ -70,9 +70,9 @@ void main()
 #if DISTANCE
     o_distance = view.y;
 #endif
-#if STORED == 1
+#if POSITION_TARGET == POSITION_TARGET_FLOAT32
     o_position = vec4(view, 1.0);
-#elif STORED == 2
+#elif POSITION_TARGET == POSITION_TARGET_FLOAT16
     o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
 #endif
 #if AMBIENT
@@ -89,7 +89,7 @@ void main()
 #endif
 #if VISIBILITY
     o_visibility = uvec2(v_instance, uint(gl_PrimitiveID));
-#if FLOAT64
+#if INTERPOLATION == INTERPOLATION_FLOAT64
     o_visibility.y |= steep;
 #endif
 #endif

@@ -1,5 +1,9 @@
 #version 330 core
 // Places one instance's vertices in view space. Matrices arrive as columns, made in float64.
+#ifndef ID  // the forward pass has neither of them
+#define ID 0
+#define VISIBILITY 0
+#endif
 #include "include/lens.glsl"
 
 in vec3 in_position;

@@ -3,7 +3,8 @@
 // Finds normals and distances again, in float64, where the geometry pass found them steep: from the corners of the
 // triangle whose number it left, as in a visibility buffer (Burns, Hunt, JCGT 2(2), 2013). A rasterizer makes float32
 // planes of what corners hold, and what it rounds off counts for more the steeper they are.
-// Float64 twin: firefly_sample/lab/reference/fragments.py
+// Float64 twin: firefly_sample/lab/reference/surfaces.py
+#define ALBEDO_FORMAT ALBEDO_FORMAT_LINEAR
 #include "include/lens.glsl"
 #include "include/gbuffer.glsl"
 #include "include/steep.glsl"
@@ -18,7 +19,7 @@ uniform usampler2D u_triangles;  // a texel a triangle: numbers of its corners
 uniform sampler2D u_vertices;    // three texels a vertex: place, its rest, normal
 uniform sampler2D u_instances;
 
-const float FARTHEST_OUT = 1.0 / 16.0;  // firefly_sample/lab/reference/triangles.py
+const float FARTHEST_OUT = 1.0 / 16.0;  // firefly_sample/lab/reference/rays.py
 
 #if NORMAL
 out vec4 o_normal;
@@ -26,7 +27,7 @@ out vec4 o_normal;
 #if DISTANCE
 out float o_distance;
 #endif
-#if STORED
+#if POSITION_TARGET != POSITION_TARGET_NONE
 out vec4 o_position;
 #endif
 
@@ -112,9 +113,9 @@ void main()
 #if DISTANCE
     o_distance = view.y;
 #endif
-#if STORED == 1
+#if POSITION_TARGET == POSITION_TARGET_FLOAT32
     o_position = vec4(view, 1.0);
-#elif STORED == 2
+#elif POSITION_TARGET == POSITION_TARGET_FLOAT16
     o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
 #endif
 }

@@ -1,22 +1,23 @@
 #version 330 core
-// The lights' proxies themselves. VIEW 0: how often a pixel is shaded. VIEW 1: flat colours that add up. VIEW 2: lines.
-// METHOD 4: how many lights a pixel's cell holds.
-#if METHOD == 4
+// The light volumes themselves. LIGHT_VIEW_OVERDRAW: how often a pixel is shaded. LIGHT_VIEW_VOLUMES: flat colours that
+// add up. LIGHT_VIEW_WIREFRAME: lines.
+// LIGHT_METHOD_CLUSTERED: how many lights a pixel's cell holds.
+#if LIGHT_METHOD == LIGHT_METHOD_CLUSTERED
 #define PLACED 1
 #define RADIANCE 0
-#define HIGHLIGHTS 0
-#define HALF 0
-#define NORMALS 0
-#define COLORS 0
+#define SPECULAR_MODEL SPECULAR_MODEL_NONE
+#define LIGHT_RESOLUTION LIGHT_RESOLUTION_FULL
+#define NORMAL_FORMAT NORMAL_FORMAT_OCT16
+#define ALBEDO_FORMAT ALBEDO_FORMAT_LINEAR
 #include "include/surface.glsl"
 #include "include/clusters.glsl"
 #else
 flat in vec4 v_color;
 #endif
 
-#if VIEW == 0
+#if LIGHT_VIEW == LIGHT_VIEW_OVERDRAW
 out float o_overdraw;
-#elif VIEW == 1
+#elif LIGHT_VIEW == LIGHT_VIEW_VOLUMES
 out vec4 o_volumes;
 #else
 out vec4 o_wireframe;
@@ -26,7 +27,7 @@ out vec4 o_wireframe;
 const float FAINT = 0.12;
 const float LINE = 0.3;
 
-#if METHOD == 4
+#if LIGHT_METHOD == LIGHT_METHOD_CLUSTERED
 
 void main()
 {
@@ -42,9 +43,9 @@ void main()
 void main()
 {
     vec3 hue = v_color.rgb / max(max(v_color.r, v_color.g), max(v_color.b, 1e-30));
-#if VIEW == 0
+#if LIGHT_VIEW == LIGHT_VIEW_OVERDRAW
     o_overdraw = 1.0;
-#elif VIEW == 1
+#elif LIGHT_VIEW == LIGHT_VIEW_VOLUMES
     o_volumes = vec4(hue * FAINT, 1.0);
 #else
     o_wireframe = vec4(hue * LINE, 1.0);

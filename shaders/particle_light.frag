@@ -2,17 +2,18 @@
 // Lights each particle once, at its middle, by all lights of a kind: a texel a particle. It scatters light evenly.
 // FIRST brings ambient light. FADED: this light fades on particles as their shadow says.
 #define PLACED 1
-#define POSITION 3
-#define HALF 0
+#define LIGHT_METHOD LIGHT_METHOD_LOOP
+#define POSITION_METHOD POSITION_METHOD_STORED
+#define LIGHT_RESOLUTION LIGHT_RESOLUTION_FULL
 #define RADIANCE 0
-#define HIGHLIGHTS 0
-#define NORMALS 0
-#define COLORS 0
+#define SPECULAR_MODEL SPECULAR_MODEL_NONE
+#define NORMAL_FORMAT NORMAL_FORMAT_OCT16
+#define ALBEDO_FORMAT ALBEDO_FORMAT_LINEAR
 #include "include/surface.glsl"
-#if KIND
+#if LIGHT_KIND != LIGHT_KIND_NONE
 #include "include/arrives.glsl"
 #endif
-#if TAPS
+#if SHADOW_TAPS
 #include "include/shadow.glsl"
 #endif
 #if PARTICLE_SHADOW
@@ -29,7 +30,7 @@ void main()
     vec4 place = texelFetch(u_particles, at, 0);
     vec4 color = texelFetch(u_particles, at + ivec2(1, 0), 0);
     vec3 sum = vec3(0.0);
-#if KIND
+#if LIGHT_KIND != LIGHT_KIND_NONE
     Surface s;
     s.pixel = vec2(0.0);
     s.ray = vec2(0.0);
@@ -42,7 +43,7 @@ void main()
         vec3 to_light;
         float strength;
         if (arrives(s, light, to_light, strength)) {
-#if TAPS
+#if SHADOW_TAPS
             s.normal = to_light;
             strength *= shadow(s, to_light, 1.0, light.shadow);
 #endif

@@ -3,14 +3,14 @@
 #include "include/proxy.glsl"
 #record PointLight
 
-#if METHOD == 0
+#if LIGHT_METHOD == LIGHT_METHOD_SPHERE
 in vec3 in_position;
 #endif
 
 void main()
 {
     send_light();
-#if METHOD == 0
+#if LIGHT_METHOD == LIGHT_METHOD_SPHERE
     gl_Position = on_sphere(in_place, in_position);
 #else
     gl_Position = fullscreen_corner();

@@ -58,7 +58,7 @@ vec3 behind_particles(ivec2 texel)
     if (COVERED > 0.0)
         return value;
 #endif
-#if CLASSIC
+#if LOOK == LOOK_CLASSIC
     return value + linear_to_srgb(background(vec2(texel) + 0.5));
 #else
     return value + background(vec2(texel) + 0.5);
@@ -87,7 +87,7 @@ void main()
     o_final_radiance = vec4(value, 1.0);
 #endif
 #if COLOR
-#if CLASSIC
+#if LOOK == LOOK_CLASSIC
     o_color = vec4(value, 1.0);  // already display values
 #else
     o_color = vec4(linear_to_srgb(tone_curve(value * u_exposure.rgb)), 1.0);

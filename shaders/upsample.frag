@@ -4,6 +4,8 @@
 // Upsampling", SIGGRAPH 2007. A pixel that was lit itself keeps what it has. Comparing normals as well would take a
 // fifth off the error, and double the cost.
 #define PLACED 1
+#define LIGHT_RESOLUTION LIGHT_RESOLUTION_FULL
+#define SPECULAR_MODEL SPECULAR_MODEL_NONE
 #include "include/surface.glsl"
 
 uniform sampler2D u_half_light;

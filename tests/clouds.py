@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
 from tests.scenes import geom_node
 

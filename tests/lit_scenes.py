@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
-from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.lens import OrthographicLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from tests.scenes import ball_scene
 
 

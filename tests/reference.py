@@ -83,7 +83,7 @@ def _jumps(plan, gbuffer):
     place, unit = gbuffer.position.reshape(-1, 3), gbuffer.normal.reshape(-1, 3)
     jumps = np.zeros(len(place), dtype=bool)
     for one in each_light(lights for lights in plan.lights if shiny or lights.kind == "spot"):
-        to_light, _ = one.ways(place)
+        to_light, _ = one.directions(place)
         reached = one.in_reach(place)
         if shiny:
             jumps |= reached & (np.abs(np.einsum("ij,ij->i", unit, to_light)) < TERMINATOR)

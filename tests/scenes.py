@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from firefly_sample.pipeline import PASSES
+from firefly_sample.plan.build import Planner
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
@@ -108,3 +109,8 @@ def ball_scene(lights=60, seed=0, radius=2.5, ambient=(0.0, 0.0, 0.0)):
     scene.camera.set_hpr(3, -12, 2)
     scene.camera.node().lens = PerspectiveLens(vfov=50, near=0.5, far=100)
     return scene
+
+
+def new_planner():
+    """A planner of the package's own passes."""
+    return Planner([kind() for kind in PASSES])

@@ -8,10 +8,9 @@ import numpy as np
 
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lights import DirectionalLight, PointLight
+from firefly_sample.scene.lights import DirectionalLight, PointLight, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
 from tests.scenes import ball, geom_node, unit, wall
 
 KINDS = ("sun", "spot", "point")

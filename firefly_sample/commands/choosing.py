@@ -1,4 +1,4 @@
-"""Settings chosen by what their error may be, or by how long a frame may take: shared by capture and run."""
+"""Options of `capture` and `run` that choose settings by their measured error or time."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ MaxError = Annotated[
     Parameter(
         group=_GROUP,
         metavar="E",
-        help="Choose the fastest settings whose largest error of radiance, over its 99.9th percentile, is at "
-        "most this: measured on this scene first. Settings that are given stay.",
+        help="Measure the scene, then use the fastest settings whose largest error of radiance, over its "
+        "99.9th percentile, stays below this. Settings that are given are kept.",
     ),
 ]
 MaxCodes = Annotated[
     Whole | None,
-    Parameter(group=_GROUP, metavar="N", help="The same, by the largest difference of sRGB codes."),
+    Parameter(group=_GROUP, metavar="N", help="The same for the largest difference of sRGB codes."),
 ]
 BudgetMs = Annotated[
     float | None,
     Parameter(
         group=_GROUP,
         metavar="MS",
-        help="Choose the most accurate settings whose passes draw a frame in so many milliseconds on this "
-        "machine.",
+        help="Measure the scene, then use the most accurate settings whose passes draw a frame in this many "
+        "milliseconds on this machine.",
     ),
 ]
 
@@ -51,7 +51,7 @@ def settings_within(
     require_gpu: bool = False,
     quiet: bool = False,
 ) -> dict[str, Any]:
-    """The given settings with what was chosen, or as they are where nothing is asked for; tells why."""
+    """Return the given settings, with the chosen ones if there is a bound; print the evidence."""
     if max_error is None and max_codes is None and budget_ms is None:
         return given
     from firefly_sample.lab.choice import choose

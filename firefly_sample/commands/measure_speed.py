@@ -1,4 +1,4 @@
-"""``firefly measure speed``: what frames cost, by how many lights they have and how these are drawn."""
+"""``firefly measure speed``: frame times by the number of lights and the lighting method."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from firefly_sample.capture.sequence import DEFAULT_TIME
-from firefly_sample.columns import align
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
     Flag,
@@ -29,7 +28,7 @@ def speed(
     scene: SceneName = DEFAULT_SCENE,
     *,
     output: Annotated[Folder | None, Parameter(name=["--output", "-o"])] = None,
-    lights: Wholes | None = None,
+    counts: Wholes | None = None,
     sizes: Sizes = ((800, 600),),
     methods: Names | None = None,
     time: Time = DEFAULT_TIME,
@@ -42,46 +41,47 @@ def speed(
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Time frames with more and more lights, drawn as volumes, full-screen passes and the original's method.
+    """Time frames with more and more lights, by each lighting method.
 
-    Each frame is drawn by all methods in turn, and ratios are taken within a round. Beside the times stands
-    what was shaded, over what is in range of a light.
+    Each frame is drawn by all methods in turn, and ratios are taken within a round. Besides the times, the
+    tables compare the shaded fragments with the (pixel, light) pairs in range.
 
     Parameters
     ----------
     output
-        Folder for speed.json, a table (speed.md) and a plot (growth.png); made if need be.
-    lights
-        How many lights, separated by commas: of a scene that can have any number. When absent, what the
-        scene's own option says, or 1,4,16,64,256,500,1000,4000,10000.
+        Folder for speed.json, a table (speed.md) and a plot (growth.png); created if necessary.
+    counts
+        Numbers of lights, separated by commas, for a scene that can have any number. When absent, the value
+        of the scene's own option, or 1,4,16,64,256,500,1000,4000,10000.
     sizes
-        Widths and heights in pixels, separated by commas; a whole sweep is 640x360,800x600,1920x1080.
+        Widths and heights in pixels, separated by commas, for example 640x360,800x600,1920x1080.
     methods
-        Which ways of drawing lights, separated by commas, for example volumes,loop; all that the settings
-        allow when absent. A name that does not exist is answered with those that do.
+        Lighting methods, separated by commas, for example volumes,loop; when absent, all that the settings
+        allow. A wrong name is answered with the list of them.
     time
-        Seconds.
+        Time of the frame in seconds.
     seeds
-        Measure the frames of these seeds, separated by commas; the scene's own when absent.
+        Measure the frames of these seeds, separated by commas; the scene's own seed when absent.
     rounds
-        How often each frame is drawn by each method.
+        How often each method draws each frame.
     longest
-        Seconds that a frame may take; what takes longer, or would, is left out, and said to be.
+        Seconds that a frame may take; frames that would take longer are left out and listed.
     device
-        Which EGL device to draw with (see firefly doctor).
+        EGL device to draw with (see firefly doctor).
     require_gpu
-        Fail rather than draw with a software driver.
+        Fail if the driver renders in software.
     json
         Print JSON.
     """
     from firefly_sample.lab.speed import measure_speed
+    from firefly_sample.lab.speed_report import speed_as_text
 
     with progress_bar("frames") as progress:
         result = measure_speed(
             scene,
             output,
             parameters=parameters,
-            lights=lights,
+            counts=counts,
             sizes=sizes,
             methods=methods,
             settings=Settings().with_changes(**settings),
@@ -99,44 +99,3 @@ def speed(
     else:
         print_result(speed_as_text(result), done)
     return 0
-
-
-def speed_as_text(result: dict[str, Any]) -> str:
-    """A measurement as tables, one a size: a row a count of lights and method, a column for each pass."""
-    rows = result["rows"]
-    passes = list(dict.fromkeys(name for row in rows for name in row["passes"]))
-    head = (
-        *("METHOD", "LIGHTS", "MS", "SPREAD", "RATIO", *(name.upper() for name in passes)),
-        *("HOST", "CALLS", "SHADED", "PAIRS", "PER PAIR", "US A LIGHT", "GROWTH"),
-    )
-    several = isinstance(result["size"][0], list)
-    lines = []
-    for size in result["size"] if several else [result["size"]]:
-        table = [_cells(row, passes) for row in rows if row["size"] == size]
-        shape = "x".join(map(str, size))
-        lines += [
-            f"{result['scene']}, {shape}, {result['driver']}; milliseconds of a frame and of each pass",
-            align([head, *table]),
-        ]
-    lines.append(f"chosen: {result['chosen']}; ratios are to its time")
-    for left in result["left_out"]:
-        shape = "x".join(map(str, left["size"]))
-        lines.append(f"left out: {left['method']} with {left['lights']:,} at {shape}: {left['because']}")
-    return "\n".join(lines)
-
-
-def _cells(row: dict[str, Any], passes: list[str]) -> list[str]:
-    return [
-        row["method"],
-        str(row["lights"]),
-        *(_number(row[name]) for name in ("ms", "spread", "ratio")),
-        *(_number(row["passes"].get(name)) for name in passes),
-        _number(row["host_ms"]),
-        str(row["draw_calls"]),
-        *(_number(row[name], 0) for name in ("shaded", "pairs")),
-        *(_number(row[name]) for name in ("shaded_per_pair", "slope", "growth")),
-    ]
-
-
-def _number(value: float | None, digits: int = 2) -> str:
-    return "-" if value is None else f"{value:,.{digits}f}"

@@ -1,4 +1,4 @@
-"""``firefly measure start``: how soon the first picture is there."""
+"""``firefly measure start``: the time to the first picture."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ def start(
     device: Whole | None = None,
     json: Flag = False,
 ) -> int:
-    """Time fresh processes to their first picture, with what is derived from models kept or not.
+    """Time fresh processes to their first picture, with and without the cache of models and textures.
 
     Parameters
     ----------
     time
-        Seconds, of the picture.
+        Time of the picture in seconds.
     rounds
         How often each kind of process runs.
     device
-        Which EGL device to draw with (see firefly doctor).
+        EGL device to draw with (see firefly doctor).
     json
         Print JSON.
     """
@@ -44,7 +44,7 @@ def start(
 
 
 def start_as_text(result: dict[str, Any]) -> str:
-    """A measurement as a table: a row for each state of the cache."""
+    """Return a measurement as a table with a row for each state of the cache."""
     table = [("CACHE", "SECONDS", "RATIO", "SPREAD")]
     table += [
         (row["cache"], f"{row['seconds']:.2f}", f"{row['ratio']:.2f}", f"{row['spread']:.2f}")
@@ -56,6 +56,6 @@ def start_as_text(result: dict[str, Any]) -> str:
             f"{result['scene']}, {size}, {result['driver']}; from a process's start to its first picture",
             align(table),
             f"ratios are to importing the libraries and opening a context: {result['dependencies']:.2f} s",
-            "all pictures are the same",
+            "all pictures are equal",
         ]
     )

@@ -1,4 +1,4 @@
-"""``firefly measure trade``: what each setting costs in time and in error."""
+"""``firefly measure trade``: the time and the error of each setting."""
 
 from __future__ import annotations
 
@@ -39,28 +39,28 @@ def trade(
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Measure each setting's time and error against a float64 reference, and forward shading beside them.
+    """Measure each setting's time and error against a float64 reference, and those of forward shading.
 
-    Writes trade.json, a table (trade.md), a plot (pareto.png) and pictures of the largest differences. When
-    it is interrupted, the same command goes on. Settings that are given change the default that all is
-    compared with.
+    Writes trade.json, a table (trade.md), a plot (pareto.png) and pictures of the largest differences. An
+    interrupted run is resumed by the same command. Settings that are given change the default with which all
+    are compared.
 
     Parameters
     ----------
     output
-        Folder for the files; made if need be.
+        Folder for the files; created if necessary.
     time
-        Seconds of the frame.
+        Time of the frame in seconds.
     seconds
-        About how long to time each row.
+        About how many seconds to time each row.
     fresh
-        Begin anew, also where an interrupted measurement could be gone on with.
+        Start over, even if an interrupted run could be resumed.
     device
-        Which EGL device to draw with (see firefly doctor).
+        EGL device to draw with (see firefly doctor).
     require_gpu
-        Fail rather than draw with a software driver.
+        Fail if the driver renders in software.
     json
-        Print what trade.json holds, not the table.
+        Print the contents of trade.json instead of the table.
     """
     from firefly_sample.lab.trade import default_folder, measure_trade
     from firefly_sample.lab.trade_report import trade_as_markdown

@@ -38,7 +38,7 @@ def plan(
     dot
         Print a Graphviz graph.
     """
-    from firefly_sample.plan.build import build_plan
+    from firefly_sample.pipeline import build_plan
     from firefly_sample.plan.report import plan_as_dict, plan_as_dot, plan_as_text
     from firefly_sample.scenes import build_scene, find_scene
 

@@ -100,8 +100,8 @@ def view_values(view: View) -> NDArray[Any]:
     return _packed(
         "View",
         {
-            "projection": (lens.A, lens.B, lens.C, lens.D),
-            "film": (lens.x_offset, lens.z_offset, 1.0 / lens.A, 1.0 / lens.C),
+            "projection": (lens.a, lens.b, lens.c, lens.d),
+            "film": (lens.x_offset, lens.z_offset, 1.0 / lens.a, 1.0 / lens.c),
             "unprojection": (lens.y_fold, lens.w_fold),
             "size": (width, height, width / 2, height / 2),
             "pixel": (*pixel_slopes(view), view.near),

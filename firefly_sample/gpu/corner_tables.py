@@ -133,5 +133,5 @@ def instance_texels(batch: Batch, first_triangle: int, view: View) -> Float32:
     texels[:, 0:6:2], texels[:, 1:6:2] = _with_rest(columns)
     texels[:, 6], texels[:, 7] = _with_rest(batch.model_to_view[:, :, 1])
     texels[:, 8:11, :3] = normal_columns(batch.model_to_view).transpose(0, 2, 1)
-    texels[:, 11, :3] = *divmod(first_triangle, TABLE_WIDTH), batch.variant.double_sided
+    texels[:, 11, :3] = *divmod(first_triangle, TABLE_WIDTH), batch.surface.double_sided
     return texels.reshape(-1, 4)

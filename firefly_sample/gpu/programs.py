@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, cast
 
 import moderngl
@@ -159,24 +160,29 @@ class Programs:
         self._programs: dict[tuple[str, str, Variant, tuple[str, ...]], Program] = {}
 
     def get(
-        self, stem: str, variant: Variant, outputs: tuple[str, ...], vertex: str | None = None
+        self,
+        stem: str,
+        variant: Variant,
+        outputs: tuple[str, ...],
+        vertex: str | None = None,
+        folder: Path | None = None,
     ) -> Program:
-        """The program of ``<stem>.frag`` and ``<vertex or stem>.vert``.
+        """Return the program of ``<stem>.frag`` and ``<vertex or stem>.vert``.
 
         Parameters
         ----------
         outputs : tuple of str
             Names of the colour targets in attachment order; the shader declares ``o_<name>``.
+        folder : Path, optional
+            Where shaders are looked up before the package's own.
         """
         vertex = vertex or stem
         key = (stem, vertex, variant, outputs)
         program = self._programs.get(key)
         if program is None:
             given = defines(variant)
-            program = Program(
-                self._ctx, load_source(f"{vertex}.vert", given), load_source(f"{stem}.frag", given), outputs
-            )
-            self._programs[key] = program
+            sources = load_source(f"{vertex}.vert", given, folder), load_source(f"{stem}.frag", given, folder)
+            program = self._programs[key] = Program(self._ctx, *sources, outputs)
         return program
 
     def release(self) -> None:

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firefly_sample.plan.lights.light_set import LightKind
-from firefly_sample.plan.variants import LightVariant
-from firefly_sample.plan.variants import defines as defines_of
+from firefly_sample.plan.variants import SHADER_CONSTANTS
 
 
 class Field(NamedTuple):
@@ -39,20 +38,21 @@ _PIXEL = Field("pixel", "", "where the centre is seen, pixels across and up, and
 _COLOR = Field("color", "", "linear colour, rest of the centre's y that float32 took")
 _SEEN = Field("seen", "", "pixel across where the centre is seen, its distance, pixel up; reach")
 _TINT = Field("tint", "", "linear colour; what float32 took of seen: shaders/include/rests.glsl")
-_SPECULAR = Field("specular", "HIGHLIGHTS", "linear colour of highlights")
+_SPECULAR = Field("specular", "SPECULAR_MODEL", "linear colour of highlights")
 _FADE = Field("fade", "FALLOFF", "constant, linear, quadratic; 1/max distance, 0 without one")
 _AXIS = Field("axis", "", "where it shines, unit vector; 1 - cos of the outer half-angle")
 _CONE = Field(
     "cone", "", "1/width of the edge in 1 - cos, 0 for a hard one; exponent; height, tan of a proxy"
 )
-_SHADOW = Field("shadow", "TAPS", "first shadow map, how many")
+_SHADOW = Field("shadow", "SHADOW_TAPS", "first shadow map, how many")
 
 ROW = 256
 """Records in a row of their texture: a power of two, which shaders need not divide by."""
-_STORED = defines_of(LightVariant(position="matrix"))["POSITION"]
-"""From this method on, a shader compares places."""
-_FETCHED = {defines_of(LightVariant(method=method))["METHOD"] for method in ("loop", "clustered")}
-"""Methods whose shaders fetch lights by their number."""
+_COMPARED = SHADER_CONSTANTS["POSITION_METHOD_INVERSE_MATRIX"]
+"""From this method on, a shader compares positions."""
+_LOOP = SHADER_CONSTANTS["LIGHT_METHOD_LOOP"]
+_FETCHED = (_LOOP, SHADER_CONSTANTS["LIGHT_METHOD_CLUSTERED"])
+"""Methods whose shaders fetch lights by their number; what has no method loops."""
 
 RECORDS: dict[str, tuple[Field, ...]] = {
     "PointLight": (_PLACE, _PIXEL, _COLOR, _SPECULAR, _FADE, _SHADOW),
@@ -84,8 +84,8 @@ def _is_packed(fields: tuple[Field, ...], defines: dict[str, int]) -> bool:
 
     What is left out is the place across the view, which only stored positions are compared with.
     """
-    fetched = defines.get("METHOD") in _FETCHED
-    return fetched and fields[0] is _PLACE and defines.get("POSITION", _STORED) < _STORED
+    fetched = defines.get("LIGHT_METHOD", _LOOP) in _FETCHED
+    return fetched and fields[0] is _PLACE and defines.get("POSITION_METHOD", _COMPARED) < _COMPARED
 
 
 def record_dtype(record: str, defines: dict[str, int]) -> np.dtype[Any]:
@@ -109,7 +109,7 @@ def record_glsl(record: str, defines: dict[str, int], stage: str) -> str:
     """
     fields = _light_fields(record, defines)
     names = [field.name for field in fields]
-    loops = defines.get("METHOD") in _FETCHED
+    loops = defines.get("LIGHT_METHOD", _LOOP) in _FETCHED
     if stage == "vert":
         if loops:
             return "void send_light() { }"

@@ -11,6 +11,7 @@ from firefly_sample.assets import asset_dir
 from firefly_sample.errors import ShaderError
 from firefly_sample.gpu.blocks import BLOCKS, block_glsl
 from firefly_sample.gpu.records import RECORDS, record_glsl
+from firefly_sample.plan.variants import SHADER_CONSTANTS
 
 _DIRECTIVE = re.compile(
     r'\s*#(?:include\s+"(?P<include>[^"]+)"|block\s+(?P<block>\w+)|record\s+(?P<record>\w+))\s*$'
@@ -42,14 +43,14 @@ def load_source(name: str, defines: dict[str, int], folder: Path | None = None) 
     """Read the shader `name` and resolve it.
 
     ``#include "include/x.glsl"`` is replaced once each, ``#block View`` by the block's declaration,
-    ``#record PointLight`` by what reads the record in this stage, and `defines` follow the ``#version`` line.
+    ``#record PointLight`` by what reads the record in this stage. `defines` follow the ``#version`` line, after the
+    constants that they are compared with. What is not in `folder` is taken from the package.
 
     Raises
     ------
     ShaderError
         If a file, a block or a record does not exist.
     """
-    folder = folder or asset_dir("shaders")
     return resolve_source(name, _text_of(folder, name), defines, folder)
 
 
@@ -61,13 +62,13 @@ def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path |
     ShaderError
         If a file, a block or a record does not exist, or the text does not begin with #version.
     """
-    folder = folder or asset_dir("shaders")
     lines: list[tuple[str, str, int]] = []
     stage = name.rsplit(".", 1)[-1]
     _read(folder, name, text, lines, {name}, lambda record: record_glsl(record, defines, stage))
     if not lines or not lines[0][0].startswith("#version"):
         raise ShaderError(f"{name}:1: a shader must begin with #version")
-    head = [(f"#define {key} {value}", "<defines>", 1) for key, value in sorted(defines.items())]
+    given = SHADER_CONSTANTS | dict(sorted(defines.items()))
+    head = [(f"#define {key} {value}", "<defines>", 1) for key, value in given.items()]
     lines[1:1] = head
     return ShaderSource(
         name,
@@ -76,7 +77,10 @@ def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path |
     )
 
 
-def _text_of(folder: Path, name: str) -> str:
+def _text_of(folder: Path | None, name: str) -> str:
+    """Return the text of a shader in `folder`, or else in the package."""
+    if folder is None or not (folder / name).exists():
+        folder = asset_dir("shaders")
     try:
         return (folder / name).read_text(encoding="utf-8")
     except OSError as error:
@@ -86,7 +90,7 @@ def _text_of(folder: Path, name: str) -> str:
 
 
 def _read(
-    folder: Path,
+    folder: Path | None,
     name: str,
     text: str,
     lines: list[tuple[str, str, int]],

@@ -160,7 +160,7 @@ class Uploads:
     def drawable(self, batch: Batch, program: Program) -> moderngl.VertexArray:
         """The vertex array that draws one of the batches that were prepared with `program`."""
         assert self._instances is not None
-        mesh = self._mesh(batch.geom, batch.variant.vertex_color, batch.variant.vertex_alpha)
+        mesh = self._mesh(batch.geom, batch.surface.vertex_color, batch.surface.vertex_alpha)
         key = (self._own(batch.geom), batch.key, id(program))
         kept = self._array(self._drawables, key, mesh, self._instances, INSTANCE_DTYPE, program)
         first = self._first[id(batch)]

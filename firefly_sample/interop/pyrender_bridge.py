@@ -33,7 +33,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     """A pyrender Scene of what `scene` is at a time.
 
     Every node becomes a pyrender Node of its name, transform and place in the tree (a node with several
-    parents, one for each), and all axes are turned from Z-up to Y-up; see `firefly_sample.scene.axes`. Nodes
+    parents, one for each), and all axes are turned from Z-up to Y-up; see `firefly_sample.scene.transforms`. Nodes
     that show the same Geoms share one pyrender Mesh. What the scene's camera does not see is an invisible
     Mesh. Colours and materials that nodes give to what is below them become those of materials.
 

@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from firefly_sample.errors import LensError
 from firefly_sample.interop.losses import Losses
 from firefly_sample.plan.view import lens_for_picture
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 Float64 = NDArray[np.float64]
 Size = tuple[int, int]

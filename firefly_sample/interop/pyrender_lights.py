@@ -31,8 +31,7 @@ from firefly_sample.errors import LightError
 from firefly_sample.interop.losses import Losses
 from firefly_sample.scene.falloff import Attenuation
 from firefly_sample.scene.light import FadingLight, ShadowCaster
-from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
-from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.transforms import look_at_quat, rows_from_quat
 
 Float64 = NDArray[np.float64]

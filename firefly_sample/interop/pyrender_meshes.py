@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from firefly_sample.errors import SceneError
 from firefly_sample.interop.losses import Losses
 from firefly_sample.interop.pyrender_materials import CUT_OUT, SQUARED_EMISSION, MaterialReader, cuts_out
-from firefly_sample.scene.axes import vectors_from_gltf, vectors_to_gltf
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import Color
+from firefly_sample.scene.transforms import vectors_from_gltf, vectors_to_gltf
 
 _LARGEST_INDEX = 2**24
 """pyrender keeps indices as float32, which tells whole numbers apart up to here."""

@@ -11,12 +11,12 @@ from firefly_sample.interop.losses import Losses
 from firefly_sample.interop.pyrender_cameras import Size, camera_from_pyrender
 from firefly_sample.interop.pyrender_lights import light_from_pyrender
 from firefly_sample.interop.pyrender_meshes import MeshReader
-from firefly_sample.scene.axes import matrix_from_gltf
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
+from firefly_sample.scene.transforms import matrix_from_gltf
 from firefly_sample.srgb import srgb_to_linear
 
 Float64 = NDArray[np.float64]

@@ -12,15 +12,14 @@ from firefly_sample.interop.pyrender_cameras import Size, camera_to_pyrender
 from firefly_sample.interop.pyrender_lights import light_to_pyrender, point_lights_to_pyrender
 from firefly_sample.interop.pyrender_meshes import MeshWriter
 from firefly_sample.plan.view import camera_matrices
-from firefly_sample.scene.axes import matrix_to_gltf
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
-from firefly_sample.scene.path_transform import net_matrix
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scene.transforms import matrix_to_gltf
 from firefly_sample.scene.traversal import iter_visible
 from firefly_sample.srgb import linear_to_srgb
 
@@ -56,7 +55,7 @@ class _Writer:
 
     def write(self) -> Any:
         root, camera = self._scene.root, self._scene.camera
-        waiting: list[tuple[NodePath, Any, Float64]] = [(root, None, net_matrix(root))]
+        waiting: list[tuple[NodePath, Any, Float64]] = [(root, None, root.get_net_mat())]
         while waiting:
             path, above, local = waiting.pop()
             here = self._write_node(path, above, local)
@@ -64,7 +63,7 @@ class _Writer:
                 (child, here, child.node().transform.get_mat()) for child in reversed(path.get_children())
             )
         if not root.is_ancestor_of(camera):
-            self._write_node(camera, None, net_matrix(camera))
+            self._write_node(camera, None, camera.get_net_mat())
         self._target.ambient_light = self._ambient
         self._note_crowds()
         return self._target
@@ -96,7 +95,7 @@ class _Writer:
         return node
 
     def _contents(self, path: NodePath) -> list[_Content]:
-        node, net = path.node(), net_matrix(path)
+        node, net = path.node(), path.get_net_mat()
         if isinstance(node, Camera):
             return [self._camera(path, node)]
         if not isinstance(
@@ -129,7 +128,7 @@ class _Writer:
         """Return a camera without the scale and shear that its node may have, as the renderer takes it."""
         main = path == self._scene.camera
         camera, place = camera_to_pyrender(node.name, node.lens, self._size, self._losses, main)
-        net = net_matrix(path)
+        net = path.get_net_mat()
         view_to_world = camera_matrices(Scene(self._scene.root, path)).view_to_world
         if not np.allclose(net[:3, :3], view_to_world[:3, :3], rtol=0.0, atol=1e-9):
             rigid = view_to_world @ np.linalg.inv(net)

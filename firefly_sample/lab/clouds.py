@@ -1,4 +1,4 @@
-"""Clouds of particles whose shadow is known exactly, and what slices make of it."""
+"""Clouds of particles whose shadow is known exactly, and the errors of slices in them."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
 Error = tuple[float, float]
-"""The largest, and the root of the mean square."""
+"""The largest error, and the root of the mean square."""
 
-PLACES = 3000
-"""At which a shadow is looked up."""
+POSITIONS = 3000
+"""Number of lookups of a shadow."""
 
 
 def _alpha_of(positions: Float64, radius: float, depth: float) -> float:
-    """The alpha at which the way through the middle along Z has an optical depth."""
+    """Return the alpha that gives a line along Z through the centre an optical depth."""
     squares = (positions[:, :2] ** 2).sum(axis=1) / radius**2
     return float(-np.expm1(-depth / (np.maximum(1.0 - squares, 0.0) ** 2).sum()))
 
 
 def blob(count: int = 20_000, radius: float = 0.12) -> ParticleNode:
-    """A normal distribution, cut off at 1: optical depth 2 through the middle."""
+    """Return a normal distribution, cut off at 1: optical depth 2 through the centre."""
     positions = np.random.default_rng(1).normal(size=(2 * count, 3)) / 3.0
     positions = positions[np.linalg.norm(positions, axis=1) < 1.0 - radius][:count]
     return ParticleNode("blob", positions, radius, _alpha_of(positions, radius, 2.0))
 
 
 def sheets(count: int = 6_000, radius: float = 0.15) -> ParticleNode:
-    """Three sheets across the light, each thinner than a slice: optical depth 3 through the middle."""
+    """Return three sheets across the light, each thinner than a slice: optical depth 3 through the centre."""
     rng = np.random.default_rng(2)
     depth = rng.choice([-0.6, 0.0, 0.55], size=count) + rng.normal(size=count) * 0.003
     positions = np.column_stack([rng.uniform(-0.6, 0.6, (count, 2)), depth])
@@ -47,7 +47,7 @@ def sheets(count: int = 6_000, radius: float = 0.15) -> ParticleNode:
 
 
 def faint(count: int = 20_000) -> ParticleNode:
-    """Particles of alpha 1e-3, most of them before each other."""
+    """Return particles of alpha 1e-3, most of them in front of each other."""
     rng = np.random.default_rng(3)
     positions = np.column_stack([rng.normal(size=(count, 2)) * 0.1, rng.uniform(-0.8, 0.8, count)])
     return ParticleNode("faint", positions, 0.3, 1e-3)
@@ -57,7 +57,7 @@ CLOUDS: dict[str, Callable[[], ParticleNode]] = {"blob": blob, "sheets": sheets,
 
 
 def from_above(node: ParticleNode) -> Scene:
-    """A cloud in a sun straight above it, by which it is shadowed; seen from the side."""
+    """Return a scene: a cloud, shadowing itself in the light of a sun straight above, seen from the side."""
     scene = Scene()
     sun = DirectionalLight("sun")
     sun.set_direction((0.0, 0.0, -1.0))
@@ -69,7 +69,7 @@ def from_above(node: ParticleNode) -> Scene:
 
 
 def slices_of(plan: FramePlan, atlas: NDArray[np.float32]) -> Float64:
-    """The slices in an output "particle_shadow_atlas", shape (slices, tile, tile, 3), first row at the bottom."""
+    """Split an output "particle_shadow_atlas" into slices (slices, tile, tile, 3), bottom row first."""
     assert plan.particle_shadow is not None
     across, side = plan.particle_shadow.grid[0], plan.particle_shadow.view.tile
     rows = atlas[::-1].astype(np.float64)
@@ -78,17 +78,17 @@ def slices_of(plan: FramePlan, atlas: NDArray[np.float32]) -> Float64:
 
 
 def shadow_errors(
-    renderer: Renderer, node: ParticleNode, settings: Sequence[Settings], places: int = PLACES
+    renderer: Renderer, node: ParticleNode, settings: Sequence[Settings], positions: int = POSITIONS
 ) -> list[Error]:
-    """How far the light in a cloud is from the exact one, with slices that are drawn by some settings.
+    """Return the errors of the light in a cloud, with slices that are drawn with each of some settings.
 
-    At places near the middle, evenly along the light; what is exact is the product of what particles let
-    through, whatever the method adds up.
+    Positions are near the axis, evenly distributed along the light. Exact is the product of the
+    transmittances of all particles, whatever the method adds up.
 
     Parameters
     ----------
     settings : sequence of Settings
-        Of one `particle_shadow_tile`.
+        They share one `particle_shadow_tile`.
     """
     scene, errors = from_above(node), []
     exact: Float64 | None = None
@@ -99,9 +99,9 @@ def shadow_errors(
         particle_shadow = plan.particle_shadow
         assert particle_shadow is not None
         rng = np.random.default_rng(5)
-        across = particle_shadow.view.tile * (0.5 + 0.05 * rng.normal(size=(places, 2)))
-        # the same places, whatever the number of slices
-        at = np.column_stack([across, rng.random(places) * particle_shadow.view.slices])
+        across = particle_shadow.view.tile * (0.5 + 0.05 * rng.normal(size=(positions, 2)))
+        # the same positions, whatever the number of slices
+        at = np.column_stack([across, rng.random(positions) * particle_shadow.view.slices])
         if exact is None:
             exact = np.exp(-exact_taken(_by_depth(particle_shadow, node), at))
         difference = (sliced_light(particle_shadow, slices, at) - exact)[:, 0]
@@ -110,6 +110,6 @@ def shadow_errors(
 
 
 def _by_depth(particle_shadow: ParticleShadowPlan, node: ParticleNode) -> ParticleShadowPlan:
-    """The same places with the particles' true optical depths."""
+    """Return the same plan with the particles' true optical depths."""
     depths = optical_depths(node.arrays.alphas)[:, None]
     return replace(particle_shadow, method="optical_depth", strengths=np.repeat(depths, 3, axis=1))

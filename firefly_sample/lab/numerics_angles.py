@@ -9,7 +9,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.lab.numerics_gbuffer import normal_bounds
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.probe import evaluate
-from firefly_sample.lab.reference.cone import opening
+from firefly_sample.lab.reference.shading import opening
 
 Float64 = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def cones(device: Device, samples: int = 50_000) -> Table:
             "vec3 across = cross(a.xyz, axis); result.r = opening(dot(a.xyz, axis), dot(across, across));",
         ):
             inputs = np.pad(way, ((0, 0), (0, 1)))
-            found = evaluate(device, ["cone"], f"{axis_text} {body}", inputs, {"HIGHLIGHTS": 0})[:, 0]
+            found = evaluate(device, ["cone"], f"{axis_text} {body}", inputs, {"SPECULAR_MODEL": 0})[:, 0]
             errors.append(float(np.abs(found / exact - 1.0).max()))
         rows.append((f"{degrees:g} degrees", *errors))
     about = (

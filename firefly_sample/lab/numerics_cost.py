@@ -8,7 +8,7 @@ from __future__ import annotations
 import statistics
 
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.bench import quartile_spread
+from firefly_sample.lab.measuring import quartile_spread
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.cost import FULLSCREEN, VOLUMES, Contender, contest
 

@@ -16,7 +16,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.lab.numerics_table import EPS, Table, Value
 from firefly_sample.lab.probes.probe import evaluate
 from firefly_sample.plan.targets import ALBEDO_FORMATS, FORMATS, NORMAL_FORMATS, UNSIGNED
-from firefly_sample.plan.variants import ColorPacking, NormalPacking
+from firefly_sample.plan.variants import AlbedoFormat, NormalFormat
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 
 Float64 = NDArray[np.float64]
@@ -80,7 +80,7 @@ def stored_normals(device: Device, unit: ArrayLike, packing: str, target: str) -
         ["gbuffer"],
         "result = encode_normal(a.xyz);",
         np.pad(np.asarray(unit, dtype=np.float32), ((0, 0), (0, 1))),
-        {"NORMALS": get_args(NormalPacking).index(packing), "COLORS": 0},
+        {"NORMAL_FORMAT": get_args(NormalFormat).index(packing), "ALBEDO_FORMAT": 0},
         target=target,
         then="result.rgb = decode_normal(a);",
     )[:, :3]
@@ -151,8 +151,8 @@ def _dark_bound(name: str, value: float) -> float | None:
 
 def _through_albedo(device: Device, values: Float64, target: str, packing: str) -> Float64:
     inputs = np.repeat(values[:, None], 4, axis=1)
-    given = {"NORMALS": 0, "COLORS": get_args(ColorPacking).index(packing)}
-    if packing == "root10":  # a whole number, which every target keeps as it is
+    given = {"NORMAL_FORMAT": 0, "ALBEDO_FORMAT": get_args(AlbedoFormat).index(packing)}
+    if packing == "sqrt10":  # a whole number, which every target keeps as it is
         body = "result = vec4(unpack_color(uvec4(pack_color(a.rgb))), 1.0);"
         return evaluate(device, ["gbuffer"], body, inputs, given)[:, 0].astype(np.float64)
     result = evaluate(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.numerics_table import EPS, Table, Value
 from firefly_sample.lab.probes.probe import accumulate
-from firefly_sample.lab.reference.falloff import attenuation
+from firefly_sample.lab.reference.shading import attenuation
 from firefly_sample.plan.lights.reach import budget_thresholds, light_reach
 from firefly_sample.plan.targets import ACCUMULATION_FORMATS, FORMATS
 from firefly_sample.settings import HALF_CODE

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.bench import quartile_spread
 from firefly_sample.lab.clouds import CLOUDS, blob, shadow_errors
+from firefly_sample.lab.measuring import quartile_spread
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.renderer import Renderer
 from firefly_sample.scenes import build_scene, find_scene

@@ -15,7 +15,7 @@ import numpy as np
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import make_texture
-from firefly_sample.lab.bench import quartile_spread
+from firefly_sample.lab.measuring import quartile_spread
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.probe import run
 from firefly_sample.plan.targets import ACCUMULATION_FORMATS

@@ -40,7 +40,7 @@ def powers(device: Device, samples: int = 100_000) -> Table:
             ([], "result.r = pow(a.x, a.z);"),
             (["phong"], "result.r = power_of_cosine(a.x, a.y, a.z);"),
         ):
-            found = evaluate(device, includes, body, inputs, {"HIGHLIGHTS": 0})[:, 0]
+            found = evaluate(device, includes, body, inputs, {"SPECULAR_MODEL": 0})[:, 0]
             errors.append(float(np.abs(found - exact).max()))
         # an error e of the logarithm x counts x exp(-x) e, which is e/3 at most: the roundings of the sine's
         # square, of its series and of the product; and what exp adds
@@ -155,7 +155,15 @@ def _distance_errors(device: Device, offset: float, samples: int) -> tuple[float
     by_view = evaluate(device, [], apart, four(seen[0]), more=four(seen[1]))[:, 0]
     at = (seen[1][:, [0, 2]] / seen[1][:, 1:2] * (lens.a, lens.c) + 1.0) * (0.5 * np.array(size))
     near = at.astype(np.float32).astype(np.float64)
-    without = ("ORTHOGRAPHIC", "RADIANCE", "HALF", "HIGHLIGHTS", "POSITION", "NORMALS", "COLORS")
+    without = (
+        "ORTHOGRAPHIC",
+        "RADIANCE",
+        "LIGHT_RESOLUTION",
+        "SPECULAR_MODEL",
+        "POSITION_METHOD",
+        "NORMAL_FORMAT",
+        "ALBEDO_FORMAT",
+    )
     defines = dict.fromkeys(without, 0)
     by_pixel = evaluate(
         device,

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.blocks import view_values
 from firefly_sample.gpu.device import Device
+from firefly_sample.gpu.light_drawing import BEHIND
 from firefly_sample.gpu.proxies import circumscribed_icosphere
 from firefly_sample.lab.numerics_table import Table, Value
 from firefly_sample.lab.probes.raster import rasterise
-from firefly_sample.passes.lights import BEHIND
 from firefly_sample.plan.view import View
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_constants import Clip

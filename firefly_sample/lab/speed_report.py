@@ -1,71 +1,19 @@
-"""Measured speed for people: a table for each size, and a plot of how frames grow with their lights."""
+"""Rows of measured speed, tables of them, and a plot of how frame times grow with the number of lights."""
 
 from __future__ import annotations
 
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import IO, Any
 
-from firefly_sample.lab.errors import require
-
-DPI = 110
+from firefly_sample.columns import align
+from firefly_sample.lab.measuring import logarithmic_axes, quartile_spread, require
 
 Row = dict[str, Any]
-HEAD = (
-    *("lights", "method", "ms", "spread", "ratio", "host ms", "of it plan", "draw calls", "bytes/px"),
-    *("shaded", "a pair", "µs a light", "growth"),
-)
+Size = tuple[int, int]
 
-
-def sizes_of(result: dict[str, Any]) -> list[tuple[int, int]]:
-    """The sizes that were measured, (width, height), one or several."""
-    size = result["size"]
-    several = size if isinstance(size[0], list) else [size]
-    return [(width, height) for width, height in several]
-
-
-def speed_as_markdown(result: dict[str, Any]) -> str:
-    """The rows as Markdown tables, one a size, with a line on what was measured, and what was left out."""
-    lines = [
-        f"{result['scene']}, {result['driver']}. Milliseconds are medians: of a frame, those of its passes; "
-        f"of the host, what Python took beside them. Ratios are to {result['chosen']} in the same round. "
-        '"A pair" is what was shaded over the pairs of a pixel and a light in range of it, "µs a light" what '
-        'a light more costs since the row before of the same method, "growth" that over the one before.',
-    ]
-    for size in sizes_of(result):
-        rows = [row for row in result["rows"] if tuple(row["size"]) == size]
-        lines += ["", f"## {size[0]}x{size[1]}", ""]
-        lines += [f"| {' | '.join(HEAD)} |", f"|--:|---|{'--:|' * (len(HEAD) - 2)}"]
-        lines += [f"| {' | '.join(_cells(row))} |" for row in rows]
-    if result["left_out"]:
-        lines += ["", "Not drawn:", ""]
-        lines += [
-            f"- {row['method']} with {row['lights']:,} at {row['size'][0]}x{row['size'][1]}: {row['because']}"
-            for row in result["left_out"]
-        ]
-    return "\n".join(lines) + "\n"
-
-
-def _cells(row: Row) -> list[str]:
-    return [
-        f"{row['lights']:,}",
-        row["method"],
-        f"{row['ms']:.2f}",
-        f"{row['spread']:.2f}",
-        _number(row["ratio"], ".2f"),
-        f"{row['host_ms']:.2f}",
-        f"{row['plan_ms']:.2f}",
-        str(row["draw_calls"]),
-        f"{row['bytes_per_pixel']:g}",
-        f"{row['shaded']:,}",
-        _number(row["shaded_per_pair"], ".2f"),
-        _number(row["slope"], ".1f"),
-        _number(row["growth"], ".2f"),
-    ]
-
-
-def _number(value: float | None, form: str) -> str:
-    return "" if value is None else format(value, form)
-
-
+DPI = 110
 _COLORS = {
     "volumes": "#2e6f95",
     "clustered": "#66a182",
@@ -76,18 +24,212 @@ _COLORS = {
 }
 _OTHER = "#999999"
 _DASHED = "auto"
-"""It is one of the others at any point: drawn over them, it lets them show."""
+"""It coincides with one of the others at any point: a dashed line on top lets the other show."""
+
+
+@dataclass(frozen=True)
+class Draw:
+    """One frame, drawn once.
+
+    Attributes
+    ----------
+    passes : mapping of str to float
+        Milliseconds of each pass.
+    plan_ms : float
+        Milliseconds of planning.
+    host_ms : float
+        Milliseconds of planning and drawing minus those of the passes: the time that Python took.
+    """
+
+    passes: Mapping[str, float]
+    plan_ms: float
+    host_ms: float
+
+    @property
+    def ms(self) -> float:
+        """Milliseconds of all passes."""
+        return sum(self.passes.values())
+
+
+@dataclass
+class Draws:
+    """All draws of a frame by one method, with each seed, and the counts of their work.
+
+    Attributes
+    ----------
+    by_seed : list of list of Draw
+        In the order of rounds, so that a round can be compared with that of a different method.
+    shaded : int
+        Summed over the seeds.
+    draw_calls : int
+    bytes_per_pixel : float
+        Of the last seed's frame, like `draw_calls`.
+    """
+
+    by_seed: list[list[Draw]] = field(default_factory=list)
+    shaded: int = 0
+    draw_calls: int = 0
+    bytes_per_pixel: float = 0.0
+
+    @property
+    def all(self) -> list[Draw]:
+        """The draws of every seed, one after the other."""
+        return [draw for draws in self.by_seed for draw in draws]
+
+
+def make_row(method: str, size: Size, lights: int, own: Draws, chosen: Draws | None, pairs: int) -> Row:
+    """Return a row of `firefly_sample.lab.speed.measure_speed`, without "slope" and "growth".
+
+    Parameters
+    ----------
+    own, chosen : Draws
+        Of the method, and of the one that ratios refer to; without that one there are no ratios.
+    """
+    draws = own.all
+    # a GPU's clock may give 0 for a nearly empty frame
+    ratios = [a.ms / b.ms for a, b in zip(draws, chosen.all, strict=True) if b.ms] if chosen else []
+    names = dict.fromkeys(name for draw in draws for name in draw.passes)
+    passes = {name: [draw.passes[name] for draw in draws if name in draw.passes] for name in names}
+    return {
+        "size": list(size),
+        "lights": lights,
+        "method": method,
+        "ms": statistics.median(draw.ms for draw in draws),
+        "spread": statistics.median(quartile_spread([draw.ms for draw in seed]) for seed in own.by_seed),
+        "ratio": statistics.median(ratios) if ratios else None,
+        "passes": {name: statistics.median(values) for name, values in passes.items()},
+        "host_ms": statistics.median(draw.host_ms for draw in draws),
+        "plan_ms": statistics.median(draw.plan_ms for draw in draws),
+        "draw_calls": own.draw_calls,
+        "bytes_per_pixel": own.bytes_per_pixel,
+        "shaded": own.shaded,
+        "pairs": pairs,
+        "shaded_per_pair": own.shaded / pairs if pairs else None,
+    }
+
+
+def with_slopes(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows with the cost of a light, compared with the previous row of the same size and method.
+
+    "slope" is in microseconds per light: None without a previous row with fewer lights. "growth" is the slope
+    over the previous slope, 1 where time is a straight line over lights: None if one of the two is missing or
+    the previous slope is not above 0.
+    """
+    found, before = [], dict[tuple[Any, ...], Row]()
+    for row in rows:
+        key = (*row["size"], row["method"])
+        last, slope, growth = before.get(key), None, None
+        if last is not None and row["lights"] > last["lights"]:
+            slope = 1e3 * (row["ms"] - last["ms"]) / (row["lights"] - last["lights"])
+            if last["slope"] is not None and last["slope"] > 0.0:
+                growth = slope / last["slope"]
+        before[key] = {**row, "slope": slope, "growth": growth}
+        found.append(before[key])
+    return found
+
+
+def sizes_of(result: dict[str, Any]) -> list[Size]:
+    """Return the sizes that were measured, (width, height), one or several."""
+    size = result["size"]
+    several = size if isinstance(size[0], list) else [size]
+    return [(width, height) for width, height in several]
+
+
+_BEFORE = {
+    "lights": ("lights", ",d"),
+    "method": ("method", ""),
+    "ms": ("ms", ".2f"),
+    "spread": ("spread", ".2f"),
+    "ratio": ("ratio", ".2f"),
+}
+_AFTER = {
+    "host_ms": ("host ms", ".2f"),
+    "plan_ms": ("plan ms", ".2f"),
+    "draw_calls": ("draw calls", "d"),
+    "bytes_per_pixel": ("bytes/px", "g"),
+    "shaded": ("shaded", ",d"),
+    "pairs": ("pairs", ",d"),
+    "shaded_per_pair": ("shaded/pair", ".2f"),
+    "slope": ("us/light", ".1f"),
+    "growth": ("growth", ".2f"),
+}
+"""The columns of a table before and after those of the passes: the key in a row, the heading and the
+format."""
+
+
+def _table(result: dict[str, Any], size: Size, passes: Sequence[str] = ()) -> list[list[str]]:
+    """Return the heading and the rows of one size, with a column for each of `passes`."""
+    before, after = ([heading for heading, _ in columns.values()] for columns in (_BEFORE, _AFTER))
+    table = [[*before, *passes, *after]]
+    for row in result["rows"]:
+        if tuple(row["size"]) == size:
+            times = [_cell(row["passes"].get(name), ".2f") for name in passes]
+            table.append([*_cells(row, _BEFORE), *times, *_cells(row, _AFTER)])
+    return table
+
+
+def _cells(row: Row, columns: dict[str, tuple[str, str]]) -> list[str]:
+    return [_cell(row[key], form) for key, (_, form) in columns.items()]
+
+
+def _cell(value: Any, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+def _shape(size: Sequence[int]) -> str:
+    return "x".join(map(str, size))
+
+
+def _left_out(result: dict[str, Any]) -> list[str]:
+    return [
+        f"{row['method']} with {row['lights']:,} lights at {_shape(row['size'])}: {row['because']}"
+        for row in result["left_out"]
+    ]
+
+
+def speed_as_text(result: dict[str, Any]) -> str:
+    """Return the rows as aligned tables, one per size, with a column for each pass."""
+    passes = list(dict.fromkeys(name for row in result["rows"] for name in row["passes"]))
+    lines = []
+    for size in sizes_of(result):
+        head, *rows = _table(result, size, passes)
+        shape = _shape(size)
+        lines.append(
+            f"{result['scene']}, {shape}, {result['driver']}; milliseconds of a frame and its passes"
+        )
+        lines.append(align([[heading.upper() for heading in head], *rows]))
+    lines.append(f"ratios are to the time of method {result['chosen']}")
+    return "\n".join([*lines, *(f"left out: {text}" for text in _left_out(result))])
+
+
+def speed_as_markdown(result: dict[str, Any]) -> str:
+    """Return the rows as Markdown tables, one per size, with a legend and a list of what was left out."""
+    lines = [
+        f"{result['scene']}, {result['driver']}. Times are medians in milliseconds: `ms` of a frame's "
+        "passes, `host ms` of Python beside them, `plan ms` the part of planning in that. Ratios are to "
+        f"method {result['chosen']} in the same round. `shaded/pair` is the number of shaded fragments over "
+        "the (pixel, light) pairs in range, `us/light` the microseconds per additional light since the "
+        "previous row of the same method, `growth` that over the previous one.",
+    ]
+    for size in sizes_of(result):
+        head, *rows = _table(result, size)
+        lines += ["", f"## {_shape(size)}", "", f"| {' | '.join(head)} |"]
+        lines += [f"|--:|---|{'--:|' * (len(head) - 2)}"]
+        lines += [f"| {' | '.join(cells)} |" for cells in rows]
+    if result["left_out"]:
+        lines += ["", "Not drawn:", "", *(f"- {text}" for text in _left_out(result))]
+    return "\n".join(lines) + "\n"
 
 
 def figure_inches(panels: int) -> tuple[float, float]:
-    """Width and height of the plot, `DPI` pixels each."""
+    """Return width and height of the plot, `DPI` pixels each."""
     return (9.0 if panels == 1 else 1.0 + 5.5 * panels), 6.0
 
 
 def growth_figure(result: dict[str, Any], file: IO[bytes]) -> None:
-    """Write a PNG: milliseconds of a frame over lights, both logarithmic; a line a method, a panel a size.
+    """Write a PNG: milliseconds of a frame over lights; a line per method, a panel per size.
 
-    Frames without lights have no place on such an axis, nor have those whose clock told 0.
+    Frames without lights, and frames for which the clock gave 0, cannot be shown on its logarithmic axes.
 
     Raises
     ------
@@ -116,26 +258,17 @@ def growth_figure(result: dict[str, Any], file: IO[bytes]) -> None:
                 elinewidth=0.8,
                 zorder=4 if method == _DASHED else 3,
             )
-        _dress(axes, f"{size[0]}x{size[1]}")
-    panels[0].set_ylabel("milliseconds of a frame (bars: from quartile to quartile)")
-    title = f"{result['scene']}: what a frame costs, by how its lights are drawn"
+        logarithmic_axes(axes)
+        axes.set_title(_shape(size), loc="left", fontsize=10)
+        axes.set_xlabel("lights in the scene")
+        axes.xaxis.set_major_formatter("{x:,g}")
+        axes.yaxis.set_major_formatter("{x:,g}")
+    panels[0].set_ylabel("milliseconds per frame (bars: interquartile range)")
+    title = f"{result['scene']}: frame time by lighting method"
     figure.suptitle(title, x=0.01, ha="left", fontsize=12)
     if lines:
         figure.legend(lines.values(), lines.keys(), frameon=False, fontsize=9, loc="outside right upper")
     if result["left_out"]:
-        note = "Where a line ends early, frames took too long to be measured."
+        note = "A line ends early where frames took too long to be measured."
         figure.supxlabel(note, fontsize=8, color="#777777", x=0.01, ha="left")
     figure.savefig(file, format="png")
-
-
-def _dress(axes: Any, title: str) -> None:
-    """Axes that powers of ten mark, in plain numbers."""
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_title(title, loc="left", fontsize=10)
-    axes.set_xlabel("lights in the scene")
-    axes.grid(True, which="major", color="#dddddd", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.xaxis.set_major_formatter("{x:,g}")
-    axes.yaxis.set_major_formatter("{x:,g}")

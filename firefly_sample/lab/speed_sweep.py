@@ -1,39 +1,215 @@
-"""Draws the frames of a measurement of speed, each by all methods in turn."""
+"""The frames of a measurement of speed: which are drawn, by which methods, and which would take too long."""
 
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from firefly_sample.errors import SceneError, SettingsError, did_you_mean
 from firefly_sample.frame import Frame
+from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.shade import count_pairs
-from firefly_sample.lab.speed_limit import LeftOut
-from firefly_sample.lab.speed_methods import CHOSEN, METHODS, shaded_by
-from firefly_sample.lab.speed_rows import Draw, Draws, make_row
-from firefly_sample.lab.speed_steps import Step
+from firefly_sample.lab.speed_report import Draw, Draws, make_row
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
+from firefly_sample.scene.parameter import Parameter, resolve_parameters
 from firefly_sample.scene.scene import Scene, ScenePlugin
 from firefly_sample.scenes import build_scene
+from firefly_sample.scenes.plugin import lights_parameter
 from firefly_sample.settings import Settings
 
+METHODS: dict[str, dict[str, Any]] = {
+    "volumes": {"light_method": "volumes", "volume_depth_test": True},
+    "original": {"light_method": "volumes", "volume_depth_test": False},
+    "clustered": {"light_method": "clustered"},
+    "auto": {"light_method": "auto"},
+    "fullscreen": {"light_method": "fullscreen"},
+    "loop": {"light_method": "loop"},
+}
+"""The settings of each method: our light volumes; the original's, without a depth test; clusters; the cheaper
+of volumes and clusters; a full-screen pass per light; one full-screen pass that loops over all lights."""
+CHOSEN = "volumes"
+"""The method that ratios refer to, if it is measured."""
+COUNTS = (1, 4, 16, 64, 256, 500, 1000, 4000, 10_000)
+"""The counts of lights that are measured by default."""
 OUTPUTS = "color", "position"
 NEXT_FRAME = 1.0 / 24.0
-"""Seconds. Each draw comes after the scene was there: else what moves would stand still, and cost nothing."""
+"""Seconds. The scene is put this far ahead before each draw: otherwise moving parts would cost nothing."""
 
 Size = tuple[int, int]
 
 
+def check_methods(given: Sequence[str] | None, base: Settings) -> list[str]:
+    """Return the names of methods without repetitions; without any given, all that fit the settings.
+
+    Raises
+    ------
+    SettingsError
+        If the list is empty, or a method does not exist or does not fit the settings.
+    """
+    if given is None:
+        return [name for name, changes in METHODS.items() if _fits(base, changes)]
+    names = list(dict.fromkeys(given))
+    for name in names:
+        if name not in METHODS:
+            raise SettingsError(
+                f"there is no method {name!r}{did_you_mean(name, METHODS)}: choose from {', '.join(METHODS)}"
+            )
+        base.with_changes(**METHODS[name])
+    if not names:
+        raise SettingsError(f"the list of methods is empty: choose from {', '.join(METHODS)}")
+    return names
+
+
+def _fits(base: Settings, changes: dict[str, Any]) -> bool:
+    try:
+        base.with_changes(**changes)
+    except SettingsError:
+        return False
+    return True
+
+
+@dataclass(frozen=True)
+class Step:
+    """The frames with one count of lights.
+
+    Attributes
+    ----------
+    count : int
+        Value of the parameter that counts the scene's lights; 0 if it has none.
+    variations : list of dict
+        The scene's parameters, one dict per seed.
+    """
+
+    count: int
+    variations: list[dict[str, Any]]
+
+
+def steps_of(
+    plugin: ScenePlugin, given: dict[str, Any], counts: Sequence[int] | None, seeds: Sequence[int] | None
+) -> list[Step]:
+    """Return a step for each count of lights, fewest first; `given` are the scene's other parameters.
+
+    Raises
+    ------
+    SceneError
+        If the scene has no parameter for counts or seeds that are given, or a parameter is wrong.
+    """
+    if seeds is not None and not any(parameter.name == "seed" for parameter in plugin.parameters):
+        raise SceneError(f"scene {plugin.name!r} has no parameter 'seed': leave 'seeds' out")
+    seeded = [given] if seeds is None else [{**given, "seed": seed} for seed in seeds]
+    counted = lights_parameter(plugin)
+    if counted is not None:
+        steps = [
+            Step(count, [{**parameters, counted.name: count} for parameters in seeded])
+            for count in _counts(plugin, counted, given, counts)
+        ]
+    elif counts is None:
+        steps = [Step(0, seeded)]
+    else:
+        raise SceneError(
+            f"scene {plugin.name!r} has no parameter for its number of lights: leave 'counts' out"
+        )
+    for step in steps:
+        for parameters in step.variations:
+            resolve_parameters(plugin.name, plugin.parameters, parameters)
+    return steps
+
+
+def _counts(
+    plugin: ScenePlugin, counted: Parameter, given: dict[str, Any], counts: Sequence[int] | None
+) -> list[int]:
+    if counts is None and counted.name in given:
+        return [counted.check(given[counted.name], plugin.name)]
+    if counts is None:
+        low = 0 if counted.minimum is None else counted.minimum
+        high = COUNTS[-1] if counted.maximum is None else counted.maximum
+        return [count for count in COUNTS if low <= count <= high] or [counted.default]
+    if counted.name in given:
+        raise SceneError(
+            f"scene {plugin.name!r}: {counted.name!r} and 'counts' both set the number of lights: give one "
+            "of them"
+        )
+    if not counts:
+        raise SceneError("the list of counts of lights is empty: give at least one, or leave 'counts' out")
+    return sorted({counted.check(count, plugin.name) for count in counts})
+
+
+def predict(known: Sequence[tuple[int, float]], lights: int) -> float | None:
+    """Return the milliseconds of a frame on the line through the last two of (lights, milliseconds).
+
+    A falling line counts as level. None if fewer than two are known.
+    """
+    if len(known) < 2:
+        return None
+    (fewer, quicker), (last, ms) = known[-2:]
+    slope = max((ms - quicker) / (last - fewer), 0.0)
+    return ms + slope * (lights - last)
+
+
+class LeftOut:
+    """The frames that are not drawn, because they take too long with some method, and the reasons.
+
+    Parameters
+    ----------
+    longest : float
+        Seconds that one frame may take.
+
+    Attributes
+    ----------
+    rows : list of dict
+        "size", "lights", "method" and "because" of each.
+    """
+
+    def __init__(self, longest: float) -> None:
+        self.longest = longest
+        self.rows: list[dict[str, Any]] = []
+        self._known: dict[tuple[Size, str], list[tuple[int, float]]] = {}
+        self._stops: dict[str, list[tuple[Size, int]]] = {}
+
+    def learn(self, size: Size, method: str, count: int, ms: float) -> None:
+        """Record the milliseconds of the quickest frame with `count` lights; counts must rise."""
+        self._known.setdefault((size, method), []).append((count, ms))
+
+    def foresees(self, size: Size, method: str, count: int) -> bool:
+        """Return whether a method is left out of a step before it is drawn, and record it."""
+        for other, fewer in self._stops.get(method, []):
+            if other[0] * other[1] <= size[0] * size[1] and fewer <= count:
+                self._note(size, method, count, f"too long already with {fewer:,} at {other[0]}x{other[1]}")
+                return True
+        ms = predict(self._known.get((size, method), []), count)
+        if ms is None or ms <= 1e3 * self.longest:
+            return False
+        self._stop(size, method, count, f"a frame would take about {ms / 1e3:.3g} s")
+        return True
+
+    def is_too_long(self, size: Size, method: str, count: int, ms: float) -> bool:
+        """Return whether a method is left out of a step after a frame took `ms`, and record it."""
+        if ms <= 1e3 * self.longest:
+            return False
+        self._stop(size, method, count, f"a frame took {ms / 1e3:.3g} s")
+        return True
+
+    def _stop(self, size: Size, method: str, count: int, because: str) -> None:
+        self._stops.setdefault(method, []).append((size, count))
+        self._note(size, method, count, f"{because}, more than {self.longest:g} s")
+
+    def _note(self, size: Size, method: str, count: int, because: str) -> None:
+        self.rows.append({"size": list(size), "lights": count, "method": method, "because": because})
+
+
 @dataclass
 class Sweep:
-    """Draws steps; the renderer reuses no G-buffer, which would have no time.
+    """Draws steps, each frame by all methods in turn.
+
+    The renderer must not reuse a G-buffer: a reused one would take no time.
 
     Attributes
     ----------
     draws, done : int
-        In all; and so far, with those that were left out.
+        Draws in all; and done so far, including those that were left out.
     """
 
     plugin: ScenePlugin
@@ -44,16 +220,16 @@ class Sweep:
     methods: list[str]
     left_out: LeftOut
     draws: int
-    progress: Callable[[int, int], None] | None
+    progress: Progress | None
     done: int = field(default=0, init=False)
 
     @property
     def chosen(self) -> str:
-        """The method that ratios refer to: `CHOSEN`, or the first of those that are measured."""
+        """The method that ratios refer to: `CHOSEN`, or the first measured one."""
         return CHOSEN if CHOSEN in self.methods else self.methods[0]
 
     def measure(self, size: Size, step: Step) -> list[dict[str, Any]]:
-        """The rows of one step, at the renderer's size."""
+        """Return the rows of one step, drawn at the renderer's size."""
         until = self.done + len(step.variations) * (self.rounds + 1) * len(self.methods)
         drawn = {name: Draws() for name in self.methods if not self.left_out.foresees(size, name, step.count)}
         pairs = lights = 0
@@ -75,35 +251,30 @@ class Sweep:
             pairs += counted or 0
             for _ in range(self.rounds):
                 for name, own in drawn.items():
-                    own.by_seed[-1].append(self._timed(built, name))
+                    own.by_seed[-1].append(self._draw(built, name)[2])
+                    self._tell()
         self._tell(until - self.done)
         chosen = drawn.get(self.chosen)
         for name, own in drawn.items():
-            # the quickest: on a busy machine a line through two medians points anywhere
+            # the quickest draw: on a busy machine a line through two medians may point anywhere
             self.left_out.learn(size, name, step.count, min(draw.ms for draw in own.all))
         return [make_row(name, size, lights, own, chosen, pairs) for name, own in drawn.items()]
 
     def _first(self, built: Scene, name: str) -> tuple[Frame, FramePlan, float]:
-        """A frame that compiles and counts, and its milliseconds."""
+        """Draw a frame that compiles shaders and counts fragments; also return its milliseconds."""
         self.renderer.count_fragments = True
         try:
-            frame, plan, _ = self._draw(built, name)
+            frame, plan, draw = self._draw(built, name)
         finally:
             self.renderer.count_fragments = False
         self._tell()
-        return frame, plan, sum(frame.milliseconds.values())
+        return frame, plan, draw.ms
 
     def _is_too_long(self, size: Size, name: str, count: int, built: Scene, ms: float) -> bool:
-        """Whether a first frame took too long, and not because it compiled: it is drawn once more to see."""
+        """Return whether a step takes too long; draw a slow first frame, which compiled shaders, again."""
         if ms > 1e3 * self.left_out.longest:
-            frame, *_ = self._draw(built, name)
-            ms = sum(frame.milliseconds.values())
+            ms = self._draw(built, name)[2].ms
         return self.left_out.is_too_long(size, name, count, ms)
-
-    def _timed(self, built: Scene, name: str) -> Draw:
-        *_, draw = self._draw(built, name)
-        self._tell()
-        return draw
 
     def _draw(self, built: Scene, name: str) -> tuple[Frame, FramePlan, Draw]:
         renderer = self.renderer
@@ -114,7 +285,7 @@ class Sweep:
         planned = clock.perf_counter()
         frame = renderer.draw(plan, read=False)
         spent = 1e3 * (clock.perf_counter() - start)
-        # a GPU's clock is not this one
+        # the GPU's clock is a different one, so the difference may be below 0
         host = max(spent - sum(frame.milliseconds.values()), 0.0)
         return frame, plan, Draw(frame.milliseconds, 1e3 * (planned - start), host)
 
@@ -123,3 +294,13 @@ class Sweep:
             self.done += draws
             if self.progress is not None:
                 self.progress(self.done, self.draws)
+
+
+def shaded_by(frame: Frame, plan: FramePlan) -> int:
+    """Return how many (fragment, light) pairs the lighting passes shaded."""
+    shaded = frame.shaded or 0
+    if plan.culling.method != "loop":
+        return shaded
+    # the renderer counts fragments, each of which loops over all lights; a large set has several passes
+    passes = sum(len(lights.parts()) for lights in plan.lights)
+    return shaded // max(passes, 1) * sum(map(len, plan.lights))

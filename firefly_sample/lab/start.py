@@ -1,6 +1,6 @@
-"""How soon the first picture is there: in fresh processes, with what is derived from models kept or not.
+"""Measure the time to the first picture in fresh processes, with and without the cache of models.
 
-Times on a shared machine mean little by themselves, so every round runs each kind of process in turn, and the
+Times on a shared machine mean little by themselves, so every round runs each kind of process in turn, and
 ratios are taken within a round: to a process that imports the libraries and opens a context.
 """
 
@@ -12,7 +12,6 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -20,11 +19,12 @@ from typing import Any
 from firefly_sample.derived import VARIABLE
 from firefly_sample.errors import FireflyError, SceneError
 from firefly_sample.frame import check_size
-from firefly_sample.lab.bench import quartile_spread
+from firefly_sample.lab.measuring import quartile_spread
+from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.scenes import find_scene
 
 CACHES = ("off", "empty", "full")
-"""What each kind of process finds; in this order, "full" is what "empty" left."""
+"""The state of the cache for each kind of process, in this order: "full" is what "empty" left."""
 
 
 def measure_start(
@@ -34,11 +34,11 @@ def measure_start(
     time: float = 5.0,
     rounds: int = 5,
     device: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Time processes from their start to their first picture.
 
-    The folders of what is kept are temporary; the user's own is neither read nor written.
+    The cache folders are temporary; the user's own cache is neither read nor written.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def measure_start(
     size : (int, int)
         Pixels.
     time : float
-        Seconds, of the picture.
+        Time of the picture in seconds.
     rounds : int
-        How often each kind of process runs, after one picture that is not timed.
+        How often each kind of process runs, after one that is not timed.
     device : see `firefly_sample.Renderer`
     progress : callable, optional
         Called with (processes done, processes in all).
@@ -57,16 +57,16 @@ def measure_start(
     Returns
     -------
     dict
-        What ``firefly measure start --json`` prints: "scene", the plugin's name; "size", [width, height];
+        The output of ``firefly measure start --json``: "scene", the plugin's name; "size", [width, height];
         "rounds"; "driver", the GL renderer string; "dependencies", the median seconds of a process that
         imports NumPy, moderngl, trimesh and Pillow and opens a context; and "rows", one for each of `CACHES`:
 
         "cache" : str
-            What is kept of models: nothing and nothing will be ("off"), nothing yet, or all.
+            The state of the cache: not used ("off"), used but empty, or full.
         "seconds" : float
             From the start of the process to its picture: the median.
         "ratio" : float
-            To "dependencies" in the same round: the median.
+            "seconds" over "dependencies" in the same round: the median.
         "spread" : float
             Interquartile range over median of the ratios.
         "sha256" : str
@@ -75,7 +75,7 @@ def measure_start(
     Raises
     ------
     FireflyError
-        If the scene, the size or the driver is not as it must be, or two pictures differ.
+        If the scene, the size or the driver is not usable, or two pictures differ.
     """
     plugin = find_scene(scene)
     width, height = check_size(size)
@@ -93,8 +93,8 @@ def measure_start(
         before = answers.setdefault(name if name == "dependencies" else "picture", answer)
         if answer != before:
             raise FireflyError(
-                f"scene {plugin.name!r}: the picture with the cache {name!r} is another than before: "
-                "delete the cache and report this"
+                f"scene {plugin.name!r}: the picture drawn with cache state {name!r} differs from the "
+                "earlier one; please delete the cache and report this as a bug"
             )
         done += 1
         if progress is not None:
@@ -105,7 +105,7 @@ def measure_start(
     for _ in range(rounds):
         with tempfile.TemporaryDirectory(prefix="firefly-start-") as folder:
             for name, seconds in taken.items():
-                seconds.append(run(name, str(Path(folder, "kept")) if name in ("empty", "full") else "off"))
+                seconds.append(run(name, str(Path(folder, "cache")) if name in ("empty", "full") else "off"))
     return {
         "scene": plugin.name,
         "size": [width, height],
@@ -130,8 +130,8 @@ def _row(name: str, seconds: list[float], unit: list[float], digest: str) -> dic
 
 
 def _run(job: dict[str, Any], folder: str) -> tuple[float, dict[str, Any]]:
-    """Seconds until a fresh process answers, and its answer."""
-    # what can be imported here can be imported there, and nothing else: by itself, -m adds the working folder
+    """Return the seconds until a fresh process answers, and its answer."""
+    # it can import exactly what this process can: without -P, -m would add the working folder
     command = [sys.executable, "-P", "-m", "firefly_sample.lab.start_process", json.dumps(job)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), VARIABLE: folder}
     with tempfile.TemporaryFile("w+") as errors:
@@ -150,7 +150,7 @@ def _run(job: dict[str, Any], folder: str) -> tuple[float, dict[str, Any]]:
             errors.seek(0)
             said = errors.read().strip().splitlines()
             raise FireflyError(
-                f"a process ended without a picture: {said[-1] if said else 'it said nothing'}"
+                f"a process ended without a picture: {said[-1] if said else 'it printed no error'}"
             )
     answer = json.loads(line)
     if "error" in answer:

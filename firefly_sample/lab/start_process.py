@@ -1,6 +1,6 @@
-"""The work of the processes that `firefly_sample.lab.start` times, each started with ``python -P -m``.
+"""The processes that `firefly_sample.lab.start` times, each started with ``python -P -m``.
 
-It imports nothing before it is told what to do: each import is part of what is timed.
+This module imports as little as possible at its top, because every import is part of the timed work.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ DEPENDENCIES = ("numpy", "moderngl", "trimesh", "PIL.Image")
 
 
 def open_context(device: int | None) -> dict[str, Any]:
-    """Import what the package stands on, and open a context: as much as any program of its kind must do."""
+    """Import the package's dependencies and open a context, as every program of its kind must."""
     from importlib import import_module
 
     for name in DEPENDENCIES:
@@ -40,11 +40,11 @@ def first_picture(scene: str, size: tuple[int, int], time: float, device: int | 
 
 
 def main() -> int:
-    """Do what the only argument says, in JSON, and answer in one line of JSON."""
+    """Do the job in the only argument, which is JSON, and answer in one line of JSON."""
     from firefly_sample.errors import FireflyError
 
     given, stdout = json.loads(sys.argv[1]), sys.stdout
-    sys.stdout = sys.stderr  # the answer alone is on stdout, whatever a scene prints
+    sys.stdout = sys.stderr  # only the answer goes to stdout, whatever a scene prints
     try:
         if given["scene"] is None:
             answer = open_context(given["device"])

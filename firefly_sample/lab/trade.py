@@ -1,15 +1,14 @@
-"""What each setting costs in time and in error, on one frame of a scene.
+"""Measure the time and the error of each setting, on one frame of a scene.
 
 Every row is complete in itself: its error against the float64 reference, and its time as a ratio to the
-default's, of pairs of draws made one right after the other. So a run that was interrupted goes on where it
-stopped.
+default's, from pairs of draws made one right after the other. Therefore an interrupted run can be resumed.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +17,11 @@ import numpy as np
 from firefly_sample.capture.writers import as_folder, open_whole, output_folder, write_image
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import Frame
-from firefly_sample.lab.bench import Bench
-from firefly_sample.lab.errors import require, scale_of
+from firefly_sample.lab.measuring import require, write_json
+from firefly_sample.lab.picture_errors import scale_of
+from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.frame import reference_settings, render_reference
+from firefly_sample.lab.trade_bench import TradeBench
 from firefly_sample.lab.trade_report import difference_picture, pareto_figure, trade_as_markdown
 from firefly_sample.lab.variations import Variation, signature, variations
 from firefly_sample.renderer import Renderer
@@ -28,11 +29,10 @@ from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 
-NAME = "trade.json"
 DIFFERENCES = 4
-"""Rows whose difference to the reference is made a picture."""
-STEPS_OF_REFERENCE = 100
-"""Of the progress, for the reference."""
+"""Number of rows whose difference from the reference is saved as a picture."""
+REFERENCE_STEPS, ROW_STEPS = 100, 10
+"""Steps of the progress: of the reference, and of each row."""
 
 
 def measure_trade(
@@ -47,29 +47,29 @@ def measure_trade(
     fresh: bool = False,
     device: int | None = None,
     require_gpu: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Measure the trade of speed for accuracy on one frame, and write it down.
+    """Measure the trade of speed for accuracy on one frame, and write the results to files.
 
     Parameters
     ----------
     scene : str
         Name of a scene plugin, or "package.module:object".
     folder : path, optional
-        Where ``trade.json``, ``trade.md``, ``pareto.png`` and the pictures of the largest differences go;
-        ``measured/<scene>`` when absent. One of the same that was interrupted there is gone on with.
+        For ``trade.json``, ``trade.md``, ``pareto.png`` and the pictures of the largest differences;
+        ``measured/<scene>`` when absent. An interrupted run of the same measurement there is resumed.
     parameters : mapping, optional
         The scene's parameters.
     size : (int, int)
         Pixels.
     settings : Settings, optional
-        What all is compared with: the default. Its supersample must be 1 and its look "correct".
+        The default, with which all are compared. Its supersample must be 1 and its look "correct".
     time : float
         Seconds.
     seconds : float
-        About how long to time each row.
+        About how long each row is timed.
     fresh : bool
-        Begin anew in any case.
+        Start over, even if an interrupted run could be resumed.
     device, require_gpu : see `firefly_sample.Renderer`
     progress : callable, optional
         Called with (steps done, steps in all).
@@ -77,18 +77,19 @@ def measure_trade(
     Returns
     -------
     dict
-        What ``trade.json`` holds: "scene", "parameters", "size", "time", "settings" (all of the default's),
-        "driver", "version", "reference" ("left_out": the share of pixels in which rays and the rasteriser see
-        different triangles, which are not compared; "scale": the 99.9th percentile of its radiance) and
-        "rows", each with "name", "group", "settings" (what differs from the default), "time_ratio", "spread",
-        "milliseconds", "bytes_per_pixel", "fragments" (of the passes of light) and "errors", see
-        `firefly_sample.lab.errors.Errors`. A row that cannot be drawn has "skipped", the reason, instead.
-        The row "texture filtering" is the driver's, not a setting's: it has errors alone.
+        The contents of ``trade.json``: "scene", "parameters", "size", "time", "settings" (all of the
+        default's), "driver", "version", "reference" ("left_out": the share of pixels in which rays and the
+        rasteriser see different triangles, which are not compared; "scale": the 99.9th percentile of its
+        radiance) and "rows", each with "name", "group", "settings" (what differs from the default),
+        "time_ratio", "spread", "milliseconds", "bytes_per_pixel", "fragments" (of the lighting passes) and
+        "errors", see `firefly_sample.lab.picture_errors.PictureErrors`. Settings that cannot be drawn have
+        "skipped", the reason, instead. The row "texture filtering" is the driver's error, not a setting's,
+        and has no times.
 
     Raises
     ------
     FireflyError
-        If the scene, a parameter, a setting, the size, the folder or the driver is not as it must be.
+        If the scene, a parameter, a setting, the size, the folder or the driver is not usable.
     """
     plugin = find_scene(scene)
     given, base = dict(parameters or {}), settings or Settings()
@@ -100,6 +101,7 @@ def measure_trade(
     require("embreex", "flip_evaluator", "matplotlib")
     given = resolve_parameters(plugin.name, plugin.parameters, given)
     folder = as_folder(folder) if folder is not None else default_folder(scene)
+    path = folder / "trade.json"
     built = build_scene(plugin, **given)
     with (
         output_folder(folder),
@@ -108,34 +110,41 @@ def measure_trade(
         chosen = variations(renderer.plan(built, time, ("color",)), base)
         head = _head(plugin.name, given, size, time, base, renderer.driver)
         key = _key([scene, seconds, head], chosen)
-        rows = [] if fresh else _measured(folder / NAME, key)
-        steps = _Steps(len(chosen) + 1, progress)
-        bench = Bench(renderer, built, time, base, steps.reference)
+        rows = [] if fresh else _measured(path, key)
+        total = REFERENCE_STEPS + ROW_STEPS * (len(chosen) + 1)
+
+        def tell(done: int) -> None:
+            if progress is not None:
+                progress(done, total)
+
+        bench = TradeBench(
+            renderer, built, time, base, lambda done, of: tell(REFERENCE_STEPS * done // max(of, 1))
+        )
         head["reference"] = {
             "left_out": bench.disagreed,
             "scale": scale_of(bench.reference.radiance[bench.agreed]),
         }
         done = {row["name"] for row in rows}
         seen: set[tuple[Any, ...]] = set()
-        for index, variation in enumerate(chosen):
+        for number, variation in enumerate(chosen, 1):
             own = _signature(bench, variation)
             if variation.name not in done and own not in seen:
                 rows.append(_row(bench, variation, seconds))
-                _write(folder, {**head, "rows": rows, "unfinished": key})
+                write_json(path, {**head, "rows": rows, "unfinished": key})
             seen.add(own)
-            steps.row(index)
+            tell(REFERENCE_STEPS + ROW_STEPS * number)
         if "texture filtering" not in done:
             rows.append(_filtering(bench))
         result = {**head, "rows": rows}
-        _write(folder, {**result, "unfinished": key})
+        write_json(path, {**result, "unfinished": key})
         _write_report(folder, result, bench)
-        _write(folder, result)  # last: what is interrupted before is gone on with
-        steps.row(len(chosen))
+        write_json(path, result)  # last, so that a run interrupted before can be resumed
+        tell(total)
     return result
 
 
 def default_folder(scene: str) -> Path:
-    """Return the folder of a measurement that was given none: ``measured/<the plugin's name>``."""
+    """Return the default folder of a measurement: ``measured/<the plugin's name>``."""
     return Path("measured") / find_scene(scene).name
 
 
@@ -156,13 +165,13 @@ def _head(
 
 
 def _key(head: list[Any], chosen: list[Variation]) -> str:
-    """Return a digest of what is measured, so that rows of another measurement are not mixed in."""
+    """Return a digest of what is measured, so that rows of different measurements do not mix."""
     text = json.dumps([head, [(variation.name, variation.changes) for variation in chosen]], sort_keys=True)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def _measured(path: Path, key: str) -> list[dict[str, Any]]:
-    """Return the rows of an interrupted measurement of the same."""
+    """Return the rows of an interrupted run of the same measurement."""
     try:
         before = json.loads(path.read_text(encoding="utf-8"))
         return list(before["rows"]) if before.get("unfinished") == key else []
@@ -170,39 +179,20 @@ def _measured(path: Path, key: str) -> list[dict[str, Any]]:
         return []
 
 
-class _Steps:
-    """Progress: the reference first, then rows."""
-
-    def __init__(self, rows: int, progress: Callable[[int, int], None] | None) -> None:
-        self._rows, self._progress = rows * STEPS_OF_REFERENCE // 10, progress
-
-    def _tell(self, done: int) -> None:
-        if self._progress is not None:
-            self._progress(done, STEPS_OF_REFERENCE + self._rows)
-
-    def reference(self, done: int, total: int) -> None:
-        """So much of the reference is made."""
-        self._tell(STEPS_OF_REFERENCE * done // max(total, 1))
-
-    def row(self, index: int) -> None:
-        """That row is done."""
-        self._tell(STEPS_OF_REFERENCE + (index + 1) * STEPS_OF_REFERENCE // 10)
-
-
-def _signature(bench: Bench, variation: Variation) -> tuple[Any, ...]:
-    """Of the frame, so that none is measured twice; of the variation where it cannot be drawn."""
+def _signature(bench: TradeBench, variation: Variation) -> tuple[Any, ...]:
+    """Return the signature of a frame, or a variation's name if it cannot be drawn."""
     try:
         return signature(bench.plan(bench.base.with_changes(**variation.changes)))
     except SceneError:
         return (variation.name,)
 
 
-def _row(bench: Bench, variation: Variation, seconds: float) -> dict[str, Any]:
+def _row(bench: TradeBench, variation: Variation, seconds: float) -> dict[str, Any]:
     row: dict[str, Any] = {"name": variation.name, "group": variation.group, "settings": variation.changes}
     settings = bench.base.with_changes(**variation.changes)
     try:
         drawn = bench.draw(settings, flip=True)
-    except SceneError as error:  # maps or slices that do not fit
+    except SceneError as error:  # maps or slices do not fit
         return row | {"skipped": str(error)}
     timing = bench.time_of(settings, seconds, most=99)
     return row | {
@@ -215,8 +205,8 @@ def _row(bench: Bench, variation: Variation, seconds: float) -> dict[str, Any]:
     }
 
 
-def _filtering(bench: Bench) -> dict[str, Any]:
-    """Measure the driver's filtering of textures: a reference that filters exactly, held against ours."""
+def _filtering(bench: TradeBench) -> dict[str, Any]:
+    """Measure the driver's error of texture filtering, by a reference that filters exactly."""
     renderer, base = bench.renderer, bench.base
     renderer.settings = reference_settings(base.with_changes(light_method="volumes", light_resolution="full"))
     plan = renderer.plan(bench.scene, bench.time, ("visibility",))
@@ -234,12 +224,7 @@ def _filtering(bench: Bench) -> dict[str, Any]:
     return {"name": "texture filtering", "group": "driver", "settings": {}, "errors": errors.as_dict()}
 
 
-def _write(folder: Path, result: dict[str, Any]) -> None:
-    with open_whole(folder / NAME) as file:
-        file.write(json.dumps(result, indent=1, allow_nan=False).encode() + b"\n")
-
-
-def _write_report(folder: Path, result: dict[str, Any], bench: Bench) -> None:
+def _write_report(folder: Path, result: dict[str, Any], bench: TradeBench) -> None:
     with open_whole(folder / "trade.md") as file:
         file.write(trade_as_markdown(result).encode())
     with open_whole(folder / "pareto.png") as file:

@@ -1,4 +1,4 @@
-"""A measured trade for people: a table, a plot of what is worth its time, and pictures of differences."""
+"""A measured trade as a table, as a plot of error over time, and as pictures of differences."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.errors import require
+from firefly_sample.lab.measuring import logarithmic_axes, pareto_front, require
 
 AMPLIFY = 8
-"""Codes of a difference picture for each code of difference."""
+"""Factor of the differences in a difference picture."""
 
 LEAST = 1e-9
-"""Of errors in the plot, which has no 0."""
+"""The smallest error in the plot, whose logarithmic axis has no 0."""
 
 Row = dict[str, Any]
 HEAD = (
     *("settings", "time", "spread", "bytes/px", "largest", "99 %", "relMSE", "bias"),
-    *("codes", "PSNR", "FLIP", "uncovered", "no number"),
+    *("codes", "PSNR", "FLIP", "uncovered", "not finite"),
 )
 
 
 def trade_as_markdown(result: dict[str, Any]) -> str:
-    """The rows as a Markdown table, with a line on what was measured."""
+    """Return the rows as a Markdown table, with a line about the frame."""
     width, height = result["size"]
     lines = [
         f"{result['scene']}, {width}x{height}, t = {result['time']:g} s, {result['driver']}. "
-        "Errors of linear radiance are over its 99.9th percentile. "
-        f"{result['reference']['left_out']:.2%} of the pixels, in which a rasteriser and rays see different "
-        "triangles, are not compared.",
+        "Errors of linear radiance are divided by its 99.9th percentile. "
+        f"{result['reference']['left_out']:.2%} of the pixels, in which the rasteriser and rays see "
+        "different triangles, are not compared.",
         "",
         f"| {' | '.join(HEAD)} |",
         f"|---|{'--:|' * (len(HEAD) - 1)}",
@@ -62,14 +62,8 @@ def _line(row: Row) -> str:
 
 
 def front_of(rows: Sequence[Row]) -> list[Row]:
-    """The rows that no other beats in both time and largest error, fastest first."""
-    front: list[Row] = []
-    least = np.inf
-    for row in sorted(rows, key=lambda row: (row["time_ratio"], row["errors"]["largest"])):
-        if row["errors"]["largest"] < least:
-            front.append(row)
-            least = row["errors"]["largest"]
-    return front
+    """Return the Pareto front: rows that no other beats in both time and largest error, fastest first."""
+    return pareto_front(rows, lambda row: (row["time_ratio"], row["errors"]["largest"]))
 
 
 _COLORS = {
@@ -82,7 +76,7 @@ _COLORS = {
 
 
 def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
-    """Write a PNG: largest error over time, and the line of those that nothing beats.
+    """Write a PNG: largest error over time, and the Pareto front.
 
     Raises
     ------
@@ -95,8 +89,7 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     rows = [row for row in result["rows"] if row["group"] in _COLORS and "time_ratio" in row]
     figure = Figure(figsize=(11.0, 7.0), dpi=110, layout="constrained")
     axes = figure.add_subplot()
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    logarithmic_axes(axes)
     for group, color in _COLORS.items():
         mine = [row for row in rows if row["group"] == group]
         if mine:
@@ -112,7 +105,7 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
                 label=group,
                 zorder=3,
             )
-    places = [_point(row) for row in rows]
+    everything = [_point(row) for row in rows]
     front = front_of(rows)
     steps = [_point(row) for row in front]
     axes.step(
@@ -122,32 +115,29 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
         color="#444444",
         linewidth=1.2,
         zorder=2,
-        label="nothing is faster and nearer",
+        label="Pareto front",
     )
-    axes.set_xlabel("time, over the default's (bars: from quartile to quartile)")
-    axes.set_ylabel("largest error of radiance, over its 99.9th percentile")
+    axes.set_xlabel("time over the default's (bars: interquartile range)")
+    axes.set_ylabel("largest error of radiance over its 99.9th percentile")
     width, height = result["size"]
-    axes.set_title(f"{result['scene']}, {width}x{height}: what settings cost and lose", loc="left", pad=26)
-    axes.grid(True, which="major", color="#dddddd", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_title(f"{result['scene']}, {width}x{height}: error over time by settings", loc="left", pad=26)
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("{x:g}")
     axes.tick_params(axis="x", which="minor", labelsize=8, labelcolor="#777777")
-    axes.set_xlim(_limits([x for x, _ in places], 0.12))
-    axes.set_ylim(_limits([y for _, y in places], 0.08))
+    axes.set_xlim(_limits([x for x, _ in everything], 0.12))
+    axes.set_ylim(_limits([y for _, y in everything], 0.08))
     axes.legend(frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, borderpad=0)
     _label(axes, rows, front)
     figure.savefig(file, format="png")
 
 
 def _point(row: Row) -> tuple[float, float]:
-    """Where a row is drawn; a picture without any error at the least that is told apart."""
+    """Return the point of a row: its time ratio, and its error or `LEAST`."""
     return row["time_ratio"], max(row["errors"]["largest"], LEAST)
 
 
 def _limits(values: Sequence[float], margin: float) -> tuple[float, float]:
-    """Ends of a logarithmic axis: the values' range, at least a factor of two, and a share on either side."""
+    """Return the ends of a logarithmic axis: at least a factor of two, and a margin on each side."""
     low, high = min(values), max(values)
     short = max(2.0 * low / high, 1.0) ** 0.5
     low, high = low / short, high * short
@@ -156,8 +146,8 @@ def _limits(values: Sequence[float], margin: float) -> tuple[float, float]:
 
 
 def _label(axes: Any, rows: Sequence[Row], front: Sequence[Row]) -> None:
-    """Names beside points, the front's first, where there is room."""
-    axes.figure.draw_without_rendering()  # so that places are known
+    """Write names beside points where there is room, first those of the front."""
+    axes.figure.draw_without_rendering()  # computes the positions of points
     taken: list[Any] = []
     points = axes.transData.transform([_point(row) for row in rows])
     important = [*front, *(row for row in rows if row["group"] in ("default", "preset", "baseline"))]
@@ -165,11 +155,10 @@ def _label(axes: Any, rows: Sequence[Row], front: Sequence[Row]) -> None:
     for row in [*important, *(row for row in rows if row["name"] not in names)]:
         if row["name"] in (text.get_text() for text in axes.texts):
             continue
-        place = _point(row)
         for offset, side in (((7, 3), "left"), ((-7, 3), "right"), ((7, -10), "left"), ((-7, -10), "right")):
             text = axes.annotate(
                 row["name"],
-                place,
+                _point(row),
                 xytext=offset,
                 textcoords="offset points",
                 ha=side,
@@ -188,9 +177,9 @@ def _label(axes: Any, rows: Sequence[Row], front: Sequence[Row]) -> None:
 def difference_picture(
     color: NDArray[np.uint8], reference: NDArray[np.uint8], compared: NDArray[np.bool_]
 ) -> NDArray[np.uint8]:
-    """`AMPLIFY` times the difference of sRGB codes, beside the picture: shape (height, 2 * width, 3).
+    """Return the picture, and beside it `AMPLIFY` times its difference in sRGB codes.
 
-    Pixels that are not compared are black.
+    The shape is (height, 2 * width, 3); pixels that are not compared are black.
     """
     off = np.abs(color.astype(np.int32) - reference.astype(np.int32)) * AMPLIFY
     shown = np.where(compared[..., None], np.minimum(off, 255), 0).astype(np.uint8)

@@ -1,8 +1,8 @@
-"""The settings that a trade compares: each choice alone, some together, and only what a frame can show."""
+"""The settings that a trade compares: each choice alone, and combinations, as far as they affect a frame."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any, Literal
@@ -14,11 +14,6 @@ from firefly_sample.settings import CHOICES, NOT_FORWARD, PRESETS, Settings
 
 Group = Literal["default", "alone", "baseline", "preset", "combination", "look"]
 
-FORMATS = ("position", "normals", "albedo", "interpolation", "accumulation")
-BUDGETS = (1e-6, 1.5e-4, 1.5e-3)
-THRESHOLDS = (1e-3, 1e-2, 5.0 / 256.0)
-RESOLUTIONS = (256, 512, 1024, 2048, 4096)
-SLICES, TILES, DEPTHS = (16, 32, 64, 128, 256), (32, 64, 128, 256), (64, None)
 LOOKS = (
     "look",
     "range_falloff",
@@ -29,15 +24,11 @@ LOOKS = (
     "supersample",
     "shadow_atlas",
 )
-"""Settings that a preset or a combination leaves as the base has them."""
+"""Settings that presets and combinations leave as they are in the base."""
 
+_THIN = {"position": "depth24", "normals": "oct8", "albedo": "sqrt8", "accumulation": "r11g11b10f"}
 COMBINATIONS: dict[str, dict[str, Any]] = {
-    "thin buffer": {
-        "position": "depth24",
-        "normals": "oct8",
-        "albedo": "sqrt8",
-        "accumulation": "r11g11b10f",
-    },
+    "thin buffer": _THIN,
     "half floats": {
         "position": "stored16f",
         "normals": "rgba16f",
@@ -67,34 +58,27 @@ COMBINATIONS: dict[str, dict[str, Any]] = {
         "volume_depth_test": False,
     },
     "half, else accurate": {"light_resolution": "half", "normals": "rgba32f", "albedo": "rgba32f"},
-    "half, thin buffer": {
-        "light_resolution": "half",
-        "position": "depth24",
-        "normals": "oct8",
-        "albedo": "sqrt8",
-        "accumulation": "r11g11b10f",
-    },
+    "half, thin buffer": {"light_resolution": "half", **_THIN},
     "cube, depth24": {"volume_proxy": "cube", "position": "depth24"},
     "icosphere0, depth32f": {"volume_proxy": "icosphere0", "position": "depth32f"},
     "rgba32f normals, rgba16f albedo": {"normals": "rgba32f", "albedo": "rgba16f"},
 }
-"""Choices that meet in practice: those of the documents that the sample follows, thin ones, and fine ones."""
-
+"""Choices that are used together: those of the documents that the sample follows, small and accurate ones."""
 
 EIGHT_BITS = {"particle_shadows": "blend", "particle_shadow_format": "unorm8"}
 NEAREST_TEN = {"particle_shadows": "loop", "particle_shadow_reads": 10}
-"""Shadows of particles as the document that they follow has them."""
+"""Shadows of particles as in the document that they follow."""
 
 
 @dataclass(frozen=True)
 class Variation:
-    """Settings that differ from the base.
+    """A named set of changes to the base settings.
 
     Attributes
     ----------
     name : str
     group : {"default", "alone", "baseline", "preset", "combination", "look"}
-        "look" is of what changes the picture and not its accuracy: another model of highlights.
+        "look" changes the picture, not its accuracy, for example the model of highlights.
     changes : dict
         Setting to value.
     """
@@ -105,12 +89,12 @@ class Variation:
 
 
 def single_choices(plan: FramePlan) -> list[Variation]:
-    """Each choice of accuracy alone, as far as it can change this frame or what it costs."""
+    """Return each choice of accuracy alone, if it can change this frame or its cost."""
     base, found = plan.settings, []
     for name, value in _choices(plan):
         changes = {name: value}
         if name == "cutoff_budget" and base.cutoff_threshold is not None:
-            changes["cutoff_threshold"] = None  # which would win
+            changes["cutoff_threshold"] = None  # it would override the budget
         with suppress(SettingsError):  # a choice may contradict the base's
             if base.with_changes(**changes) != base:
                 found.append(Variation(f"{name}={_shown(value)}", "alone", changes))
@@ -118,7 +102,7 @@ def single_choices(plan: FramePlan) -> list[Variation]:
 
 
 def _from_default(changes: Mapping[str, Any], base: Settings) -> dict[str, Any]:
-    """What makes the base the default with some changes, but for how the picture looks."""
+    """Return the changes that turn the base into the default plus `changes`, except for its look."""
     target = Settings().with_changes(**changes)
     return {
         field.name: getattr(target, field.name)
@@ -128,12 +112,12 @@ def _from_default(changes: Mapping[str, Any], base: Settings) -> dict[str, Any]:
 
 
 def variations(plan: FramePlan, base: Settings) -> list[Variation]:
-    """All that a trade compares, the default first; each combination of settings once.
+    """Return everything that a trade compares, the default first; each combination of settings once.
 
     Parameters
     ----------
     plan : FramePlan
-        Of the base, for the output "color".
+        The base's plan for the output "color".
     base : Settings
     """
     found = [Variation("default", "default", {}), *single_choices(plan)]
@@ -148,7 +132,7 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
         if any(lights.proxy == "sphere" for lights in plan.lights):
             untested = {"light_method": "volumes", "volume_depth_test": False}
             found.append(Variation("volumes without depth test", "baseline", untested))
-    if _clouded(plan):
+    if _particle_shadowed(plan):
         found.append(Variation("blend, 8 bits", "baseline", EIGHT_BITS))
         found.append(Variation("loop, nearest ten", "baseline", NEAREST_TEN))
     for name, changes in PRESETS.items():
@@ -169,69 +153,53 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
 
 
 def signature(plan: FramePlan) -> tuple[Any, ...]:
-    """What tells frames of one scene apart: those that have the same are drawn in the same way."""
+    """Return a key for frames of one scene: frames with equal keys are drawn in the same way."""
+    cloud = plan.particle_shadow
     return (
         tuple((target.name, target.format, plan.target_size(target.name)) for target in plan.targets),
         tuple((step.name, step.variant, step.updates) for step in plan.passes),
         tuple((lights.kind, lights.proxy, lights.reaches.tobytes()) for lights in plan.lights),
         plan.shadows.layout,
         plan.settings.volume_proxy if _proxied(plan) else None,
-        _particle_shadow_signature(plan),
+        None
+        if cloud is None
+        else (cloud.method, cloud.reads, cloud.interpolate, cloud.view.slices, cloud.view.tile),
         plan.particles.order.tobytes(),
     )
 
 
-def _particle_shadow_signature(plan: FramePlan) -> tuple[Any, ...]:
-    particle_shadow = plan.particle_shadow
-    if particle_shadow is None:
-        return ()
-    return (
-        particle_shadow.method,
-        particle_shadow.reads,
-        particle_shadow.interpolate,
-        particle_shadow.view.slices,
-        particle_shadow.view.tile,
-    )
-
-
 def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
+    """Yield each setting of accuracy that this frame depends on, with each of its values."""
     deferred = bool(plan.lights) and plan.settings.light_method != "forward"
-    placed = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
-    there = {
-        "interpolation": deferred,
-        "position": placed and deferred,
-        "normals": deferred,
-        "albedo": plan.target("albedo") is not None,
-        "accumulation": plan.target("radiance") is not None,
-    }
-    for name in FORMATS:
-        if there[name]:
-            yield from ((name, value) for value in CHOICES[name])
-    if _attenuated(plan):
-        yield from (("cutoff_budget", value) for value in BUDGETS)
-        yield from (("cutoff_threshold", value) for value in THRESHOLDS)
-    if _proxied(plan):
-        yield from (("volume_proxy", value) for value in CHOICES["volume_proxy"])
-    if deferred:
-        yield from (("light_resolution", value) for value in CHOICES["light_resolution"])
-    if plan.shadows.maps:
-        yield from (("shadow_taps", value) for value in CHOICES["shadow_taps"])
-        yield from (("shadow_resolution", value) for value in RESOLUTIONS)
-    if _clouded(plan):
-        yield from (("particle_shadows", value) for value in CHOICES["particle_shadows"])
-        yield from (("particle_shadow_format", value) for value in ("float32", "float16"))
-        yield from (("particle_shadow_slices", value) for value in SLICES)
-        yield from (("particle_shadow_tile", value) for value in TILES)
-        yield from (
-            ("particle_shadow_interpolation", value) for value in CHOICES["particle_shadow_interpolation"]
-        )
-    if len(plan.particles):
-        yield from (("particle_order", value) for value in CHOICES["particle_order"])
-        yield from (("particle_order_depths", value) for value in DEPTHS)
+    positioned = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
+    attenuated, clouded = _attenuated(plan), _particle_shadowed(plan)
+    table: tuple[tuple[bool, str, Iterable[Any]], ...] = (
+        (positioned and deferred, "position", CHOICES["position"]),
+        (deferred, "normals", CHOICES["normals"]),
+        (plan.target("albedo") is not None, "albedo", CHOICES["albedo"]),
+        (deferred, "interpolation", CHOICES["interpolation"]),
+        (plan.target("radiance") is not None, "accumulation", CHOICES["accumulation"]),
+        (attenuated, "cutoff_budget", (1e-6, 1.5e-4, 1.5e-3)),
+        (attenuated, "cutoff_threshold", (1e-3, 1e-2, 5.0 / 256.0)),
+        (_proxied(plan), "volume_proxy", CHOICES["volume_proxy"]),
+        (deferred, "light_resolution", CHOICES["light_resolution"]),
+        (bool(plan.shadows.maps), "shadow_taps", CHOICES["shadow_taps"]),
+        (bool(plan.shadows.maps), "shadow_resolution", (256, 512, 1024, 2048, 4096)),
+        (clouded, "particle_shadows", CHOICES["particle_shadows"]),
+        (clouded, "particle_shadow_format", ("float32", "float16")),
+        (clouded, "particle_shadow_slices", (16, 32, 64, 128, 256)),
+        (clouded, "particle_shadow_tile", (32, 64, 128, 256)),
+        (clouded, "particle_shadow_interpolation", CHOICES["particle_shadow_interpolation"]),
+        (len(plan.particles) > 0, "particle_order", CHOICES["particle_order"]),
+        (len(plan.particles) > 0, "particle_order_depths", (64, None)),
+    )
+    for wanted, name, values in table:
+        if wanted:
+            yield from ((name, value) for value in values)
 
 
 def _attenuated(plan: FramePlan, ending: bool = False) -> bool:
-    """Whether a light fades by distance without an end, or, with `ending`, with one."""
+    """Return whether a light has an attenuation; with `ending`, whether one also has a max distance."""
     return any(
         lights.kind != "directional"
         and lights.falloff is Falloff.ATTENUATION
@@ -240,8 +208,8 @@ def _attenuated(plan: FramePlan, ending: bool = False) -> bool:
     )
 
 
-def _clouded(plan: FramePlan) -> bool:
-    """Whether particles take some of a light, or would."""
+def _particle_shadowed(plan: FramePlan) -> bool:
+    """Return whether particles cast shadows in a light, or would if the settings let them."""
     return any(lights.particle_shadowed for lights in plan.lights)
 
 

@@ -1,18 +1,80 @@
-"""Ambient pass: albedo times the sum of the ambient lights, the first light in the radiance."""
+"""Ambient pass: albedo times the sum of the ambient lights, and emission: the first light in the radiance."""
 
 from __future__ import annotations
 
-from firefly_sample.gpu.gpu import Gpu
-from firefly_sample.gpu.images import BoundImages
-from firefly_sample.passes.base import Pass, draw_fullscreen
-from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, get_args
+
+from firefly_sample.passes.base import FullscreenPass
+from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.targets import Target
+from firefly_sample.plan.variants import AlbedoFormat, Variant
 
 
-class AmbientPass(Pass):
-    """Fills the radiance."""
+@dataclass(frozen=True)
+class AmbientVariant(Variant):
+    """What there is: ambient light (`lit`), with colours of its own (`own`), and emission.
+
+    `radiance` and `light` are the targets.
+    """
+
+    lit: bool = True
+    own: bool = False
+    emission: bool = False
+    albedo_format: AlbedoFormat = "sqrt10"
+    radiance: bool = True
+    light: bool = False
+
+
+class AmbientPass(FullscreenPass):
+    """Fill the radiance with ambient light and emission."""
 
     name = "ambient"
 
-    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
-        """Draw `step` of `plan`."""
-        draw_fullscreen(gpu, step, images)
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if there is ambient light or emission."""
+        if needs.forward or not (needs.ambient_lit or needs.emits):
+            return None
+        emission = [f"emission of {needs.looks.emissive}"] if needs.emits else []
+        reads = {}
+        if needs.ambient_lit and needs.picture and not needs.own_ambient_lit:
+            reads["albedo"] = ["ambient light"]
+        if needs.own_ambient_lit:
+            reads["ambient_albedo"] = [f"ambient colours of {needs.looks.own_ambient}"]
+        if emission:
+            reads["emission"] = emission
+        reasons = (["ambient light"] if needs.ambient_lit else []) + emission
+        fills = ["radiance"] + (["light"] if needs.ambient_lit else [])
+        return Declaration("; ".join(reasons), reads=reads, fills=fills)
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
+        """Return the frame's variant."""
+        formats: dict[str, Any] = {}
+        if "albedo" in targets:
+            formats["albedo_format"] = targets["albedo"].encoding
+        return AmbientVariant(
+            lit=needs.ambient_lit,
+            own=needs.own_ambient_lit,
+            emission=needs.emits,
+            radiance="radiance" in targets,
+            light="light" in targets and needs.ambient_lit,
+            **formats,
+        )
+
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield every combination; at least one target is written."""
+        both = (False, True)
+        for colors, (radiance, light) in product(
+            get_args(AlbedoFormat), ((True, False), (False, True), (True, True))
+        ):
+            for lit, own, emission in product(both, repeat=3):
+                # emission is no light that falls on something, and an ambient colour is for ambient light
+                if (lit or (emission and radiance)) and (lit or not own):
+                    yield AmbientVariant(lit, own, emission, colors, radiance, light)
+
+    def outputs(self, variant: Variant) -> tuple[str, ...]:
+        """Return the targets that the variant writes."""
+        return tuple(name for name in ("radiance", "light") if getattr(variant, name))

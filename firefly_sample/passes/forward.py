@@ -2,24 +2,64 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any, get_args
 
-import moderngl
-
-from firefly_sample.gpu.gpu import Gpu
-from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
-from firefly_sample.passes.geometry import Drawable, draw_surface, make_drawable
-from firefly_sample.passes.lights import light_table, shadow_textures, shining
-from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
+from firefly_sample.passes.geometry import legal_surfaces
+from firefly_sample.passes.lights import FADES, shining
+from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.lights.light_set import LightSet
-from firefly_sample.plan.variants import ForwardVariant
+from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.targets import Target
+from firefly_sample.plan.variants import (
+    FalloffChoice,
+    LightKind,
+    RangeFalloff,
+    ShadowTaps,
+    SpecularModel,
+    Variant,
+)
+
+if TYPE_CHECKING:
+    from firefly_sample.gpu.drawing import Drawable
+    from firefly_sample.gpu.gpu import Gpu
+    from firefly_sample.gpu.images import BoundImages
+    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+
+
+@dataclass(frozen=True)
+class ForwardVariant(Variant):
+    """Surfaces as the geometry pass has them, shaded at once by all lights of one kind.
+
+    `first` is the draw that also brings ambient light, emission and the mark of what is covered.
+    """
+
+    light_kind: LightKind = "point"
+    falloff: FalloffChoice = "ramp_squared"
+    range_falloff: RangeFalloff = "karis"
+    specular_model: SpecularModel = "none"
+    clamp_light: bool = False
+    shadow_taps: ShadowTaps = 0
+    first: bool = True
+    ambient: bool = False
+    specular: bool = False
+    emission: bool = False
+    orthographic: bool = False
+    textured: bool = False
+    vertex_color: bool = False
+    cutout: bool = False
+    double_sided: bool = False
+    vertex_alpha: bool = False
+    particle_shadow: bool = False
 
 
 class ForwardPass(Pass):
-    """Draws the batches once for all lights that shine and fade alike; one draw where all do.
+    """Draw the batches once for all lights that shine and fade alike; one draw where all do.
 
-    A second kind of light, or what is more than a shader's loop takes, is added by a second draw, which the
+    A second kind of light, or more lights than a shader's loop takes, are added by a second draw, which the
     first one's depth spares what is hidden. Where two surfaces have the same depth, both get it.
     """
 
@@ -28,71 +68,122 @@ class ForwardPass(Pass):
     def __init__(self) -> None:
         self._ready: list[tuple[LightSet | None, ForwardVariant, list[Drawable]]] = []
 
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if surfaces are to be shaded as they are drawn."""
+        if not needs.drawn or not needs.forward:
+            return None
+        reads = {}
+        if needs.lit and needs.shadow_maps:
+            reads["shadow_atlas"] = needs.shadows()
+        if needs.lit and needs.particle_shadowed:
+            reads["particle_shadow_atlas"] = [needs.particle_shadow_reason]
+        lights = ", ".join(needs.all_lights()) or "no light"
+        return Declaration(
+            f"{needs.geometry} geometry instances in view, {lights}",
+            reads=reads,
+            writes=["depth", "coverage"],
+            fills=["radiance"],
+            keeps={"depth": ["geometry hides what is behind it"]},
+        )
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
+        """Return the frame's variant; a set's lights and a draw's surfaces fill in the rest."""
+        settings = needs.settings
+        return ForwardVariant(
+            range_falloff=settings.range_falloff,
+            specular_model=settings.specular_model if needs.highlights else "none",
+            clamp_light=settings.clamp_light,
+            shadow_taps=settings.shadow_taps if needs.shadowed else 0,  # type: ignore[arg-type]
+            ambient=needs.own_ambient_lit,
+            specular=needs.highlights,
+            emission=needs.emits,
+            orthographic=needs.orthographic,
+            particle_shadow=bool(needs.clouded) and needs.particle_shadowed,
+        )
+
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield every combination of lights and surfaces."""
+        both = (False, True)
+        for surface, flat in product(legal_surfaces(), both):
+            rest = {"orthographic": flat, **asdict(surface)}
+            for own, emission in product(both, repeat=2):
+                # without a light there is nothing but these
+                yield ForwardVariant("none", ambient=own, emission=emission, **rest)
+            for fade, model, clamp, taps, clouded in product(
+                FADES, get_args(SpecularModel), both, get_args(ShadowTaps), both
+            ):
+                if clouded and fade[0] == "point":
+                    continue
+                lit = (*fade, model, clamp, taps)
+                shared = {"specular": model != "none", "particle_shadow": clouded, **rest}
+                yield ForwardVariant(*lit, first=False, **shared)
+                for own, emission in product(both, repeat=2):
+                    yield ForwardVariant(*lit, ambient=own, emission=emission, **shared)
+
+    def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
+        """Return its fragment shader and the vertex shader of the geometry pass."""
+        return [(self.name, "geometry")]
+
+    def outputs(self, variant: Variant) -> tuple[str, ...]:
+        """Return its targets."""
+        return ("coverage", "radiance")
+
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
+        from firefly_sample.gpu.drawing import make_drawable
+
         assert isinstance(step.variant, ForwardVariant)
         self._ready.clear()
         gpu.uploads.prepare(plan.batches)
         outputs = images.color_names()
         for index, lights in enumerate(LightSet.walked_together(plan.lights) or [None]):
             frame = _variant_for(step.variant, lights, first=index == 0)
-            made = []
+            ready = []
             for batch in plan.batches:
-                program = gpu.programs.get(self.name, _with_surface(frame, batch), outputs, "geometry")
-                made.append(make_drawable(gpu, plan, batch, program))
-            self._ready.append((lights, frame, made))
+                variant = replace(frame, **asdict(batch.surface))
+                program = gpu.programs.get(self.name, variant, outputs, "geometry")
+                ready.append(make_drawable(gpu, plan, batch, program))
+            self._ready.append((lights, frame, ready))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
+        import moderngl
+
+        from firefly_sample.gpu.drawing import draw_surface
+        from firefly_sample.gpu.light_drawing import light_table, shadow_textures
+
         framebuffer = images.draw_into()
         gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
         ready, self._ready = self._ready, []
         for index, (lights, variant, surfaces) in enumerate(ready):
             uniforms: dict[str, object] = {}
-            textures = shadow_textures(gpu, plan, images, variant)
+            textures = shadow_textures(gpu, plan, images, variant.shadow_taps, variant.particle_shadow)
             if lights is not None:
                 textures["u_lights"] = light_table(gpu, plan, lights, variant, f"{self.name} {index}")
                 uniforms["u_light_count"] = len(lights)
                 gpu.lights_drawn += len(lights)
             flags = moderngl.DEPTH_TEST | (moderngl.NOTHING if variant.first else moderngl.BLEND)
             framebuffer.depth_mask = variant.first
-            for made in surfaces:
-                draw_surface(gpu, made, flags, dict(uniforms), textures)
+            for drawable in surfaces:
+                draw_surface(gpu, drawable, flags, uniforms, textures)
         gpu.ctx.front_face = "ccw"
         gpu.ctx.depth_func = "<"
 
 
 def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) -> ForwardVariant:
-    """The frame's variant with what is a set's own."""
+    """Return the frame's variant with what is a set's own."""
     if lights is None:
-        return replace(
-            frame,
-            kind="none",
-            highlights="none",
-            clamp_light=False,
-            range_falloff="karis",
-            falloff="ramp_squared",
-            specular=False,
-            taps=0,
-            particle_shadow=False,
-        )
+        own: dict[str, Any] = {
+            "ambient": frame.ambient,
+            "emission": frame.emission,
+            "orthographic": frame.orthographic,
+        }
+        return ForwardVariant("none", **own)
     return replace(
         shining(frame, lights),
-        kind=lights.kind,
+        light_kind=lights.kind,
         first=first,
         ambient=frame.ambient and first,
         emission=frame.emission and first,
-    )
-
-
-def _with_surface(frame: ForwardVariant, batch: Batch) -> ForwardVariant:
-    own = batch.variant
-    return replace(
-        frame,
-        textured=own.textured,
-        vertex_color=own.vertex_color,
-        cutout=own.cutout,
-        double_sided=own.double_sided,
-        vertex_alpha=own.vertex_alpha,
     )

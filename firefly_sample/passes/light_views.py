@@ -1,31 +1,85 @@
-"""Overdraw, volumes and wireframe: the lights' proxies themselves, to look at."""
+"""Overdraw, volumes and wireframe: pictures of the light volumes themselves."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, get_args
 
-import moderngl
-
-from firefly_sample.gpu.gpu import Gpu
-from firefly_sample.gpu.images import BoundImages
-from firefly_sample.passes.base import Pass, textures_of
-from firefly_sample.passes.lights import draw_clustered, draw_volumes, method_for
-from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from firefly_sample.passes.base import Pass
+from firefly_sample.passes.lights import method_for
+from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND
-from firefly_sample.plan.variants import DrawMethod, LightViewVariant
+from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.targets import Target
+from firefly_sample.plan.variants import DrawMethod, LightView, PositionMethod, Variant
+
+if TYPE_CHECKING:
+    from firefly_sample.gpu.gpu import Gpu
+    from firefly_sample.gpu.images import BoundImages
+    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 
-class _LightViewPass(Pass):
-    """Draws all proxies as the passes of light do, with another shader."""
+@dataclass(frozen=True)
+class LightViewVariant(Variant):
+    """What is drawn in place of light; `position_method` is how the distance that a cell is found by is known."""
 
-    lines = False
+    light_view: LightView = "overdraw"
+    light_method: DrawMethod = "sphere"
+    orthographic: bool = False
+    position_method: PositionMethod = "distance"
+
+
+class LightViewPass(Pass):
+    """Draw all light volumes as the lighting passes do, with a different shader."""
+
+    view: LightView
+
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if there is geometry and light."""
+        if not needs.geometry or not needs.lights:
+            return None
+        reason = f"output {self.view}"
+        because = f"{reason}: {', '.join(needs.all_lights())}"
+        if self.view == "overdraw" and needs.counts_cells:
+            return Declaration(because, reads={needs.tested_source: [reason]}, writes=[self.view])
+        tests = ["depth"] if needs.tests_volumes or self.view == "wireframe" else []
+        return Declaration(because, writes=[self.view], tests=tests)
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
+        """Return the frame's variant."""
+        flat = needs.orthographic
+        if self.view == "overdraw" and needs.counts_cells:
+            return LightViewVariant(self.view, "clustered", flat, needs.position_method)
+        return LightViewVariant(self.view, orthographic=flat)
+
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield a variant for each shape of volume, and those that count a cell's lights."""
+        for flat in (False, True):
+            for method in get_args(DrawMethod)[:3]:
+                yield LightViewVariant(self.view, method, flat)
+            if self.view == "overdraw":
+                for position in get_args(PositionMethod):
+                    yield LightViewVariant(self.view, "clustered", flat, position)
+
+    def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
+        """Return the fragment shader of all three, and the vertex shaders of the lighting passes."""
+        assert isinstance(variant, LightViewVariant)
+        kinds = ["spotlights"] if variant.light_method == "cone" else list(PASS_OF_KIND.values())
+        vertices = ["fullscreen"] if variant.light_method == "clustered" else kinds
+        return [("light_views", vertex) for vertex in vertices]
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
+        import moderngl
+
+        from firefly_sample.gpu.drawing import textures_of
+        from firefly_sample.gpu.light_drawing import draw_clustered, draw_volumes
+
         assert isinstance(step.variant, LightViewVariant)
         images.draw_into()
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        by_cells = step.variant.method == "clustered"
+        by_cells = step.variant.light_method == "clustered"
         if by_cells:
             gpu.ctx.enable_only(moderngl.BLEND)
             textures = textures_of(images, step.reads)
@@ -33,39 +87,32 @@ class _LightViewPass(Pass):
             for index, clusters in enumerate(plan.clusters):
                 draw_clustered(gpu, plan, program, textures, clusters, f"light view {index}")
         chosen: DrawMethod = "sphere" if plan.culling.method in ("volumes", "clustered") else "fullscreen"
+        tested = "depth" in step.updates
         for index, lights in enumerate(plan.lights):
             if by_cells and lights.kind != "directional":
                 continue
-            variant = replace(step.variant, method=method_for(chosen, lights), position="distance")
-            vertex = PASS_OF_KIND[lights.kind]
+            method = method_for(chosen, lights)
+            variant = replace(step.variant, light_method=method, position_method="distance")
+            vertex, key = PASS_OF_KIND[lights.kind], f"light view {index}"
             program = gpu.programs.get("light_views", variant, images.color_names(), vertex)
             program.use()
-            draw_volumes(
-                gpu,
-                plan,
-                program,
-                lights,
-                variant,
-                f"light view {index}",
-                "depth" in step.updates,
-                self.lines,
-            )
+            lines = self.view == "wireframe"
+            draw_volumes(gpu, plan, program, lights, variant, method, key, tested, lines)
 
 
-class OverdrawPass(_LightViewPass):
-    """Counts how often each pixel is shaded."""
+class OverdrawPass(LightViewPass):
+    """Count how often each pixel is shaded."""
 
-    name = "overdraw"
-
-
-class VolumesPass(_LightViewPass):
-    """Adds a faint flat colour for each light that shades a pixel."""
-
-    name = "volumes"
+    name = view = "overdraw"
 
 
-class WireframePass(_LightViewPass):
-    """Draws the edges of the volumes that can be seen."""
+class VolumesPass(LightViewPass):
+    """Add a faint flat colour for each light that shades a pixel."""
 
-    name = "wireframe"
-    lines = True
+    name = view = "volumes"
+
+
+class WireframePass(LightViewPass):
+    """Draw the edges of the volumes that can be seen."""
+
+    name = view = "wireframe"

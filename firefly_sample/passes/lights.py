@@ -1,77 +1,199 @@
-"""What the passes of lights share: each light shades the pixels that it can reach, and blends them together.
-
-Volumes are drawn as back faces with depth test greater-equal, so that the camera may stand inside and what
-lies before a volume costs nothing, and with depth clamp, so that no plane cuts a volume open.
-"""
+"""Lighting passes: each light shades the pixels that it can reach, and adds to what they have."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TypeVar
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-import moderngl
-import numpy as np
-from numpy.typing import NDArray
-
-from firefly_sample.gpu.cluster_rows import cluster_lists
-from firefly_sample.gpu.gpu import Gpu
-from firefly_sample.gpu.images import BoundImages
-from firefly_sample.gpu.light_rows import light_rows, light_texels
-from firefly_sample.gpu.programs import Program
-from firefly_sample.gpu.proxies import proxy_mesh
-from firefly_sample.gpu.records import RECORD_OF_KIND, record_dtype
-from firefly_sample.passes.base import Pass, textures_of
-from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-from firefly_sample.plan.lights.clusters import Clusters
-from firefly_sample.plan.lights.light_set import LightKind, LightSet
+from firefly_sample.passes.base import Pass
+from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet
+from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (
+    AlbedoFormat,
     DrawMethod,
-    ForwardVariant,
-    LightVariant,
-    ParticleLightVariant,
+    FalloffChoice,
+    LightResolution,
+    NormalFormat,
+    PositionMethod,
+    RangeFalloff,
+    ShadowTaps,
+    SpecularModel,
     Variant,
-    defines,
 )
 
-_OUTPUTS = {"half_light": "light", "half_shine": "radiance"}
+if TYPE_CHECKING:
+    from firefly_sample.gpu.gpu import Gpu
+    from firefly_sample.gpu.images import BoundImages
+    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+
+TARGETS = ((True, False), (False, True), (True, True))
+"""Radiance and light: at least one is written."""
+FORMATS = tuple(product(get_args(NormalFormat)[:5], get_args(AlbedoFormat)))
+"""Formats of normals and albedo that frames have together, but for the classic look's."""
+FADES: list[tuple[LightKind, FalloffChoice, RangeFalloff]] = [
+    ("directional", "ramp_squared", "karis"),
+    *((kind, "ramp_squared", "karis") for kind in ("point", "spot")),
+    *((kind, "attenuation", end) for kind in ("point", "spot") for end in get_args(RangeFalloff)),
+]
+"""Kinds of light, and how each may fade and end."""
+_BOTH = (False, True)
+_METHODS: dict[str, DrawMethod] = {
+    "volumes": "sphere",
+    "clustered": "clustered",
+    "fullscreen": "fullscreen",
+    "loop": "loop",
+}
+"""By the plan's method; a volume's shape is each set's own."""
+_SHADER_NAMES = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
-BEHIND = 4.0
-"""Steps of depth by which a volume's back faces are moved away from the eye. Volume and surface are rounded
-each by itself: where few steps are left, a back face could come out before a surface that it lies behind."""
 
 
-Shines = TypeVar("Shines", LightVariant, ForwardVariant, ParticleLightVariant)
+@dataclass(frozen=True)
+class LightVariant(Variant):
+    """How lights find their pixels, where a pixel's position comes from, and what light does there.
+
+    `shadow_taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles shadow. `radiance`
+    and `light` are the targets; at half resolution the first is of highlights alone.
+    """
+
+    light_method: DrawMethod = "sphere"
+    falloff: FalloffChoice = "ramp_squared"
+    range_falloff: RangeFalloff = "karis"
+    specular_model: SpecularModel = "none"
+    clamp_light: bool = False
+    shadow_taps: ShadowTaps = 0
+    position_method: PositionMethod = "distance"
+    normal_format: NormalFormat = "oct16"
+    albedo_format: AlbedoFormat = "sqrt10"
+    orthographic: bool = False
+    radiance: bool = True
+    light: bool = False
+    light_resolution: LightResolution = "full"
+    particle_shadow: bool = False
+
+
+Shines = TypeVar("Shines", bound=Variant)
 
 
 class LightPass(Pass):
-    """Draws the light sets of one kind."""
+    """Draw the light sets of one kind."""
 
     kind: LightKind
+    methods: tuple[DrawMethod, ...]
+    """How it can be drawn."""
+
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if lights of its kind meet surfaces."""
+        kind = self.kind
+        if not needs.lit or needs.forward or kind not in needs.lights:
+            return None
+        lights, position = [needs.lights_of(kind)], needs.settings.position
+        shiny = [f"highlights of {needs.looks.shiny}"] if needs.highlights else []
+        reads = {"albedo": lights} if needs.picture and not needs.half else {}
+        reads["normal"] = lights
+        if needs.is_placed(kind):
+            source, reasons = needs.tested_source, lights
+            if kind == "directional":
+                reasons = needs.shadows([kind])
+                if needs.is_clouded(kind) and needs.particle_shadow is not None:
+                    reasons.append(f"shadows of particles in light {needs.particle_shadow.light!r}")
+            reads[source] = [f"{reason} (position={position})" for reason in reasons]
+            if source == "depth_copy":
+                reads[source] = [f"position={position} samples the depth that the volumes are tested against"]
+        if shiny:
+            reads["specular"] = shiny
+        if kind in needs.shadowed:
+            reads["shadow_atlas"] = needs.shadows([kind])
+        if needs.is_clouded(kind):
+            reads["particle_shadow_atlas"] = [needs.particle_shadow_reason]
+        tested = needs.tests_volumes and kind != "directional"
+        tests = ["half_depth" if needs.half else "depth"] if tested else []
+        fills = ["half_light", "half_shine"] if needs.half else ["radiance", "light"]
+        return Declaration(needs.in_view(kind), reads=reads, fills=fills, tests=tests)
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> LightVariant:
+        """Return the frame's variant; `variant_for` adds what is a set's own."""
+        kind, settings = self.kind, needs.settings
+        method = _METHODS[needs.method]
+        formats: dict[str, Any] = {}
+        if "albedo" in targets:
+            formats["albedo_format"] = targets["albedo"].encoding
+        return LightVariant(
+            light_method="fullscreen" if kind == "directional" and method != "loop" else method,
+            range_falloff=settings.range_falloff if kind != "directional" else "karis",
+            specular_model=settings.specular_model if needs.highlights else "none",
+            clamp_light=settings.clamp_light,
+            shadow_taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
+            position_method=needs.position_method if needs.is_placed(kind) else "distance",
+            normal_format=targets["normal"].encoding,  # type: ignore[arg-type]
+            orthographic=needs.orthographic,
+            radiance="radiance" in targets if not needs.half else "half_shine" in targets,
+            light="light" in targets or needs.half,
+            light_resolution="half" if needs.half else "full",
+            particle_shadow=needs.is_clouded(kind),
+            **formats,
+        )
+
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield every combination that a frame can have, and the classic look's."""
+        placed = self.kind != "directional"
+        fades = [(falloff, end) for kind, falloff, end in FADES if kind == self.kind]
+        clouds = _BOTH if self.kind != "point" else (False,)
+        for method, (falloff, end), flat, position in product(
+            self.methods, fades, _BOTH, get_args(PositionMethod)
+        ):
+            for taps, clouded, model, clamp, resolution in product(
+                get_args(ShadowTaps), clouds, get_args(SpecularModel), _BOTH, get_args(LightResolution)
+            ):
+                if not placed and position != "distance" and not (taps or clouded):
+                    continue  # without shadows, the shader does not need the surface's position
+                for radiance, light in [(model != "none", True)] if resolution == "half" else TARGETS:
+                    if model != "none" and not radiance:
+                        continue
+                    how: Any = method, falloff, end, model, clamp, taps, position
+                    for formats in FORMATS:
+                        what: Any = *formats, flat, radiance, light, resolution, clouded
+                        yield LightVariant(*how, *what)
+            if method in ("sphere", "cone", "fullscreen") and (placed or position == "distance"):
+                plain: Any = method, falloff, end, "none", False, 0, position
+                for radiance, light in TARGETS:
+                    what = "classic", "linear", flat, radiance, light
+                    yield LightVariant(*plain, *what)
+
+    def outputs(self, variant: Variant) -> tuple[str, ...]:
+        """Return the targets that the variant writes, as its shader calls them."""
+        return tuple(name for name in ("radiance", "light") if getattr(variant, name))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
+        import moderngl
+
+        from firefly_sample.gpu.drawing import textures_of
+        from firefly_sample.gpu.light_drawing import draw_clustered, draw_loop, draw_volumes, light_table
+
         assert isinstance(step.variant, LightVariant)
         images.draw_into()
         gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        by_cells = step.variant.method == "clustered"
+        by_cells = step.variant.light_method == "clustered"
+        tested = bool({"depth", "half_depth"} & set(step.updates))
         drawn = [cells.lights for cells in plan.clusters] if by_cells else plan.lights
         for index, lights in enumerate(drawn):
             if lights.kind != self.kind:
                 continue
             variant = variant_for(step.variant, lights)
-            key = f"{self.name} {index}"
-            outputs = tuple(_OUTPUTS.get(name, name) for name in images.color_names())
+            method, key = variant.light_method, f"{self.name} {index}"
+            outputs = tuple(_SHADER_NAMES.get(name, name) for name in images.color_names())
             program = gpu.programs.get(self.name, variant, outputs)
-            needless = set() if variant.taps else {"shadow_atlas"}
-            needless |= set() if variant.particle_shadow else {"particle_shadow_atlas"}
-            if not (variant.taps or variant.particle_shadow or lights.kind != "directional"):
-                needless |= {"distance", "position", "depth", "depth_copy"}
-            textures = textures_of(images, (name for name in step.reads if name not in needless))
-            if variant.taps:
+            textures = textures_of(images, _read_by(variant, lights, step.reads))
+            if variant.shadow_taps:
                 textures["u_shadow_maps"] = gpu.shadow_table(plan)
-            if variant.method == "loop":
-                _draw_loop(gpu, plan, program, textures, lights, variant, key)
-            elif variant.method == "clustered":
+            if method == "loop":
+                draw_loop(gpu, plan, program, textures, lights, variant, key)
+            elif method == "clustered":
                 gpu.ctx.enable_only(moderngl.BLEND)
                 # a record for each bit: to look the light's number up first would cost a tenth of the pass
                 cells = plan.clusters[index]
@@ -79,157 +201,70 @@ class LightPass(Pass):
                 draw_clustered(gpu, plan, program, textures | {"u_lights": table}, cells, key)
             else:
                 program.use(None, textures)
-                tested = bool({"depth", "half_depth"} & set(step.updates))
-                draw_volumes(gpu, plan, program, lights, variant, key, tested)
+                draw_volumes(gpu, plan, program, lights, variant, method, key, tested)
             gpu.lights_drawn += len(lights)
 
 
+class DirectionalLightsPass(LightPass):
+    """Add every directional light: a full-screen triangle each, or one for all."""
+
+    name = "directional_lights"
+    kind = "directional"
+    methods = ("fullscreen", "loop")
+
+
+class PointLightsPass(LightPass):
+    """Add every point light in view: as spheres, or by cells; full-screen where a sphere would hold the whole view."""
+
+    name = "point_lights"
+    kind = "point"
+    methods = ("sphere", "fullscreen", "loop", "clustered")
+
+
+class SpotlightsPass(LightPass):
+    """Add every spotlight in view: as cones, as spheres where those are smaller, or by cells."""
+
+    name = "spotlights"
+    kind = "spot"
+    methods = get_args(DrawMethod)
+
+
+LIGHT_PASSES = frozenset(PASS_OF_KIND.values())
+"""Names of the lighting passes."""
+
+
+def _read_by(variant: LightVariant, lights: LightSet, reads: Iterable[str]) -> list[str]:
+    """Return those of the pass's targets that a set's shader samples."""
+    without = set() if variant.shadow_taps else {"shadow_atlas"}
+    without |= set() if variant.particle_shadow else {"particle_shadow_atlas"}
+    if lights.kind == "directional" and not (variant.shadow_taps or variant.particle_shadow):
+        without |= {"distance", "position", "depth", "depth_copy"}
+    return [name for name in reads if name not in without]
+
+
 def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
-    """How a set is drawn by what was chosen: volumes are spheres, cones, or the full screen."""
+    """Return how a set is drawn: light volumes are spheres, cones, or the full screen."""
     return lights.proxy if chosen == "sphere" else chosen
 
 
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
-    """The frame's variant, with what is the set's own."""
+    """Return the frame's variant with what is the set's own."""
     placed = lights.kind != "directional" or lights.shadowed or lights.particle_shadowed
     return replace(
         shining(frame, lights),
-        method=method_for(frame.method, lights),
-        position=frame.position if placed else "distance",
+        light_method=method_for(frame.light_method, lights),
+        position_method=frame.position_method if placed else "distance",
     )
 
 
 def shining(frame: Shines, lights: LightSet) -> Shines:
-    """A frame's variant with how a set's lights fade, and what shadows they have."""
+    """Return a variant with how a set's lights fade, and which shadows they have."""
     fades = lights.kind != "directional"
-    return replace(
-        frame,
-        falloff=lights.falloff.value if fades else "ramp_squared",
-        range_falloff=frame.range_falloff if fades and lights.falloff.value == "attenuation" else "karis",
-        taps=frame.taps if lights.shadowed else 0,
-        particle_shadow=frame.particle_shadow and lights.particle_shadowed,
-    )
-
-
-def draw_volumes(
-    gpu: Gpu,
-    plan: FramePlan,
-    program: Program,
-    lights: LightSet,
-    variant: LightVariant | Variant,
-    key: str,
-    tested: bool,
-    lines: bool = False,
-) -> None:
-    """One instanced draw: a volume, or a full-screen triangle, for each light; `program` is in use.
-
-    Parameters
-    ----------
-    variant : Variant
-        Has the field ``method``.
-    key : str
-        Names the buffer of the lights' records.
-    tested : bool
-        Draw only where a volume's back faces lie behind the surface.
-    lines : bool
-        Draw the edges of all faces instead, tested for being before the surface.
-    """
-    method: DrawMethod = variant.method  # type: ignore[union-attr]
-    if lines and method == "fullscreen":
-        return  # no particle_shadow: it has no edges
-    record, given = RECORD_OF_KIND[lights.kind], defines(variant)
-    rows = light_rows(record, given, lights, plan.view)
-    buffer = gpu.stream(key, rows)
-    content = program.attributes_of(buffer, record_dtype(record, given), per_instance=True)
-    if method == "fullscreen":
-        gpu.ctx.enable_only(moderngl.BLEND)
-        gpu.render(gpu.array(key, program, content), moderngl.TRIANGLES, vertices=3, instances=len(lights))
-        return
-    name = plan.settings.volume_proxy if method == "sphere" else "cone"
-    mesh = proxy_mesh(name)
-    corners = gpu.fixed(f"unit {name}", mesh)
-    enabled = moderngl.BLEND | (moderngl.DEPTH_TEST if tested else moderngl.NOTHING)
-    gpu.ctx.enable_only(enabled if lines else enabled | moderngl.CULL_FACE)
-    gpu.ctx.cull_face = "front"
-    gpu.ctx.wireframe = lines
-    gpu.ctx.depth_func = ">=" if plan.view.reverse is lines else "<="
-    if not lines:
-        gpu.ctx.polygon_offset = 0.0, -BEHIND if plan.view.reverse else BEHIND
-    gpu.device.set_depth_clamp(True)
-    array = gpu.array(key, program, (corners, "3f", "in_position"), content)
-    gpu.render(array, moderngl.TRIANGLES, vertices=len(mesh), instances=len(lights))
-    gpu.device.set_depth_clamp(False)
-    gpu.ctx.polygon_offset = 0.0, 0.0
-    gpu.ctx.wireframe = False
-    gpu.ctx.cull_face = "back"
-    gpu.ctx.depth_func = "<"
-
-
-def draw_clustered(
-    gpu: Gpu,
-    plan: FramePlan,
-    program: Program,
-    textures: dict[str, moderngl.Texture],
-    clusters: Clusters,
-    key: str,
-) -> None:
-    """One full-screen triangle whose shader walks the lights of each pixel's cell; `key` names the lists."""
-    lists = cluster_lists(clusters, plan.view.lens.perspective)
-    tables = {
-        "u_slices": gpu.tables.write(f"slices {key}", lists.slices),
-        "u_words": gpu.tables.write(f"words {key}", lists.words),
+    given: Any = frame
+    changes: dict[str, Any] = {
+        "falloff": lights.falloff.value if fades else "ramp_squared",
+        "range_falloff": given.range_falloff if fades and lights.falloff.value == "attenuation" else "karis",
+        "shadow_taps": given.shadow_taps if lights.shadowed else 0,
+        "particle_shadow": given.particle_shadow and lights.particle_shadowed,
     }
-    uniforms = {
-        "u_slice_count": lists.number,
-        "u_slicing": lists.slicing,
-        "u_tiling": lists.tiling,
-        "u_places": lists.places,
-    }
-    program.use(uniforms, textures | tables)
-    gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
-
-
-def shadow_textures(
-    gpu: Gpu, plan: FramePlan, images: BoundImages, variant: ForwardVariant | ParticleLightVariant
-) -> dict[str, moderngl.Texture]:
-    """What a shader looks shadows up in, of surfaces and of particles, as far as its variant does."""
-    textures: dict[str, moderngl.Texture] = {}
-    if variant.taps:
-        textures["u_shadow_atlas"] = images.read("shadow_atlas")
-        textures["u_shadow_maps"] = gpu.shadow_table(plan)
-    if variant.particle_shadow:
-        textures["u_particle_shadow_atlas"] = images.read("particle_shadow_atlas")
-    return textures
-
-
-def light_table(
-    gpu: Gpu,
-    plan: FramePlan,
-    lights: LightSet,
-    variant: Variant,
-    key: str,
-    order: NDArray[np.int32] | None = None,
-) -> moderngl.Texture:
-    """The records of lights as a texture, for shaders that fetch them by their number; `key` names it.
-
-    With `order`, shape (n,), the number is a place in that, which has the light's own.
-    """
-    rows = light_rows(RECORD_OF_KIND[lights.kind], defines(variant), lights, plan.view)
-    return gpu.tables.write(f"lights {key}", light_texels(rows if order is None else rows[order]))
-
-
-def _draw_loop(
-    gpu: Gpu,
-    plan: FramePlan,
-    program: Program,
-    textures: dict[str, moderngl.Texture],
-    lights: LightSet,
-    variant: LightVariant,
-    key: str,
-) -> None:
-    """One full-screen triangle whose shader walks all lights, read from a texture; several for very many."""
-    gpu.ctx.enable_only(moderngl.BLEND)
-    for index, part in enumerate(lights.parts()):
-        table = light_table(gpu, plan, part, variant, f"{key} {index}")
-        program.use({"u_light_count": len(part)}, textures | {"u_lights": table})
-        gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
+    return replace(frame, **changes)

@@ -1,18 +1,104 @@
-"""Resolve pass: from samples of radiance to the picture."""
+"""Resolve pass: background, average of the samples, exposure, tone curve and sRGB make the picture."""
 
 from __future__ import annotations
 
-from firefly_sample.gpu.gpu import Gpu
-from firefly_sample.gpu.images import BoundImages
-from firefly_sample.passes.base import Pass, draw_fullscreen
-from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Literal
+
+from firefly_sample.passes.base import FullscreenPass
+from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.needs import Needs, asked
+from firefly_sample.plan.targets import Target
+from firefly_sample.plan.variants import Look, Tone, Variant
 
 
-class ResolvePass(Pass):
-    """Background, average of the samples, exposure, tone curve, sRGB."""
+@dataclass(frozen=True)
+class ResolveVariant(Variant):
+    """What the pass reads and writes.
+
+    `masked` says that something may cover the background: the albedo shows where, as whole numbers if it is `packed`,
+    or the target "coverage" does if there is one (`marked`).
+    """
+
+    radiance: bool = True
+    masked: bool = True
+    color: bool = True
+    final_radiance: bool = False
+    gradient: bool = False
+    orthographic: bool = False
+    look: Look = "correct"
+    tone: Tone = "exponential"
+    supersample: Literal[1, 2] = 1
+    marked: bool = False
+    particles: bool = False
+    packed: bool = False
+
+
+class ResolvePass(FullscreenPass):
+    """Make the picture of radiance, particles and background."""
 
     name = "resolve"
 
-    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
-        """Draw `step` of `plan`."""
-        draw_fullscreen(gpu, step, images)
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if a picture is asked for."""
+        if not needs.picture:
+            return None
+        radiance = needs.all_lights() if needs.lit else []
+        radiance += ["ambient light"] if needs.ambient_lit else []
+        radiance += [f"emission of {needs.looks.emissive}"] if needs.emits else []
+        radiance += [f"{needs.sprites} sprites"] if needs.dotted else []
+        reads = {"radiance": radiance} if radiance else {}
+        if needs.hazy:
+            among = [f"{needs.sprites} sprites among them"] if needs.sprites else []
+            reads["particles"] = [needs.particles_in_view, *among]
+        if needs.drawn and needs.forward:
+            reads["coverage"] = ["the background shows where nothing was drawn"]
+        elif needs.drawn:
+            reads["albedo"] = ["the background shows where its alpha is 0"]
+        because = "; ".join(asked(needs.outputs, ("color", "radiance")))
+        return Declaration(because, reads=reads, writes=["color", "final_radiance"])
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
+        """Return the frame's variant."""
+        return ResolveVariant(
+            radiance="radiance" in targets,
+            masked="albedo" in targets or "coverage" in targets,
+            marked="coverage" in targets,
+            color="color" in targets,
+            final_radiance="final_radiance" in targets,
+            gradient=needs.gradient,
+            orthographic=needs.orthographic and needs.gradient,
+            look=needs.settings.look,
+            tone=needs.settings.tone_curve,
+            supersample=needs.settings.supersample,  # type: ignore[arg-type]
+            particles="particles" in targets,
+            packed="albedo" in targets and targets["albedo"].encoding == "sqrt10",
+        )
+
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield every combination."""
+        both = (False, True)
+        tones: tuple[tuple[Look, Tone], ...] = (
+            ("correct", "exponential"),
+            ("correct", "none"),
+            ("classic", "none"),
+        )
+        samples: tuple[Literal[1, 2], ...] = (1, 2)
+        for radiance, masked, color, final, gradient in product(both, repeat=5):
+            if not (color or final):
+                continue
+            for supersample, (look, tone) in product(samples, tones):
+                classic = look == "classic"
+                for marked in both if masked and not classic else (False,):
+                    for flat, particles in product(
+                        both if gradient else (False,), (False,) if classic else both
+                    ):
+                        flags = radiance, masked, color, final, gradient, flat, look, tone, supersample
+                        for packed in both if masked and not (marked or classic) else (False,):
+                            yield ResolveVariant(*flags, marked, particles, packed)
+
+    def outputs(self, variant: Variant) -> tuple[str, ...]:
+        """Return the targets that the variant writes."""
+        return tuple(name for name in ("color", "final_radiance") if getattr(variant, name))

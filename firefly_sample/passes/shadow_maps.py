@@ -1,24 +1,42 @@
-"""Shadow maps: the depth of what each light sees, in one atlas; drawn again only where something changed."""
+"""Shadow maps: the depth that each light sees, in one atlas; drawn again only where something changed."""
 
 from __future__ import annotations
 
-import moderngl
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING
 
-from firefly_sample.gpu.gpu import Gpu
-from firefly_sample.gpu.images import BoundImages
 from firefly_sample.passes.base import Pass
-from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-from firefly_sample.plan.shadows.atlas import Tile
-from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap
-from firefly_sample.plan.variants import ShadowVariant
+from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.targets import Target
+from firefly_sample.plan.variants import Variant
+
+if TYPE_CHECKING:
+    import moderngl
+
+    from firefly_sample.gpu.gpu import Gpu
+    from firefly_sample.gpu.images import BoundImages
+    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+    from firefly_sample.plan.shadows.atlas import Tile
+    from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap
 
 SLOPE_BIAS = 1.0
-"""Texels: casters are drawn as much farther away as their slope makes of one texel, so that what faces a
-light does not hide half of itself. The shader's own offsets do the rest."""
+"""Texels: the slope-scaled bias of casters, so that a surface that faces a light does not shadow half of itself. The
+shader's own offsets do the rest."""
+
+
+@dataclass(frozen=True)
+class ShadowVariant(Variant):
+    """How alpha cuts casters out: a texture's, that of vertex colours, or both."""
+
+    textured: bool = False
+    vertex_alpha: bool = False
 
 
 class ShadowMapsPass(Pass):
-    """Keeps what each tile of the atlas holds, by the key of its map."""
+    """Draw the maps whose key has changed into their tiles of the atlas; the others stay."""
 
     name = "shadow_maps"
 
@@ -27,6 +45,24 @@ class ShadowMapsPass(Pass):
         self._held: dict[Tile, bytes] = {}
         self.drawn = 0
         """Maps drawn in the last frame."""
+
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if there are shadow maps."""
+        if not needs.maps:
+            return None
+        return Declaration("; ".join(needs.shadows()), writes=["shadow_atlas"])
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
+        """Return a variant that stands for those of the maps' batches."""
+        return ShadowVariant()
+
+    def legal_variants(self) -> Iterable[Variant]:
+        """Return every combination."""
+        return [ShadowVariant(*alphas) for alphas in product((False, True), repeat=2)]
+
+    def outputs(self, variant: Variant) -> tuple[str, ...]:
+        """Return nothing: it draws depth alone."""
+        return ()
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -48,6 +84,8 @@ class ShadowMapsPass(Pass):
     def _draw_map(
         self, gpu: Gpu, plan: FramePlan, framebuffer: moderngl.Framebuffer, shadow: ShadowMap
     ) -> None:
+        import moderngl
+
         x, y, size = shadow.tile
         reverse = plan.view.reverse
         framebuffer.viewport = (x, y, size, size)
@@ -60,6 +98,8 @@ class ShadowMapsPass(Pass):
             self._draw_batch(gpu, batch)
 
     def _draw_batch(self, gpu: Gpu, batch: CasterBatch) -> None:
+        import moderngl
+
         variant = ShadowVariant(batch.texture is not None, batch.vertex_alpha)
         uniforms, textures = {}, {}
         if batch.texture is not None:

@@ -2,20 +2,80 @@
 
 from __future__ import annotations
 
-import moderngl
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, get_args
 
-from firefly_sample.gpu.gpu import Gpu
-from firefly_sample.gpu.images import BoundImages
-from firefly_sample.passes.base import Pass, draw_fullscreen
-from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from firefly_sample.passes.base import FullscreenPass
+from firefly_sample.passes.lights import FORMATS, TARGETS
+from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.targets import Target
+from firefly_sample.plan.variants import AlbedoFormat, NormalFormat, PositionMethod, Variant
 
 
-class UpsamplePass(Pass):
-    """Adds to what ambient light left."""
+@dataclass(frozen=True)
+class UpsampleVariant(Variant):
+    """What light of half the resolution is spread to (`radiance` and `light` are the targets), with highlights or not
+    (`shine`), along surfaces that are found by their positions and normals.
+    """
+
+    position_method: PositionMethod = "distance"
+    normal_format: NormalFormat = "oct16"
+    albedo_format: AlbedoFormat = "sqrt10"
+    orthographic: bool = False
+    radiance: bool = True
+    light: bool = False
+    shine: bool = False
+
+
+class UpsamplePass(FullscreenPass):
+    """Add light of half the resolution to what ambient light left."""
 
     name = "upsample"
+    adds = True
 
-    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
-        """Draw `step` of `plan`."""
-        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        draw_fullscreen(gpu, step, images, moderngl.BLEND)
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if light is computed at half the resolution."""
+        if not needs.half:
+            return None
+        half, lights = " (light_resolution=half)", needs.all_lights()
+        reads = {"half_light": [light + half for light in lights]}
+        if needs.highlights:
+            reads["half_shine"] = [f"highlights of {needs.looks.shiny}{half}"]
+        if needs.picture:
+            reads["albedo"] = lights
+        reads["normal"] = lights
+        reads[needs.position_source] = ["light_resolution=half finds neighbours on the same surface"]
+        because = "light_resolution=half: each pixel takes light from neighbours on its surface"
+        return Declaration(because, reads=reads, fills=["radiance", "light"])
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
+        """Return the frame's variant."""
+        formats: dict[str, Any] = {}
+        if "albedo" in targets:
+            formats["albedo_format"] = targets["albedo"].encoding
+        return UpsampleVariant(
+            position_method=needs.position_method,
+            normal_format=targets["normal"].encoding,  # type: ignore[arg-type]
+            orthographic=needs.orthographic,
+            radiance="radiance" in targets,
+            light="light" in targets,
+            shine="half_shine" in targets,
+            **formats,
+        )
+
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield every combination: highlights are for radiance alone."""
+        both = (False, True)
+        for position, formats, flat, (radiance, light), shine in product(
+            get_args(PositionMethod), FORMATS, both, TARGETS, both
+        ):
+            if radiance or not shine:
+                how: Any = position, *formats, flat, radiance, light, shine
+                yield UpsampleVariant(*how)
+
+    def outputs(self, variant: Variant) -> tuple[str, ...]:
+        """Return the targets that the variant writes."""
+        return tuple(name for name in ("radiance", "light") if getattr(variant, name))

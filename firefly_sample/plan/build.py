@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import OutputError, SceneError
+from firefly_sample.errors import OutputError, PlanError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.memo import Memo
 from firefly_sample.plan.collect import Snapshot, collect
-from firefly_sample.plan.frame_passes import check_passes, choose_passes, geometry_variant
-from firefly_sample.plan.frame_plan import (
-    Background,
-    Batch,
-    Capabilities,
-    FramePlan,
-    PassPlan,
-    SpriteSet,
-)
-from firefly_sample.plan.frame_targets import choose_targets
+from firefly_sample.plan.frame_graph import Declares, FrameGraph, choose_passes
+from firefly_sample.plan.frame_plan import Background, Batch, Capabilities, FramePlan, SpriteSet
 from firefly_sample.plan.frustum import spheres_in_frustum
 from firefly_sample.plan.lights.clusters import Clusters, plan_clusters
 from firefly_sample.plan.lights.light_set import any_channel
@@ -29,7 +23,6 @@ from firefly_sample.plan.particles.cloud import gather_particles
 from firefly_sample.plan.particles.shadow import plan_particle_shadow
 from firefly_sample.plan.particles.visible import see_particles
 from firefly_sample.plan.shadows.planner import ShadowPlanner
-from firefly_sample.plan.targets import Target
 from firefly_sample.plan.view import Eye, View, eye_state
 from firefly_sample.plan.visible import Visible, make_batches
 from firefly_sample.plan.warnings.plan_warnings import PlanWarnings
@@ -43,48 +36,27 @@ Float64 = NDArray[np.float64]
 PointRows = tuple[Float64, Float64, Float64]
 
 
-def build_plan(
-    scene: Scene,
-    settings: Settings | None = None,
-    size: tuple[int, int] = (800, 600),
-    outputs: tuple[str, ...] = ("color",),
-    time: float = 0.0,
-    capabilities: Capabilities | None = None,
-) -> FramePlan:
-    """The plan of one frame; nothing is drawn and no driver is needed.
-
-    Parameters
-    ----------
-    scene : Scene
-        It is updated to `time` first.
-    settings : Settings, optional
-    size : (int, int)
-        Width and height of the picture in pixels.
-    outputs : tuple of str
-        Names from `firefly_sample.frame.OUTPUTS`.
-    time : float
-        Seconds.
-    capabilities : Capabilities, optional
-        What the driver can do; everything when absent.
-
-    Raises
-    ------
-    FireflyError
-        If the size, an output, a light, the camera or the lens is wrong; the message names it.
-    """
-    return Planner().plan(scene, settings or Settings(), size, outputs, time, capabilities or Capabilities())
-
-
 class Planner:
     """Builds plans and keeps what did not change between them: walks of the graph, shadow maps, draws.
 
     Parameters
     ----------
+    passes : sequence of passes
+        In drawing order: see `firefly_sample.plan.frame_graph.Declares`.
     window : bool
-        See `firefly_sample.plan.camera.Eye`.
+        See `firefly_sample.plan.view.Eye`.
+
+    Raises
+    ------
+    PlanError
+        If two passes have the same name.
     """
 
-    def __init__(self, window: bool = False) -> None:
+    def __init__(self, passes: Sequence[Declares], window: bool = False) -> None:
+        names = [step.name for step in passes]
+        if len(set(names)) < len(names):
+            raise PlanError(f"passes need names of their own, got {', '.join(names)}")
+        self._passes = passes
         self._window = window
         self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
@@ -92,7 +64,7 @@ class Planner:
         self._warnings = PlanWarnings()
         self._eye: Memo[Eye] = Memo()
         self._seen: Memo[Visible] = Memo()
-        self._steps: Memo[tuple[tuple[Target, ...], tuple[PassPlan, ...]]] = Memo()
+        self._graph: Memo[FrameGraph] = Memo()
         self._batches: Memo[tuple[Batch, ...]] = Memo()
 
     def plan(
@@ -104,7 +76,7 @@ class Planner:
         time: float,
         capabilities: Capabilities,
     ) -> FramePlan:
-        """See `build_plan`."""
+        """Return the plan of one frame: see `firefly_sample.pipeline.build_plan`."""
         outputs, size = check_outputs(outputs, settings.supersample), check_size(size)
         seconds = to_number(time)
         if not np.isfinite(seconds):
@@ -182,8 +154,7 @@ class Planner:
                     f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
                     "or choose other lights"
                 )
-        targets, passes = self._steps.get(needs, lambda: _choose_steps(needs))
-        variant = geometry_variant(needs, targets)
+        graph = self._graph.get(needs, lambda: choose_passes(self._passes, needs))
         clusters: tuple[Clusters, ...] = ()
         if culling.method == "clustered" and (needs.lit or needs.counts_cells):
             clusters = plan_clusters(lighting.sets, view, *_decoded(surfaces, settings, view))
@@ -193,9 +164,7 @@ class Planner:
             outputs=outputs,
             time=time,
             view=view,
-            batches=self._batches.get(
-                (seen, variant, view.near), lambda: make_batches(seen, variant, view.near)
-            ),
+            batches=self._batches.get((seen, view.near), lambda: make_batches(seen, view.near)),
             ambient=ambient,
             lights=lighting.sets,
             culling=culling,
@@ -206,8 +175,9 @@ class Planner:
             particle_shadow=particle_shadow,
             background=background,
             exposure=exposure,
-            targets=targets,
-            passes=passes,
+            targets=graph.targets,
+            passes=graph.passes,
+            sources=graph.sources,
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
             warnings=self._warnings.find(needs, snapshot, eye, view, seen, lighting, cloud, exposure),
@@ -222,14 +192,6 @@ class Planner:
         if kept is not None and found.instances.draws_as(kept.instances):
             found.instances = kept.instances  # a light has moved: what is seen has not
         return found
-
-
-def _choose_steps(needs: Needs) -> tuple[tuple[Target, ...], tuple[PassPlan, ...]]:
-    """Return targets and passes, checked."""
-    targets = choose_targets(needs)
-    passes = choose_passes(needs, targets)
-    check_passes(passes, targets)
-    return targets, passes
 
 
 def _decoded(surfaces: tuple[float, float], settings: Settings, view: View) -> tuple[float, float]:

@@ -17,12 +17,11 @@ from firefly_sample.errors import NodeError
 from firefly_sample.plan.instances import Group, Instances, Spheres, look_of, make_groups
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.traversal import Visit, iter_visible
 
 Float64 = NDArray[np.float64]

@@ -22,7 +22,7 @@ from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.shadows.maps import ShadowPlan
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import GeometryVariant, Variant
+from firefly_sample.plan.variants import SurfaceFeatures, Variant
 from firefly_sample.plan.view import View
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Texture
@@ -78,8 +78,8 @@ class Batch:
         Index of each geometry instance.
     factors : Factors
         Colours of the instances' materials, times their nodes' flat colours.
-    variant : GeometryVariant
-        Of the geometry pass.
+    surface : SurfaceFeatures
+        What it asks of its shader.
     """
 
     key: tuple[Any, ...]
@@ -90,7 +90,7 @@ class Batch:
     model_to_view: Float64
     ids: NDArray[np.int32]
     factors: Factors
-    variant: GeometryVariant
+    surface: SurfaceFeatures
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class PassPlan:
     because : str
         What asked for it.
     variant : Variant
-        Of its shader; the geometry pass has one for each batch instead.
+        Of its shader; draws of surfaces and of lights add what is their own.
     """
 
     name: str
@@ -156,6 +156,8 @@ class FramePlan:
     background : Background
     exposure : tuple of 3 floats
         The scene's times the setting's; the classic look has none.
+    sources : dict of str to tuple of str
+        The targets that each output is decoded from; none where the frame has nothing for it.
     counts : LightCounts
     id_names : tuple of str
         Path of each geometry instance, by id.
@@ -179,6 +181,7 @@ class FramePlan:
     exposure: tuple[float, float, float]
     targets: tuple[Target, ...]
     passes: tuple[PassPlan, ...]
+    sources: dict[str, tuple[str, ...]]
     counts: LightCounts
     id_names: tuple[str, ...]
     warnings: tuple[str, ...]

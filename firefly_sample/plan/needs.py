@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.lights.light_set import LightKind
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
-from firefly_sample.plan.targets import (
-    ACCUMULATION_FORMATS,
-    ALBEDO_FORMATS,
-    COARSE_DEPTH,
-    NORMAL_FORMATS,
-    STORED_POSITIONS,
-    UNSIGNED,
-)
+from firefly_sample.plan.targets import COARSE_DEPTH, NORMAL_FORMATS, STORED_POSITIONS, UNSIGNED
+from firefly_sample.plan.variants import PositionMethod
 from firefly_sample.plan.visible import Looks
 from firefly_sample.settings import Settings
 
 PLACE_OUTPUTS = ("depth", "position", "position_world")
 NORMAL_OUTPUTS = ("normal", "normal_world")
-VOLUME_OUTPUTS = ("overdraw", "volumes", "wireframe")
 
 _NOUNS: dict[LightKind, str] = {
     "directional": "directional light",
@@ -36,11 +30,11 @@ class Needs:
     Attributes
     ----------
     method : str
-        How the passes of light find their pixels: the setting "lights", or what "auto" came to.
+        How the lighting passes find their pixels: the setting "light_method", or what "auto" came to.
     geometry, sprites : int
         Counts in view.
     lights : dict of LightKind to int
-        Lights in view; kinds of which there are none are left out.
+        Lights in view; kinds without any are left out.
     endless : dict of LightKind to int
         Those of them that are drawn over the full screen because they end nowhere.
     shadowed : dict of LightKind to int
@@ -52,11 +46,10 @@ class Needs:
     particles : int
         In view.
     particle_shadow : ParticleShadowPlan or None
-        The shadows of particles.
     clouded : dict of LightKind to int
-        The light in view that particles take some of, if there is one.
+        The light in view that particles shadow, if there is one.
     ambient, gradient : bool
-        Whether there is ambient light that is not black, and whether the background is a gradient.
+        True if there is ambient light that is not black, and if the background is a gradient.
     looks : Looks
         Of the materials in view.
     orthographic : bool
@@ -81,187 +74,179 @@ class Needs:
     looks: Looks
     orthographic: bool
 
-    @property
-    def own_ambient(self) -> str:
-        """Names of materials in view that reflect ambient light in a colour of its own."""
-        return self.looks.own_ambient
-
-    @property
-    def emissive(self) -> str:
-        """Names of materials in view that shine."""
-        return self.looks.emissive
-
-    @property
-    def shiny(self) -> str:
-        """Names of materials in view that have highlights."""
-        return self.looks.shiny
+    # --- what is drawn ---
 
     @property
     def picture(self) -> bool:
-        """Whether radiance is computed."""
+        """True if radiance is computed."""
         return "color" in self.outputs or "radiance" in self.outputs
 
     @property
     def shaded(self) -> bool:
-        """Whether light that falls on surfaces is computed at all."""
+        """True if light that falls on surfaces is computed."""
         return self.geometry > 0 and (self.picture or "light" in self.outputs)
 
     @property
     def drawn(self) -> bool:
-        """Whether geometry is drawn: a look at the shadow maps alone does without."""
+        """True if geometry is drawn: the shadow atlases alone do without."""
         return self.geometry > 0 and not set(self.outputs) <= {"shadow_atlas", "particle_shadow_atlas"}
 
     @property
-    def shadow_maps(self) -> bool:
-        """Whether shadow maps are looked up, or looked at."""
-        return self.maps > 0 and (self.lit or "shadow_atlas" in self.outputs)
-
-    @property
     def lit(self) -> bool:
-        """Whether lights, other than ambient ones, meet surfaces."""
+        """True if lights, other than ambient ones, meet surfaces."""
         return self.shaded and bool(self.lights)
 
     @property
     def ambient_lit(self) -> bool:
-        """Whether ambient light meets surfaces."""
+        """True if ambient light meets surfaces."""
         return self.shaded and self.ambient
 
     @property
     def own_ambient_lit(self) -> bool:
-        """Whether ambient light meets surfaces that have a colour of its own for it."""
-        return self.ambient_lit and self.picture and bool(self.own_ambient) and not self.classic
+        """True if ambient light meets surfaces that reflect it in a colour of its own."""
+        return self.ambient_lit and self.picture and bool(self.looks.own_ambient) and not self.classic
 
     @property
     def emits(self) -> bool:
-        """Whether surfaces that shine are seen in the picture."""
-        return self.picture and bool(self.emissive) and not self.classic
+        """True if the picture shows emission."""
+        return self.picture and bool(self.looks.emissive) and not self.classic
 
     @property
     def highlights(self) -> bool:
-        """Whether there are highlights in the picture."""
-        return self.lit and self.picture and bool(self.shiny) and not self.classic
-
-    @property
-    def placed(self) -> bool:
-        """Whether light depends on where the surface is: only directional light without shadows does not."""
-        shadows = bool(self.shadowed) or (bool(self.clouded) and self.particle_shadow is not None)
-        return self.lit and (any(kind != "directional" for kind in self.lights) or shadows)
-
-    @property
-    def counts_cells(self) -> bool:
-        """Whether the lights that a pixel's cell holds are counted: the output "overdraw" of clusters."""
-        near = any(kind != "directional" for kind in self.lights)
-        return self.method == "clustered" and "overdraw" in self.outputs and near and self.drawn
+        """True if the picture shows highlights."""
+        return self.lit and self.picture and bool(self.looks.shiny) and not self.classic
 
     @property
     def hazy(self) -> bool:
-        """Whether particles are drawn."""
+        """True if particles are drawn."""
         return self.picture and self.particles > 0
 
     @property
     def dotted(self) -> bool:
-        """Whether sprites are drawn by themselves: among particles they are drawn with these."""
+        """True if sprites are drawn by themselves: among particles they are drawn with these."""
         return self.picture and self.sprites > 0 and not self.hazy
 
     @property
+    def shadow_maps(self) -> bool:
+        """True if shadow maps are looked up, or are an output."""
+        return self.maps > 0 and (self.lit or "shadow_atlas" in self.outputs)
+
+    @property
     def particle_shadowed(self) -> bool:
-        """Whether shadows of particles are looked up, or looked at."""
+        """True if shadows of particles are looked up, or shown."""
         if self.particle_shadow is None:
             return False
         seen = bool(self.clouded) and (self.lit or self.hazy)
         return seen or self.textured or "particle_shadow_atlas" in self.outputs
 
     @property
-    def particle_shadow_reason(self) -> str:
-        """What asks for the shadows of particles, in words."""
-        assert self.particle_shadow is not None
-        return f"shadows of {_particles(len(self.particle_shadow))} in light {self.particle_shadow.light!r}"
+    def textured(self) -> bool:
+        """True if the picture shows the texture of the particle shadows' slices."""
+        shadow = self.particle_shadow
+        return shadow is not None and shadow.show and "color" in self.outputs
 
     @property
-    def textured(self) -> bool:
-        """Whether the slices' texture is shown in the picture."""
-        return self.particle_shadow is not None and self.particle_shadow.show and "color" in self.outputs
+    def counts_cells(self) -> bool:
+        """True if the lights in each pixel's cell are counted: the output "overdraw" of clustered lights."""
+        near = any(kind != "directional" for kind in self.lights)
+        return self.method == "clustered" and "overdraw" in self.outputs and near and self.drawn
+
+    def is_placed(self, kind: LightKind) -> bool:
+        """Return True if light of a kind depends on where the surface is: all but shadowless directional light."""
+        return kind != "directional" or kind in self.shadowed or self.is_clouded(kind)
+
+    def is_clouded(self, kind: LightKind) -> bool:
+        """Return True if particles shadow light of a kind."""
+        return kind in self.clouded and self.particle_shadow is not None
+
+    # --- how ---
 
     @property
     def classic(self) -> bool:
-        """Whether this is the original's look."""
+        """True for the original's look."""
         return self.settings.look == "classic"
 
     @property
-    def linear_distance(self) -> bool:
-        """Whether positions come from a linear distance target."""
-        return self.settings.position == "linear32f"
+    def forward(self) -> bool:
+        """True if surfaces are shaded as they are drawn."""
+        return self.method == "forward"
 
     @property
-    def place_target(self) -> str:
+    def half(self) -> bool:
+        """True if light is computed at half the resolution."""
+        return self.settings.light_resolution == "half" and self.lit
+
+    @property
+    def float64(self) -> bool:
+        """True if positions and normals are interpolated in float64."""
+        return self.settings.interpolation == "float64" and self.capabilities.float64
+
+    @property
+    def reverse(self) -> bool:
+        """True if depth is reversed in the [0, 1] clip range."""
+        return reverses_depth(self.settings, self.capabilities)
+
+    @property
+    def tests_volumes(self) -> bool:
+        """True if light volumes are tested against the depth buffer."""
+        return self.method == "volumes" and self.settings.volume_depth_test
+
+    @property
+    def position_source(self) -> str:
         """The target that positions come from; "depth" is the depth buffer itself."""
-        if self.linear_distance:
+        if self.settings.position == "linear32f":
             return "distance"
         return "position" if self.settings.position in STORED_POSITIONS else "depth"
 
     @property
-    def forward(self) -> bool:
-        """Whether surfaces are shaded as they are drawn."""
-        return self.method == "forward"
+    def placed(self) -> bool:
+        """True if light depends on where the surface is."""
+        return self.lit and any(self.is_placed(kind) for kind in self.lights)
 
     @property
-    def float64(self) -> bool:
-        """Whether places and normals are interpolated in float64."""
-        return self.settings.interpolation == "float64" and self.capabilities.float64
+    def tested_source(self) -> str:
+        """The same for passes that may test against the depth buffer, which must not be sampled then."""
+        copied = self.tests_volumes and self.position_source == "depth" and not self.half
+        return "depth_copy" if copied and self.placed else self.position_source
 
     @property
-    def half(self) -> bool:
-        """Whether light is computed for every second pixel across and down."""
-        return self.settings.light_resolution == "half" and self.lit
+    def position_method(self) -> PositionMethod:
+        """How shaders get positions."""
+        if self.settings.position == "inverse_matrix":
+            return "inverse_matrix"
+        sources: dict[str, PositionMethod] = {"distance": "distance", "position": "stored", "depth": "depth"}
+        return sources[self.position_source]
 
     @property
     def normal_format(self) -> tuple[str, str]:
-        """Format and packing of normals."""
+        """Texture format of normals, and how they are encoded in it."""
         if self.classic:
-            return "rgba8", "undecoded"
+            return "rgba8", "classic"
         if self.settings.normals == "oct16" and not self.capabilities.snorm_targets:
             return UNSIGNED
         return NORMAL_FORMATS[self.settings.normals]
 
     @property
-    def albedo_format(self) -> tuple[str, str]:
-        """Format and packing of colours."""
-        return ("rgba8", "linear") if self.classic else ALBEDO_FORMATS[self.settings.albedo]
-
-    @property
-    def packed(self) -> bool:
-        """Whether colours are stored as bits of whole numbers."""
-        return self.albedo_format[1] == "root10"
-
-    @property
-    def accumulation_format(self) -> str:
-        """Format of what light is added up in."""
-        return "rgba8" if self.classic else ACCUMULATION_FORMATS[self.settings.accumulation]
-
-    @property
     def distance_marks(self) -> bool:
-        """Whether a distance target by itself tells what was drawn: in perspective it is never 0 there.
+        """True if a distance target alone shows what was drawn: in perspective it is never 0 there.
 
-        A depth does not tell, since far geometry may round to the clear value, nor does a normal.
+        A depth does not, since far geometry may round to the clear value, nor does a normal.
         """
-        return bool(asked(self.outputs, PLACE_OUTPUTS)) and self.linear_distance and not self.orthographic
+        linear = self.settings.position == "linear32f"
+        return bool(asked(self.outputs, PLACE_OUTPUTS)) and linear and not self.orthographic
 
-    @property
-    def reverse(self) -> bool:
-        """Whether depth is reversed in the [0, 1] clip range."""
-        return reverses_depth(self.settings, self.capabilities)
-
-    @property
-    def volume_test(self) -> bool:
-        """Whether light volumes are tested against the depth buffer."""
-        return self.method == "volumes" and self.settings.volume_depth_test
+    # --- in words ---
 
     def lights_of(self, kind: LightKind) -> str:
-        """How many lights of a kind there are, in words."""
-        return _count(self.lights[kind], _NOUNS[kind])
+        """Return how many lights of a kind there are, in words."""
+        return count_of(self.lights[kind], _NOUNS[kind])
+
+    def all_lights(self) -> list[str]:
+        """Return the same for each kind."""
+        return [self.lights_of(kind) for kind in self.lights]
 
     def in_view(self, kind: LightKind) -> str:
-        """The lights of a kind in view, and a word on those that cost a full screen each."""
+        """Return the lights of a kind in view, and how many of them cost a full screen each."""
         endless = self.endless.get(kind, 0)
         if not endless:
             return f"{self.lights_of(kind)} in view"
@@ -270,42 +255,34 @@ class Needs:
             "(an attenuation or a max distance would bound it)"
         )
 
-    def all_lights(self) -> list[str]:
-        """The same for each kind."""
-        return [self.lights_of(kind) for kind in self.lights]
+    def shadows(self, kinds: Iterable[LightKind] | None = None) -> list[str]:
+        """Return how many lights of each kind cast shadows, in words."""
+        chosen = self.shadowed if kinds is None else [kind for kind in kinds if kind in self.shadowed]
+        return [f"shadows of {count_of(self.shadowed[kind], _NOUNS[kind])}" for kind in chosen]
 
-    def placed_lights(self) -> list[str]:
-        """The same for what depends on where the surface is."""
-        reasons = [self.lights_of(kind) for kind in self.lights if kind != "directional"]
-        if "directional" in self.shadowed:
-            reasons.append(f"shadows of {_count(self.shadowed['directional'], _NOUNS['directional'])}")
-        if "directional" in self.clouded and self.particle_shadow is not None:
-            reasons.append(f"shadows of particles in light {self.particle_shadow.light!r}")
-        return reasons
+    @property
+    def particle_shadow_reason(self) -> str:
+        """What asks for the shadows of particles, in words."""
+        assert self.particle_shadow is not None
+        count = count_of(len(self.particle_shadow), "particle")
+        return f"shadows of {count} in light {self.particle_shadow.light!r}"
 
     @property
     def particles_in_view(self) -> str:
         """How many particles are drawn, in words."""
-        return f"{_particles(self.particles)} in view"
-
-    def shadows(self) -> list[str]:
-        """How many lights of each kind cast shadows, in words."""
-        return [f"shadows of {_count(count, _NOUNS[kind])}" for kind, count in self.shadowed.items()]
+        return f"{count_of(self.particles, 'particle')} in view"
 
 
 def reverses_depth(settings: Settings, capabilities: Capabilities) -> bool:
-    """Whether depth is reversed in the [0, 1] clip range."""
+    """Return True if depth is reversed in the [0, 1] clip range."""
     return capabilities.clip_control and settings.position not in COARSE_DEPTH
 
 
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def _particles(number: int) -> str:
-    return f"{number:,} particle{'' if number == 1 else 's'}"
+def count_of(number: int, noun: str) -> str:
+    """Return a number and its noun, for example "2 point lights"."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
 def asked(outputs: tuple[str, ...], names: tuple[str, ...]) -> list[str]:
-    """A reason for each output that is among `names`."""
+    """Return a reason for each output that is among `names`."""
     return [f"output {name}" for name in outputs if name in names]

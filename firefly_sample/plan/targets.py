@@ -69,24 +69,24 @@ FORMATS: dict[str, TargetFormat] = {
 """Formats by name. Depth counts four bytes also at 24 bits: drivers pad it."""
 
 NORMAL_FORMATS: dict[str, tuple[str, str]] = {
-    "oct16": ("rg16_snorm", "snorm16"),
-    "rgb10a2": ("rgb10_a2", "shifted"),
-    "rgba8": ("rgba8", "shifted"),
-    "oct8": ("rg8", "unorm8"),
-    "rgba16f": ("rgba16f", "plain"),
-    "rgba32f": ("rgba32f", "plain"),
+    "oct16": ("rg16_snorm", "oct16"),
+    "rgb10a2": ("rgb10_a2", "unorm"),
+    "rgba8": ("rgba8", "unorm"),
+    "oct8": ("rg8", "oct8"),
+    "rgba16f": ("rgba16f", "float"),
+    "rgba32f": ("rgba32f", "float"),
 }
-"""Format and packing of each setting `normals`; `UNSIGNED` where a driver cannot draw into signed targets."""
-UNSIGNED = ("rg16", "unorm16")
+"""Texture format and encoding of each setting `normals`; `UNSIGNED` where a driver cannot draw into signed targets."""
+UNSIGNED = ("rg16", "oct16_unorm")
 ALBEDO_FORMATS: dict[str, tuple[str, str]] = {
-    "sqrt10": ("r32ui", "root10"),
-    "sqrt8": ("rgba8", "root"),
+    "sqrt10": ("r32ui", "sqrt10"),
+    "sqrt8": ("rgba8", "sqrt8"),
     "srgb8": ("srgb8_alpha8", "linear"),
     "rgba8": ("rgba8", "linear"),
     "rgba16f": ("rgba16f", "linear"),
     "rgba32f": ("rgba32f", "linear"),
 }
-"""Format and packing of each setting `albedo`."""
+"""Texture format and encoding of each setting `albedo`."""
 ACCUMULATION_FORMATS = {
     "rgba32f": "rgba32f",
     "rgba16f": "rgba16f",
@@ -164,8 +164,8 @@ class Target:
         Texels across and down of an image that has a size of its own.
     compare : {"", "<=", ">="}
         How a depth buffer's texels are compared where shaders look them up instead of reading them.
-    packing : str
-        How normals or colours are packed into it: see `firefly_sample.plan.variants`.
+    encoding : str
+        How normals or colours are encoded in it: see `firefly_sample.plan.variants`.
     half : bool
         True for an image of half the samples across and half down, rounded up.
     """
@@ -177,7 +177,7 @@ class Target:
     per_sample: bool = True
     size: tuple[int, int] | None = None
     compare: str = ""
-    packing: str = ""
+    encoding: str = ""
     half: bool = False
 
     @property

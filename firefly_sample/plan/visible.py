@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.frustum import spheres_in_frustum
 from firefly_sample.plan.instances import Factors, Group, Instances
-from firefly_sample.plan.variants import GeometryVariant
+from firefly_sample.plan.variants import SurfaceFeatures
 from firefly_sample.scene.material import Material
 
 Float64 = NDArray[np.float64]
@@ -135,7 +135,7 @@ def _names(materials: Iterable[Material]) -> str:
     return shown if len(names) <= MOST_NAMES else f"{shown} and {len(names) - MOST_NAMES} more"
 
 
-def make_batches(visible: Visible, frame: GeometryVariant, near: float) -> tuple[Batch, ...]:
+def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
     """Return draws: opaque ones first, then cut-outs, each front to back.
 
     Groups are cut into depth zones, and nearer zones are drawn first. Geometry that surrounds the eye, like a
@@ -150,22 +150,14 @@ def make_batches(visible: Visible, frame: GeometryVariant, near: float) -> tuple
     many = sum(len(part.ids) >= ZONES for part in visible.parts)
     zones = min(ZONES, len(distances) // SHARE, many // 2)
     edges = np.quantile(distances, np.arange(1, zones) / zones) if zones > 1 else np.zeros(0)
-    variants: dict[tuple[bool, ...], GeometryVariant] = {}
     keyed = []
     for index, part in enumerate(visible.parts):
         group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
         colored = group.geom.colors is not None and group.colors is None
-        own = (group.texture is not None, colored, cutout, group.double_sided, group.vertex_alpha)
-        if own not in variants:
-            variants[own] = replace(
-                frame,
-                textured=group.texture is not None,
-                vertex_color=colored,
-                cutout=cutout,
-                double_sided=group.double_sided,
-                vertex_alpha=group.vertex_alpha,
-            )
+        surface = SurfaceFeatures(
+            group.texture is not None, colored, cutout, group.double_sided, group.vertex_alpha
+        )
         cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
         for zone, (first, end) in enumerate(pairwise(cuts)):
             if first == end:
@@ -180,7 +172,7 @@ def make_batches(visible: Visible, frame: GeometryVariant, near: float) -> tuple
                 model_to_view=part.model_to_view[cut],
                 ids=part.ids[cut],
                 factors=visible.factors.take(slice(part.first + first, part.first + end)),
-                variant=variants[own],
+                surface=surface,
             )
             keyed.append(((cutout, around and zone == 0, zone, float(part.nearest[first]), index), batch))
     return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))

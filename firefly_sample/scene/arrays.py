@@ -1,28 +1,28 @@
-"""Arrays of numbers that users give: which kinds are taken, what becomes of them, and which are refused.
+"""Arrays of numbers from users: the types that are accepted and refused, and how they are converted.
 
 ==================  =========================================================================================
-what is given       what becomes of it
+input               result
 ==================  =========================================================================================
 numbers             float64: from integers and floats of any width, byte order and memory layout
 indices             whole numbers: from integers, and from floats that are whole
-colours             float64, linear: uint8 and uint16 as shares of the largest number of their type, so that
+colours             float64, linear: uint8 and uint16 divided by the largest number of their type, so that
                     255 and 65535 are 1, as in glTF; signed integers and floats as they are
-pixels of textures  uint8, as they are stored: uint8, and signed integers of 0 to 255, as they are; uint16 as
-                    shares of 65535, floats of 0 to 1 and bool as shares of 1, rounded to the nearest of 256
-                    codes
+pixels of textures  uint8: uint8, and signed integers of 0 to 255, as they are; uint16 divided by 65535,
+                    floats of 0 to 1 and bool, rounded to the nearest of 256 codes
 ==================  =========================================================================================
 
-Whatever gives NumPy an array may be given: lists, trimesh's and pandas' arrays, tensors in main memory.
-Refused by name are text, complex numbers, dates, objects, rows of different lengths, masked entries (of an
-array, or of the arrays in a list), bool but for pixels, and uint32 and uint64 as colours and pixels: they
-mostly hold 0 to 255, and nothing says so. A colour of a surface, and a float pixel, may leave 0..1 by 1e-6,
-which is rounding.
+Everything that NumPy can make an array of is accepted: lists, trimesh's and pandas' arrays, tensors in main
+memory. Refused are text, complex numbers, dates, objects, rows of different lengths, masked entries (of an
+array, or of arrays in a list), bool except for pixels, and uint32 and uint64 as colours and pixels, whose
+white is unknown. A surface's colour, and a float pixel, may leave 0..1 by 1e-6, which is rounding.
 """
 
 from __future__ import annotations
 
+import itertools
 import sys
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,7 +32,7 @@ from firefly_sample.errors import SceneError
 Float64 = NDArray[np.float64]
 
 LARGEST = 1e30
-"""Largest number of what goes to the GPU as float32, which keeps room for a product."""
+"""Largest number that is sent to the GPU as float32; products of it still fit."""
 ROUNDING = 1e-6
 """Tolerance for computed floats just below 0 or just above 1, which are taken as 0 or 1."""
 _COUNTS = {3: "three", 4: "four"}
@@ -46,24 +46,24 @@ def as_numbers(
     Parameters
     ----------
     what : str
-        Begins the message: whose numbers, and which.
+        The beginning of a message: the object and its numbers.
     values : array_like
         See the module.
     error : type of SceneError
-        What is raised.
+        The error to raise.
     expected : str
-        What they must be, for the message.
+        The expected kind of value, for a message.
 
     Raises
     ------
     SceneError
-        `error`, if they are no numbers.
+        `error`, if they are not numbers.
     """
     return np.array(_given(what, values, error, "iuf", expected), dtype=np.float64, order="C")
 
 
 def as_whole(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[Any]:
-    """Return whole numbers as an array of whatever type holds them; the caller checks their range."""
+    """Return whole numbers as an array of their own type; the caller checks their range."""
     array = _given(what, values, error, "iuf", "whole numbers")
     if array.dtype.kind == "f" and not (np.isfinite(array) & (array == np.floor(array))).all():
         raise error(f"{what} must be whole numbers, got {_described(array)}")
@@ -90,7 +90,7 @@ def as_color(
     Raises
     ------
     SceneError
-        `error`, if it is no such colour.
+        `error`, if the shape or a number is wrong.
     """
     expected = f"{_COUNTS[channels]} numbers in 0..{largest:g}"
     given = as_colors(what, color, error, expected)
@@ -106,12 +106,12 @@ def in_range(shares: Float64, largest: float = 1.0) -> bool:
 
 
 def outside(shares: Float64, largest: float = 1.0) -> NDArray[np.bool_]:
-    """Return which numbers are not 0 to `largest`, up to rounding; NaN is one of them."""
+    """Return a mask of the numbers outside 0 to `largest`, up to rounding; NaN is outside."""
     return np.asarray(~((shares >= -ROUNDING) & (shares <= largest + ROUNDING)))
 
 
 def hint_above_one(values: NDArray[Any]) -> str:
-    """Return the way out where colours are refused for numbers above 1 alone, to end a message; else ""."""
+    """Return the end of a message about colours whose only fault is numbers above 1; else ""."""
     if values.size and values.min() >= 0.0 and np.isfinite(top := values.max()) and top > 1.0:
         return ": divide them by the number that is white (255), or give them as uint8"
     return ""
@@ -136,13 +136,13 @@ def as_codes(what: str, values: ArrayLike, error: type[SceneError] = SceneError)
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """`array`, which can no longer be changed in place, so that no change goes unseen."""
+    """Make an array read-only, so that it cannot change without a new revision, and return it."""
     array.setflags(write=False)
     return array
 
 
 class ReadOnlyArrays:
-    """Keeps arrays that are attributes read-only in copies, where NumPy and pickle forget that they are."""
+    """Base of classes with read-only arrays: NumPy and pickle would make those of copies writeable."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
@@ -152,7 +152,7 @@ class ReadOnlyArrays:
 
 
 def _white(what: str, array: NDArray[Any], error: type[SceneError]) -> int:
-    """Return what stands for 1 in colours of an array's type, which is refused where that is unknown."""
+    """Return the number that stands for 1 in colours of an array's type; refuse types without one."""
     if array.dtype.kind != "u":
         return 1
     if array.dtype.itemsize > 2:
@@ -164,7 +164,7 @@ def _white(what: str, array: NDArray[Any], error: type[SceneError]) -> int:
 
 
 def _given(what: str, values: ArrayLike, error: type[SceneError], kinds: str, expected: str) -> NDArray[Any]:
-    """Return an array of one of these kinds, which may still be the caller's own."""
+    """Return an array of one of these kinds, which may be the caller's own."""
     try:
         if _is_masked(values):
             raise ValueError("some entries are masked: fill them first")
@@ -177,11 +177,8 @@ def _given(what: str, values: ArrayLike, error: type[SceneError], kinds: str, ex
 
 
 def _is_masked(values: ArrayLike) -> bool:
-    """Return whether entries are masked; numpy.ma is not imported for that, which takes long.
-
-    Of a list or a tuple, the arrays in it are looked at, whose masks NumPy would drop.
-    """
-    masked = sys.modules.get("numpy.ma")  # there, if there is a masked array
+    """Return whether entries are masked, of an array or of the arrays in a list or a tuple."""
+    masked = sys.modules.get("numpy.ma")  # importing it takes long, and a masked array has imported it
     if masked is None:
         return False
     parts = values if isinstance(values, list | tuple) else (values,)
@@ -189,6 +186,97 @@ def _is_masked(values: ArrayLike) -> bool:
 
 
 def _described(array: NDArray[Any]) -> str:
-    """Return the first of what an array holds, its type and its shape, for a message."""
+    """Return an array's first numbers, type and shape, for a message."""
     first = ", ".join(repr(value) for value in array.ravel()[:3].tolist())
     return f"{first}{', ...' if array.size > 3 else ''} ({array.dtype} of shape {array.shape})"
+
+
+_NUMBERS = itertools.count()
+
+
+def new_serial() -> int:
+    """Return a number that identifies an object for the life of this process.
+
+    Unlike an id, it is not used again when the object is gone, so GPU copies are cached by it.
+    """
+    return next(_NUMBERS)
+
+
+Fault = tuple[str, Callable[[Float64], NDArray[np.bool_]]]
+"""A description of a fault, and a function that returns a mask of the numbers that have it."""
+
+
+class Column(NamedTuple):
+    """A column of numbers, for the rows of one node.
+
+    Attributes
+    ----------
+    name : str
+        Plural, for messages: "radii".
+    given : array_like
+        Shape (n, width) or (width,); (n,) or () where `width` is 0.
+    width : int
+    faults : sequence of (str, callable)
+        Descriptions, and functions that return masks.
+    colors : bool
+        Whether they are colours: see `firefly_sample.scene.arrays`.
+    """
+
+    name: str
+    given: ArrayLike
+    width: int
+    faults: Sequence[Fault]
+    colors: bool = False
+
+
+def color_faults() -> tuple[Fault, ...]:
+    """Return the possible faults of linear colours."""
+    return (
+        ("color is negative or not finite", lambda c: ~(np.isfinite(c) & (c >= 0))),
+        ("color is above 1e30", lambda c: c > LARGEST),
+    )
+
+
+def checked_rows(
+    where: str, error: type[SceneError], positions: ArrayLike, columns: Sequence[Column]
+) -> tuple[Float64, ...]:
+    """Return positions, shape (n, 3), and each column with n rows; copies, read-only.
+
+    Raises
+    ------
+    SceneError
+        `error`, if shapes disagree or a number is wrong. The message begins with `where` and gives the index
+        of the first bad entry.
+    """
+    points = as_numbers(f"{where}: positions", positions, error)
+    if points.size == 0:
+        points = points.reshape(0, 3)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise error(f"{where}: positions must have shape (n, 3), got {points.shape}")
+    # the GPU computes in float32, and squares distances
+    faults: tuple[Fault, ...] = (
+        ("position is not finite", lambda p: ~np.isfinite(p)),
+        ("position is beyond 1e18", lambda p: np.abs(p) > 1e18),
+    )
+    _check(where, error, points, faults)
+    rows, n = [points], len(points)
+    for column in columns:
+        values = (as_colors if column.colors else as_numbers)(f"{where}: {column.name}", column.given, error)
+        shape = (n, column.width) if column.width else (n,)
+        try:
+            row = values if values.shape == shape else np.array(np.broadcast_to(values, shape))
+        except ValueError:
+            raise error(
+                f"{where}: {n} positions need {column.name} of shape {shape}, got {values.shape}"
+            ) from None
+        _check(where, error, row, column.faults)
+        rows.append(row)
+    return tuple(map(read_only, rows))
+
+
+def _check(where: str, error: type[SceneError], rows: Float64, faults: Sequence[Fault]) -> None:
+    for what, wrong in faults:
+        bad = wrong(rows)
+        if bad.any():
+            entry = int(np.argmax(bad.reshape(len(rows), -1).any(axis=1)))
+            raise error(f"{where}: entry {entry}: its {what}")

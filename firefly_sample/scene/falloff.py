@@ -1,4 +1,4 @@
-"""How a light fades with distance: the kinds there are, and the constants of the classical one."""
+"""The functions by which lights fade with distance, and the coefficients of the classical one."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ Float64 = NDArray[np.float64]
 
 
 class Falloff(Enum):
-    """How a light fades with the distance d."""
+    """The function by which a light fades with the distance d."""
 
     RAMP_SQUARED = "ramp_squared"
-    """(1 - d/R)^2 within the radius R, 0 beyond: the fireflies' own, smooth at R, without truncation."""
+    """(1 - d/R)^2 within the radius R, 0 beyond: the fireflies' own, smooth at R."""
     ATTENUATION = "attenuation"
     """1/(constant + linear*d + quadratic*d^2), times a smooth window where the light has a max distance."""
 
@@ -32,17 +32,17 @@ class _Coefficients(NamedTuple):
 class Attenuation(_Coefficients):
     """The three coefficients of 1/(constant + linear*d + quadratic*d^2), d in scene units.
 
-    Any three numbers of 0 or more, not all 0, are an attenuation; these are well-known ones.
+    Any three numbers of 0 or more, not all 0, are allowed; these are well-known ones.
 
     Attributes
     ----------
     ENDLESS
-        (1, 0, 0), Panda3D's default: a light that never fades. It reaches every pixel, so it is drawn over
-        the full screen, unless it has a max distance.
+        (1, 0, 0), Panda3D's default: no fading. Such a light reaches every pixel, so it is drawn over the
+        full screen unless it has a max distance.
     FIFTY_UNITS
-        (1, 0.09, 0.032): the light-volume slides', meant for lights that matter up to about 50 units.
+        (1, 0.09, 0.032): from the light-volume slides, for lights with a range of about 50 units.
     INVERSE_SQUARE
-        (1, 0, 1): 1 at the light and inverse-square from afar; the shader-lighting chapter's.
+        (1, 0, 1): 1 at the light and inverse-square far away; from the shader-lighting chapter.
     """
 
     __slots__ = ()
@@ -53,7 +53,7 @@ class Attenuation(_Coefficients):
 
 
 COEFFICIENTS = (1e-30, 1e30)
-"""What the largest coefficient must lie between: float32 holds nothing that is much smaller or larger."""
+"""The range of the largest coefficient; float32 holds few numbers outside it."""
 
 Attenuation.ENDLESS = Attenuation(1.0, 0.0, 0.0)
 Attenuation.FIFTY_UNITS = Attenuation(1.0, 0.09, 0.032)
@@ -61,13 +61,13 @@ Attenuation.INVERSE_SQUARE = Attenuation(1.0, 0.0, 1.0)
 
 
 def check_attenuation(light: str, value: ArrayLike) -> Attenuation:
-    """`value` as an `Attenuation`.
+    """Return `value` as an `Attenuation`.
 
     Raises
     ------
     LightError
-        If it is not three numbers of 0 or more, or the largest is too small to divide by or too large for
-        float32 (see `COEFFICIENTS`); it names the light.
+        If it is not three numbers of 0 or more, or the largest is outside `COEFFICIENTS`; the message names
+        the light.
     """
     low, high = COEFFICIENTS
     what = f"light {light!r}: attenuation"
@@ -77,4 +77,4 @@ def check_attenuation(light: str, value: ArrayLike) -> Attenuation:
     given = as_numbers(what, value, LightError, expected)
     if given.shape != (3,) or not given.min() >= 0 or not low <= given.max() <= high:
         raise LightError(f"{what} must be {expected}, got {value!r}")
-    return Attenuation(*(float(coefficient) for coefficient in given))
+    return Attenuation(*given.tolist())

@@ -1,18 +1,18 @@
-"""Path patterns, the small language in which Panda3D looks for nodes.
+"""Path patterns, the small language in which Panda3D searches for nodes.
 
-A pattern is a row of elements joined by ``/``; each stands for one node on the way down:
+A pattern is a row of elements joined by ``/``; each matches one node on the path down:
 
 =============  =========================================================================
 ``name``       a node of this name; ``*``, ``?``, ``[abc]`` and ``[!abc]`` work as in a shell
 ``*``          any one node
-``**``         any number of nodes, also none
+``**``         any number of nodes, including none
 ``+Type``      a node of this class or one derived from it, for example ``+GeomNode``
 ``-Type``      a node of exactly this class
 ``=tag``       a node that has the tag
 ``=tag=text``  a node whose tag has this value; shell characters work as in a name
 =============  =========================================================================
 
-After the last element ``;`` and flags: ``+i`` ignores upper and lower case in names; ``-h`` passes over
+After the last element ``;`` and flags: ``+i`` ignores upper and lower case in names; ``-h`` skips
 hidden nodes and all below them (``+h``, the default, does not). ``+s`` and ``-s`` are read and change
 nothing, because nodes are never stashed here.
 """
@@ -24,22 +24,21 @@ import re
 from collections.abc import Callable, Iterator
 
 from firefly_sample.errors import NodeError
-from firefly_sample.scene.node import OVERALL_BIT, PandaNode
-from firefly_sample.scene.path import PathStep
+from firefly_sample.scene.node import OVERALL_BIT, PandaNode, PathStep
 
 _Test = Callable[[PandaNode], bool]
 
 
 def find_paths(start: PathStep, pattern: str) -> Iterator[PathStep]:
-    """Every place that the pattern describes, seen from `start`, each once.
+    """Yield every path that begins at `start` and matches the pattern, each once.
 
-    The shortest paths come first, and among equally long ones those of earlier children (where Panda3D
-    promises no order).
+    The shortest paths come first, and among equally long ones those of earlier children (Panda3D defines no
+    order).
 
     Raises
     ------
     NodeError
-        If the pattern has an element or a flag that is not in the language; it names it.
+        If the pattern has an element or a flag that is not in the language; the message names it.
     """
     tests, skips_hidden = _parse(pattern)
     level = {start: _with_skipped({0}, tests)}
@@ -60,7 +59,7 @@ def find_paths(start: PathStep, pattern: str) -> Iterator[PathStep]:
 
 
 def _after(node: PandaNode, reached: set[int], tests: list[_Test | None]) -> set[int]:
-    """How many elements may be used up after one more node; `reached` is how many may be before it."""
+    """Return how many elements may be matched after one more node; `reached` is how many before it."""
     used = set()
     for index in reached:
         if index < len(tests):
@@ -73,7 +72,7 @@ def _after(node: PandaNode, reached: set[int], tests: list[_Test | None]) -> set
 
 
 def _with_skipped(reached: set[int], tests: list[_Test | None]) -> set[int]:
-    """Also count a ``**`` as used up where it comes next: it may stand for no node."""
+    """Also count a ``**`` that comes next as matched, because it may match no node."""
     for index in sorted(reached):
         following = index
         while following < len(tests) and tests[following] is None:
@@ -83,7 +82,7 @@ def _with_skipped(reached: set[int], tests: list[_Test | None]) -> set[int]:
 
 
 def _parse(pattern: str) -> tuple[list[_Test | None], bool]:
-    """One test for each element, None for ``**``; and whether hidden nodes are passed over."""
+    """Return one test for each element, None for ``**``; and whether hidden nodes are skipped."""
     if not isinstance(pattern, str):
         raise NodeError(f"a path pattern must be text, got {pattern!r}")
     elements, _, flags = pattern.partition(";")

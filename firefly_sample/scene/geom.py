@@ -16,21 +16,20 @@ from firefly_sample.scene.arrays import (
     as_whole,
     hint_above_one,
     in_range,
+    new_serial,
     read_only,
 )
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
-from firefly_sample.scene.serials import new_serial
 
 Float64 = NDArray[np.float64]
 
 _LENGTHS = 1e-6, 1e6
-"""Lengths of normals, least and greatest, that are left as they are: shaders make them 1, and square them
-for that."""
+"""Normals with lengths outside this range are normalised here: shaders square lengths to do it."""
 
 
 class Geom(ReadOnlyArrays):
-    """Indexed triangles in model space. Geoms are shared: instancing is one Geom under many nodes.
+    """Indexed triangles in model space. For instancing, one Geom is used by many nodes.
 
     Parameters
     ----------
@@ -43,29 +42,29 @@ class Geom(ReadOnlyArrays):
     texcoords : array_like, shape (n, 2), optional
         Texture coordinates with v up (the first row of an image is v = 1); zeros when absent.
     colors : array_like, shape (n, 3) or (n, 4), optional
-        Linear vertex colours in 0..1 that multiply the material's base colour, and their alpha, which
-        multiplies its alpha; white when absent. Of uint8, 255 is 1, and of uint16, 65535.
+        Linear vertex colours and alpha in 0..1, which multiply the material's base colour and alpha; white
+        when absent. In uint8, 255 is 1, and in uint16, 65535.
     name : str
         Used in messages.
 
-    Arrays are taken as `firefly_sample.scene.arrays` says. They are copies and read-only: `set_vertices`,
-    `set_normals` and `set_colors` replace them.
+    `firefly_sample.scene.arrays` lists the accepted types. The arrays are copied and read-only: replace them
+    with `set_vertices`, `set_normals` and `set_colors`.
 
     Attributes
     ----------
     colors : ndarray of float64, shape (n, 3), or None
     alphas : ndarray of float64, shape (n,), or None
-        Alpha of the vertex colours; None where it is 1 everywhere.
+        Alpha of the vertex colours; None if it is 1 everywhere.
     serial : int
-        Its own, never another's: neither that of a copy, nor of what comes after its end.
+        A number that no other object of this process ever has, not even a copy.
     revision : int
-        Grows with each change, so that whoever keeps a copy (the GPU) knows when it is stale.
+        Grows with each change, so that copies, such as the GPU's, can be updated.
 
     Raises
     ------
     SceneError
         If a shape is wrong, an index is out of range, a number is not finite or above 1e30, or a colour is
-        not 0 to 1.
+        outside 0 to 1.
     """
 
     alphas: Float64 | None
@@ -101,7 +100,7 @@ class Geom(ReadOnlyArrays):
         given = as_whole(f"geom {self.name!r}: triangles", triangles)
         if given.ndim != 2 or given.shape[1] != 3:
             raise SceneError(f"geom {self.name!r}: triangles must have shape (m, 3), got {given.shape}")
-        # of the type that was given: a narrower one would wrap around
+        # checked in the type that was given: a narrower one would wrap around
         outside = (given < 0) | (given >= vertices)
         if outside.any():
             row = int(np.argmax(outside.any(axis=1)))
@@ -132,7 +131,7 @@ class Geom(ReadOnlyArrays):
         return read_only(np.where(extreme, given / np.where(extreme, length, 1.0), given))
 
     def _vertex_normals(self) -> Float64:
-        # by a power of two, which is exact, so that products of edges stay numbers at every scale
+        # scaled by a power of two, which is exact, so that products of edges do not overflow
         _, exponent = np.frexp(np.abs(self.vertices).max(initial=0.0))
         corners = np.ldexp(self.vertices, -exponent)[self.triangles]
         face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -155,7 +154,7 @@ class Geom(ReadOnlyArrays):
         return self._bounds
 
     def set_vertices(self, vertices: ArrayLike) -> None:
-        """Move the vertices; the count must stay. Normals are left as they are."""
+        """Move the vertices, whose number must stay. Normals are not changed."""
         self.vertices = self._floats("vertices", vertices, len(self.vertices), 3)
         self._bounds = None
         self.revision += 1
@@ -166,12 +165,12 @@ class Geom(ReadOnlyArrays):
         self.revision += 1
 
     def set_colors(self, colors: ArrayLike | None) -> None:
-        """Replace the vertex colours, shape (n, 3) or (n, 4), as the class takes them; None for none."""
+        """Replace the vertex colours, shape (n, 3) or (n, 4), see the class; None removes them."""
         self.colors, self.alphas = self._colors(colors)
         self.revision += 1
 
     def _colors(self, colors: ArrayLike | None) -> tuple[Float64 | None, Float64 | None]:
-        """Return colours without alpha; and alpha, where it is not 1 everywhere."""
+        """Return colours without alpha, and alpha if it is not 1 everywhere."""
         if colors is None:
             return None, None
         given = as_colors(f"geom {self.name!r}: colors", colors)
@@ -201,24 +200,10 @@ class GeomNode(PandaNode):
         self.geoms: list[tuple[Geom, Material]] = []
 
     def add_geom(self, geom: Geom, material: Material | None = None) -> None:
-        """Add `geom`, drawn with `material` (a plain white one when absent) unless a node overrides it."""
+        """Add `geom` with `material`, a plain white one when absent; nodes may override it."""
         self.geoms.append((geom, material if material is not None else Material("default")))
         self.mark_changed()
 
-    def make_copy(self) -> GeomNode:
-        """A new node with the same (shared) Geoms, transform and attributes, without children."""
-        copy = GeomNode(self.name)
-        self._copy_state_to(copy)
-        copy.geoms = list(self.geoms)
-        return copy
-
-    def get_local_bounds(self) -> tuple[Float64, Float64] | None:
-        """The box around this node's own Geoms in its own space, None when it has none."""
-        boxes = [geom.bounds for geom, _ in self.geoms if len(geom.vertices)]
-        if not boxes:
-            return None
-        return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
-
     def iter_local_points(self) -> list[Float64]:
-        """The vertex arrays of this node's Geoms, for tight bounds."""
+        """Return the vertex arrays of this node's Geoms."""
         return [geom.vertices for geom, _ in self.geoms if len(geom.vertices)]

@@ -1,7 +1,7 @@
-"""What both kinds of lens share: planes, the projection matrix, and points to and from the film.
+"""The base of both kinds of lens: film, planes, the projection matrix, and points to and from the film.
 
-View space is right-handed, X right, Y forward, Z up, in scene units; film size, film offset and focal
-length share one unit of their own. NDC run from -1 to 1, x to the right and y up. The formulas are in
+View space is right-handed, X right, Y forward, Z up, in scene units; film size, film offset and focal length
+share one unit of their own. NDC run from -1 to 1, x to the right and y up. The formulas are in
 `firefly_sample.scene.lens_constants`.
 """
 
@@ -10,101 +10,134 @@ from __future__ import annotations
 import copy
 import math
 from abc import ABC, abstractmethod
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LensError
 from firefly_sample.scene.arrays import as_numbers
-from firefly_sample.scene.lens_checks import finite, number, positive
 from firefly_sample.scene.lens_constants import Clip, LensConstants
-from firefly_sample.scene.lens_shape import Shape, ratio_shape
+from firefly_sample.scene.lens_values import (
+    Shape,
+    film_shape,
+    film_size,
+    finite,
+    is_pair,
+    number,
+    pair,
+    positive,
+    ratio_shape,
+)
 
 Float64 = NDArray[np.float64]
+Measures = dict[str, float]
+"""Angles and lengths that were set, by name, the older first."""
 
 NEAR, FAR = 1.0, 100000.0
-"""Panda3D's planes, where nobody sets others."""
-SAME_SHAPE = 1e-5
-"""Relative difference up to which a lens keeps the aspect ratio it has: two angles may have been rounded."""
+"""Panda3D's default planes."""
+_SAME_SHAPE = 1e-5
+"""Relative difference up to which a lens keeps its aspect ratio: two angles may have been rounded."""
 
 
 class Lens(ABC):
-    """What both kinds of lens share. A setter that raises leaves the lens as it was.
+    """The base of both kinds of lens.
+
+    All setters raise LensError if a value is impossible, and then leave the lens as it was.
 
     Attributes
     ----------
     revision : int
         Grows with each change.
     near_given, far_given : bool
-        False as long as nobody has set this plane.
+        True once this plane has been set.
     """
 
-    def __init__(self) -> None:
+    _EXCLUSIVE: ClassVar[tuple[str, ...]]
+    """The measures that replace each other."""
+
+    def __init__(self, measures: Measures) -> None:
         self.revision = 0
         self.near_given = self.far_given = False
         self._near, self._far = NEAR, FAR
-        self._shape = Shape()
+        self._measures, self._shape = measures, Shape()
         self._film_offset = (0.0, 0.0)
 
-    # What a kind of lens defines
+    def _set_given(
+        self,
+        near: float | None,
+        far: float | None,
+        film_offset: tuple[float, float],
+        **given: float | tuple[float, float] | None,
+    ) -> None:
+        """Call the setters of what a constructor was given, in this order; refuse two aspect ratios."""
+        pairs = {name for name in ("fov", "film_size") if is_pair(given.get(name))}
+        fixing = [name for name in given if name in pairs]
+        fixing += ["aspect_ratio"] if given["aspect_ratio"] is not None else []
+        if len(fixing) > 1:
+            raise LensError(
+                f"{' and '.join(fixing)} each fix the aspect ratio: give one pair alone, "
+                "or single numbers and the ratio"
+            )
+        for name, value in given.items():
+            if value is not None:
+                getattr(self, f"set_{name}")(*(pair(name, value) if name in pairs else (value,)))
+        self.set_film_offset(*pair("film_offset", film_offset))
+        self._set_planes(near, far)
 
     @abstractmethod
     def is_perspective(self) -> bool:
-        """Whether things shrink with distance."""
+        """Return whether things shrink with distance."""
 
-    @abstractmethod
-    def get_film_size(self) -> tuple[float, float]:
-        """Width and height of the film."""
+    def is_orthographic(self) -> bool:
+        """Return whether things keep their size at every distance."""
+        return not self.is_perspective()
 
+    @staticmethod
     @abstractmethod
-    def set_film_size(self, width: float, height: float | None = None) -> None:
-        """Set the film's width and, with `height`, fix its aspect ratio too."""
-
-    @abstractmethod
-    def _reshape(self, shape: Shape) -> None:
-        """Take a shape; what was set of one side stays. Raise LensError where the lens cannot have it."""
-
-    @abstractmethod
-    def _scales(self) -> tuple[float, float]:
-        """A and C."""
+    def _scales_of(measures: Measures, ratio: float) -> tuple[float, float]:
+        """Return A and C, the scales of x and z in clip space."""
 
     @abstractmethod
     def _check_planes(self, near: float, far: float) -> None:
-        """Raise LensError where this kind of lens cannot have these planes."""
+        """Raise LensError if this kind of lens cannot have these planes."""
 
-    # Shape
+    # --- Film and shape ---
 
-    def is_orthographic(self) -> bool:
-        """Whether things keep their size at every distance."""
-        return not self.is_perspective()
+    def set_film_size(self, width: float, height: float | None = None) -> None:
+        """Set the film's width and, with `height`, fix the aspect ratio too."""
+        width = positive("film width", width)
+        self._set_measure("film_width", width, None if height is None else film_shape(width, height))
+
+    def get_film_size(self) -> tuple[float, float]:
+        """Return the width and height of the film."""
+        return film_size(self._measures, self._shape.ratio)
+
+    def set_film_offset(self, x: float, y: float) -> None:
+        """Move the film's centre off the view axis, right and up, in units of the film size."""
+        self._film_offset = (finite("film offset x", x), finite("film offset y", y))
+        self.revision += 1
+
+    def get_film_offset(self) -> tuple[float, float]:
+        """Return the offset of the film's centre, right and up."""
+        return self._film_offset
 
     def set_aspect_ratio(self, aspect_ratio: float | None) -> None:
-        """Fix width over height, as by two angles; what was set of one side stays.
+        """Fix width over height, as two angles do; the measure that was set for one side stays.
 
-        Parameters
-        ----------
-        aspect_ratio : float or None
-            None lets each picture's shape decide again; until then the lens keeps the ratio it has.
-
-        Raises
-        ------
-        LensError
-            If it is not above 0.
+        None lets each picture's shape decide again; until then the lens keeps its ratio.
         """
-        if aspect_ratio is None:
-            self._reshape(Shape(self._shape.ratio))
-        else:
-            self._reshape(ratio_shape(positive("aspect ratio", aspect_ratio)))
+        fixed = None if aspect_ratio is None else ratio_shape(positive("aspect ratio", aspect_ratio))
+        self._commit(self._measures, fixed or Shape(self._shape.ratio))
+
+    def get_aspect_ratio(self) -> float:
+        """Return width over height."""
+        return self._shape.ratio
 
     @property
     def shape(self) -> Shape:
-        """Width over height, and what fixed it."""
+        """Width over height, and the setting that fixed it."""
         return self._shape
-
-    def get_aspect_ratio(self) -> float:
-        """Width over height."""
-        return self._shape.ratio
 
     def with_aspect_ratio(self, aspect_ratio: float) -> Self:
         """Return a copy after `set_aspect_ratio`."""
@@ -113,44 +146,56 @@ class Lens(ABC):
         return lens
 
     def for_picture(self, width: int, height: int) -> Self:
-        """Return the lens that a picture of this size in pixels is drawn with.
+        """Return the lens to draw a picture of this size in pixels with.
 
-        A lens takes the picture's aspect ratio, and what was set of one side stays, just as in Panda3D's
-        window. Where the aspect ratio was set, or follows from two angles, two film sizes or intrinsics, the
-        picture must have that shape, to the nearest whole pixel: exactly this lens is drawn then.
+        The lens takes the picture's aspect ratio and keeps the measure that was set for one side, as in
+        Panda3D's window. If the lens's shape is fixed, the picture must have that shape, to the nearest whole
+        pixel; then this very lens is returned.
 
         Raises
         ------
         LensError
-            If the picture has another shape than the one that was set; the message names both.
+            If the picture's shape differs from a fixed one; the message names both.
         """
         if self._shape.fixed_by:
             if not self._shape.fits(width, height):
                 raise LensError(self._shape.refusal(width, height))
             return self
         ratio = width / height
-        if abs(self._shape.ratio / ratio - 1.0) < SAME_SHAPE:
+        if abs(self._shape.ratio / ratio - 1.0) < _SAME_SHAPE:
             return self
         lens = self.make_copy()
-        lens._reshape(Shape(ratio))
+        lens._commit(lens._measures, Shape(ratio))
         return lens
 
-    def set_film_offset(self, x: float, y: float) -> None:
-        """Move the film's centre off the view axis, right and up, in units of the film size.
+    def _scales(self) -> tuple[float, float]:
+        return self._scales_of(self._measures, self._shape.ratio)
 
-        Raises
-        ------
-        LensError
-            If a number is not finite.
-        """
-        self._film_offset = (finite("film offset x", x), finite("film offset y", y))
+    def _set_measure(self, name: str, value: float, shape: Shape | None = None) -> None:
+        """Set one measure; if there are three then, the one that was set longest ago is dropped."""
+        replaced = self._EXCLUSIVE if name in self._EXCLUSIVE else (name,)
+        measures = {key: old for key, old in self._measures.items() if key not in replaced}
+        measures[name] = value
+        if len(measures) == 3:
+            del measures[next(iter(measures))]
+        self._commit(measures, shape or self._shape.after(self._measures, measures))
+
+    def _commit(self, measures: Measures, shape: Shape) -> None:
+        """Take measures and a shape, or raise LensError if float64 cannot hold their scales."""
+        try:
+            scales = self._scales_of(measures, shape.ratio)
+        except ZeroDivisionError:  # a size that is too small for float64
+            scales = math.inf, math.inf
+        if not all(math.isfinite(scale) and scale > 0.0 for scale in scales):
+            given = ", ".join(f"{name} {value:g}" for name, value in measures.items())
+            raise LensError(
+                f"this lens is too extreme for float64 ({given}, aspect ratio {shape.ratio:g}): "
+                "choose a less extreme value"
+            )
+        self._measures, self._shape = measures, shape
         self.revision += 1
 
-    def get_film_offset(self) -> tuple[float, float]:
-        """Offset of the film's centre, right and up."""
-        return self._film_offset
-
-    # Near and far
+    # --- Near and far ---
 
     def set_near_far(self, near: float, far: float) -> None:
         """Set both clipping planes, as distances along the view axis in scene units.
@@ -161,11 +206,6 @@ class Lens(ABC):
             Above 0 for a perspective lens; any finite number for an orthographic one.
         far : float
             Beyond `near`; may be ``math.inf`` for a perspective lens.
-
-        Raises
-        ------
-        LensError
-            If this kind of lens cannot have these planes.
         """
         self._set_planes(number("near", near), number("far", far))
 
@@ -177,11 +217,10 @@ class Lens(ABC):
         """Set the far plane alone; see `set_near_far`."""
         self._set_planes(None, number("far", far))
 
-    def _set_planes(self, near: float | None, far: float | None) -> None:
+    def _set_planes(self, near_given: float | None, far_given: float | None) -> None:
         """Set the planes that are given; None leaves one as it is."""
-        given = near is not None, far is not None
-        near = self._near if near is None else number("near", near)
-        far = self._far if far is None else number("far", far)
+        near = self._near if near_given is None else number("near", near_given)
+        far = self._far if far_given is None else number("far", far_given)
         if not math.isfinite(near):
             raise LensError(f"near must be a finite number, got {near:g}")
         if not far > near:
@@ -191,33 +230,34 @@ class Lens(ABC):
             )
         self._check_planes(near, far)
         self._near, self._far = near, far
-        self.near_given, self.far_given = self.near_given or given[0], self.far_given or given[1]
+        self.near_given |= near_given is not None
+        self.far_given |= far_given is not None
         self.revision += 1
 
     def get_near(self) -> float:
-        """Distance of the near plane."""
+        """Return the distance of the near plane."""
         return self._near
 
     def get_far(self) -> float:
-        """Distance of the far plane, perhaps ``math.inf``."""
+        """Return the distance of the far plane, which may be ``math.inf``."""
         return self._far
 
-    # Projection
+    # --- Projection ---
 
     def constants(self, clip: Clip = "gl", reverse: bool = False) -> LensConstants:
-        """A, B, C, D and what belongs to them.
+        """Return the entries A, B, C, D of the projection matrix, and the constants to undo it.
 
         Parameters
         ----------
         clip : {"gl", "zero_to_one"}
-            Range of z_ndc: -1..1, or 0..1 as glClipControl(GL_ZERO_TO_ONE) has it.
+            Range of z_ndc: -1..1, or 0..1 as with glClipControl(GL_ZERO_TO_ONE).
         reverse : bool
             Depth 1 at the near plane and 0 at the far plane.
 
         Raises
         ------
         LensError
-            If `clip` is neither, or the film is so small beside the offset that a number overflows.
+            If `clip` is neither, or the film is so small beside its offset that a number overflows.
         """
         x, y = self._film_offset
         width, height = self.get_film_size()
@@ -229,17 +269,18 @@ class Lens(ABC):
             )
         # `0.0 -` keeps a centred film at +0, not -0.
         offsets = (0.0 - 2.0 * x / width, 0.0 - 2.0 * y / height)
-        make = LensConstants.for_perspective if self.is_perspective() else LensConstants.for_orthographic
-        return make(self._scales(), offsets, self._near, self._far, clip, reverse)
+        planes = self._near, self._far
+        return LensConstants.of(self.is_perspective(), self._scales(), offsets, planes, clip, reverse)
 
     def get_projection_mat(self, clip: Clip = "gl", reverse: bool = False) -> Float64:
-        """The 4x4 matrix from view to clip space for row vectors, float64; the default is Panda3D's."""
+        """Return the 4x4 matrix from view to clip space for row vectors; the default is Panda3D's."""
         return self.constants(clip, reverse).matrix()
 
     def project(self, point: ArrayLike) -> Any:
-        """Where view-space points fall on the film.
+        """Project view-space points onto the film.
 
-        As in Panda3D, near and far do not matter: only points behind the eye or beside the film are lost.
+        As in Panda3D, near and far do not matter: a point is off the film only behind the eye or outside its
+        edges.
 
         Parameters
         ----------
@@ -248,8 +289,8 @@ class Lens(ABC):
         Returns
         -------
         tuple of 2 floats, or None, or ndarray of shape (..., 2)
-            NDC of the one point, None where it is not on the film; for many points an array, with NaN
-            for those that are not.
+            NDC of the one point, None if it is off the film; for many points an array, with NaN for those
+            that are off the film.
         """
         p = _points(point, 3)
         in_front = p[..., 1] > 0.0 if self.is_perspective() else np.ones(p.shape[:-1], dtype=bool)
@@ -261,7 +302,7 @@ class Lens(ABC):
         return np.where(seen[..., None], ndc, np.nan)
 
     def extrude(self, point: ArrayLike) -> tuple[Float64, Float64]:
-        """The view-space points on the near and the far plane behind NDC of shape (2,) or (..., 2).
+        """Return the view-space points on the near and the far plane at NDC of shape (2,) or (..., 2).
 
         Raises
         ------
@@ -273,23 +314,20 @@ class Lens(ABC):
                 "a lens whose far plane is at infinity has no far point: set a finite far, or use "
                 "constants().view_from_distance(x, y, distance)"
             )
-        ndc = _points(point, 2)
+        x, y = np.moveaxis(_points(point, 2), -1, 0)
         k = self.constants()
-        return (
-            k.view_from_distance(ndc[..., 0], ndc[..., 1], self._near),
-            k.view_from_distance(ndc[..., 0], ndc[..., 1], self._far),
-        )
+        return k.view_from_distance(x, y, self._near), k.view_from_distance(x, y, self._far)
 
     def extrude_depth(self, point: ArrayLike) -> Float64:
-        """The view-space points behind NDC (x, y, z) of shape (3,) or (..., 3), z -1 at near and 1 at far.
+        """Return the view-space points at NDC (x, y, z) of shape (3,) or (..., 3), z -1 at near and 1 at far.
 
         The inverse of `get_projection_mat` followed by the division by w.
         """
-        ndc = _points(point, 3)
-        return self.constants().view_from_depth(ndc[..., 0], ndc[..., 1], 0.5 * ndc[..., 2] + 0.5)
+        x, y, z = np.moveaxis(_points(point, 3), -1, 0)
+        return self.constants().view_from_depth(x, y, 0.5 * z + 0.5)
 
     def frustum_planes(self) -> Float64:
-        """The view volume's planes: left, right, bottom, top, near and, unless infinite, far.
+        """Return the view volume's planes: left, right, bottom, top, near and, unless infinite, far.
 
         Returns
         -------
@@ -312,7 +350,7 @@ class Lens(ABC):
         return np.array(rows)
 
     def make_copy(self) -> Self:
-        """An independent lens with the same values."""
+        """Return an independent lens with the same values."""
         return copy.deepcopy(self)
 
 

@@ -1,4 +1,4 @@
-"""The numbers a lens comes down to, and the way from a pixel's depth back to a point in view space.
+"""The constants of a lens, and the conversion of a pixel's depth back to a point in view space.
 
 The walkthrough with every algebraic step is ``docs/unprojection.md``. In short, with view space X right,
 Y forward, Z up, and row vectors, a lens is::
@@ -31,7 +31,7 @@ _DEPTH_RANGE: dict[Clip, tuple[float, float]] = {"gl": (0.5, 0.5), "zero_to_one"
 
 
 class Unprojection(NamedTuple):
-    """Four constants: x = ndc_x*x_proj/(depth + w_proj), y = y_proj/(same), z = ndc_y*z_proj/(same)."""
+    """Four constants: x = ndc_x*x_proj/w, y = y_proj/w and z = ndc_y*z_proj/w, with w = depth + w_proj."""
 
     x_proj: float
     y_proj: float
@@ -46,18 +46,18 @@ class LensConstants:
     Attributes
     ----------
     perspective : bool
-        Whether w_clip is the distance y; under an orthographic lens it is 1.
+        True if w_clip is the distance y; for an orthographic lens it is 1.
     a, b, c, d : float
         The entries A, B, C, D of the projection matrix.
     x_offset, z_offset : float
-        NDC of the view axis: 0, unless the film is off centre.
+        NDC of the view axis: 0 unless the film is off centre.
     depth_scale, depth_offset : float
         From z_ndc to the depth buffer: (0.5, 0.5) for OpenGL's own clip range, (1, 0) for zero-to-one.
     y_fold, w_fold : float
         The depth mapping solved for the distance: y = y_fold / (depth + w_fold) in perspective and
         y = y_fold * (depth + w_fold) otherwise. In perspective they equal depth_scale*D and
-        -depth_offset - depth_scale*B, but come from near and far directly: the latter difference loses
-        all its digits for a reversed depth whose far plane is a long way off.
+        -depth_offset - depth_scale*B, but are computed from near and far directly: the difference
+        has no correct digit left for a reversed depth with a distant far plane.
     """
 
     perspective: bool
@@ -73,16 +73,16 @@ class LensConstants:
     w_fold: float
 
     @classmethod
-    def for_perspective(
+    def of(
         cls,
+        perspective: bool,
         scales: tuple[float, float],
         offsets: tuple[float, float],
-        near: float,
-        far: float,
+        planes: tuple[float, float],
         clip: Clip,
         reverse: bool,
     ) -> LensConstants:
-        """From A and C, the offsets in NDC, and the planes; `far` may be infinite.
+        """Return the constants for A and C, offsets in NDC, near and far (infinite in perspective only).
 
         Raises
         ------
@@ -90,67 +90,28 @@ class LensConstants:
             If `clip` is not "gl" or "zero_to_one".
         """
         depth_scale, depth_offset = _depth_range(clip)
-        # depth = far_share - near*far_share/y, or its complement near*far_share/y - near_share.
-        far_share = 1.0 if math.isinf(far) else far / (far - near)
-        near_share = 0.0 if math.isinf(far) else near / (far - near)
-        y_fold, w_fold = near * far_share, near_share
-        if not reverse:
-            y_fold, w_fold = -y_fold, -far_share
-        if clip == "gl":
-            b = -(1.0 + 2.0 * near_share) if reverse else 1.0 + 2.0 * near_share
-            d = 2.0 * y_fold
+        near, far = planes
+        if perspective:
+            # depth = far_share - near*far_share/y, or its complement near*far_share/y - near_share.
+            far_share = 1.0 if math.isinf(far) else far / (far - near)
+            near_share = 0.0 if math.isinf(far) else near / (far - near)
+            y_fold = near * far_share if reverse else -near * far_share
+            w_fold = near_share if reverse else -far_share
+            slope = 1.0 + 2.0 * near_share
+            in_gl = -slope if reverse else slope, 2.0 * y_fold
+            in_zero_to_one = 0.0 - w_fold, y_fold  # +0, not -0, where the far plane is infinite
         else:
-            b, d = 0.0 - w_fold, y_fold  # +0, not -0, where the far plane is infinite
-        return cls(True, scales[0], b, scales[1], d, *offsets, depth_scale, depth_offset, y_fold, w_fold)
-
-    @classmethod
-    def for_orthographic(
-        cls,
-        scales: tuple[float, float],
-        offsets: tuple[float, float],
-        near: float,
-        far: float,
-        clip: Clip,
-        reverse: bool,
-    ) -> LensConstants:
-        """From A and C, the offsets in NDC, and two finite planes.
-
-        Raises
-        ------
-        LensError
-            If `clip` is not "gl" or "zero_to_one".
-        """
-        depth_scale, depth_offset = _depth_range(clip)
-        span = far - near
-        y_fold, w_fold = (-span, -far / span) if reverse else (span, near / span)
-        if clip == "gl":
-            b, d = 2.0 / y_fold, -(far + near) / y_fold
-        else:
-            b, d = 1.0 / y_fold, -w_fold
-        return cls(False, scales[0], b, scales[1], d, *offsets, depth_scale, depth_offset, y_fold, w_fold)
-
-    @property
-    def A(self) -> float:  # noqa: N802 - the matrix entry's name
-        """Scale of x."""
-        return self.a
-
-    @property
-    def B(self) -> float:  # noqa: N802
-        """Scale of y in z_clip."""
-        return self.b
-
-    @property
-    def C(self) -> float:  # noqa: N802
-        """Scale of z."""
-        return self.c
-
-    @property
-    def D(self) -> float:  # noqa: N802
-        """Constant term of z_clip."""
-        return self.d
+            span = far - near
+            y_fold, w_fold = (-span, -far / span) if reverse else (span, near / span)
+            in_gl = 2.0 / y_fold, -(far + near) / y_fold
+            in_zero_to_one = 1.0 / y_fold, -w_fold
+        b, d = in_gl if clip == "gl" else in_zero_to_one
+        return cls(
+            perspective, scales[0], b, scales[1], d, *offsets, depth_scale, depth_offset, y_fold, w_fold
+        )
 
     def matrix(self) -> Float64:
-        """The 4x4 projection matrix for row vectors, laid out as at the top of this module."""
+        """Return the 4x4 projection matrix for row vectors, laid out as at the top of this module."""
         m = np.zeros((4, 4))
         m[0, 0], m[2, 1], m[1, 2], m[3, 2] = self.a, self.c, self.b, self.d
         w_row = 1 if self.perspective else 3
@@ -158,7 +119,7 @@ class LensConstants:
         return m
 
     def inverse_matrix(self) -> Float64:
-        """The inverse of `matrix`, in closed form: no digits are lost to elimination."""
+        """Return the inverse of `matrix`, in closed form, which loses no digits to elimination."""
         m = np.zeros((4, 4))
         m[0, 0], m[1, 2] = 1.0 / self.a, 1.0 / self.c
         m[3, 0], m[3, 2] = -self.x_offset / self.a, -self.z_offset / self.c
@@ -169,13 +130,13 @@ class LensConstants:
         return m
 
     def unprojection(self) -> Unprojection:
-        """The constants of the short form, folded in float64.
+        """Return the constants of the short form, computed in float64.
 
         Raises
         ------
         LensError
-            For an orthographic lens, a film offset, or the zero-to-one clip range, which the short form
-            does not cover.
+            For an orthographic lens, a film offset, or the zero-to-one clip range: the short form does not
+            cover them.
         """
         for wrong, reason in (
             (not self.perspective, "an orthographic lens"),
@@ -190,9 +151,9 @@ class LensConstants:
         return Unprojection(self.y_fold / self.a, self.y_fold, self.y_fold / self.c, self.w_fold)
 
     def distance_from_depth(self, depth: ArrayLike) -> Float64:
-        """Distance along the view axis for values of the depth buffer, any shape, in scene units.
+        """Convert depth-buffer values of any shape to distances along the view axis, in scene units.
 
-        A depth that stands for an infinite far plane gives infinity.
+        The depth of an infinite far plane gives infinity.
         """
         shifted = np.asarray(depth, dtype=np.float64) + self.w_fold
         if not self.perspective:
@@ -201,14 +162,14 @@ class LensConstants:
         return np.asarray(np.where(at_infinity, np.inf, self.y_fold / np.where(at_infinity, 1.0, shifted)))
 
     def depth_from_distance(self, y: ArrayLike) -> Float64:
-        """Value of the depth buffer for distances along the view axis, any shape; nothing is clamped."""
+        """Convert distances along the view axis, of any shape, to depth-buffer values; nothing is clamped."""
         distance = np.asarray(y, dtype=np.float64)
         if self.perspective:
             return np.asarray(self.y_fold / distance - self.w_fold)
         return np.asarray(distance / self.y_fold - self.w_fold)
 
     def view_from_distance(self, ndc_x: ArrayLike, ndc_y: ArrayLike, y: ArrayLike) -> Float64:
-        """View-space points, shape (..., 3), for NDC and distances along the view axis (they broadcast)."""
+        """Return view-space points, shape (..., 3), at NDC and distances, which broadcast."""
         right, up = np.asarray(ndc_x, dtype=np.float64), np.asarray(ndc_y, dtype=np.float64)
         y = np.asarray(y, dtype=np.float64)
         w = y if self.perspective else np.ones_like(y)
@@ -219,14 +180,14 @@ class LensConstants:
         return points
 
     def view_from_depth(self, ndc_x: ArrayLike, ndc_y: ArrayLike, depth: ArrayLike) -> Float64:
-        """View-space points, shape (..., 3), for NDC in [-1, 1] and depth-buffer values in [0, 1].
+        """Return view-space points, shape (..., 3), at NDC in [-1, 1] and depth-buffer values in [0, 1].
 
-        The general form: both clip ranges, either direction of depth, film offset, orthographic.
+        The general form: both clip ranges, both directions of depth, film offsets, both kinds of lens.
         """
         return self.view_from_distance(ndc_x, ndc_y, self.distance_from_depth(depth))
 
     def ndc_from_view(self, points: ArrayLike) -> Float64:
-        """NDC and depth, shape (..., 3) as (ndc_x, ndc_y, depth), for view-space points (..., 3), y != 0."""
+        """Return (ndc_x, ndc_y, depth), shape (..., 3), of view-space points, shape (..., 3), y != 0."""
         p = np.asarray(points, dtype=np.float64)
         x, y, z = p[..., 0], p[..., 1], p[..., 2]
         w = y if self.perspective else np.ones_like(y)

@@ -1,8 +1,9 @@
-"""What lights have in common: colours, shadows, and how they fade."""
+"""The bases of all lights: colours, shadows, and fading with distance."""
 
 from __future__ import annotations
 
 import math
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,8 @@ from firefly_sample.settings import SHADOW_RESOLUTIONS, to_number, to_whole
 
 Float64 = NDArray[np.float64]
 
+LightKind = Literal["point", "spot", "directional"]
+
 SHADOW_RESOLUTION = 1024
 
 
@@ -23,10 +26,14 @@ class ShadowCaster(PandaNode):
 
     Attributes
     ----------
+    kind : {"point", "spot", "directional"}
+        The shape of the light.
     camera_mask : int
-        Bits, as of a `Camera`: ``path.hide(mask)`` keeps what is below `path` from casting this light's
-        shadows, if `mask` has all of these bits.
+        Bits, as of a `Camera`: nodes that ``path.hide(mask)`` hides cast no shadows of this light if `mask`
+        has all of these bits.
     """
+
+    kind: ClassVar[LightKind]
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -35,19 +42,19 @@ class ShadowCaster(PandaNode):
         self._resolution = SHADOW_RESOLUTION
 
     def set_shadow_caster(self, caster: bool, resolution: int | None = None) -> None:
-        """Choose whether what the light meets first keeps it from what is behind.
+        """Choose whether the light casts shadows.
 
         Parameters
         ----------
         caster : bool
         resolution : int, optional
-            Texels along each side of the shadow map, 16 to 16384; the one there is when absent, 1024 at
-            first. A point light has six such maps.
+            Texels along each side of the shadow map, 16 to 16384; unchanged when absent, 1024 at first. A
+            point light has six such maps.
 
         Raises
         ------
         LightError
-            If the resolution is not such a number.
+            If the resolution is out of range.
         """
         if resolution is not None:
             low, high = SHADOW_RESOLUTIONS
@@ -62,17 +69,12 @@ class ShadowCaster(PandaNode):
         self.mark_changed()
 
     def is_shadow_caster(self) -> bool:
-        """Whether this light casts shadows."""
+        """Return whether this light casts shadows."""
         return self._casts
 
     def get_shadow_resolution(self) -> int:
-        """Texels along each side of the light's shadow map."""
+        """Return the texels along each side of the light's shadow map."""
         return self._resolution
-
-    def _copy_shadow_to(self, other: ShadowCaster) -> None:
-        self._copy_state_to(other)
-        other.camera_mask = self.camera_mask
-        other._casts, other._resolution = self._casts, self._resolution
 
 
 class Light(ShadowCaster):
@@ -83,8 +85,8 @@ class Light(ShadowCaster):
     name : str
         The node's name.
     color : sequence of 3 floats
-        Linear radiance scale; any finite numbers of 0 or more, also above 1. A fourth, Panda3D's alpha, means
-        nothing for a light and is left out.
+        Linear radiance scale; finite numbers of 0 or more, which may exceed 1. A fourth number, Panda3D's
+        alpha, is ignored.
     """
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
@@ -98,36 +100,32 @@ class Light(ShadowCaster):
         self.mark_changed()
 
     def get_color(self) -> Float64:
-        """The linear colour, shape (3,)."""
+        """Return the linear colour, shape (3,)."""
         return self._color.copy()
 
     def set_specular_color(self, color: ArrayLike) -> None:
-        """Set the linear colour of highlights; they have the light's colour otherwise."""
+        """Set the linear colour of highlights, which otherwise have the light's colour."""
         self._specular = light_color(self.name, color)
         self.mark_changed()
 
     def get_specular_color(self) -> Float64:
-        """The linear colour of highlights, shape (3,)."""
+        """Return the linear colour of highlights, shape (3,)."""
         return self.get_color() if self._specular is None else self._specular.copy()
 
     def has_specular_color(self) -> bool:
-        """Whether highlights have a colour of their own."""
+        """Return whether highlights have a colour of their own."""
         return self._specular is not None
 
     def clear_specular_color(self) -> None:
-        """Let highlights have the light's colour again."""
+        """Give highlights the light's colour again."""
         self._specular = None
         self.mark_changed()
 
-    def _copy_light_to(self, other: Light) -> None:
-        self._copy_shadow_to(other)
-        other._color, other._specular = self._color, self._specular
-
 
 class FadingLight(Light):
-    """A light that shines from a place and fades with the distance from it.
+    """A light that shines from a position and fades with the distance from it.
 
-    Without more, it is Panda3D's: attenuation (1, 0, 0) and no end. With a radius it fades as the fireflies
+    By default it is Panda3D's, with attenuation (1, 0, 0) and no end. With a radius it fades as the fireflies
     do, by (1 - d/radius)^2.
 
     Parameters
@@ -146,15 +144,15 @@ class FadingLight(Light):
 
     @property
     def falloff(self) -> Falloff:
-        """How the light fades."""
+        """The function by which the light fades."""
         return Falloff.RAMP_SQUARED if self._attenuation is None else Falloff.ATTENUATION
 
     def set_radius(self, radius: float) -> None:
-        """Let the light fade by (1 - d/radius)^2, in scene units; finite, 0 or more."""
+        """Let the light fade by (1 - d/radius)^2; the radius is in scene units, finite and 0 or more."""
         end = self._length("radius", radius)
         if math.isinf(end):
             raise LightError(
-                f"light {self.name!r}: radius must be finite: a light without end has an attenuation"
+                f"light {self.name!r}: radius must be finite: for a light without an end use set_attenuation"
             )
         self._attenuation, self._end = None, end
         self.mark_changed()
@@ -162,17 +160,17 @@ class FadingLight(Light):
     def set_attenuation(self, attenuation: ArrayLike) -> None:
         """Let the light fade by 1/(constant + linear*d + quadratic*d^2).
 
-        A max distance stays as it was; a radius is forgotten.
+        A max distance is kept; a radius is dropped.
 
         Parameters
         ----------
         attenuation : sequence of 3 floats
-            (constant, linear, quadratic); see `Attenuation` for some with names.
+            (constant, linear, quadratic); `Attenuation` has well-known ones.
 
         Raises
         ------
         LightError
-            If a number is negative, or the largest is not one of 1e-30 to 1e30.
+            If a number is negative, or the largest is not within 1e-30 to 1e30.
         """
         checked = check_attenuation(self.name, attenuation)
         if self._attenuation is None:
@@ -181,18 +179,18 @@ class FadingLight(Light):
         self.mark_changed()
 
     def get_attenuation(self) -> Attenuation | None:
-        """(constant, linear, quadratic); None if the light fades over its radius."""
+        """Return (constant, linear, quadratic), or None if the light fades over its radius."""
         return self._attenuation
 
     def set_max_distance(self, distance: float) -> None:
-        """Let the light end at a distance, in scene units, through a smooth window (`Settings.range_falloff`).
+        """Let the light end at a distance in scene units, with a smooth window (`Settings.range_falloff`).
 
-        Infinity takes the window away.
+        Infinity removes the window.
 
         Raises
         ------
         LightError
-            If the distance is negative or no number, or the light fades over a radius, which is its end.
+            If the distance is not a number of 0 or more, or the light fades over a radius, where it ends.
         """
         if self._attenuation is None:
             raise LightError(
@@ -203,7 +201,7 @@ class FadingLight(Light):
         self.mark_changed()
 
     def get_max_distance(self) -> float:
-        """Where the light ends, in scene units: its radius or max distance; infinity if nowhere."""
+        """Return the distance at which the light ends: its radius or max distance, or infinity."""
         return self._end
 
     def _length(self, what: str, value: float) -> float:
@@ -212,18 +210,15 @@ class FadingLight(Light):
             raise LightError(f"light {self.name!r}: {what} must be a number of 0 or more, got {value!r}")
         return length
 
-    def _copy_fade_to(self, other: FadingLight) -> None:
-        self._copy_light_to(other)
-        other._attenuation, other._end = self._attenuation, self._end
-
 
 def light_color(name: str, color: ArrayLike) -> Float64:
-    """A light's colour, checked, shape (3,).
+    """Return a light's checked colour, shape (3,).
 
     Raises
     ------
     LightError
-        If it is not three (or, as Panda3D has it, four) numbers from 0 to 1e30; it names the light.
+        If it is not three (or, with Panda3D's alpha, four) numbers from 0 to 1e30; the message names the
+        light.
     """
     what = f"light {name!r}: color"
     rgb = as_colors(what, color, LightError, "three numbers of 0 or more")

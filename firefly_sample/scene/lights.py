@@ -1,13 +1,14 @@
-"""Lights. Each lights every model under the same root: there is nothing to switch on per model.
+"""The kinds of lights. Each lights every model under the same root; nothing is switched on per model.
 
-Many point lights are one node, `PointLights`, that holds arrays (or a function of time that yields
-them). A light is taken out by detaching or hiding it. Colours are linear radiance scales; positions are in
-the node's space. As in Panda3D, a node's scale moves positions but never stretches a light's reach.
+Many point lights are one node, `PointLights`, that holds arrays or a function of time that returns them. To
+remove a light, detach or hide it. Colours are linear radiance scales; positions are in the node's space. As
+in Panda3D, a node's scale moves positions but does not change a light's reach.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import LightError
 from firefly_sample.scene.arrays import as_colors, as_numbers, read_only
 from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
+from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import FadingLight, Light, ShadowCaster, light_color
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
@@ -32,11 +34,11 @@ class PointLights(PointsNode, ShadowCaster):
         See `PointsNode`.
     radii : array_like, shape (n,) or (), optional
         Each light's reach in scene units, over which it fades by (1 - d/radius)^2; 1 when absent. With an
-        `attenuation`: where each light ends, through a smooth window; infinity, the default, is nowhere.
+        `attenuation`, the distance at which each light ends, with a smooth window; infinite when absent.
     attenuation : sequence of 3 floats, optional
         Lets all lights of the node fade by 1/(constant + linear*d + quadratic*d^2); see `Attenuation`.
     specular_colors : array_like, shape (n, 3) or (3,), optional
-        Linear colours of highlights; those of the lights when absent.
+        Linear colours of highlights; the lights' own when absent.
 
     Raises
     ------
@@ -44,7 +46,8 @@ class PointLights(PointsNode, ShadowCaster):
         If the arrays or the attenuation are wrong; see `PointsNode`.
     """
 
-    KIND = "light"
+    kind = "point"
+    NOUN = "light"
     ERROR = LightError
 
     def __init__(
@@ -67,20 +70,20 @@ class PointLights(PointsNode, ShadowCaster):
 
     @property
     def endless(self) -> bool:
-        """Whether a radius may be infinite."""
+        """True if a radius may be infinite."""
         return self._attenuation is not None
 
     @property
     def falloff(self) -> Falloff:
-        """How all lights of the node fade."""
+        """The function by which all lights of the node fade."""
         return Falloff.RAMP_SQUARED if self._attenuation is None else Falloff.ATTENUATION
 
     def get_attenuation(self) -> Attenuation | None:
-        """(constant, linear, quadratic); None if the lights fade over their radii."""
+        """Return (constant, linear, quadratic), or None if the lights fade over their radii."""
         return self._attenuation
 
     def set_specular_colors(self, colors: ArrayLike | None) -> None:
-        """Set the linear colours of highlights, shape (n, 3) or (3,); None gives them their lights'."""
+        """Set the linear colours of highlights, shape (n, 3) or (3,); None is the lights' own."""
         given = None
         if colors is not None:
             given = read_only(as_colors(f"light {self.name!r}: specular colors", colors, LightError))
@@ -94,12 +97,12 @@ class PointLights(PointsNode, ShadowCaster):
         self.mark_changed()
 
     def specular_colors_of(self, arrays: PointArrays) -> Float64:
-        """The linear colours of the highlights of lights that `evaluate` gave, shape (n, 3).
+        """Return the linear colours of the highlights of lights that `evaluate` returned, shape (n, 3).
 
         Raises
         ------
         LightError
-            If there are as many specular colours as there were lights before, and now are not.
+            If the number of specular colours is neither one nor the number of lights.
         """
         if self._specular is None:
             return arrays.colors
@@ -111,17 +114,9 @@ class PointLights(PointsNode, ShadowCaster):
                 "give one for each, or one for all"
             ) from None
 
-    def make_copy(self) -> PointLights:
-        """A new node with the same lights, transform and attributes, without children."""
-        copy = PointLights(self.name, attenuation=self._attenuation)
-        self._copy_points_to(copy)
-        self._copy_shadow_to(copy)
-        copy._specular = self._specular
-        return copy
-
 
 class PointLight(FadingLight):
-    """One point light at its node's origin. See `FadingLight`.
+    """A point light at its node's origin. See `FadingLight`.
 
     Parameters
     ----------
@@ -130,22 +125,20 @@ class PointLight(FadingLight):
     color : sequence of 3 floats
         Linear.
     radius : float, optional
-        Reach in scene units; without it, the light is Panda3D's, attenuation (1, 0, 0).
+        Reach in scene units; when absent, the light is Panda3D's, with attenuation (1, 0, 0).
     """
 
-    def make_copy(self) -> PointLight:
-        """A new light with the same colours, fading, shadows, transform and attributes, without children."""
-        copy = PointLight(self.name)
-        self._copy_fade_to(copy)
-        return copy
+    kind = "point"
 
 
 class DirectionalLight(Light):
-    """Light from infinitely far away, all in one direction: the sun. It does not fade.
+    """Parallel light from infinitely far away, such as the sun's. It does not fade.
 
-    It shines along its node's +Y axis, or in the direction (in the node's space) that `set_direction` says.
-    Its shadow map is fitted to what the camera sees, as far as the shadow distance.
+    It shines along its node's +Y axis, or in the direction that `set_direction` sets in the node's space. Its
+    shadow map is fitted to the camera's view, up to the shadow distance.
     """
+
+    kind = "directional"
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
         super().__init__(name, color)
@@ -153,7 +146,7 @@ class DirectionalLight(Light):
         self._shadow_distance = math.inf
 
     def set_direction(self, direction: ArrayLike) -> None:
-        """Set where the light goes, in the node's space; any length but 0.
+        """Set the direction in which the light shines, in the node's space; of any length but 0.
 
         Raises
         ------
@@ -169,14 +162,14 @@ class DirectionalLight(Light):
         self.mark_changed()
 
     def get_direction(self) -> Float64:
-        """Where the light goes, in the node's space: a unit vector, shape (3,)."""
+        """Return the direction in which the light shines, in the node's space: a unit vector, shape (3,)."""
         return self._direction.copy()
 
     def set_shadow_distance(self, distance: float) -> None:
-        """Set how far from the camera, along its view axis, shadows are wanted, in scene units.
+        """Set the distance from the camera, along its view axis, up to which there are shadows.
 
-        One map serves all that the camera sees: the nearer its end, the finer the shadows. What is farther
-        may be lit as if nothing cast any. Infinity, as at first, is as far as there is geometry in view.
+        A single map covers the whole view, so a shorter distance gives sharper shadows. Surfaces beyond it
+        may be lit without shadows. Infinity, the default, includes all geometry in view. In scene units.
 
         Raises
         ------
@@ -192,26 +185,19 @@ class DirectionalLight(Light):
         self.mark_changed()
 
     def get_shadow_distance(self) -> float:
-        """How far from the camera shadows are wanted, in scene units."""
+        """Return the distance from the camera up to which there are shadows, in scene units."""
         return self._shadow_distance
-
-    def make_copy(self) -> DirectionalLight:
-        """A new light with the same colours, direction, shadows, transform and attributes."""
-        copy = DirectionalLight(self.name)
-        self._copy_light_to(copy)
-        copy._direction, copy._shadow_distance = self._direction, self._shadow_distance
-        return copy
 
 
 class AmbientLight(PandaNode):
-    """Light that comes from everywhere. Several add up.
+    """Light that comes from everywhere. Several of them are added up.
 
     Parameters
     ----------
     name : str
         The node's name.
     color : sequence of 3 floats
-        Linear radiance scale; black costs nothing, not even a pass.
+        Linear radiance scale; black ones are skipped.
     """
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
@@ -224,11 +210,130 @@ class AmbientLight(PandaNode):
         self.mark_changed()
 
     def get_color(self) -> Float64:
-        """The linear colour, shape (3,)."""
+        """Return the linear colour, shape (3,)."""
         return self._light_color.copy()
 
-    def make_copy(self) -> AmbientLight:
-        """A new light with the same colour, transform and attributes, without children."""
-        copy = AmbientLight(self.name, self._light_color)
-        self._copy_state_to(copy)
-        return copy
+
+SMALLEST_CONE = 0.01
+"""The narrowest half-angle in degrees: below it, float32 cannot distinguish inside from outside."""
+
+DEFAULT_FOV = 30.0
+DEFAULT_EXPONENT = 50.0
+
+
+class Cone(NamedTuple):
+    """The fading of a spotlight with the angle from its axis.
+
+    Attributes
+    ----------
+    inner, outer : float
+        Half-angles in degrees: full strength within `inner`, none from `outer` on, a smooth step of
+        1 - cos(angle) between. Equal ones cut hard.
+    exponent : float
+        The strength is also multiplied by cos(angle)^exponent.
+    """
+
+    inner: float
+    outer: float
+    exponent: float
+
+
+class Spotlight(FadingLight):
+    """A light at its node's origin that shines along +Y into a cone.
+
+    As in Panda3D, a lens defines the width of the cone, which has a hard edge at half of the lens's
+    horizontal field of view (30 degrees by default), and an exponent (50) defines how the light fades off its
+    axis. `set_cone` gives it a smooth edge between two angles instead. Diffuse light and highlights fade
+    alike.
+
+    Parameters
+    ----------
+    name, color, radius : see `FadingLight`
+    """
+
+    kind = "spot"
+
+    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0), radius: float | None = None) -> None:
+        super().__init__(name, color, radius)
+        self._lens = PerspectiveLens(fov=DEFAULT_FOV)
+        self._exponent = DEFAULT_EXPONENT
+        self._edge: tuple[float, float] | None = None
+
+    def set_lens(self, lens: PerspectiveLens) -> None:
+        """Make the cone as wide as a lens's view, with a hard edge; later changes of the lens count too.
+
+        Raises
+        ------
+        LightError
+            If it is not a `PerspectiveLens`.
+        """
+        if not isinstance(lens, PerspectiveLens):
+            raise LightError(f"light {self.name!r}: a spotlight's lens is a PerspectiveLens, got {lens!r}")
+        self._lens, self._edge = lens, None
+        self.mark_changed()
+
+    def get_lens(self) -> PerspectiveLens:
+        """Return the lens whose horizontal field of view is the cone's full angle without `set_cone`."""
+        return self._lens
+
+    def set_exponent(self, exponent: float) -> None:
+        """Set the exponent of a lens's cone, which fades by cos(angle)^exponent; 0 is no fading.
+
+        Raises
+        ------
+        LightError
+            If it is not a number from 0 to 1e6.
+        """
+        given = to_number(exponent)
+        if not 0.0 <= given <= 1e6:
+            raise LightError(f"light {self.name!r}: exponent must be a number of 0 to 1e6, got {exponent!r}")
+        self._exponent = given
+        self.mark_changed()
+
+    def get_exponent(self) -> float:
+        """Return the exponent."""
+        return self._exponent
+
+    def set_cone(self, inner: float, outer: float) -> None:
+        """Set a soft edge: full strength up to the inner angle, a smooth fall to 0 at the outer one.
+
+        Lens and exponent are ignored then, until `set_lens` is called.
+
+        Parameters
+        ----------
+        inner, outer : float
+            Half-angles in degrees, 0 <= inner <= outer <= 180, outer at least 0.01. The light-volume
+            slides' are 20 and 30.
+
+        Raises
+        ------
+        LightError
+            If the angles are out of range.
+        """
+        angles = to_number(inner), to_number(outer)
+        if not (0.0 <= angles[0] <= angles[1] <= 180.0 and angles[1] >= SMALLEST_CONE):
+            raise LightError(
+                f"light {self.name!r}: a cone's half-angles must be 0 <= inner <= outer <= 180 degrees with "
+                f"outer at least {SMALLEST_CONE:g}, got {inner!r} and {outer!r}"
+            )
+        self._edge = angles
+        self.mark_changed()
+
+    def get_cone(self) -> Cone:
+        """Return the cone that `set_cone` set, or the lens's with the exponent.
+
+        Raises
+        ------
+        LightError
+            If the lens's field of view is below 0.02 degrees.
+        """
+        if self._edge is not None:
+            return Cone(*self._edge, 0.0)
+        half = 0.5 * self._lens.get_hfov()
+        # half of twice the smallest angle may come out an ulp below it
+        if half < SMALLEST_CONE * (1.0 - 1e-9):
+            raise LightError(
+                f"light {self.name!r}: its lens sees {2.0 * half:g} degrees: a spotlight needs "
+                f"{2.0 * SMALLEST_CONE:g} or more"
+            )
+        return Cone(half, half, self._exponent)

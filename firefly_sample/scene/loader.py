@@ -18,11 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError, SceneError
-from firefly_sample.scene.axes import matrix_from_gltf, vectors_from_gltf
 from firefly_sample.scene.material import AlphaMode
-from firefly_sample.scene.model_data import GeomData, ImageData, MaterialData, ModelData, NodeData
-from firefly_sample.scene.model_store import load_kept, model_key, save_kept
+from firefly_sample.scene.model_data import (
+    GeomData,
+    ImageData,
+    MaterialData,
+    ModelData,
+    NodeData,
+    load_kept,
+    model_key,
+    save_kept,
+)
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.transforms import matrix_from_gltf, vectors_from_gltf
 
 Float64 = NDArray[np.float64]
 
@@ -30,14 +38,14 @@ _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND
 
 
 def load_model(path: str | Path) -> NodePath:
-    """A fresh tree of nodes from a .glb file.
+    """Load a new tree of nodes from a .glb file.
 
     The file's axes are turned (glTF is Y-up, this package Z-up); units are kept. Nodes keep their names
-    and transforms, primitives of one mesh become Geoms of one node, and a mesh that several nodes show
-    becomes Geoms that they share. Diffuse base colour, its texture, cut-out alpha, sidedness and vertex
-    colours are read; the other things a glTF material can say are not drawn by this package.
+    and transforms, primitives of one mesh become Geoms of one node, and nodes with the same mesh share Geoms.
+    Base colour, its texture, cut-out alpha, sidedness and vertex colours are read; other properties of glTF
+    materials are ignored.
 
-    A file that was read before is not parsed again: see `firefly_sample.derived`.
+    Files are cached and not parsed twice: see `firefly_sample.derived`.
 
     Parameters
     ----------
@@ -70,7 +78,7 @@ def load_model(path: str | Path) -> NodePath:
 
 
 def _parse(path: Path, data: bytes, header: dict[str, Any]) -> ModelData:
-    """What is in a file, through trimesh."""
+    """Parse a file with trimesh."""
     with _interrupted_afterwards():
         import trimesh
 
@@ -84,7 +92,7 @@ def _parse(path: Path, data: bytes, header: dict[str, Any]) -> ModelData:
 
 
 def _read_container(path: Path) -> tuple[bytes, dict[str, Any]]:
-    """The file's bytes and its JSON header, after checking the frame around both.
+    """Return the file's bytes and its JSON header, after checking the container.
 
     The layout is that of the glTF 2.0 specification, section 4 "GLB file format": twelve bytes of magic,
     version and total length, then chunks, of which the first is JSON.
@@ -119,7 +127,7 @@ def _one_line(error: Exception) -> str:
 
 @contextmanager
 def _interrupted_afterwards() -> Iterator[None]:
-    """Let Ctrl-C wait for the end of a block: trimesh swallows what comes while it imports."""
+    """Delay Ctrl-C until the end of a block: trimesh would ignore it while it imports."""
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
         yield
@@ -135,7 +143,7 @@ def _interrupted_afterwards() -> Iterator[None]:
 
 
 class _Reader:
-    """Turns a trimesh scene into data; geoms, materials and images are there once, and shared."""
+    """Converts a trimesh scene to data, with each geom, material and image once."""
 
     def __init__(self, path: Path, header: dict[str, Any], scene: Any) -> None:
         self.path = path
@@ -170,7 +178,7 @@ class _Reader:
         return self.model
 
     def _is_primitive(self, name: str) -> bool:
-        """True for the nodes that trimesh invents, one for each primitive of a mesh with several."""
+        """Return whether trimesh invented this node, for one of several primitives of a mesh."""
         geometry = self.edges[name].get("geometry")
         mesh = self.scene.geometry.get(geometry)
         return mesh is not None and bool(mesh.metadata.get("from_gltf_primitive"))
@@ -194,7 +202,7 @@ class _Reader:
     def _geom(self, name: str) -> int:
         if name not in self.geoms:
             mesh = self.scene.geometry[name]
-            # A computed normal would be trimesh's; Geom computes its own where the file has none.
+            # only the file's own normals: Geom computes missing ones itself
             normals = mesh.vertex_normals if "vertex_normals" in mesh._cache.cache else None
             arrays = {
                 "vertices": vectors_from_gltf(mesh.vertices),
@@ -230,7 +238,7 @@ class _Reader:
     def _image(self, source: Any, header: dict[str, Any], name: str) -> int | None:
         image = getattr(source, "baseColorTexture", None)
         if image is None:
-            # trimesh leaves out without a word what it cannot decode.
+            # trimesh silently drops a texture that it cannot decode
             if "baseColorTexture" in header.get("pbrMetallicRoughness", {}):
                 raise ModelError(f"model {self.path}: material {name!r} has a texture that cannot be read")
             return None
@@ -248,14 +256,14 @@ class _Reader:
 
     @staticmethod
     def _unique_materials(header: dict[str, Any]) -> dict[Any, dict[str, Any]]:
-        """The header's materials by name, where a name is unambiguous."""
+        """Return the header's materials by name, for names that occur once."""
         materials = [m for m in header.get("materials", []) if isinstance(m, dict)]
         names = Counter(m.get("name") for m in materials)
         return {m.get("name"): m for m in materials if names[m.get("name")] == 1}
 
 
 def _base_color(source: Any, header: dict[str, Any]) -> Float64:
-    """The linear factor, from the header where it can be told which one it is: trimesh keeps eight bits."""
+    """Return the linear factor, from the header if possible: trimesh rounds it to eight bits."""
     exact = header.get("pbrMetallicRoughness", {}).get("baseColorFactor")
     if exact is not None:
         return np.asarray(exact, dtype=np.float64)
@@ -264,7 +272,7 @@ def _base_color(source: Any, header: dict[str, Any]) -> Float64:
 
 
 def _vertex_colors(mesh: Any) -> Float64 | None:
-    """Linear vertex colours in 0..1, from whichever of trimesh's two places they are in."""
+    """Return linear vertex colours in 0..1, from either of trimesh's two attributes."""
     if mesh.visual.kind == "vertex":
         stored = mesh.visual.vertex_colors
     else:

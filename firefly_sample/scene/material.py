@@ -1,4 +1,4 @@
-"""What a surface is made of: base colour, texture, cut-out alpha, sidedness."""
+"""Materials of surfaces, and their textures."""
 
 from __future__ import annotations
 
@@ -9,36 +9,43 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import LARGEST, ReadOnlyArrays, as_codes, as_color, as_colors, read_only
-from firefly_sample.scene.serials import new_serial
+from firefly_sample.scene.arrays import (
+    LARGEST,
+    ReadOnlyArrays,
+    as_codes,
+    as_color,
+    as_colors,
+    new_serial,
+    read_only,
+)
 from firefly_sample.settings import to_number
 
 AlphaMode = Literal["opaque", "mask", "blend"]
 
 LARGEST_SHININESS = 1e6
-"""The G-buffer stores shininess as a logarithm with this end."""
+"""The G-buffer stores the logarithm of shininess, up to this value."""
 
 
 class Texture(ReadOnlyArrays):
-    """An image that a material samples.
+    """An image for a material.
 
     Parameters
     ----------
     pixels : array_like, shape (height, width, 4)
         sRGB colour and linear alpha (coverage) in 8 bits; the first row is the top of the picture. uint16,
-        floats of 0 to 1 and bool are rounded to these: see `firefly_sample.scene.arrays`.
+        floats of 0 to 1 and bool are rounded to 8 bits: see `firefly_sample.scene.arrays`.
     name : str
         Used in messages and in the plan.
 
     Attributes
     ----------
     serial, revision : int
-        As a `Geom` has them.
+        As of a `Geom`.
     size : (int, int)
         Width and height.
     digest : str or None
-        Digits that change with the pixels, where the image came from a file, so that what is derived from it
-        may be kept: see `firefly_sample.derived`.
+        A hash of the pixels if the image came from a file, under which derived data is cached: see
+        `firefly_sample.derived`.
     """
 
     digest: str | None
@@ -57,12 +64,12 @@ class Texture(ReadOnlyArrays):
     def from_file(
         cls, decode: Callable[[], NDArray[np.uint8]], size: tuple[int, int], digest: str | None, name: str
     ) -> Texture:
-        """A texture whose pixels are decoded when somebody asks for them: drawing may have no need to.
+        """Return a texture whose pixels are decoded on first use; with cached mipmaps they are not needed.
 
         Parameters
         ----------
         decode : callable
-            Gives the pixels, of this size; called once at most.
+            Returns the pixels, of this size; called at most once.
         size : (int, int)
             Width and height.
         digest, name : see the class
@@ -92,7 +99,7 @@ class Texture(ReadOnlyArrays):
         Raises
         ------
         SceneError
-            If it has another shape.
+            If the shape is wrong.
         """
         image = self._checked(pixels)
         self._pixels = image
@@ -103,7 +110,7 @@ class Texture(ReadOnlyArrays):
         self.revision += 1
 
     def least_alpha(self) -> float:
-        """Return the smallest alpha of all texels, 0..1; each image is looked through once."""
+        """Return the smallest alpha of all texels, 0..1; it is computed once per image."""
         if self._least_alpha is None:
             self._least_alpha = int(self.pixels[..., 3].min()) / 255.0
         return self._least_alpha
@@ -117,7 +124,7 @@ class Texture(ReadOnlyArrays):
         return read_only(image)
 
     def __getstate__(self) -> dict[str, Any]:
-        """For pickle: the pixels, since another process may not have the function that decodes them."""
+        """Return the state with decoded pixels: another process may lack the function that decodes them."""
         return self.__dict__ | {"_pixels": self.pixels, "_decode": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -138,11 +145,11 @@ class Texture(ReadOnlyArrays):
 
 
 class Material(ReadOnlyArrays):
-    """How a surface reflects light, and what it shines by itself.
+    """The light that a surface reflects and emits.
 
-    A surface is as bright as ambient + diffuse + specular + emission: ambient light times `ambient` and the
-    texture; each light times `base_color` and the texture, by the cosine of its angle; each light's
-    highlight times `specular`; and `emission`.
+    Its radiance is ambient + diffuse + specular + emission: ambient light times `ambient` and the texture;
+    each light times `base_color`, the texture and the cosine of its angle; each light's highlight times
+    `specular`; and `emission`.
 
     Parameters
     ----------
@@ -153,21 +160,22 @@ class Material(ReadOnlyArrays):
     texture : Texture, optional
         Base colour texture.
     alpha_mode : {"opaque", "mask", "blend"}
-        "mask" cuts out what has less alpha than `alpha_cutoff`: the product of that of the base colour, of
-        the texture and of the vertex colours. Deferred shading keeps one surface a pixel, so "blend" is drawn
+        "mask" cuts out fragments whose alpha, the product of those of base colour, texture and vertex
+        colours, is below `alpha_cutoff`. Deferred shading stores one surface per pixel, so "blend" is drawn
         as "mask" and the plan warns about it.
     alpha_cutoff : float
-        The alpha below which a "mask" surface is not there.
+        The alpha below which "mask" cuts out.
     double_sided : bool
-        Both sides are drawn and the normal is turned towards the eye.
+        Draw both sides, and turn the normal towards the eye.
     ambient : sequence of 3 floats, optional
-        Linear reflectance of ambient light in 0..1, multiplies the texture; that of `base_color` when absent.
+        Linear reflectance of ambient light in 0..1, which multiplies the texture; `base_color` when absent.
     emission : sequence of 3 floats
-        Linear radiance that the surface gives off, 0 or more; no texture changes it.
+        Linear radiance that the surface emits, 0 or more; textures do not change it.
     specular : sequence of 3 floats
-        Linear reflectance of highlights in 0..1; black surfaces have none, and cost nothing.
+        Linear reflectance of highlights in 0..1; black ones cost nothing.
     shininess : float
-        The exponent of highlights, 0 to 1e6: larger ones are smaller. See `Settings.specular`.
+        The exponent of highlights, 0 to 1e6: the larger, the smaller the highlight. See
+        `Settings.specular_model`.
 
     Raises
     ------
@@ -213,17 +221,17 @@ class Material(ReadOnlyArrays):
         self.revision += 1
 
     def set_diffuse(self, color: ArrayLike) -> None:
-        """Set the linear base colour, as `set_base_color` does; three numbers leave the opacity as it is."""
+        """Set the linear base colour like `set_base_color`; three numbers keep the opacity."""
         rgb = as_colors(f"material {self.name!r}: base_color", color)
         self.set_base_color([*rgb, self.base_color[3]] if rgb.shape == (3,) else color)
 
     def set_ambient(self, color: ArrayLike | None) -> None:
-        """Set the linear reflectance of ambient light (r, g, b); None is that of the base colour."""
+        """Set the linear reflectance of ambient light (r, g, b); None is the base colour."""
         self.ambient = None if color is None else self._color("ambient", color, 3, 1.0)
         self.revision += 1
 
     def set_emission(self, color: ArrayLike) -> None:
-        """Set the linear radiance (r, g, b) that the surface gives off."""
+        """Set the linear radiance (r, g, b) that the surface emits."""
         self.emission = self._color("emission", color, 3, LARGEST)
         self.revision += 1
 

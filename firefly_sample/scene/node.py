@@ -1,4 +1,7 @@
-"""PandaNode: what hangs in the scene graph. It knows its children and parents; paths are NodePath's idea."""
+"""PandaNode, a node of the scene graph, and PathStep, one way to reach it from a root.
+
+Users handle nodes through `firefly_sample.scene.nodepath.NodePath`.
+"""
 
 from __future__ import annotations
 
@@ -6,25 +9,25 @@ import copy
 import weakref
 from bisect import bisect, bisect_right
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self, TypeVar
+
+import numpy as np
 
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.transform_state import IDENTITY, TransformState
 from firefly_sample.scene.transforms import Float64
-
-if TYPE_CHECKING:
-    from firefly_sample.scene.material import Material
-    from firefly_sample.scene.path import PathStep
 
 Color = tuple[float, float, float, float]
 
 OVERALL_BIT = 1 << 31
-"""The bit that plain ``hide()`` uses: hidden from every camera, whatever the camera's mask."""
+"""The bit that ``hide()`` without a mask uses: hidden from every camera, whatever its mask."""
 ALL_CAMERAS = OVERALL_BIT - 1
-"""The 31 bits that tell cameras apart."""
+"""The 31 bits by which nodes are hidden from some cameras and not from others."""
 _ALL_BITS = OVERALL_BIT | ALL_CAMERAS
 _LINKS = {"_children", "_sorts", "_parents", "_steps", "_ranks"}
-"""Attributes that say where a node hangs."""
+"""Attributes that link a node to other nodes and to paths."""
+_Value = TypeVar("_Value")
 
 
 class PandaNode:
@@ -38,37 +41,37 @@ class PandaNode:
     Attributes
     ----------
     transform : TransformState
-        Relative to each parent; change it with `set_transform`.
+        To the space of each parent; change it with `set_transform`.
     flat_color, flat_color_priority : (r, g, b, a) or None, int
-        Linear colour that this node and what is below take in place of their own; see `NodePath.set_color`.
+        Linear colour that replaces those of this node and below; see `NodePath.set_color`.
     material, material_priority : Material or None, int
         A material that replaces those of the Geoms at this node and below.
     draw_control, draw_show : int
-        Bits that this node decides about, and of those the ones that are shown; see `NodePath.hide`.
+        Camera bits that this node decides, and of those the ones that see it; see `NodePath.hide`.
     tags : dict of str to str
-        Free text by key.
+        Text by key.
     revision : int
         Grows with each change of the node itself.
     subtree_revision : int
-        Grows with each change of the node or anything below it: transforms, attributes, contents, children.
+        Grows with each change of the node or any node below it: transforms, attributes, contents, children.
 
     Notes
     -----
-    ``copy.deepcopy`` and ``pickle`` give a node of its own without parents, and copies of everything below
-    it, Geoms, materials, textures and lenses too. ``copy.copy`` gives a second node that shares its children,
-    as in Panda3D. `NodePath.copy_to` copies nodes alone. A function that a node calls is shared by all of
-    these, and pickle needs to find it by its name; of a bound method, the object is copied. Pickle goes down
-    a tree by recursion: one that is deeper than 150 nodes needs ``sys.setrecursionlimit``.
+    ``copy.deepcopy`` and ``pickle`` copy the node, without parents, and everything below it, including Geoms,
+    materials, textures and lenses. ``copy.copy`` returns a second node with the same children, as in Panda3D.
+    `NodePath.copy_to` copies nodes only. A function that a node calls is shared by all copies, and pickle
+    must be able to find it by its name; for a bound method, the object is copied. Pickle recurses down the
+    tree: one that is deeper than 150 nodes needs ``sys.setrecursionlimit``.
     """
 
     _parents: list[weakref.ref[PandaNode]]
     _steps: weakref.WeakSet[PathStep]
 
     def __new__(cls, *_: Any, **__: Any) -> Self:
-        """A node that can be linked to others before it has contents, as happens while a graph is copied."""
+        """Create a node that can be linked before it has contents, as needed while a graph is copied."""
         node = super().__new__(cls)
-        # Downwards by strong references and upwards by weak ones, so that a scene that nobody holds is
-        # freed at once, textures and all, without waiting for the cycle collector.
+        # Strong references downwards and weak ones upwards, so that an unused scene is freed at once,
+        # including its textures, without waiting for the cycle collector.
         node._parents = []
         node._steps = weakref.WeakSet()
         return node
@@ -95,16 +98,16 @@ class PandaNode:
 
     @property
     def children(self) -> Sequence[PandaNode]:
-        """The children, by `sort` and then in the order in which they came."""
+        """The children, ordered by `sort` and then by when they were added."""
         return self._children
 
     @property
     def parents(self) -> list[PandaNode]:
-        """The parents, oldest first; more than one where the node is instanced."""
+        """The parents, oldest first; several if the node is instanced."""
         return [parent for reference in self._parents if (parent := reference()) is not None]
 
     def get_child_sort(self, child: PandaNode) -> int:
-        """The sort number under which `child` was added.
+        """Return the sort number with which `child` was added.
 
         Raises
         ------
@@ -114,15 +117,15 @@ class PandaNode:
         return self._sorts[self._index_of(child)]
 
     def add_child(self, child: PandaNode, sort: int = 0) -> None:
-        """Put `child` below this node, after all children of the same or a smaller `sort`.
+        """Add a child, after all children of the same or a smaller `sort`.
 
-        A node that is a child already moves to its new place. `NodePath.attach_new_node` does this and
-        continues the paths that begin at `child`; here they go on beginning there.
+        A node that is a child already is moved to its new position among them. Paths that begin at `child`
+        still do so afterwards; `NodePath.attach_new_node` makes them continue through this node.
 
         Raises
         ------
         NodeError
-            If `child` is this node or above it: that would be a cycle.
+            If `child` is this node or above it, which would make a cycle.
         """
         if child is self or (child._children and child in self.iter_ancestors()):
             raise NodeError(
@@ -138,7 +141,7 @@ class PandaNode:
         self.mark_changed()
 
     def remove_child(self, child: PandaNode) -> None:
-        """Take `child` out. Paths that went through here to `child` now begin at `child`.
+        """Remove a child. Paths through this node to `child` now begin at `child`.
 
         Raises
         ------
@@ -163,7 +166,7 @@ class PandaNode:
             raise NodeError(f"node {child.name!r} is not a child of {self.name!r}") from None
 
     def iter_ancestors(self) -> Iterator[PandaNode]:
-        """Every node above this one, each once, by whatever path."""
+        """Yield every node above this one, by any path, each once."""
         seen: set[PandaNode] = set()
         waiting = self.parents
         while waiting:
@@ -174,7 +177,7 @@ class PandaNode:
                 waiting.extend(node.parents)
 
     def iter_descendants(self) -> Iterator[PandaNode]:
-        """Every node at and below this one, each once, in the order of a walk in depth."""
+        """Yield every node at and below this one, depth first, each once."""
         seen: set[PandaNode] = set()
         waiting = [self]
         while waiting:
@@ -185,18 +188,18 @@ class PandaNode:
                 waiting.extend(reversed(node._children))
 
     def set_transform(self, transform: TransformState) -> None:
-        """Put the node somewhere else in its parents."""
+        """Set the transform to the parents' space."""
         self.transform = transform
         self.mark_changed()
 
     def mark_changed(self) -> None:
-        """Tell whoever watches revisions that this node has changed, here and in all its ancestors.
+        """Raise the revisions of this node and of all its ancestors.
 
-        Whoever changes a node's contents in a way of its own calls this. Costs one step per ancestor.
+        Subclasses call this when their contents change.
         """
         self.revision += 1
         node = self
-        while True:  # The usual case, one parent each, without building sets.
+        while True:  # nodes with one parent need no sets
             node.subtree_revision += 1
             if len(node._parents) != 1:
                 break
@@ -207,33 +210,23 @@ class PandaNode:
         for ancestor in node.iter_ancestors():
             ancestor.subtree_revision += 1
 
-    def _copy_state_to(self, other: PandaNode) -> None:
-        """Give `other` this node's transform, colour, material, masks and tags."""
-        if type(other) is not type(self):
-            raise NodeError(f"node {self.name!r} cannot be copied: {type(self).__name__} needs make_copy()")
-        other.transform = self.transform
-        other.flat_color, other.flat_color_priority = self.flat_color, self.flat_color_priority
-        other.material, other.material_priority = self.material, self.material_priority
-        other.draw_control, other.draw_show = self.draw_control, self.draw_show
-        other.tags = dict(self.tags)
-        other.mark_changed()
+    def make_copy(self) -> Self:
+        """Return a new node of the same class with the same attributes, without children.
 
-    def make_copy(self) -> PandaNode:
-        """A new node of the same kind with the same contents and attributes, without children.
-
-        Raises
-        ------
-        NodeError
-            If a subclass does not say how to copy itself.
+        The attributes' values are shared; only lists, dicts and sets are copied.
         """
-        node = PandaNode(self.name)
-        self._copy_state_to(node)
+        node = type(self).__new__(type(self))
+        for name, value in self.__dict__.items():
+            if name not in _LINKS:
+                node.__dict__[name] = copy.copy(value) if isinstance(value, dict | list | set) else value
+        node._children, node._sorts = [], []
+        node.revision = node.subtree_revision = 0
         return node
 
     # --- Python's copies: see the class ---
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the node's state and its links: child, sort number, and place among the child's parents."""
+        """Return the attributes and the links: child, sort number, and position among the child's parents."""
         state = {name: value for name, value in self.__dict__.items() if name not in _LINKS}
         state["_links"] = [
             (child, sort, child.parents.index(self))
@@ -247,10 +240,10 @@ class PandaNode:
         self._children = [child for child, _, _ in links]
         self._sorts = [sort for _, sort, _ in links]
         for child, _, rank in links:
-            child._come_below(self, rank)
+            child._link_parent(self, rank)
 
-    def _come_below(self, parent: PandaNode, rank: int) -> None:
-        """Link a copied parent: copies of parents come in any order, and keep the order that they had."""
+    def _link_parent(self, parent: PandaNode, rank: int) -> None:
+        """Link a copied parent; parents are copied in any order, and `rank` restores the original one."""
         ranks = self.__dict__.setdefault("_ranks", [])
         index = bisect(ranks, rank)
         ranks.insert(index, rank)
@@ -263,7 +256,7 @@ class PandaNode:
         return node
 
     def __deepcopy__(self, memo: dict[int, Any]) -> PandaNode:
-        # one after the other and not one within the other, so that no tree is too deep
+        # one by one, not by recursion, so that no tree is too deep
         originals = [node for node in self.iter_descendants() if id(node) not in memo]
         copies: list[PandaNode] = [type(node).__new__(type(node)) for node in originals]
         memo.update((id(node), made) for node, made in zip(originals, copies, strict=True))
@@ -271,10 +264,104 @@ class PandaNode:
             made.__setstate__(copy.deepcopy(node.__getstate__(), memo))
         return copies[0]
 
-    def get_local_bounds(self) -> tuple[Float64, Float64] | None:
-        """The box (minimum, maximum) of this node's own contents in its own space, None when it has none."""
-        return None
-
     def iter_local_points(self) -> list[Float64]:
-        """Arrays of shape (n, 3): points in this node's space whose hull holds its own contents."""
+        """Return arrays of shape (n, 3): points in this node's space whose hull contains its own contents."""
         return []
+
+
+class PathStep:
+    """A node as reached through a parent step, or as the root of a path.
+
+    There is one step for each (parent step, node), so every NodePath to it follows when the node is moved.
+    """
+
+    __slots__ = ("__weakref__", "_below", "node", "parent")
+
+    def __init__(self, node: PandaNode, parent: PathStep | None) -> None:
+        self.node = node
+        self.parent: PathStep | None = None
+        self._below: weakref.WeakValueDictionary[PandaNode, PathStep] | None = None
+        node._steps.add(self)
+        if parent is not None:
+            self.move_below(parent)
+
+    def move_below(self, parent: PathStep | None) -> None:
+        """Make `parent` the step above this one; None makes this one a root."""
+        siblings = self.parent._below if self.parent is not None else None
+        if siblings is not None and siblings.get(self.node) is self:
+            del siblings[self.node]
+        self.parent = parent
+        if parent is not None:
+            if parent._below is None:
+                parent._below = weakref.WeakValueDictionary()
+            parent._below[self.node] = self
+
+    def known_child(self, node: PandaNode) -> PathStep | None:
+        """Return the step from here to a child node, if a path has needed it already."""
+        return self._below.get(node) if self._below is not None else None
+
+    def child(self, node: PandaNode) -> PathStep:
+        """Return the step from here to a child node."""
+        step = self.known_child(node)
+        return step if step is not None else PathStep(node, self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle all steps above too, so that paths into one tree lead into one copy of it."""
+        return _copied_step, (self.node, self.parent)
+
+    def upwards(self) -> Iterator[PathStep]:
+        """Yield this step, the one above it, and so on up to the root."""
+        step: PathStep | None = self
+        while step is not None:
+            yield step
+            step = step.parent
+
+    def names(self) -> str:
+        """Return the nodes' names from the root down to here, joined by slashes."""
+        return "/".join(step.node.name for step in reversed(list(self.upwards())))
+
+
+def root_step(node: PandaNode) -> PathStep:
+    """Return the step of a path that begins at `node`."""
+    return next((step for step in node._steps if step.parent is None), None) or PathStep(node, None)
+
+
+def _copied_step(node: PandaNode, parent: PathStep | None) -> PathStep:
+    return root_step(node) if parent is None else parent.child(node)
+
+
+def inherit(
+    above: _Value | None, above_priority: int, own: _Value | None, own_priority: int
+) -> tuple[_Value | None, int]:
+    """Return an attribute and its priority at a node, from those above it and its own.
+
+    The node's own value wins, unless the one from above has a higher priority.
+    """
+    if own is None or (above is not None and above_priority > own_priority):
+        return above, above_priority
+    return own, own_priority
+
+
+def tight_bounds(top: PandaNode, matrix: Float64) -> tuple[Float64, Float64] | None:
+    """Return the axis-aligned box (minimum, maximum) of all vertices at and below `top`; None without any.
+
+    Parameters
+    ----------
+    top : PandaNode
+        Hidden nodes count, as in Panda3D.
+    matrix : ndarray of float64, shape (4, 4)
+        From the space of `top` to the space of the box.
+    """
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    waiting = [(top, matrix)]
+    while waiting:
+        node, net = waiting.pop()
+        for points in node.iter_local_points():
+            if len(points):
+                moved = points @ net[:3, :3] + net[3, :3]
+                low = np.minimum(low, moved.min(axis=0))
+                high = np.maximum(high, moved.max(axis=0))
+        for child in node.children:
+            local = child.transform
+            waiting.append((child, net if local.is_identity else local.get_mat() @ net))
+    return (low, high) if np.isfinite(low).all() else None

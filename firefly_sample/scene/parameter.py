@@ -1,4 +1,4 @@
-"""A scene's parameters: declared once, they become options, configuration keys, window keys and help."""
+"""Parameters of scenes; each declaration becomes an option, a configuration key, window keys and help."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from firefly_sample.settings import number_or_none, to_whole
 
 @dataclass(frozen=True)
 class KeyStep:
-    """What a key of the window does to a parameter: multiply, then add; on a bool, any key toggles.
+    """The change of a parameter by a key of the window: multiply, then add; a bool is toggled.
 
     Attributes
     ----------
     key : str
-        A key's name: a letter, a digit, or "up", "down", "left", "right".
+        A letter, a digit, or "up", "down", "left" or "right".
     factor, add : float
-        The new value is value * factor + add, moved at least one step for integers, kept in range.
+        The new value is value * factor + add, at least one step away for integers, clamped to the range.
     help : str
         A few words for the help screen, for example "more fireflies".
     """
@@ -45,11 +45,11 @@ class Parameter:
     minimum, maximum : float, optional
         Inclusive range of a number.
     unit : str
-        For people, for example "units" or "seconds".
+        For help texts, for example "units" or "seconds".
     keys : tuple of KeyStep
         Keys of the window that change it.
     live : bool
-        True if `Scene.set` changes it in a running scene; False if the scene is built anew.
+        True if `Scene.set` changes it in a running scene; False if the scene must be rebuilt.
     """
 
     name: str
@@ -63,12 +63,12 @@ class Parameter:
     live: bool = True
 
     def check(self, value: Any, scene: str) -> Any:
-        """`value` as this parameter's type.
+        """Return `value` as this parameter's type.
 
         Raises
         ------
         ParameterError
-            If it is not of that type, not finite, or out of range; the message has the range.
+            If it is not of that type, not finite, or out of range; the message gives the range.
         """
         where = f"scene {scene!r}: {self.name}"
         if self.type is bool:
@@ -97,7 +97,7 @@ class Parameter:
         return number
 
     def range_text(self) -> str:
-        """The range in words, for example "between 0 and 20000"."""
+        """Return the range in words, for example "between 0 and 20000"."""
         if self.minimum is not None and self.maximum is not None:
             return f"between {_exact(self.minimum)} and {_exact(self.maximum)}"
         if self.minimum is not None:
@@ -107,7 +107,7 @@ class Parameter:
         return "any number"
 
     def step(self, value: Any, key: KeyStep) -> Any:
-        """The value after one press of `key`, kept in range; an integer always moves by one at least."""
+        """Return the value after one press of `key`, within the range; an integer changes by at least one."""
         if self.type is bool:
             return not value
         moved = value * key.factor + key.add
@@ -124,18 +124,18 @@ class Parameter:
 
 
 def _exact(bound: float) -> str:
-    """A bound for people: whole numbers with all their digits."""
+    """Return a bound as text, whole numbers with all their digits."""
     whole = isinstance(bound, int) or (bound.is_integer() and abs(bound) < 1e15)
     return str(int(bound)) if whole else f"{bound:g}"
 
 
 def resolve_parameters(scene: str, declared: tuple[Parameter, ...], given: dict[str, Any]) -> dict[str, Any]:
-    """Every declared parameter's value: the checked given one, or the default.
+    """Return the value of every declared parameter: the given one, checked, or the default.
 
     Raises
     ------
     ParameterError
-        If a given name is not declared (it lists those that are) or a value is wrong.
+        If a given name is not declared (the message lists those that are) or a value is wrong.
     """
     known = {parameter.name: parameter for parameter in declared}
     for name in given:

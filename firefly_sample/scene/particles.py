@@ -1,4 +1,4 @@
-"""Particles: smoke, dust and mist as many small clouds that dim, scatter light and shadow each other."""
+"""Particles: smoke, dust and mist as many small clouds that absorb light, scatter it and cast shadows."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError, did_you_mean
-from firefly_sample.scene.arrays import ReadOnlyArrays, as_numbers, outside, read_only
-from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.arrays import Column, ReadOnlyArrays, as_numbers, checked_rows, outside, read_only
+from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.random import check_seed
-from firefly_sample.scene.rows import Column, checked_rows
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import to_number
 
 Float64 = NDArray[np.float64]
@@ -25,10 +23,10 @@ BlurKernel = Literal["box", "gaussian"]
 Fading = Literal["none", "point", "plane"]
 
 ParticleFunction = Callable[[int, float], tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike]]
-"""``function(seed, time)``, time in seconds, gives (positions, radii, alphas, colors)."""
+"""``function(seed, time)``, time in seconds, returns (positions, radii, alphas, colors)."""
 
 WIDEST_BLUR = 32.0
-"""Texels: what a tile keeps free around a cloud for it."""
+"""Largest blur in texels; a tile keeps a margin of this width around a cloud."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +36,13 @@ class ParticleArrays(ReadOnlyArrays):
     Attributes
     ----------
     positions : ndarray of float64, shape (n, 3)
-        In the space of the node that holds them.
+        In the node's space.
     radii : ndarray of float64, shape (n,)
         Scene units, 0 or more; the node's scale does not change them.
     alphas : ndarray of float64, shape (n,)
-        Opacity through the middle, 0 to 1.
+        Opacity through the centre, 0 to 1.
     colors : ndarray of float64, shape (n, 3)
-        Linear: the share of light that is scattered, 0 to 1.
+        Linear: the fraction of light that is scattered, 0 to 1.
     """
 
     positions: Float64
@@ -58,33 +56,36 @@ class ParticleArrays(ReadOnlyArrays):
 
 @dataclass(frozen=True)
 class ParticleShadow:
-    """How particles shadow each other, and what lies behind them, in one light.
+    """The shadows that particles cast on each other, and on surfaces, in one light.
 
     Attributes
     ----------
     light : DirectionalLight or Spotlight
-        Must be in the scene. Particles that name the same light shadow each other.
+        Must be in the scene. Particle nodes with the same light shadow each other.
     blur : float
-        Half-width of a blur across the light, in texels of a slice, 0 to 32: softer shadows, and less exact.
+        Half-width of a blur across the light direction, in texels of a slice, 0 to 32. It makes shadows
+        softer and less exact.
     kernel : {"box", "gaussian"}
         The blur's weights: equal ones, or those of a normal distribution that ends at twice its deviation.
     darkness : float
-        Factor of what each particle takes of the light, 0 or more; 1 is what its alpha says. Of its optical
-        depth, that is, or of its alpha where the setting `particle_shadows` adds alphas.
+        Factor of each particle's optical depth, 0 or more; 1 is what its alpha says. If the setting
+        `particle_shadows` adds alphas, it is a factor of the alpha.
     tint : float
-        0 to 1: how much of what a particle takes has its own colour left. At 1 a red particle takes no red.
+        Fraction of a particle's colour that is left in its shadow, 0 to 1. At 1, a red particle absorbs no
+        red.
     attenuation : {"none", "point", "plane"}
-        Fade the light on particles with their distance from it, or from the plane through it that faces its
-        direction: 1 / max(distance^power, 1). On top of the light's own fading, and not on surfaces.
+        Fade the light on particles, but not on surfaces, with their distance from the light, or from the
+        plane through it across its direction: 1 / max(distance^power, 1), in addition to the light's own
+        fading.
     power : float
-        Of the distance, 0 or more.
+        Power of that distance, 0 or more.
     interpolate : bool
-        Find a shadow between two slices by the depth in them; else shadows change in steps.
+        Interpolate shadows between two slices by depth; otherwise they change in steps.
     show_texture : bool
-        Draw the slices' texture into the corner of the picture: the slice that is nearest to the light is
-        lower left, the last one upper right, or in the top row where their number makes no full rows.
+        Draw the texture of slices into a corner of the picture: the slice nearest to the light is at the
+        lower left, the farthest one in the top row.
     enabled : bool
-        False for no shadows; the attenuation stays.
+        False turns the shadows off; the attenuation stays.
 
     Raises
     ------
@@ -113,8 +114,8 @@ class ParticleShadow:
             value = to_number(getattr(self, name))
             if not 0.0 <= value <= high:
                 raise SceneError(
-                    f"particle shadow of light {self.light.name!r}: {name} must be a number of 0 to {high:g}, "
-                    f"got {getattr(self, name)!r}"
+                    f"particle shadow of light {self.light.name!r}: {name} must be a number of 0 to "
+                    f"{high:g}, got {getattr(self, name)!r}"
                 )
             object.__setattr__(self, name, value)
         choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
@@ -133,9 +134,9 @@ class ParticleShadow:
 
 
 class ParticleNode(PandaNode):
-    """Any number of particles: small round clouds that face whoever looks at them.
+    """Any number of particles: small round clouds that always face the camera, or the light for shadows.
 
-    A particle of opacity alpha has the optical depth t = -ln(1 - alpha) through its middle, and
+    A particle of opacity alpha has the optical depth t = -ln(1 - alpha) through its centre, and
     t (1 - (r/radius)^2)^2 at the distance r from it. It scatters light evenly in all directions: its radiance
     is its colour times the light that arrives at its centre. It has neither a normal nor highlights.
 
@@ -144,18 +145,19 @@ class ParticleNode(PandaNode):
     name : str
         The node's name.
     positions, radii, alphas, colors : array_like
-        Shapes (n, 3), (n,) or (), (n,) or (), and (n, 3) or (3,); what is given once holds for every
-        particle. Copied.
+        Shapes (n, 3), (n,) or (), (n,) or (), and (n, 3) or (3,); a single value is used for every particle.
+        Copied.
     function : callable, optional
-        See `ParticleFunction`; it replaces the arrays. It is evaluated for each frame, its result never
+        See `ParticleFunction`; it replaces the arrays. It is evaluated for each frame, and its result is not
         written back.
     seed : int
-        What the function gets.
+        The first argument of the function.
 
     Raises
     ------
     SceneError
-        If shapes disagree or a number is wrong; it names the node and the index of the first bad entry.
+        If shapes disagree or a number is out of range; the message names the node and the index of the first
+        bad entry.
     """
 
     def __init__(
@@ -179,29 +181,29 @@ class ParticleNode(PandaNode):
     def set_arrays(
         self, positions: ArrayLike, radii: ArrayLike, alphas: ArrayLike, colors: ArrayLike
     ) -> None:
-        """Replace all particles; any count."""
+        """Replace all particles; their number may change."""
         self.arrays = self._checked(positions, radii, alphas, colors)
         self.mark_changed()
 
     def evaluate(self, time: float) -> ParticleArrays:
-        """The particles at `time` (seconds)."""
+        """Return the particles at `time` (seconds)."""
         if self.function is None:
             return self.arrays
         given = self.function(self.seed, time)
         if not (isinstance(given, tuple) and len(given) == 4):
             raise SceneError(
-                f"particles {self.name!r}: its function must give (positions, radii, alphas, colors), "
-                f"gave {type(given).__name__}"
+                f"particles {self.name!r}: its function must return (positions, radii, alphas, colors), "
+                f"got {type(given).__name__}"
             )
         return self._checked(*given)
 
     def set_shadow(self, shadow: ParticleShadow | None) -> None:
-        """Let the particles cast and receive shadows as `shadow` says; None for none.
+        """Set the shadows of the particles; None turns them off.
 
         Raises
         ------
         SceneError
-            If it is no `ParticleShadow`.
+            If it is not a `ParticleShadow`.
         """
         if shadow is not None and not isinstance(shadow, ParticleShadow):
             raise SceneError(f"particles {self.name!r}: a shadow is a ParticleShadow or None, got {shadow!r}")
@@ -209,7 +211,7 @@ class ParticleNode(PandaNode):
         self.mark_changed()
 
     def get_shadow(self) -> ParticleShadow | None:
-        """How the particles shadow each other."""
+        """Return the shadows of the particles, None if there are none."""
         return self._shadow
 
     def change_shadow(self, **changes: Any) -> None:
@@ -232,22 +234,23 @@ class ParticleNode(PandaNode):
         self.set_shadow(replace(self._shadow, **changes))
 
     def set_bounding_sphere(self, radius: float | None, center: ArrayLike = (0.0, 0.0, 0.0)) -> None:
-        """Say which sphere holds all particles; None lets it be found for each frame.
+        """Set a sphere that contains all particles; None computes one for each frame.
 
-        Slices of shadow divide this sphere. A given one keeps them where they are while particles move; what
-        is too large wastes slices, and what leaves it is shadowed as if it lay on its rim, with a warning.
+        The slices of the shadow divide this sphere, so a fixed one keeps them in place while particles move.
+        A sphere that is too large wastes slices; particles outside it are shadowed as if they were on its
+        surface, with a warning.
 
         Parameters
         ----------
         radius : float, optional
-            Above 0, scene units, as the particles' own radii.
+            Above 0, in scene units, as the particles' radii.
         center : array_like, shape (3,)
             In the node's space.
 
         Raises
         ------
         SceneError
-            If a number is wrong.
+            If a number is out of range.
         """
         if radius is None:
             self._sphere = None
@@ -267,15 +270,8 @@ class ParticleNode(PandaNode):
         self.mark_changed()
 
     def get_bounding_sphere(self) -> tuple[tuple[float, float, float], float] | None:
-        """The given sphere's center and radius, None if it is found for each frame."""
+        """Return the center and radius of the sphere that was set, None if it is computed for each frame."""
         return self._sphere
-
-    def make_copy(self) -> ParticleNode:
-        """A new node with the same particles, shadow, transform and attributes, without children."""
-        copy = ParticleNode(self.name, function=self.function, seed=self.seed)
-        self._copy_state_to(copy)
-        copy.arrays, copy._shadow, copy._sphere = self.arrays, self._shadow, self._sphere
-        return copy
 
     def _checked(
         self, positions: ArrayLike, radii: ArrayLike, alphas: ArrayLike, colors: ArrayLike

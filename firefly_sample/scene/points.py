@@ -1,20 +1,20 @@
-"""Many points in one node: positions, colours and radii as arrays, or as a function of time.
+"""Many points in one node, lights or dots: positions, colours and radii as arrays or a function of time.
 
-A walk over ten thousand nodes is too slow in Python, and each of them would say the same.
+Walking ten thousand nodes would be too slow in Python.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import ReadOnlyArrays
+from firefly_sample.scene.arrays import Column, Fault, ReadOnlyArrays, checked_rows, color_faults
 from firefly_sample.scene.node import PandaNode
-from firefly_sample.scene.rows import Column, Fault, checked_rows, color_faults
 
 Float64 = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ _NEGATIVE_OR_NAN: Fault = ("radius is negative or no number", lambda r: ~(r >= 0
 _NEGATIVE_OR_ENDLESS: Fault = ("radius is negative or not finite", lambda r: ~(np.isfinite(r) & (r >= 0)))
 
 PointFunction = Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
-"""``function(time)``, time in seconds, gives (positions, colors, radii) as a `PointsNode` takes them."""
+"""``function(time)``, time in seconds, returns (positions, colors, radii) as for `PointsNode`."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class PointArrays(ReadOnlyArrays):
     Attributes
     ----------
     positions : ndarray of float64, shape (n, 3)
-        In the space of the node that holds them; up to 1e18 from its origin.
+        In the node's space; up to 1e18 from its origin.
     colors : ndarray of float64, shape (n, 3)
         Linear; 0 to 1e30.
     radii : ndarray of float64, shape (n,)
-        Scene units, 0 or more; finite, but for lights that may be without end.
+        Scene units, 0 or more; finite except for lights without an end.
     """
 
     positions: Float64
@@ -55,19 +55,19 @@ class PointsNode(PandaNode):
     name : str
         The node's name.
     positions, colors, radii : array_like
-        Shapes (n, 3), (n, 3) or (3,), and (n,) or (); what is given once holds for every point. Copied.
+        Shapes (n, 3), (n, 3) or (3,), and (n,) or (); a single value is used for every point. Copied.
     function : callable, optional
-        See `PointFunction`; it replaces the arrays. It is evaluated for each frame, its result never
+        See `PointFunction`; it replaces the arrays. It is evaluated for each frame, and its result is not
         written back.
 
     Raises
     ------
     SceneError
-        If shapes disagree, or a number is not finite or is negative where it may not be; it names the
-        node and the index of the first bad entry.
+        If shapes disagree or a number is out of range; the message names the node and the index of the first
+        bad entry.
     """
 
-    KIND = "points"
+    NOUN: ClassVar = "points"
     ERROR: type[SceneError] = SceneError
 
     def __init__(
@@ -84,34 +84,42 @@ class PointsNode(PandaNode):
 
     @property
     def endless(self) -> bool:
-        """Whether a radius may be infinite."""
+        """True if a radius may be infinite."""
         return False
 
     def set_arrays(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> None:
-        """Replace all points; any count."""
+        """Replace all points; their number may change."""
         self.arrays = self._checked(positions, colors, radii)
         self.mark_changed()
 
     def evaluate(self, time: float) -> PointArrays:
-        """The points at `time` (seconds)."""
+        """Return the points at `time` (seconds)."""
         if self.function is None:
             return self.arrays
         given = self.function(time)
         if not (isinstance(given, tuple) and len(given) == 3):
             raise self.ERROR(
-                f"{self.KIND} {self.name!r}: its function must give (positions, colors, radii), "
-                f"gave {type(given).__name__}"
+                f"{self.NOUN} {self.name!r}: its function must return (positions, colors, radii), "
+                f"got {type(given).__name__}"
             )
         return self._checked(*given)
 
-    def _copy_points_to(self, other: PointsNode) -> None:
-        self._copy_state_to(other)
-        other.arrays, other.function = self.arrays, self.function
-
     def _checked(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> PointArrays:
-        where = f"{self.KIND} {self.name!r}"
+        where = f"{self.NOUN} {self.name!r}"
         columns = (
             Column("colors", colors, 3, color_faults(), colors=True),
             Column("radii", radii, 0, (_NEGATIVE_OR_NAN if self.endless else _NEGATIVE_OR_ENDLESS,)),
         )
         return PointArrays(*checked_rows(where, self.ERROR, positions, columns))
+
+
+class Sprites(PointsNode):
+    """Any number of round, soft dots that face the camera and are added to the picture: glow, haze, sparks.
+
+    Surfaces in front hide them. Their radiance is color * (1 - (r/radius)^2)^2 at the distance r from the
+    centre; a dot smaller than a pixel is drawn a pixel wide and correspondingly fainter, so that distant dots
+    neither vanish nor flicker.
+    Parameters and errors are those of `PointsNode`.
+    """
+
+    NOUN = "sprites"

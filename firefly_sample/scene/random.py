@@ -1,4 +1,4 @@
-"""Random numbers by counting: number `index` of stream `stream` of a seed, without drawing the ones before.
+"""Counter-based random numbers: number `index` of stream `stream` of a seed, without drawing earlier ones.
 
 The generator is Philox4x32-10 of J. K. Salmon, M. A. Moraes, R. O. Dror and D. E. Shaw, "Parallel random
 numbers: as easy as 1, 2, 3", SC 2011: ten rounds of multiplying and mixing turn a 128-bit counter and a
@@ -25,7 +25,7 @@ _LOW_32_BITS = 0xFFFFFFFF
 
 
 def check_seed(seed: int) -> int:
-    """`seed` as a Python int.
+    """Return `seed` as a Python int.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def check_seed(seed: int) -> int:
 def philox4x32(
     counter: tuple[UInt64, UInt64, UInt64, UInt64], key: tuple[int, int]
 ) -> tuple[UInt64, UInt64, UInt64, UInt64]:
-    """Philox4x32-10: four 32-bit counter words and two 32-bit key words to four random 32-bit words.
+    """Turn four 32-bit counter words and two 32-bit key words into four random 32-bit words.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def philox4x32(
 
 
 def uniform(seed: int, stream: ArrayLike, index: ArrayLike) -> NDArray[np.float64]:
-    """Uniform numbers in [0, 1), multiples of 2**-53; each depends on (seed, stream, index) alone.
+    """Return uniform numbers in [0, 1), multiples of 2**-53; each depends on (seed, stream, index) alone.
 
     Parameters
     ----------

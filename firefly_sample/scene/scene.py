@@ -1,4 +1,4 @@
-"""A scene: a root, a camera, a background, parameters, and where everything is at a time."""
+"""The scene: a root, a camera, a background, parameters, and its animation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Color = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class VerticalGradient:
-    """A sky: `horizon` (linear colour) at and below elevation 0, turning into `zenith` straight up.
+    """A sky: the linear colour `horizon` at and below elevation 0, blended into `zenith` straight up.
 
     The colour at the elevation e is mix(horizon, zenith, sqrt(max(sin e, 0))).
     """
@@ -36,8 +36,8 @@ class Camera(PandaNode):
     lens : Lens, optional
         A `PerspectiveLens` when absent.
     camera_mask : int
-        Bits; a node that ``path.hide(mask)`` hides is seen as long as this mask has a bit that `mask` lacks.
-        Give cameras masks of a bit each to hide things from some of them.
+        Bits; the camera sees a node that ``path.hide(mask)`` hides as long as this mask has a bit that `mask`
+        lacks. To hide nodes from some cameras, give each camera a mask of one bit.
     """
 
     def __init__(
@@ -48,9 +48,9 @@ class Camera(PandaNode):
         self.camera_mask = camera_mask
 
     def set_transform(self, transform: TransformState) -> None:
-        """Put the camera somewhere else in its parents.
+        """Set the transform to the parents' space.
 
-        Nothing is seen of a camera: where nothing hangs below it, nothing that is seen has changed.
+        A camera itself is not drawn: if it has no children, the revisions above it do not change.
         """
         if self._children:
             super().set_transform(transform)
@@ -58,34 +58,28 @@ class Camera(PandaNode):
             self.transform = transform
             self.revision += 1
 
-    def make_copy(self) -> Camera:
-        """A new camera with the same (shared) lens, transform and attributes."""
-        copy = Camera(self.name, self.lens, self.camera_mask)
-        self._copy_state_to(copy)
-        return copy
-
 
 class Scene:
-    """What a plugin builds and the renderer draws. Subclass it to animate nodes or take live parameters.
+    """The input of the renderer, built by a plugin. Subclass it for animation or live parameters.
 
     Parameters
     ----------
     root : NodePath, optional
-        The top of the graph; everything below it may be drawn. A new one when absent.
+        The root of the graph that is drawn. A new one when absent.
     camera : NodePath, optional
         A path to a `Camera` node; a new one under `root` when absent.
     background : sequence of 3 floats or VerticalGradient
-        Linear colour written where nothing was drawn.
+        Linear colour of pixels without geometry.
     exposure : float or sequence of 3 floats
-        How a photographer would expose this scene: radiance is multiplied by it, and by the setting of the
-        same name, before the tone curve. Three numbers are a white balance as well.
+        Factor of the radiance before the tone curve, as is the setting of the same name. Three numbers also
+        set a white balance.
     focus : sequence of 3 floats, optional
-        What a viewer turns its camera around, world space; the middle of everything when absent. It counts
-        only how far it is along the view axis.
+        The point that a viewer's camera turns around, in world space; the centre of the scene when absent.
+        Only its distance along the view axis matters.
     """
 
     drag_help = ""
-    """What `drag` does, in a few words for the window's help; empty where it does nothing."""
+    """A description of `drag` for the window's help; empty if it does nothing."""
 
     def __init__(
         self,
@@ -103,12 +97,12 @@ class Scene:
 
     @property
     def camera_node(self) -> Camera:
-        """The node at the end of `camera`.
+        """The camera's node.
 
         Raises
         ------
         NodeError
-            If it is not a `Camera`.
+            If `camera` does not lead to a `Camera`.
         """
         node = self.camera.node()
         if not isinstance(node, Camera):
@@ -131,25 +125,24 @@ class Scene:
         raise ParameterError(f"this scene has no live parameter {name!r} (tried to set it to {value!r})")
 
     def drag(self, right: float, down: float) -> dict[str, Any]:
-        """Answer a drag of the mouse with the right button, in heights of the window.
+        """Handle a drag with the right mouse button, in window heights.
 
         Returns
         -------
         dict of str to object
-            The parameters that it has changed, and their values; empty where the scene has no use for it, so
-            that the camera is moved.
+            The parameters that it changed, and their values; if empty, the viewer moves the camera.
         """
         return {}
 
     def update(self, time: float) -> None:
-        """Put everything where it is at `time` (seconds); must not depend on earlier calls."""
+        """Set the scene to its state at `time` (seconds), independently of earlier calls."""
 
 
 class ScenePlugin(Protocol):
-    """What an entry point of the group ``firefly_sample.scenes`` names.
+    """The object that an entry point of the group ``firefly_sample.scenes`` names.
 
-    It may have an attribute ``lights_parameter`` as well: the name of the parameter that says how many lights
-    there are, where that is not "lights". ``firefly measure speed`` varies it.
+    An optional attribute ``lights_parameter`` names the parameter for the number of lights if it is not
+    called "lights". ``firefly measure speed`` varies it.
     """
 
     name: str
@@ -157,4 +150,4 @@ class ScenePlugin(Protocol):
     parameters: tuple[Parameter, ...]
 
     def build(self, **parameters: Any) -> Scene:
-        """A new scene from checked parameters."""
+        """Build a new scene from checked parameters."""

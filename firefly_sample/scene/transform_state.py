@@ -1,4 +1,4 @@
-"""TransformState: where a node stands in its parent, as a value that never changes."""
+"""TransformState: a node's transform to its parent's space, as an immutable value."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from firefly_sample.scene.transforms import (
 _ZERO: Vec3 = (0.0, 0.0, 0.0)
 _ONE: Vec3 = (1.0, 1.0, 1.0)
 _PANDA_ZERO = 1e-6
-"""Below this Panda3D takes a shear for none, and decides by it which signs a composed scale gets."""
+"""Panda3D ignores a shear below this, which decides the signs of a composed scale."""
 _SINGULAR_CONDITION = 1.0 / (8 * 2.0**-52)
-"""A condition number from which an inverse in float64 holds no correct digit."""
+"""The condition number from which an inverse in float64 has no correct digit."""
 
 
 class SingularTransformError(ArithmeticError):
-    """A transform that flattens space has no inverse. Whoever knows the node turns it into a NodeError."""
+    """The transform flattens space, so it has no inverse. Callers that know the node raise a NodeError."""
 
 
 class TransformState:
     """Position, rotation, scale and shear; see `firefly_sample.scene.transforms` for the conventions.
 
-    As in Panda3D a state remembers how it was made. Made from components, it gives back exactly those,
-    and a change of one leaves the others alone: a scale of -1 along x stays one. Made from a matrix, it
-    is decomposed when somebody asks. All methods leave the state as it is and give a new one.
+    As in Panda3D, a state remembers how it was made. Made from components, it returns exactly those, and
+    changing one keeps the others: a scale of -1 along x stays one. Made from a matrix, it is decomposed when
+    components are read. All methods return a new state.
     """
 
     __slots__ = (
@@ -96,19 +96,19 @@ class TransformState:
     def make_pos_hpr_scale_shear(
         cls, pos: Vec3 = _ZERO, hpr: Vec3 = _ZERO, scale: Vec3 = _ONE, shear: Vec3 = _ZERO
     ) -> TransformState:
-        """A state from components; `hpr` in degrees, `shear` as (xy, xz, yz)."""
+        """Return a state from components; `hpr` in degrees, `shear` as (xy, xz, yz)."""
         return cls._make(pos, hpr, None, scale, shear)
 
     @classmethod
     def make_pos_quat_scale_shear(
         cls, pos: Vec3, quat: Quat, scale: Vec3 = _ONE, shear: Vec3 = _ZERO
     ) -> TransformState:
-        """A state from components; `quat` is a unit quaternion (w, x, y, z)."""
+        """Return a state from components; `quat` is a unit quaternion (w, x, y, z)."""
         return cls._make(pos, None, quat, scale, shear)
 
     @classmethod
     def make_mat(cls, matrix: Float64) -> TransformState:
-        """A state from an affine 4x4 matrix (last column 0, 0, 0, 1), which it copies."""
+        """Return a state from an affine 4x4 matrix (last column 0, 0, 0, 1), which is copied."""
         state = cls.__new__(cls)
         own = np.array(matrix, dtype=np.float64)
         own.flags.writeable = False
@@ -155,10 +155,10 @@ class TransformState:
         return self._shear
 
     def get_mat(self) -> Float64:
-        """The 4x4 float64 matrix, child to parent; read-only, kept for the next caller."""
+        """Return the 4x4 float64 matrix, child to parent; read-only, computed once."""
         if self._mat is None:
             assert self._scale is not None
-            # From what was given, not from what somebody asked for before: reading must not change a digit.
+            # from the rotation as it was given: reading the other form before must not change a digit
             rows = rows_from_quat(self.get_quat()) if self.quat_given else rows_from_hpr(self.get_hpr())
             self._mat = compose_matrix(self._pos, rows, self._scale, self._shear)
             self._mat.flags.writeable = False
@@ -170,7 +170,7 @@ class TransformState:
         self._hpr, self._scale, self._shear = decompose_matrix((x_row, y_row, z_row))
 
     def set_pos(self, pos: Vec3) -> TransformState:
-        """The same with another position."""
+        """Return the state with another position."""
         if self.components_given:
             assert self._scale is not None
             return self._make(pos, *self._rotation(), self._scale, self._shear)
@@ -179,44 +179,44 @@ class TransformState:
         return self.make_mat(matrix)
 
     def set_hpr(self, hpr: Vec3) -> TransformState:
-        """The same with another rotation, in degrees."""
+        """Return the state with another rotation, in degrees."""
         return self._make(self._pos, hpr, None, self.get_scale(), self.get_shear())
 
     def set_quat(self, quat: Quat) -> TransformState:
-        """The same with another rotation, a unit quaternion."""
+        """Return the state with another rotation, a unit quaternion."""
         return self._make(self._pos, None, quat, self.get_scale(), self.get_shear())
 
     def set_scale(self, scale: Vec3) -> TransformState:
-        """The same with another scale."""
+        """Return the state with another scale."""
         return self._make(self._pos, *self._rotation(), scale, self.get_shear())
 
     def set_shear(self, shear: Vec3) -> TransformState:
-        """The same with another shear."""
+        """Return the state with another shear."""
         return self._make(self._pos, *self._rotation(), self.get_scale(), shear)
 
     def _rotation(self) -> tuple[Vec3 | None, Quat | None]:
-        """The rotation in the form in which it was given."""
+        """Return the rotation in the form in which it was given."""
         return (None, self._quat) if self.quat_given else (self.get_hpr(), None)
 
     def _is_uniform(self) -> bool:
-        """Whether it was given components with one scale for all axes, and no shear."""
+        """Return whether it was made from components with one scale for all axes and no shear."""
         if not self.components_given:
             return False
         sx, sy, sz = self.get_scale()
         return sx == sy == sz and self._shear == _ZERO
 
     def _is_unsheared(self) -> bool:
-        """Whether its components say all of it, and its shear is no more than rounding in Panda3D."""
+        """Return whether its components define it, without a shear that Panda3D would notice."""
         return max(map(abs, self.get_shear())) < _PANDA_ZERO and (
             self.components_given or 0.0 not in self.get_scale()
         )
 
     def compose(self, child: TransformState) -> TransformState:
-        """`child`, which is relative to this state, relative to what this state is relative to.
+        """Return `child`, a transform to this state's space, as one to the space that this state leads to.
 
-        The matrix is ``child.get_mat() @ self.get_mat()``. Where this state's scale is uniform and
-        neither has shear, components are composed one by one, so that signs and round numbers in the
-        scale survive; otherwise shear may come out.
+        The matrix is ``child.get_mat() @ self.get_mat()``. If this state's scale is uniform and neither has
+        shear, components are composed one by one, which keeps signs and round numbers in the scale; otherwise
+        the result may have shear.
         """
         if self.is_identity:
             return child
@@ -233,13 +233,13 @@ class TransformState:
                 None,
                 multiply_quats(child.get_quat(), self.get_quat()),
                 (sx * scale, sy * scale, sz * scale),
-                child.get_shear(),  # A turn and a uniform scale leave it as it is.
+                child.get_shear(),  # unchanged by a rotation and a uniform scale
             )
         with np.errstate(over="ignore", invalid="ignore"):
             return self.make_mat(child.get_mat() @ self.get_mat())
 
     def invert(self) -> TransformState:
-        """The way back.
+        """Return the inverse.
 
         Raises
         ------
@@ -261,7 +261,7 @@ class TransformState:
         return self.make_mat(invert_matrix(self.get_mat()))
 
     def invert_compose(self, other: TransformState) -> TransformState:
-        """`other` as seen from this state, both being relative to the same thing.
+        """Return `other` relative to this state; both must lead to the same space.
 
         Raises
         ------
@@ -273,7 +273,7 @@ class TransformState:
         return self.invert().compose(other)
 
     def __eq__(self, other: object) -> bool:
-        """Two states are equal if their matrices are, number by number."""
+        """Return whether the matrices are equal, number by number."""
         if not isinstance(other, TransformState):
             return NotImplemented
         return self is other or bool((self.get_mat() == other.get_mat()).all())
@@ -293,13 +293,13 @@ class TransformState:
 
 
 def invert_matrix(matrix: Float64) -> Float64:
-    """The inverse of an affine 4x4 matrix.
+    """Return the inverse of an affine 4x4 matrix.
 
     Raises
     ------
     SingularTransformError
-        If the upper 3x3, each row brought to length 1, has a condition number above 1/(8 eps): then
-        float64 holds nothing of the inverse.
+        If the upper 3x3, with rows scaled to length 1, has a condition number above 1/(8 eps): then no digit
+        of the inverse would be correct.
     """
     upper = matrix[:3, :3]
     lengths = np.abs(upper).max(axis=1, keepdims=True)
@@ -324,4 +324,4 @@ def invert_matrix(matrix: Float64) -> Float64:
 _IDENTITY_MATRIX: Float64 = np.eye(4)
 _IDENTITY_MATRIX.flags.writeable = False
 IDENTITY = TransformState.make_pos_hpr_scale_shear()
-"""The state that leaves everything where it is."""
+"""The state that changes nothing."""

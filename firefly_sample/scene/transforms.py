@@ -14,10 +14,15 @@ Stated here once, for the whole package:
        [xz, yz, 1]]
 
 These are Panda3D's conventions (manual, "Common State Changes"; the order of shear and the signs that a
-decomposition picks were found by trying its classes).
+decomposition chooses were found by testing its classes).
 
-Vectors are plain tuples of floats here: a few multiplications on small arrays cost less than one NumPy
-call, and a tuple cannot be changed behind the back of who holds it.
+glTF, and with it pyrender, has Y up; its cameras look and its lights shine along -Z, and its matrices are for
+column vectors. One quarter turn about X, (x, y, z) there is (x, -z, y) here, converts points, normals and the
+own axes of nodes, cameras and lights alike. It only moves numbers and changes their signs, so nothing is
+rounded. The functions that do it are at the end of this module.
+
+Vectors are tuples of floats here: a few multiplications cost less than one NumPy call, and tuples are
+immutable.
 """
 
 from __future__ import annotations
@@ -25,7 +30,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Float64 = NDArray[np.float64]
 Vec3 = tuple[float, float, float]
@@ -37,7 +42,7 @@ _EPSILON = 2.0**-52
 
 
 def rows_from_hpr(hpr: Vec3) -> Rows:
-    """The rotation of (heading, pitch, roll) in degrees; its rows are the turned X, Y and Z axes."""
+    """Return the rotation of (heading, pitch, roll) in degrees; its rows are the turned X, Y and Z axes."""
     h, p, r = map(math.radians, hpr)
     sh, ch = math.sin(h), math.cos(h)
     sp, cp = math.sin(p), math.cos(p)
@@ -50,7 +55,7 @@ def rows_from_hpr(hpr: Vec3) -> Rows:
 
 
 def quat_from_hpr(hpr: Vec3) -> Quat:
-    """The unit quaternion of (heading, pitch, roll) in degrees."""
+    """Return the unit quaternion of (heading, pitch, roll) in degrees."""
     h, p, r = (math.radians(angle) * 0.5 for angle in hpr)
     roll = (math.cos(r), 0.0, math.sin(r), 0.0)
     pitch = (math.cos(p), math.sin(p), 0.0, 0.0)
@@ -59,7 +64,7 @@ def quat_from_hpr(hpr: Vec3) -> Quat:
 
 
 def multiply_quats(first: Quat, second: Quat) -> Quat:
-    """The quaternion that turns by `first`, then by `second` (the order of row vectors)."""
+    """Return the rotation by `first`, then by `second` (the order of row vectors)."""
     aw, ax, ay, az = second
     bw, bx, by, bz = first
     return (
@@ -71,7 +76,7 @@ def multiply_quats(first: Quat, second: Quat) -> Quat:
 
 
 def rotate_by_quat(vector: Vec3, quat: Quat) -> Vec3:
-    """`vector` turned by a unit quaternion."""
+    """Return `vector` rotated by a unit quaternion."""
     x, y, z = vector
     row_x, row_y, row_z = rows_from_quat(quat)
     return (
@@ -82,7 +87,7 @@ def rotate_by_quat(vector: Vec3, quat: Quat) -> Vec3:
 
 
 def rows_from_quat(quat: Quat) -> Rows:
-    """The rotation of a unit quaternion; its rows are the turned axes."""
+    """Return the rotation of a unit quaternion; its rows are the turned axes."""
     w, x, y, z = quat
     return (
         (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
@@ -92,7 +97,7 @@ def rows_from_quat(quat: Quat) -> Rows:
 
 
 def quat_from_rows(rows: Rows) -> Quat:
-    """The unit quaternion of a rotation, by its largest component (Shepperd, J. Guid. Control 1(3), 1978)."""
+    """Return the quaternion of a rotation, by its largest component (Shepperd, J. Guid. Control, 1978)."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rows
     trace = xx + yy + zz
     largest = max(trace, xx, yy, zz)
@@ -110,12 +115,12 @@ def quat_from_rows(rows: Rows) -> Quat:
 
 
 def hpr_from_quat(quat: Quat) -> Vec3:
-    """(heading, pitch, roll) of a unit quaternion in degrees; see `decompose_matrix`."""
+    """Return (heading, pitch, roll) of a unit quaternion in degrees; see `decompose_matrix`."""
     return decompose_matrix(rows_from_quat(quat))[0]
 
 
 def compose_matrix(pos: Vec3, rotation: Rows, scale: Vec3, shear: Vec3) -> Float64:
-    """The 4x4 matrix ``diag(scale) @ shear_matrix @ rotation`` with `pos` in its last row."""
+    """Return the 4x4 matrix ``diag(scale) @ shear_matrix @ rotation`` with `pos` in its last row."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation
     sx, sy, sz = scale
     if shear != (0.0, 0.0, 0.0):
@@ -136,9 +141,9 @@ def compose_matrix(pos: Vec3, rotation: Rows, scale: Vec3, shear: Vec3) -> Float
 def decompose_matrix(rows: Rows) -> tuple[Vec3, Vec3, Vec3]:
     """Split a 3x3 matrix into (hpr in degrees, scale, shear).
 
-    Of the many answers it takes Panda3D's: the Y row gives heading and pitch, the X row then gives the
-    roll, so scale x and y are never negative, and a mirrored matrix has a negative scale z. Where an axis
-    has no length, the angle that it would give is 0.
+    The answer is not unique; this is Panda3D's. The Y row gives heading and pitch, the X row then gives the
+    roll, so scale x and y are never negative, and a mirrored matrix has a negative scale z. If an axis has no
+    length, the angle that it would give is 0.
     """
     x_row, y_row, z_row = rows
     heading = -math.atan2(y_row[0], y_row[1]) if y_row[0] or y_row[1] else 0.0
@@ -163,10 +168,10 @@ def decompose_matrix(rows: Rows) -> tuple[Vec3, Vec3, Vec3]:
 
 
 def look_at_quat(forward: Vec3, up: Vec3) -> Quat:
-    """The rotation that turns +Y to `forward` exactly, and +Z as near to `up` as that allows.
+    """Return the rotation that turns +Y to `forward` exactly, and +Z as near to `up` as that allows.
 
-    Where `up` is zero or along `forward`, the world's Z is taken in its place; where that too is along
-    `forward`, X stays where it is. A zero `forward` is +Y. These fallbacks are Panda3D's.
+    If `up` is zero or along `forward`, the world's Z is used instead; if that is along `forward` too, X stays
+    unchanged. A zero `forward` is +Y. These fallbacks are Panda3D's.
     """
     y = _unit(forward) or (0.0, 1.0, 0.0)
     x = _unit(_cross_of_units(y, _unit(up))) or _unit(_cross_of_units(y, (0.0, 0.0, 1.0))) or (1.0, 0.0, 0.0)
@@ -178,7 +183,7 @@ def _cross(a: Vec3, b: Vec3) -> Vec3:
 
 
 def _cross_of_units(a: Vec3, b: Vec3 | None) -> Vec3:
-    """The cross product of two unit vectors; exactly zero where they are parallel up to rounding."""
+    """Return the cross product of two unit vectors; exactly zero if they are parallel up to rounding."""
     product = _cross(a, b) if b is not None else (0.0, 0.0, 0.0)
     return product if max(map(abs, product)) > 4 * _EPSILON else (0.0, 0.0, 0.0)
 
@@ -186,3 +191,29 @@ def _cross_of_units(a: Vec3, b: Vec3 | None) -> Vec3:
 def _unit(v: Vec3) -> Vec3 | None:
     length = math.hypot(*v)
     return (v[0] / length, v[1] / length, v[2] / length) if length else None
+
+
+_FROM_GLTF: Float64 = np.array(
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+)
+"""The quarter turn from glTF's axes to ours, for row vectors."""
+
+
+def vectors_from_gltf(vectors: ArrayLike) -> Float64:
+    """Convert points or directions, shape (..., 3), from glTF's axes to ours; float64."""
+    return np.asarray(np.asarray(vectors, dtype=np.float64) @ _FROM_GLTF[:3, :3])
+
+
+def vectors_to_gltf(vectors: ArrayLike) -> Float64:
+    """Convert points or directions, shape (..., 3), from our axes to glTF's; float64."""
+    return np.asarray(np.asarray(vectors, dtype=np.float64) @ _FROM_GLTF[:3, :3].T)
+
+
+def matrix_from_gltf(matrix: ArrayLike) -> Float64:
+    """Convert a 4x4 matrix of a transform from glTF's, for column vectors, to ours, for row vectors."""
+    return np.asarray(_FROM_GLTF.T @ np.asarray(matrix, dtype=np.float64).T @ _FROM_GLTF)
+
+
+def matrix_to_gltf(matrix: ArrayLike) -> Float64:
+    """Convert a 4x4 matrix of a transform from ours, for row vectors, to glTF's, for column vectors."""
+    return np.asarray((_FROM_GLTF @ np.asarray(matrix, dtype=np.float64) @ _FROM_GLTF.T).T)

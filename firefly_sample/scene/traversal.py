@@ -1,4 +1,4 @@
-"""Walking what a camera sees: one quick pass over the nodes, without making a NodePath for each."""
+"""Iterating over the nodes that a camera sees, without making a NodePath for each."""
 
 from __future__ import annotations
 
@@ -6,30 +6,29 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode
-from firefly_sample.scene.path_attributes import inherit
-from firefly_sample.scene.path_base import PathBase
+from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode, inherit
+from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transform_state import IDENTITY
 from firefly_sample.scene.transforms import Float64
 
 
 class Visit(NamedTuple):
-    """A node as it is met on the way down.
+    """A node that a camera sees.
 
     Attributes
     ----------
     node : PandaNode
-        An instanced node is met once for each path down to it.
+        An instanced node is visited once for each path down to it.
     net : ndarray of float64, shape (4, 4)
         From the node's space to the root's, for row vectors. Shared between visits and cached: read only.
     color : (r, g, b, a) or None
-        The colour that holds here after inheriting.
+        The colour at the node, after inheriting.
     material : Material or None
-        The material that replaces those of the Geoms here, after inheriting.
+        The material that replaces those of the node's Geoms, after inheriting.
     path : str
-        Names from the root down, joined by slashes. The second node of a name below its parent has "#2"
-        after it, the third "#3", so that paths differ (unless names hold slashes themselves). Hidden nodes
-        count, so that hiding one renames no other.
+        Names from the root down, joined by slashes. If several children of one parent have the same name,
+        "#2" is added to the second, "#3" to the third, so that paths differ (unless names contain slashes).
+        Hidden nodes are counted, so hiding one renames no other.
     """
 
     node: PandaNode
@@ -39,10 +38,10 @@ class Visit(NamedTuple):
     path: str
 
 
-def iter_visible(root: PathBase, camera_mask: int = ALL_CAMERAS) -> Iterator[Visit]:
-    """Every node at and below `root` that a camera with this mask sees; depth first, children in order.
+def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Visit]:
+    """Yield every node at and below `root` that a camera with this mask sees; depth first, children in order.
 
-    What stands above `root` counts: its transform, colour, material and masks.
+    Transforms, colours, materials and masks above `root` are inherited.
 
     Raises
     ------
@@ -50,9 +49,11 @@ def iter_visible(root: PathBase, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
         If `root` is empty.
     """
     state = _START
-    for step in reversed(list(root._place().upwards())):
-        above, state = state, _enter(state, step.node, step.node.name)
-    waiting = [(root.node(), above, root.node().name)]
+    top = root.node()
+    for path in reversed(root.get_ancestors()):
+        node = path.node()
+        above, state = state, _enter(state, node, node.name)
+    waiting = [(top, above, top.name)]
     while waiting:
         node, above, label = waiting.pop()
         here = _enter(above, node, label)
@@ -66,7 +67,7 @@ def iter_visible(root: PathBase, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
 
 
 class _State(NamedTuple):
-    """What a node hands down to its children."""
+    """What children inherit from a node."""
 
     net: Float64
     mask: int
@@ -97,7 +98,7 @@ def _enter(above: _State, node: PandaNode, label: str) -> _State:
 
 
 def _labels(children: Sequence[PandaNode]) -> list[str]:
-    """Return the names of one parent's children, with numbers where they are equal."""
+    """Return the names of one parent's children, numbered where they are equal."""
     names = [child.name for child in children]
     taken = set(names)
     if len(taken) == len(names):
@@ -115,5 +116,5 @@ def _labels(children: Sequence[PandaNode]) -> list[str]:
 
 
 def _shows_through(node: PandaNode) -> bool:
-    """Whether a node at or below a hidden one may force itself to be seen. Asked of hidden nodes only."""
+    """Return whether a node at or below a hidden one may be shown by `show_through`."""
     return any(below.draw_control & below.draw_show for below in node.iter_descendants())

@@ -18,10 +18,8 @@ if TYPE_CHECKING:
 
     from firefly_sample.scene.scene import Scene, ScenePlugin
 
-__all__ = ["ENTRY_POINT_GROUP", "build_scene", "find_scene", "list_scenes", "naming"]
-
 ENTRY_POINT_GROUP = "firefly_sample.scenes"
-"""The group of entry points in which a package announces its scenes."""
+"""The group of entry points for scenes."""
 _NOT_A_PLUGINS = sys.stdlib_module_names | {__name__.partition(".")[0]}
 _being_named: list[set[str]] = []
 """For each block of `naming` that is open: the modules of the classes of the scenes that were built in it."""
@@ -39,7 +37,7 @@ def find_scene(name: str) -> ScenePlugin:
     Raises
     ------
     SceneNotFoundError
-        If there is no such scene, or it cannot be imported; it lists the scenes there are.
+        If there is no such scene, or it cannot be imported; the message lists the installed ones.
     SceneError
         If its module raises something else while it is imported (the message says what and where), or what
         was found is not a scene plugin.
@@ -62,7 +60,7 @@ def list_scenes() -> list[ScenePlugin]:
     Raises
     ------
     SceneError
-        If one of them cannot be loaded; it names it.
+        If one of them cannot be loaded; the message names it.
     """
     return [_named(entry) for entry in _entry_points().values()]
 

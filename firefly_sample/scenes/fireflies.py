@@ -1,8 +1,8 @@
-"""How fireflies move, pulse and are coloured: a pure function of (seed, time).
+"""Motion, pulse and colours of fireflies as a pure function of (seed, time).
 
-The motion is that of Panda3D's sample: from a start 20 units along a direction and back, without end,
-while the size rests, swells and shrinks. Everything random about firefly k comes from (seed, k) alone, so
-more fireflies never move the first ones.
+The motion is that of Panda3D's sample: from a start 20 units along a direction and back, repeatedly, while
+the size rests, swells and shrinks. All random numbers of firefly k depend on (seed, k) alone, so adding
+fireflies never moves the first ones.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ GREEN = (0.8, 1.0)
 BLUE = (0.5, 1.0)
 
 _DRAWS = 14
-"""Random numbers a firefly: start 3, direction 2, flight 3, pulse 4, colour 2."""
+"""Random numbers per firefly: start 3, direction 2, flight 3, pulse 4, colour 2."""
 
 
 class FireflyState(NamedTuple):
@@ -43,7 +43,7 @@ class FireflyState(NamedTuple):
     positions : ndarray of float64, shape (n, 3)
         World space, scene units.
     sizes : ndarray of float64, shape (n,)
-        0.2 at rest to 1 at the top of the pulse.
+        0.2 at rest to 1 at the peak of the pulse.
     colors : ndarray of float64, shape (n, 3)
         Linear; red is 1, blue at most green. The same array every time; read only.
     """
@@ -61,16 +61,16 @@ class Fireflies:
     seed : int
         0 to 2**64 - 1.
     count : int
-        0 or more. Fewer fireflies are the first ones of more, bit for bit.
+        0 or more. The first fireflies are the same for every count, bit for bit.
 
     Attributes
     ----------
     start, step : ndarray of float64, shape (n, 3)
         The nearest and the farthest point of the flight are ``start`` and ``start + step``.
     out, back : ndarray of float64, shape (n,)
-        Seconds from start to the far point, and home again.
+        Seconds from the start to the far point, and back.
     flight_phase : ndarray of float64, shape (n,)
-        How many seconds of the flight have passed at time 0.
+        Seconds of the flight that have passed at time 0.
     rest, swell, shrink, pulse_phase : ndarray of float64, shape (n,)
         The same for the pulse: small for `rest`, growing for `swell`, shrinking for `shrink` seconds.
     colors : ndarray of float64, shape (n, 3)
@@ -109,9 +109,9 @@ class Fireflies:
         self.colors.flags.writeable = False
 
     def at(self, time: float) -> FireflyState:
-        """Where the fireflies are, and how big, at `time` (seconds; any finite number, negative ones too).
+        """Return positions and sizes at `time` (seconds; any finite number, including negative ones).
 
-        Positions and sizes are within 1e-12 of exact arithmetic at any time: see `_seconds` and `_since`.
+        They are within 1e-12 of exact arithmetic at any time: see `_seconds` and `_since`.
 
         Raises
         ------
@@ -121,7 +121,7 @@ class Fireflies:
         if not math.isfinite(time):
             raise ParameterError(f"time must be a finite number of seconds, got {time!r}")
 
-        # Rising and falling are two lines; the lower of them is the triangle.
+        # the minimum of a rising and a falling line is a triangle wave
         flight = self.out + self.back
         now = _since(time, self.flight_phase, flight)
         along = np.minimum(now / self.out, (flight - now) / self.back)
@@ -142,7 +142,7 @@ def _between(u: Float64, low: Float64 | float, high: Float64 | float) -> Float64
 
 
 def _direction(u: Float64, v: Float64) -> Float64:
-    """Unit vectors, uniform on the sphere: by Archimedes, z is uniform on -1..1."""
+    """Return unit vectors, uniform on the sphere: by Archimedes, z is uniform on -1..1."""
     z = 2.0 * u - 1.0
     across = np.sqrt(4.0 * u * (1.0 - u))
     angle = 2.0 * math.pi * v
@@ -150,7 +150,7 @@ def _direction(u: Float64, v: Float64) -> Float64:
 
 
 def _seconds(u: Float64, limits: tuple[float, float]) -> Float64:
-    """Durations, uniform between `limits`, on a grid of 2**-44 seconds.
+    """Return durations, uniform between `limits`, on a grid of 2**-44 seconds.
 
     The limits are moved inwards to multiples of 2**-20 s and `u` is cut to 24 bits: every product and sum
     of these, and so a period made of several, is exact in float64. A period that is off by 1e-15 s would
@@ -162,7 +162,7 @@ def _seconds(u: Float64, limits: tuple[float, float]) -> Float64:
 
 
 def _since(time: float, phase: Float64, period: Float64) -> Float64:
-    """Seconds since the period began, 0 to `period`, where `phase` of it had passed at time 0.
+    """Return the seconds since the period began, 0 to `period`, if `phase` of it had passed at time 0.
 
     The remainder of `time` is taken before the phase is added: fmod is exact, and a sum with 1e9 is not.
     """

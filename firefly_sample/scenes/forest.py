@@ -1,4 +1,4 @@
-"""A forest clearing at night with fireflies: the scene plugin "forest"."""
+"""A forest clearing at night with fireflies and, if wanted, a thin mist: the scene plugin "forest"."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.assets import model_path
+from firefly_sample.memo import Memo
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
@@ -16,20 +17,18 @@ from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes.fireflies import Fireflies, FireflyState
 from firefly_sample.scenes.forest_ground import ground_height
 from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
-from firefly_sample.scenes.forest_mist import MIST_SEED, mist_at
-from firefly_sample.scenes.parts import find_part, set_visible
-from firefly_sample.scenes.plugin import Plugin, check_live
+from firefly_sample.scenes.plugin import Plugin, check_live, find_part, seed_parameter, set_visible
 
 Float64 = NDArray[np.float64]
 
 REACH = 25.0 * 1.1
-"""How far the light of a firefly of size 1 reaches, in scene units: the original's figure."""
+"""Reach of the light of a firefly of size 1, in scene units, as in the original."""
 EXPOSURE = (5.0, 4.1, 2.6)
 """The fireflies' light has the original's colours. Bark, leaves and earth reflect a tenth to a fifth of it:
 exposed by about 4, one firefly lights them well, and where a dozen meet the tone curve still has room. Less
@@ -44,14 +43,7 @@ _GLOW_RADIUS, _GLOW_RADIANCE = 3.4, (0.021, 0.0183, 0.0115)
 """The insect: a small dot that burns out to white, in a wide faint glow as a camera would see it."""
 
 _PARAMETERS = (
-    Parameter(
-        "seed",
-        int,
-        7,
-        "Which fireflies: every random number about firefly k comes from (seed, k).",
-        minimum=0,
-        maximum=2**63 - 1,
-    ),
+    seed_parameter("Which fireflies: every random number about firefly k comes from (seed, k)."),
     Parameter(
         "fireflies",
         int,
@@ -96,29 +88,27 @@ _PARAMETERS = (
 
 
 class _Swarm:
-    """The fireflies as lights and as dots. Nodes call it; it knows no node, so no cycle keeps them alive."""
+    """The fireflies as lights and as dots. It is called by nodes and refers to none, so there is no cycle."""
 
     def __init__(self, seed: int, count: int, size: float) -> None:
         self.fireflies = Fireflies(seed, count)
         self.size = size
-        self._last: tuple[Fireflies, float, FireflyState] | None = None
+        self._state: Memo[FireflyState] = Memo()
 
     def _at(self, time: float) -> FireflyState:
-        """Where the fireflies are; found once for lights and dots."""
-        if self._last is None or self._last[0] is not self.fireflies or self._last[1] != time:
-            self._last = self.fireflies, time, self.fireflies.at(time)
-        return self._last[2]
+        """Return the state of the fireflies, which is computed once for lights and dots."""
+        return self._state.get((self.fireflies, time), lambda: self.fireflies.at(time))
 
     def lights(self, time: float) -> tuple[Float64, Float64, Float64]:
-        """Positions, colours and radii of the lights."""
+        """Return positions, colours and radii of the lights."""
         state = self._at(time)
         return state.positions, state.colors, REACH * self.size * state.sizes
 
     def dots(self, time: float) -> tuple[Float64, Float64, Float64]:
-        """The same of the dots: for each insect its body, then its glow."""
+        """Return positions, colours and radii of the dots: all bodies, then all glows."""
         state = self._at(time)
         sizes = self.size * state.sizes
-        # A resting firefly is dim as well as small, or the dots would all look alike from afar.
+        # a resting firefly is dim as well as small, or all dots would look the same from a distance
         brightness = state.colors * (0.25 + 0.75 * state.sizes)[:, None]
         return (
             np.concatenate([state.positions, state.positions]),
@@ -128,7 +118,7 @@ class _Swarm:
 
 
 class _Haze:
-    """The haze, as bright as the moon is."""
+    """The haze, lit by the moon."""
 
     ambient = 1.0
 
@@ -181,7 +171,7 @@ class ForestScene(Scene):
 
     @property
     def fireflies(self) -> Fireflies:
-        """Where the fireflies are at a time."""
+        """The fireflies of the current seed and number."""
         return self._swarm.fireflies
 
     def set(self, name: str, value: Any) -> None:
@@ -221,7 +211,7 @@ def _scaled(color: tuple[float, float, float], factor: float) -> tuple[float, fl
 
 
 def _plant(root: NodePath) -> None:
-    """Hang the terrain and every placement below `root`: one node each, which shares its model's Geoms."""
+    """Add the terrain and every placement to `root`, as one node each that shares its model's Geoms."""
     files: dict[str, NodePath] = {"terrain": load_model(model_path("terrain.glb"))}
     root.attach_new_node(find_part(files["terrain"], "terrain"))
     groups = {kind: root.attach_new_node(kind) for kind in ("tree", "bush", "prop", "grass")}
@@ -242,7 +232,7 @@ def _plant(root: NodePath) -> None:
 
 @lru_cache(maxsize=1)
 def _haze() -> tuple[Float64, Float64, Float64]:
-    """Soft balls of haze that hang between the trees at the back."""
+    """Return soft balls of haze between the trees at the back."""
     count = 44
     u = uniform(1911, np.arange(4)[:, None], np.arange(count)[None, :])
     y = 60.0 + 190.0 * u[1]
@@ -250,3 +240,31 @@ def _haze() -> tuple[Float64, Float64, Float64]:
     radius = 22.0 + 22.0 * u[2]
     z = ground_height(x, y) + radius * (0.75 + 0.5 * u[3])
     return np.stack([x, y, z], axis=1), np.array((0.001, 0.00183, 0.00462)), radius
+
+
+MIST_SEED = 1923
+_MIST_COUNT = 800
+_MIST_NEAR, _MIST_FAR = 70.0, 420.0
+"""Distances from the camera at which the mist begins and ends."""
+_MIST_ALPHA = 0.038
+_MIST_COLOR = (0.42, 0.46, 0.5)
+
+
+def mist_at(seed: int, time: float) -> tuple[Float64, Float64, float, tuple[float, float, float]]:
+    """Return positions, radii, alpha and colour of the mist at `time` (seconds)."""
+    x, y, height, radii, phase = _mist_banks(seed)
+    x = x + 2.5 * np.sin(0.11 * time + phase)
+    y = y + 1.5 * np.cos(0.083 * time + 2.0 * phase)
+    height = height + 0.35 * np.sin(0.19 * time + 3.0 * phase)
+    return np.stack([x, y, ground_height(x, y) + height], axis=1), radii, _MIST_ALPHA, _MIST_COLOR
+
+
+@lru_cache(maxsize=1)
+def _mist_banks(seed: int) -> tuple[Float64, ...]:
+    u = uniform(seed, np.arange(5)[:, None], np.arange(_MIST_COUNT)[None, :])
+    # equally dense in the picture at each distance: nearer banks are smaller
+    away = _MIST_NEAR * (_MIST_FAR / _MIST_NEAR) ** u[1]
+    y = CAMERA[1] + away
+    x = CAMERA[0] + (0.84 * u[0] - 0.42) * away
+    radii = (0.030 + 0.030 * u[3]) * away + 1.5
+    return x, y, 0.32 * radii * u[2] + 0.3, radii, 2.0 * np.pi * u[4]

@@ -1,7 +1,7 @@
-"""Where everything in the forest stands: some things by hand, for the picture, the rest strewn by rules.
+"""The positions of everything in the forest: some are set by hand, the rest are scattered by rules.
 
-The layout is a constant of the scene: the seed of the scene moves fireflies, not trees. It is also what
-the terrain's texture was darkened under, so a change here wants the models made again.
+The layout is a constant of the scene: the scene's seed changes fireflies, not trees. The terrain's texture
+has shading from this layout, so the models must be rebuilt after a change here.
 """
 
 from __future__ import annotations
@@ -27,34 +27,34 @@ Float64 = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 _Stand = tuple[str, float, float, float, float]
-"""What stands where, not yet on the ground: species, x, y, heading, scale."""
+"""Species, x, y, heading and scale of a thing, without its height."""
 
 CAMERA = (-9.112, -211.077, 46.951)
-"""The original's point of view; nothing may stand between it and the near plane."""
+"""The camera position of the original; nothing may stand between it and the near plane."""
 
 _SEED = 2007
-"""Of the strewn things; any other gives another forest of the same kind."""
+"""Seed of the scattered things; any other gives a different forest of the same kind."""
 
 
 @dataclass(frozen=True)
 class Species:
-    """What one model asks of its place.
+    """The requirements of one model on its position.
 
     Attributes
     ----------
     file : str
-        The .glb file that has it, without its ending; the node in it is called as the species is.
+        The name of its .glb file, without the ending; the node in it has the name of the species.
     kind : {"tree", "bush", "prop", "grass"}
     foot : float
-        Radius at the ground at scale 1, in scene units: no two feet overlap.
+        Radius at the ground at scale 1, in scene units; feet do not overlap.
     crown : float
-        Radius of the crown at scale 1: kept out of the camera's near plane.
+        Radius of the crown at scale 1, which stays behind the camera's near plane.
     sink : float
-        How deep the origin is set into the ground, in scene units.
+        Depth of the origin in the ground, in scene units.
     tilt : float
-        How far it follows the slope of the ground: 0 upright, 1 fully.
+        Fraction of the ground's slope that it follows: 0 upright, 1 fully.
     length : float
-        Over how many units along its own X axis that slope is taken.
+        Distance along its own X axis over which the slope is measured, in scene units.
     """
 
     file: str
@@ -95,7 +95,7 @@ SPECIES: dict[str, Species] = {
 
 @dataclass(frozen=True)
 class Placement:
-    """One thing in its place.
+    """One thing and its position.
 
     Attributes
     ----------
@@ -156,11 +156,11 @@ _FALLEN = ("fallen trunk", -22.0, -4.0, 24.0, 1.0)
 _FALLEN_FEET = tuple(
     (-22.0 + t * 0.914, -4.0 + t * 0.407, 3.6) for t in (-23, -18, -12, -6, 0, 6, 12, 18, 23)
 )
-"""The fallen trunk is long: its foot is a row of discs along it."""
+"""The feet of the fallen trunk: a row of discs along it."""
 
 
 class _Ground:
-    """What is taken: discs (x, y, radius), asked as one array."""
+    """The occupied ground: discs (x, y, radius)."""
 
     def __init__(self) -> None:
         self.discs = np.zeros((0, 3))
@@ -169,7 +169,7 @@ class _Ground:
         self.discs = np.vstack([self.discs, [x, y, radius]])
 
     def room(self, x: float, y: float) -> float:
-        """Distance from (x, y) to the nearest disc's edge."""
+        """Return the distance from (x, y) to the nearest disc's edge."""
         if not len(self.discs):
             return math.inf
         gaps = np.hypot(self.discs[:, 0] - x, self.discs[:, 1] - y) - self.discs[:, 2]
@@ -178,10 +178,9 @@ class _Ground:
 
 @dataclass(frozen=True)
 class _Strewing:
-    """A rule for one round of throwing: what, how many tries, where, how far apart.
+    """A rule for scattering: species and weights, number of tries, chance by position, gap, and scales.
 
-    `weights` and `where` take the x and the y of all throws at once: thousands of calls for one point each
-    would take most of the time that the forest takes.
+    `weights` and `where` take the x and y of all tries at once, which is much faster.
     """
 
     species: tuple[str, ...]
@@ -199,19 +198,19 @@ def _in_view(x: Float64, y: Float64, margin: float = 10.0) -> Bools:
 
 
 def _glade(x: Float64, y: Float64) -> Bools:
-    """The gap behind the clearing through which the sky is seen, a wedge from the camera."""
+    """Return whether points are in the gap behind the clearing, through which the sky is seen."""
     slope = (x - CAMERA[0]) / (y - CAMERA[1])
     return (y > -60.0) & (y < 178.0) & (slope > -0.20) & (slope < 0.13)
 
 
 def _wood(x: Float64, y: Float64) -> Float64:
-    """Chance of a tree: none in clearing and glade, none before the camera, fewer where nobody looks."""
+    """Return the chance of a tree: 0 in clearing and glade and in front of the camera, less out of view."""
     none = (clearing_distance(x, y) < 1.08) | _glade(x, y) | ((y < -60.0) & _in_view(x, y, 22.0))
     return np.where(none, 0.0, np.where(_in_view(x, y, 15.0), 1.0, 0.30))
 
 
 def _tree_weights(x: Float64, y: Float64) -> tuple[ArrayLike, ...]:
-    """Oaks and birches about the clearing, spruces behind and in groups."""
+    """Return weights of species: oaks and birches near the clearing, spruces behind and in groups."""
     far = np.clip((clearing_distance(x, y) - 1.1) / 1.2, 0.0, 1.0)
     group = 0.5 + 0.5 * ground_noise(x, y, 21, 70.0)
     near = 1.0 - far
@@ -224,7 +223,7 @@ def _tree_weights(x: Float64, y: Float64) -> tuple[ArrayLike, ...]:
         0.2 + 2.6 * far * (1.0 - group),
         0.5,
     )
-    # Behind the glade stand spires alone: they leave the sky between them.
+    # only slim trees stand behind the glade, so that the sky is seen between them
     spires = (0.0, 0.0, 0.0, 0.12, 0.25, 1.0, 0.0)
     behind = (y > 170.0) & _glade(x, 0.9 * y - 20.0)
     columns = zip(spires, np.broadcast_arrays(*mixed), strict=True)
@@ -252,7 +251,7 @@ def _stones(x: Float64, y: Float64) -> Float64:
 
 
 def _meadow(x: Float64, y: Float64) -> Float64:
-    """Chance of a tuft: in patches, denser in the clearing and in front, none on the trodden path."""
+    """Return the chance of a tuft: in patches, denser in the clearing and in front."""
     patches = 0.55 + 0.45 * ground_noise(x, y, 23, 19.0) + 0.25 * ground_noise(x, y, 24, 7.0)
     open_ = np.where(clearing_distance(x, y) < 1.05, 1.0, 0.55)
     chance = open_ * np.maximum(0.0, patches) * np.where(y < 70.0, 1.0, 0.5)
@@ -290,11 +289,11 @@ _TUFTS = _Strewing(
 
 @lru_cache(maxsize=1)
 def place_forest() -> tuple[Placement, ...]:
-    """Every thing of the forest in its place; the same every time.
+    """Return everything in the forest and its position; always the same.
 
-    Composed things first, then trees, bushes, stones, ferns, mushrooms and last the grass, each thrown at
-    random and kept where its rule allows it and its foot is clear of all before it (dart throwing, the
-    simplest way to a Poisson-disc pattern).
+    Things set by hand come first, then trees, bushes, stones, ferns, mushrooms and grass, at random positions
+    that are kept if the rule allows them and the foot overlaps no earlier one (dart throwing, the simplest
+    method for a Poisson-disc pattern).
     """
     ground = _Ground()
     for x, y, radius in _FALLEN_FEET:
@@ -329,7 +328,7 @@ def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[_S
 def _stands(
     species: Species, x: float, y: float, scale: float, gap: float, ground: _Ground, take: bool
 ) -> bool:
-    """Whether there is room for it, which it then takes if it should."""
+    """Return whether there is room for a thing, and occupy it if `take` is True."""
     foot, crown = species.foot * scale, species.crown * scale
     if ground.room(x, y) < foot + gap:
         return False
@@ -341,12 +340,12 @@ def _stands(
 
 
 def _settle(stands: Sequence[_Stand]) -> tuple[Placement, ...]:
-    """All of them on the ground, sunk and tilted as their species want."""
+    """Put things on the ground, with the depth and tilt of their species."""
     kinds = [SPECIES[stand[0]] for stand in stands]
     x, y = np.array([stand[1:3] for stand in stands]).T
     turns = [math.radians(stand[3]) for stand in stands]
     cos, sin = np.array([math.cos(turn) for turn in turns]), np.array([math.sin(turn) for turn in turns])
-    # Heading turns the thing's own +X into (cos, sin) and its +Y into (-sin, cos).
+    # the heading turns +X into (cos, sin) and +Y into (-sin, cos)
     rise_x, middle = _lie(x, y, cos, sin, np.array([kind.length for kind in kinds]))
     rise_y, _ = _lie(x, y, -sin, cos, np.ones(len(kinds)))
     return tuple(
@@ -367,7 +366,7 @@ def _settle(stands: Sequence[_Stand]) -> tuple[Placement, ...]:
 
 
 def _lie(x: Float64, y: Float64, dx: Float64, dy: Float64, length: Float64) -> tuple[Float64, Float64]:
-    """Slope and height at the middle of sticks that lie on the ground along (dx, dy)."""
+    """Return slope and height at the middle of sticks that lie on the ground along (dx, dy)."""
     t = 0.5 * length * np.array([[-1.0], [0.0], [1.0]])
     low, middle, high = ground_height(x + t * dx, y + t * dy)
     return (high - low) / length, np.minimum(middle, 0.5 * (low + high))

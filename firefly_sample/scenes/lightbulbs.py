@@ -1,9 +1,9 @@
 """A grid of cats under a grid of coloured light bulbs: the scene plugin "lightbulbs".
 
-It is what deferred shading is for: hundreds of lights, each of which reaches little. A cat is 1.3 units high
-and sits 2.3 units from the next. A bulb hovers 1.9 units over the place between four cats. Its light fades by
-1/(1 + d^2) and ends at 3 units, through a smooth window: it reaches the four cats around it, each from about
-two units away, and nothing of the next ones, which are 3.8 away.
+It is a case for deferred shading: hundreds of lights of short range. A cat is 1.3 units high and sits 2.3
+units from the next. A bulb hovers 1.9 units above the middle between four cats. Its light fades by 1/(1 +
+d^2) and ends at 3 units, with a smooth window: it reaches the four cats around it, about two units away, but
+not the next ones, 3.8 units away.
 """
 
 from __future__ import annotations
@@ -23,16 +23,23 @@ from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
-from firefly_sample.scenes.parts import find_part, set_visible
-from firefly_sample.scenes.plugin import Plugin, check_live
+from firefly_sample.scenes.plugin import (
+    Plugin,
+    check_live,
+    find_part,
+    hue_colors,
+    seed_parameter,
+    set_visible,
+    sphere_directions,
+)
 
 Float64 = NDArray[np.float64]
 
 SPACING = 2.3
-"""From one cat to the next, in scene units: a slab of the plinth for each."""
+"""Distance between cats, in scene units; each has a slab of the plinth."""
 CAT_SCALE = 1.3
 PLINTH_HEIGHT = 3.0
 BULB_HEIGHT = 1.9
@@ -40,15 +47,15 @@ BULB_RADIUS = 0.2
 BULB_ATTENUATION = Attenuation.INVERSE_SQUARE
 BULB_REACH = 3.0
 BULB_POWER = 4.5
-"""Of a bulb's light, times its colour."""
+"""Factor of the colour of a bulb's light."""
 BULB_EMISSION = 1.1
-"""Of what is seen of the bulb itself, times its colour."""
+"""Factor of the colour of the bulb itself."""
 HALO_RADIUS, HALO_RADIANCE = 0.42, 0.30
-"""Of the soft glow around a bulb that is on, as a lens would show it."""
+"""Radius and radiance of the glow around a bulb, as in a lens."""
 HOVER_HEIGHT, HOVER_SECONDS = 0.35, (3.0, 5.0)
 SUN_COLOR, SUN_HPR = (1.25, 1.13, 0.95), (-38.0, -42.0, 0.0)
 SUN_MAP, SHADOW_DISTANCE = 2048, 1.6
-"""Texels, and how far from the camera the sun's shadows are wanted, in sizes of the plinth, and 10 more."""
+"""Texels of the sun's shadow map, and its shadow distance in sizes of the plinth (10 units are added)."""
 NIGHT, DAY = (0.030, 0.033, 0.050), (0.11, 0.135, 0.19)
 """Ambient light without and with the sun."""
 SKY = VerticalGradient(horizon=(0.0045, 0.0035, 0.010), zenith=(0.0010, 0.0012, 0.0040))
@@ -68,14 +75,8 @@ _PLINTH = 46.0
 _STARS, _STAR_DISTANCE, _FAR = 700, 320.0, 400.0
 
 _PARAMETERS = (
-    Parameter(
-        "seed",
-        int,
-        7,
-        "Which colours: every random number about bulb k or cat k comes from (seed, k).",
-        minimum=0,
-        maximum=2**63 - 1,
-        live=False,
+    seed_parameter(
+        "Which colours: every random number about bulb k or cat k comes from (seed, k).", live=False
     ),
     Parameter("columns", int, 20, "Cats, and bulbs, from left to right.", minimum=1, maximum=100, live=False),
     Parameter("rows", int, 20, "Cats, and bulbs, from front to back.", minimum=1, maximum=100, live=False),
@@ -93,7 +94,7 @@ _PARAMETERS = (
 
 
 class _Bulbs:
-    """Where the bulbs are and what colours they have; it knows no node, so no cycle keeps nodes alive."""
+    """Positions and colours of the bulbs. It refers to no node, so there is no cycle."""
 
     def __init__(self, seed: int, columns: int, rows: int) -> None:
         count = columns * rows
@@ -102,7 +103,7 @@ class _Bulbs:
         # between four cats: half a step right of each cat and before its face, also of those in the first row
         x, y = _grid(column, columns) + 0.5 * SPACING, _grid(row, rows) - 0.5 * SPACING
         self.places: Float64 = np.stack([x, y, np.full(count, BULB_HEIGHT)], axis=1)
-        self.colors = _vivid(u[0], u[1])
+        self.colors = hue_colors(u[0], 0.66 + 0.26 * u[1])  # neither pale nor of one channel alone
         low, high = HOVER_SECONDS
         self._period: Float64 = low + (high - low) * u[2]
         self._phase = u[3]
@@ -110,7 +111,7 @@ class _Bulbs:
         self.hovering = True
 
     def at(self, time: float) -> Float64:
-        """Their middles at `time` (seconds), shape (n, 3)."""
+        """Return the centres at `time` (seconds), shape (n, 3)."""
         places = self.places.copy()
         if self.hovering:
             turns = np.fmod(time, self._period) / self._period + self._phase
@@ -118,11 +119,11 @@ class _Bulbs:
         return places
 
     def lights(self, time: float) -> tuple[Float64, Float64, float]:
-        """Positions, colours and the end of the lights."""
+        """Return positions, colours and the max distance of the lights."""
         return self.at(time), BULB_POWER * self.colors, BULB_REACH
 
     def halos(self, time: float) -> tuple[Float64, Float64, float]:
-        """Positions, colours and the radius of the glow around them."""
+        """Return positions, colours and the radius of the glow."""
         return self.at(time), HALO_RADIANCE * self.colors, HALO_RADIUS
 
 
@@ -206,7 +207,7 @@ class LightbulbsScene(Scene):
         self.background = SKY
 
     def update(self, time: float) -> None:
-        """Put the bulbs where they are at `time`; the lights find their own way."""
+        """Move the bulbs to their positions at `time`; lights and glow are functions of time."""
         wanted = time if self._bulbs.hovering else 0.0
         if wanted != self._placed_at:
             self._placed_at = wanted
@@ -223,20 +224,12 @@ scene = Plugin(
 
 
 def _grid(index: Any, count: int) -> Any:
-    """Places of a row of things around 0."""
+    """Return coordinates of a row of things, centred at 0."""
     return (index - 0.5 * (count - 1)) * SPACING
 
 
-def _vivid(hue: Float64, strength: Float64) -> Float64:
-    """Linear colours of any hue, neither pale nor of one channel alone; the largest channel is 1."""
-    # the closed form of hue: f(n) = 1 - s max(0, min(q, 4 - q, 1)), q = (n + 6 h) mod 6
-    q = (np.array([5.0, 3.0, 1.0]) + 6.0 * hue[:, None]) % 6.0
-    fall = np.clip(np.minimum(q, 4.0 - q), 0.0, 1.0)
-    return np.asarray(1.0 - (0.66 + 0.26 * strength[:, None]) * fall)
-
-
 def _place_cats(root: NodePath, seed: int, columns: int, rows: int) -> None:
-    """The plinth, and a cat on each of its slabs that looks more or less ahead."""
+    """Add the plinth, and a cat on each of its slabs that looks roughly ahead."""
     plinth = find_part(load_model(model_path("plinth.glb")), "plinth")
     (geom, stone), *_ = plinth.geoms
     stone.set_specular(np.full(3, STONE_SHINE[0]))
@@ -263,7 +256,7 @@ def _place_cats(root: NodePath, seed: int, columns: int, rows: int) -> None:
 
 
 def _paved(geom: Geom, columns: int, rows: int) -> Geom:
-    """The plinth's Geom with a slab for each cat, however many there are: it is made for 20 by 20."""
+    """Return the plinth's Geom, made for 20 by 20 slabs, with a slab for each cat."""
     across = np.abs(geom.normals)
     top_or_ends = across[:, 1] >= across[:, 0]
     u, v = geom.texcoords.T
@@ -284,7 +277,7 @@ def _place_planets(root: NodePath, around: float) -> None:
 
 
 def _place_bulbs(root: NodePath, bulbs: _Bulbs) -> list[NodePath]:
-    """A sphere for each bulb, with a material of its own: they are one draw all the same."""
+    """Add a sphere for each bulb, with its own material; they are still one draw."""
     (glass, _), *_ = find_part(load_model(model_path("bulb.glb")), "bulb").geoms
     node = root.attach_new_node("bulbs")
     paths = []
@@ -298,11 +291,12 @@ def _place_bulbs(root: NodePath, bulbs: _Bulbs) -> list[NodePath]:
 
 
 def _stars(around: float) -> tuple[Float64, Float64, Float64]:
-    """Positions, colours and radii of dots far away, evenly all around."""
+    """Return positions, colours and radii of distant dots in all directions."""
     u = uniform(1919, np.arange(5)[:, None], np.arange(_STARS)[None, :])
-    height, angle = 2.0 * u[0] - 1.0, 2.0 * math.pi * u[1]
-    flat = np.sqrt(1.0 - height**2)
-    directions = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
     tint = np.stack([0.8 + 0.4 * u[2], np.ones(_STARS), 1.2 - 0.4 * u[2]], axis=1)
     radii = around * (0.3 + 0.25 * u[4])
-    return around * _STAR_DISTANCE * directions, tint * (0.15 + 1.6 * u[3] ** 4)[:, None], radii
+    return (
+        around * _STAR_DISTANCE * sphere_directions(u[0], u[1]),
+        tint * (0.15 + 1.6 * u[3] ** 4)[:, None],
+        radii,
+    )

@@ -17,33 +17,26 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scenes.plugin import Plugin, check_live
+from firefly_sample.scenes.plugin import Plugin, check_live, seed_parameter
 from firefly_sample.scenes.smoke_cloud import LARGEST_PUFF, REACH, Cloud
 
 Float64 = NDArray[np.float64]
 
 LIGHT = (2.1, 1.85, 1.5)
 AMBIENT = (0.05, 0.065, 0.11)
-"""The light of the sky at `ambient` 1."""
+"""Ambient light at `ambient` 1."""
 SKY = VerticalGradient(horizon=(0.0072, 0.0095, 0.016), zenith=(0.0012, 0.0016, 0.004))
 FLOOR = (0.30, 0.27, 0.25, 1.0)
 FLOOR_HEIGHT, FLOOR_RADIUS = -1.4, 2.6
 LIGHT_DISTANCE = 2.3
-"""Of the light's node from the middle: where its attenuation begins."""
+"""Distance of the light's node from the centre, from where its attenuation counts."""
 VIEW = (0.0, -8.4, 2.5)
-"""Where the camera is at a ratio of 1."""
+"""Position of the camera at a ratio of 1."""
 FOCUS = (0.0, 0.0, -0.52)
 SWING_SECONDS = 16.0
 
 _PARAMETERS = (
-    Parameter(
-        "seed",
-        int,
-        7,
-        "Which puffs: every random number about puff k comes from (seed, k).",
-        minimum=0,
-        maximum=2**63 - 1,
-    ),
+    seed_parameter("Which puffs: every random number about puff k comes from (seed, k)."),
     Parameter(
         "particles",
         int,
@@ -55,13 +48,13 @@ _PARAMETERS = (
     ),
     Parameter("particle_size", float, 1.0, "Size of the puffs.", minimum=0.1, maximum=10.0),
     Parameter(
-        "particle_alpha", float, 0.12, "Opacity of a puff through its middle.", minimum=0.0, maximum=1.0
+        "particle_alpha", float, 0.12, "Opacity of a puff through its centre.", minimum=0.0, maximum=1.0
     ),
     Parameter(
         "morph",
         float,
         0.0,
-        "How far the cloud has turned from a heap (0) into a knot (1), at least.",
+        "Least progress of the cloud from a heap (0) to a knot (1).",
         minimum=0.0,
         maximum=1.0,
         keys=(
@@ -73,7 +66,7 @@ _PARAMETERS = (
         "morphing",
         bool,
         True,
-        "Let the cloud go on to the knot and back as time goes; else it stays at morph.",
+        "Let the cloud move on to the knot and back over time; otherwise it stays at morph.",
         keys=(KeyStep("z", help="morphing on or off"),),
     ),
     Parameter(
@@ -110,7 +103,7 @@ _PARAMETERS = (
         "shadow_darkness",
         float,
         1.0,
-        "How much of the light each puff takes: a factor of its own.",
+        "Factor of the light that each puff absorbs.",
         minimum=0.0,
         maximum=100.0,
         keys=(KeyStep("d", 1.25, help="darker shadows"), KeyStep("f", 0.8, help="lighter shadows")),
@@ -119,7 +112,7 @@ _PARAMETERS = (
         "shadow_tint",
         float,
         0.0,
-        "How much of the puffs' colour is left in their shadow.",
+        "Fraction of the puffs' colour that is left in their shadow.",
         minimum=0.0,
         maximum=1.0,
         keys=(KeyStep("c", 1.0, 0.1, help="more tint"), KeyStep("x", 1.0, -0.1, help="less tint")),
@@ -128,7 +121,7 @@ _PARAMETERS = (
         "light_angle",
         float,
         32.0,
-        "Angle between the light's way and straight down.",
+        "Angle between the light's direction and straight down.",
         minimum=0.0,
         maximum=85.0,
         unit="degrees",
@@ -186,14 +179,14 @@ _PARAMETERS = (
         "use_interpolation",
         bool,
         True,
-        "Find shadows between two slices by the depth in them.",
+        "Interpolate shadows between two slices by depth.",
         keys=(KeyStep("i", help="interpolation on or off"),),
     ),
     Parameter(
         "bounding_radius",
         float,
         REACH,
-        "Radius of a sphere around the middles of all puffs, which the slices divide; 0 finds it each frame.",
+        "Radius of a sphere around the centres of all puffs, which slices divide; 0 computes it per frame.",
         minimum=0.0,
         maximum=20.0,
         keys=(KeyStep("o", 1.25, help="larger bounding sphere"), KeyStep("u", 0.8, help="smaller one")),
@@ -202,7 +195,7 @@ _PARAMETERS = (
         "show_texture",
         bool,
         False,
-        "Show the slices of shadow in a corner: the nearest to the light lower left, the last upper right.",
+        "Show the shadow's slices in a corner: the nearest to the light lower left, the last upper right.",
         keys=(KeyStep("e", help="show the slices"),),
     ),
 )
@@ -232,7 +225,7 @@ class SmokeScene(Scene):
         self._light = DirectionalLight("light", LIGHT)
         self._light_path = root.attach_new_node(self._light)
         self._values = {parameter.name: parameter.default for parameter in _PARAMETERS}
-        # the node calls what it is given, which knows no node: no cycle keeps them alive
+        # the function refers to no node, so there is no cycle
         self._puffs = _Puffs()
         self._particles = ParticleNode("cloud", function=self._puffs.at)
         root.attach_new_node(self._particles)
@@ -261,7 +254,7 @@ class SmokeScene(Scene):
             raise
 
     def _apply(self, name: str) -> None:
-        """Let a parameter's new value act."""
+        """Apply a parameter's new value."""
         if name in ("seed", "particles", "particle_size", "particle_alpha"):
             self._build_cloud()
             self._set_shadow()
@@ -277,7 +270,7 @@ class SmokeScene(Scene):
             self._set_shadow()
 
     def drag(self, right: float, down: float) -> dict[str, Any]:
-        """Turn the light by a drag of the mouse, in heights of the window; the parameters that it changed."""
+        """Turn the light by a drag of the mouse, in window heights, and return the changed parameters."""
         heading = self._values["light_heading"] + 180.0 * right
         heading = (heading + 180.0) % 360.0 - 180.0
         angle = min(max(self._values["light_angle"] + 90.0 * down, 0.0), 85.0)
@@ -286,13 +279,13 @@ class SmokeScene(Scene):
         return {"light_heading": heading, "light_angle": angle}
 
     def update(self, time: float) -> None:
-        """Turn the light to where it is at `time`."""
+        """Set the light's direction at `time`."""
         if time == self._placed_at:
             return
         values = self._values
         turned = values["light_heading"] + values["swing"] * math.sin(2.0 * math.pi * time / SWING_SECONDS)
         angle, heading = math.radians(values["light_angle"]), math.radians(turned)
-        # from the middle to the light
+        # from the centre to the light
         side = math.sin(angle)
         way = np.array([side * math.sin(heading), side * math.cos(heading), math.cos(angle)])
         self._light_path.set_pos(*(LIGHT_DISTANCE * way))
@@ -345,7 +338,7 @@ class SmokeScene(Scene):
 
 
 class _Puffs:
-    """What the particle node calls."""
+    """The function of the particle node, with its live parameters."""
 
     cloud: Cloud
     morph: float
@@ -364,7 +357,7 @@ scene = Plugin(
 
 
 def _floor() -> GeomNode:
-    """A round slab."""
+    """Return a round slab."""
     sides = 128
     angle = 2.0 * math.pi * np.arange(sides) / sides
     rim = np.stack([FLOOR_RADIUS * np.cos(angle), FLOOR_RADIUS * np.sin(angle)], axis=1)

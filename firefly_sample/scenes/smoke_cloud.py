@@ -1,4 +1,4 @@
-"""The cloud of the scene "smoke": where each puff is at a time, on its way between two shapes."""
+"""The cloud of the scene "smoke": the positions of its puffs, which move between two shapes."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.random import uniform
+from firefly_sample.scenes.plugin import sphere_directions
 
 Float64 = NDArray[np.float64]
 
 REACH = 1.32
-"""Radius of a sphere around the origin that holds the middles of all puffs at any time."""
+"""Radius of a sphere around the origin that contains the centres of all puffs at any time."""
 PERIOD = 24.0
 """Seconds from one shape to the other and back."""
 EMBER, GOLD = (0.80, 0.20, 0.07), (0.88, 0.62, 0.24)
 """Linear colours of the two shapes."""
 
 _RADIUS, _SIZES = 0.062, 0.7
-"""Of a puff, and how much they differ."""
+"""The mean radius of puffs, and the relative range of their radii."""
 LARGEST_PUFF = _RADIUS * (1.0 + 0.5 * _SIZES)
-"""Radius at a size of 1."""
+"""The largest radius at a size of 1."""
 _LATENESS = 0.35
-"""By how much of the way the last puffs set out after the first ones."""
+"""Delay of the last puffs after the first ones, as a fraction of the movement."""
 _HEAPS = (
     ((0.0, 0.0, 0.02), 0.58),
     ((-0.46, 0.10, -0.14), 0.42),
@@ -36,13 +37,13 @@ _HEAPS = (
     ((-0.70, -0.12, -0.28), 0.27),
     ((-0.02, 0.0, 0.74), 0.26),
 )
-"""Middles and radii of the balls that the first shape is heaped up of."""
+"""Centres and radii of the balls of the first shape."""
 _KNOT, _TUBE = 0.34, 0.20
 """Scale of the second shape, a trefoil knot, and the radius of its tube."""
 
 
 class Cloud:
-    """Any number of puffs; more never move the first ones.
+    """Any number of puffs; adding more never moves the first ones.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ class Cloud:
     size : float
         Factor of the puffs' radii.
     alpha : float
-        Opacity of a puff through its middle.
+        Opacity of a puff through its centre.
     """
 
     def __init__(self, seed: int, count: int, size: float, alpha: float) -> None:
@@ -63,14 +64,14 @@ class Cloud:
     def at(
         self, time: float, morph: float = 0.0, morphing: bool = True
     ) -> tuple[Float64, Float64, float, Float64]:
-        """Positions, radii, alpha and colours at `time` (seconds).
+        """Return positions, radii, alpha and colours at `time` (seconds).
 
         Parameters
         ----------
         morph : float
-            How far the puffs are on their way from the heap (0) to the knot (1), at least.
+            The least progress of the puffs from the heap (0) to the knot (1).
         morphing : bool
-            Whether they go on from there to the knot and back as time goes.
+            True if they move on to the knot and back over time.
         """
         gone = (1.0 + _LATENESS) * morph - 0.5 * _LATENESS
         if morphing:
@@ -101,7 +102,7 @@ def _smooth(t: Float64) -> Float64:
 
 
 def _heap(u: Float64) -> Float64:
-    """Places in balls heaped on each other, denser towards their skins; shape (n, 3)."""
+    """Return positions in a heap of balls, denser towards their surfaces; shape (n, 3)."""
     centers = np.array([center for center, _ in _HEAPS])
     radii = np.array([radius for _, radius in _HEAPS])
     shares = np.cumsum(radii**2.5)
@@ -110,15 +111,12 @@ def _heap(u: Float64) -> Float64:
 
 
 def _ball(u: Float64, power: float) -> Float64:
-    """Places in a ball of radius 1; at a power of 1/3 evenly, below denser towards its skin."""
-    height, angle = 2.0 * u[0] - 1.0, 2.0 * math.pi * u[1]
-    flat = np.sqrt(1.0 - height**2)
-    way = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
-    return np.asarray(way * u[2][:, None] ** power)
+    """Return positions in a unit ball: evenly at a power of 1/3, denser towards the surface below."""
+    return np.asarray(sphere_directions(u[0], u[1]) * u[2][:, None] ** power)
 
 
 def _knot(u: Float64) -> Float64:
-    """Places in the tube of a trefoil knot that stands upright; shape (n, 3)."""
+    """Return positions in the tube of an upright trefoil knot; shape (n, 3)."""
     t = 2.0 * math.pi * u[0]
     x = np.sin(t) + 2.0 * np.sin(2.0 * t)
     z = np.cos(t) - 2.0 * np.cos(2.0 * t)

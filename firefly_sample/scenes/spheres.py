@@ -1,8 +1,8 @@
 """A field of spheres under any number of coloured lights: the scene plugin "spheres".
 
-It is made to be measured. The geometry never changes, every light reaches equally far, and one number says
-how many there are; so what a frame costs is a function of that number. 24 times a second one light takes a
-step, and the others stay: what a renderer could keep of the frame before, it may.
+It is made for measurements. The geometry never changes, all lights have the same reach, and one parameter
+sets their number, so the cost of a frame is a function of that number. 24 times a second one light takes a
+step and the others stay, so a renderer may reuse parts of the last frame.
 """
 
 from __future__ import annotations
@@ -21,62 +21,55 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.random import uniform
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scenes.parts import icosphere
-from firefly_sample.scenes.plugin import Plugin, check_live
+from firefly_sample.scenes.plugin import Plugin, check_live, hue_colors, icosphere, seed_parameter
 
 Float64 = NDArray[np.float64]
 
 SIDE = 32.0
-"""Of the square ground, around the origin, in scene units."""
+"""Side of the square ground around the origin, in scene units."""
 ROWS = 16
 """Spheres along a side."""
 RADIUS = 0.6
 SUBDIVISIONS = 2
-"""Of an icosahedron's triangles: 320 a sphere."""
+"""Subdivisions of an icosahedron: 320 triangles per sphere."""
 REACH = 3.2
-"""How far each light reaches, in scene units."""
+"""Reach of each light, in scene units."""
 HEIGHTS = 0.4, 2.4
-"""Of the lights above the ground."""
+"""Range of the lights' heights above the ground."""
 SPREAD = 1.0 / 1.32471795724474602596, 1.0 / 1.32471795724474602596**2, 0.5 * (5.0**0.5 - 1.0)
-"""From one light's home to the next one's, as shares of the ground and of the heights: over the ground the
+"""Steps from one light's centre to the next, as fractions of the ground and of the heights: on the ground the
 additive recurrence of M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018, in height
-the golden ratio's. However many lights there are, those that are added lie as evenly as the others, and each
-reaches as many pixels, within 1 %; of random places, some hundreds more are up to 6 % out."""
+that of the golden ratio. Any number of lights is distributed evenly, so each reaches the same number of
+pixels
+within 1 %; with random positions it differs by up to 6 %."""
 EYE, VFOV = (0.0, -24.0, 14.0), 45.0
-"""The camera's position, and its vertical angle at every picture's shape."""
+"""The camera's position, and its vertical field of view in degrees."""
 POWER, POWER_LIGHTS = 2.6, 256
-"""What a light's colour is multiplied by where there are that many or fewer; see `light_power`."""
+"""Factor of a light's colour, and the number of lights up to which it is used; see `light_power`."""
 STEPS_A_SECOND = 24
-"""Of all lights together, and of each light around its circle."""
+"""Steps of all lights together per second, and of each light around its circle."""
 CIRCLE = 0.5
-"""Radius of the level circle that each light walks around. Where the circle is comes from (seed, k), how far
-along it light k is, from the time and how many lights take turns."""
+"""Radius of the horizontal circle that each light moves along. Its position depends on (seed, k), the light's
+position on it on the time and the number of lights."""
 AMBIENT = (0.010, 0.012, 0.020)
 SKY = VerticalGradient(horizon=(0.0042, 0.0036, 0.0085), zenith=(0.0008, 0.0009, 0.003))
 EXPOSURE = 1.2
 GROUND = (0.27, 0.26, 0.28, 1.0)
 
 _CELLS = 32
-"""Of the ground along a side: triangles that are no larger than what stands on them."""
+"""Cells along a side of the ground, whose triangles are no larger than the spheres."""
 _PAINTS = (
     (0.84, 0.82, 0.79, 1.0),
     (0.80, 0.66, 0.46, 1.0),
     (0.50, 0.64, 0.80, 1.0),
     (0.82, 0.54, 0.52, 1.0),
 )
-"""The first one is that of half of the spheres."""
+"""Base colours; half of the spheres have the first one."""
 _SLACK = 1e-6
-"""Of steps: k / 24 s, rounded, is no step too early."""
+"""Tolerance in steps: a rounded time of k / 24 s counts as step k."""
 
 _PARAMETERS = (
-    Parameter(
-        "seed",
-        int,
-        7,
-        "Which lights: where light k is, and its colour, comes from (seed, k).",
-        minimum=0,
-        maximum=2**63 - 1,
-    ),
+    seed_parameter("Which lights: where light k is, and its colour, comes from (seed, k)."),
     Parameter(
         "lights",
         int,
@@ -90,16 +83,16 @@ _PARAMETERS = (
 
 
 def light_power(count: int) -> float:
-    """What the colours of `count` lights are multiplied by.
+    """Return the factor of the colours of `count` lights.
 
-    Up to 256 lights, each is as bright as it is. From there on their strength falls by 1/count, so that the
-    light on all surfaces together, and so the picture's mean radiance, stays about what it was.
+    It is constant up to 256 lights. Above, it falls as 1/count, so that the mean radiance of the picture
+    stays about the same.
     """
     return POWER * min(1.0, POWER_LIGHTS / max(count, 1))
 
 
 class _Lights:
-    """Where the lights are; it knows no node, so no cycle keeps nodes alive."""
+    """Positions and colours of the lights. It refers to no node, so there is no cycle."""
 
     def __init__(self, seed: int, count: int) -> None:
         self.seed, self.count = seed, count
@@ -114,10 +107,10 @@ class _Lights:
         self._colors = light_power(count) * _colors(self._home, one, other)
 
     def at(self, time: float) -> tuple[Float64, Float64, float]:
-        """Positions, colours and the reach of the lights at `time` (seconds).
+        """Return positions, colours and the reach of the lights at `time` (seconds).
 
-        Light k takes the step s, the s-th of all since time 0, when s mod count is k: one light moves from
-        one step to the next, and where it is follows from how many of the steps were its own.
+        Light k takes step s, counted over all lights since time 0, if s mod count is k. Its position depends
+        on the number of its own steps.
         """
         step = math.floor(time * STEPS_A_SECOND + _SLACK)
         own = (step - np.arange(self.count)) // max(self.count, 1) + 1
@@ -146,7 +139,7 @@ class SpheresScene(Scene):
         root.attach_new_node(_ground())
         _place_spheres(root)
         root.attach_new_node(AmbientLight("sky", AMBIENT))
-        # the node calls what it is given, which knows no node: no cycle keeps them alive
+        # the function refers to no node, so there is no cycle
         self._swarm = _Swarm(_Lights(seed, lights))
         root.attach_new_node(PointLights("lights", function=self._swarm.at))
 
@@ -165,7 +158,7 @@ class SpheresScene(Scene):
 
 
 class _Swarm:
-    """What the node of the lights calls."""
+    """The function of the node of lights, whose lights can be replaced."""
 
     def __init__(self, lights: _Lights) -> None:
         self.lights = lights
@@ -183,20 +176,17 @@ scene = Plugin(
 
 
 def _colors(place: Float64, one: Float64, other: Float64) -> Float64:
-    """Linear colours, the largest channel 1, of hues that drift over the ground and scatter a little.
+    """Return linear colours whose hues change slowly over the ground, with some scatter.
 
-    Many lights of random hues would add up to the same grey everywhere; neighbours of like hue do not.
+    Many lights of random hues would add up to the same grey everywhere; neighbours of similar hue do not.
     """
     drift = 0.78 + 0.019 * place[:, 0] + 0.15 * np.sin(0.23 * place[:, 1] - 0.08 * place[:, 0])
     hue = drift + 0.26 * (one - 0.5)
-    # the closed form of hue: f(n) = 1 - s max(0, min(q, 4 - q, 1)), q = (n + 6 h) mod 6
-    q = (np.array([5.0, 3.0, 1.0]) + 6.0 * hue[:, None]) % 6.0
-    fall = np.clip(np.minimum(q, 4.0 - q), 0.0, 1.0)
-    return np.asarray(1.0 - (0.55 + 0.4 * other[:, None]) * fall)
+    return hue_colors(hue, 0.55 + 0.4 * other)
 
 
 def _ground() -> GeomNode:
-    """A level square of many triangles: at a giant one's far corners, rasterisers lose digits."""
+    """Return a horizontal square of many triangles: rasterisers are less accurate on very large ones."""
     line = SIDE * (np.arange(_CELLS + 1) / _CELLS - 0.5)
     x, y = np.meshgrid(line, line)
     vertices = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
@@ -215,7 +205,7 @@ def _ground() -> GeomNode:
 
 
 def _place_spheres(root: NodePath) -> None:
-    """Sixteen rows of sixteen, which share their triangles: one draw."""
+    """Add sixteen rows of sixteen spheres, which share their triangles and are one draw."""
     directions, triangles = icosphere(SUBDIVISIONS)
     geom = Geom(RADIUS * directions, triangles, directions, name="sphere")
     paints = [Material(f"paint {index}", color) for index, color in enumerate(_PAINTS)]

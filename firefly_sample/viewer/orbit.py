@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lens_constants import LensConstants
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
 from firefly_sample.scene.transforms import rows_from_hpr

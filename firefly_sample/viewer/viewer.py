@@ -9,6 +9,7 @@ from pathlib import Path
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer
+from firefly_sample.lab.trade_bench import PICTURE
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.parameter import KeyStep, Parameter
@@ -22,7 +23,7 @@ from firefly_sample.viewer.performance import SECONDS, PerformanceResult, Perfor
 from firefly_sample.viewer.screenshot import save_screenshot
 from firefly_sample.viewer.stage import Stage
 from firefly_sample.viewer.status import Meter, status_rows
-from firefly_sample.viewer.views import PICTURE, STRIP, Drawn, draw_view, views_of
+from firefly_sample.viewer.views import STRIP, Drawn, draw_view, views_of
 
 MARGIN = 10
 """Pixels between the window's edge and text, at scale 1."""

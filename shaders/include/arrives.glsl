@@ -1,17 +1,17 @@
 // Provides Light and arrives, which says whether a light comes to a surface, from where, and how much of it.
-// KIND 1: directional lights. KIND 2: point lights. KIND 3: spotlights; diffuse light and highlights fade alike.
+// LIGHT_KIND_DIRECTIONAL, LIGHT_KIND_POINT, LIGHT_KIND_SPOT; diffuse light and highlights fade alike.
 #include "include/phong.glsl"
 #include "include/rests.glsl"
-#if KIND == 1
+#if LIGHT_KIND == LIGHT_KIND_DIRECTIONAL
 #record DirectionalLight
-#elif KIND == 2
+#elif LIGHT_KIND == LIGHT_KIND_POINT
 #record PointLight
 #else
 #record Spotlight
 #include "include/cone.glsl"
 #endif
 
-#if KIND == 1
+#if LIGHT_KIND == LIGHT_KIND_DIRECTIONAL
 
 bool arrives(Surface s, Light light, out vec3 to_light, out float strength)
 {
@@ -28,7 +28,7 @@ bool arrives(Surface s, Light light, out vec3 to_light, out float strength)
 {
     if (!in_reach(s, light, to_light, strength))
         return false;
-#if KIND == 3
+#if LIGHT_KIND == LIGHT_KIND_SPOT
     strength *= cone_strength(to_light, light.axis, light.cone);
 #endif
     return strength > 0.0;

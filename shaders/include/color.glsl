@@ -1,6 +1,6 @@
 // Provides linear_to_srgb (IEC 61966-2-1, the exact pieces) and tone_curve.
 // TONE 0: clip at 1. TONE 1: 1 - exp(-L) in each channel; a series near 0, where the difference cancels.
-// Float64 twin: firefly_sample/lab/reference/color.py
+// Float64 twin: firefly_sample/lab/reference/shading.py
 
 vec3 linear_to_srgb(vec3 linear)
 {
@@ -13,7 +13,7 @@ vec3 linear_to_srgb(vec3 linear)
 vec3 tone_curve(vec3 radiance)
 {
     vec3 x = max(radiance, vec3(0.0));
-#if TONE == 1
+#if TONE == TONE_EXPONENTIAL
     vec3 small = x * (1.0 - x * (0.5 - x / 6.0));
     return mix(1.0 - exp(-x), small, lessThan(x, vec3(0.01)));  // chooses: the series overflows
 #else

@@ -1,12 +1,12 @@
 // Provides encode_ and decode_ of albedo, normal and specular, and pack_color, unpack_color: packing beside unpacking.
-// COLORS 0: linear, as it is. COLORS 1: square roots. COLORS 2: square roots in ten bits each of a whole number: exact on
+// ALBEDO_FORMAT_LINEAR: as it is. _SQRT8: square roots. _SQRT10: square roots in ten bits each of a whole number: exact on
 // every driver, and llvmpipe takes a sixth of the geometry pass to convert for a normalised target of ten bits.
-// NORMALS 0, 1, 2: octahedral, in signed 16, unsigned 16 and unsigned 8 bits (Cigolle et al., JCGT 3(2), 2014).
-// NORMALS 3: n/2 + 1/2. NORMALS 4: n. NORMALS 5: the faults of Panda3D's sample: n/2 + 1/2 in OpenGL's view axes (x right,
-// y up, z to the viewer), read again as it is, as if it were a normal in view axes with y forward and z up.
-// Float64 twin: firefly_sample/lab/reference/gbuffer.py
+// NORMAL_FORMAT_OCT16, _OCT16_UNORM, _OCT8: octahedral, in signed 16, unsigned 16 and unsigned 8 bits (Cigolle et al.,
+// JCGT 3(2), 2014). _UNORM: n/2 + 1/2. _FLOAT: n. _CLASSIC: the faults of Panda3D's sample: n/2 + 1/2 in OpenGL's view
+// axes (x right, y up, z to the viewer), read as it is, as if it were a normal in view axes with y forward and z up.
+// Float64 twin: firefly_sample/packing.py
 
-#if COLORS == 2
+#if ALBEDO_FORMAT == ALBEDO_FORMAT_SQRT10
 
 #define COLOR_TEXEL uint
 #define COLOR_SAMPLER usampler2D
@@ -31,7 +31,7 @@ vec3 unpack_color(uvec4 texel)
 
 vec3 encode_albedo(vec3 albedo)
 {
-#if COLORS == 1
+#if ALBEDO_FORMAT == ALBEDO_FORMAT_SQRT8
     return sqrt(clamp(albedo, 0.0, 1.0));
 #else
     return albedo;
@@ -40,7 +40,7 @@ vec3 encode_albedo(vec3 albedo)
 
 vec3 decode_albedo(vec3 stored)
 {
-#if COLORS
+#if ALBEDO_FORMAT != ALBEDO_FORMAT_LINEAR
     return stored * stored;
 #else
     return stored;
@@ -71,7 +71,7 @@ vec4 decode_specular(vec4 stored)
     return vec4(stored.rgb * stored.rgb, exp2(20.0 * stored.a) - 1.0);
 }
 
-#if NORMALS < 3
+#if NORMAL_FORMAT < NORMAL_FORMAT_UNORM
 
 vec2 sign_not_zero(vec2 v)
 {
@@ -82,9 +82,9 @@ vec4 encode_normal(vec3 n)
 {
     vec3 a = n / (abs(n.x) + abs(n.y) + abs(n.z));
     vec2 e = a.z >= 0.0 ? a.xy : (1.0 - abs(a.yx)) * sign_not_zero(a.xy);
-#if NORMALS == 1
+#if NORMAL_FORMAT == NORMAL_FORMAT_OCT16_UNORM
     e = e * 0.5 + 0.5;
-#elif NORMALS == 2
+#elif NORMAL_FORMAT == NORMAL_FORMAT_OCT8
     e = (floor(e * 127.0 + 0.5) + 127.0) / 255.0;  // 254 steps, so that 0 is one of them
 #endif
     return vec4(e, 0.0, 0.0);
@@ -93,10 +93,10 @@ vec4 encode_normal(vec3 n)
 // The stored numbers are whole numbers over 32767, 65535 or 255. In these units all up to normalize is exact.
 vec3 decode_normal(vec4 stored)
 {
-#if NORMALS == 0
+#if NORMAL_FORMAT == NORMAL_FORMAT_OCT16
     const float ONE = 32767.0;
     vec2 e = floor(stored.xy * ONE + 0.5);
-#elif NORMALS == 1
+#elif NORMAL_FORMAT == NORMAL_FORMAT_OCT16_UNORM
     const float ONE = 65535.0;
     vec2 e = 2.0 * floor(stored.xy * ONE + 0.5) - ONE;
 #else
@@ -113,9 +113,9 @@ vec3 decode_normal(vec4 stored)
 
 vec4 encode_normal(vec3 n)
 {
-#if NORMALS == 4
+#if NORMAL_FORMAT == NORMAL_FORMAT_FLOAT
     return vec4(n, 0.0);
-#elif NORMALS == 5
+#elif NORMAL_FORMAT == NORMAL_FORMAT_CLASSIC
     return vec4(vec3(n.x, n.z, -n.y) * 0.5 + 0.5, 0.0);
 #else
     return vec4(n * 0.5 + 0.5, 0.0);
@@ -124,10 +124,10 @@ vec4 encode_normal(vec3 n)
 
 vec3 decode_normal(vec4 stored)
 {
-#if NORMALS == 5
+#if NORMAL_FORMAT == NORMAL_FORMAT_CLASSIC
     return stored.xyz;
 #else
-#if NORMALS == 4
+#if NORMAL_FORMAT == NORMAL_FORMAT_FLOAT
     vec3 n = stored.xyz;
 #else
     vec3 n = stored.xyz * 2.0 - 1.0;

@@ -1,7 +1,8 @@
-// Provides main of a light's pass, for after arrives. One light a fragment; METHOD 3: all; METHOD 4: those of its cell.
+// Provides main of a light's pass, for after arrives. A fragment is shaded by one light;
+// with LIGHT_METHOD_LOOP by all, with LIGHT_METHOD_CLUSTERED by those of its cell.
 // A pixel out of reach adds 0: discard would cost more.
 #include "include/light_surface.glsl"
-#if METHOD == 4
+#if LIGHT_METHOD == LIGHT_METHOD_CLUSTERED
 #include "include/clusters.glsl"
 #include "include/sums.glsl"
 #endif
@@ -15,15 +16,15 @@ out vec4 o_light;
 
 void main()
 {
-#if HALF
+#if LIGHT_RESOLUTION == LIGHT_RESOLUTION_HALF
     Surface s = read_surface(2 * ivec2(gl_FragCoord.xy));
 #else
     Surface s = read_surface(ivec2(gl_FragCoord.xy));
 #endif
-#if METHOD == 3
+#if LIGHT_METHOD == LIGHT_METHOD_LOOP
     for (int i = 0; i < u_light_count; ++i)
         light_surface(s, fetch_light(i));
-#elif METHOD == 4
+#elif LIGHT_METHOD == LIGHT_METHOD_CLUSTERED
     Cell cell = find_cell(s);
     for (int word = cell.word; word < cell.end; word += 4) {
         uvec4 bits = words_at(cell, word);

@@ -1,6 +1,6 @@
 // Provides light_surface, which adds one light to radiance_sum and light_sum. For after arrives.
 #include "include/shine.glsl"
-#if TAPS
+#if SHADOW_TAPS
 #include "include/shadow.glsl"
 #endif
 #if PARTICLE_SHADOW
@@ -16,14 +16,14 @@ void light_surface(Surface s, Light light)
     float n_dot_l = dot(s.normal, to_light);
     if (n_dot_l <= 0.0)
         return;
-#if TAPS
+#if SHADOW_TAPS
     strength *= shadow(s, to_light, n_dot_l, light.shadow);
 #endif
     STRENGTH arriving = STRENGTH(strength);
 #if PARTICLE_SHADOW
     arriving *= volume_light(particle_shadow_position(place_of(s)), vec3(0.0));
 #endif
-#if HIGHLIGHTS
+#if SPECULAR_MODEL != SPECULAR_MODEL_NONE
     add_light(s, to_light, n_dot_l, arriving, light.color.rgb, light.specular.rgb);
 #else
     add_light(s, to_light, n_dot_l, arriving, light.color.rgb, vec3(0.0));

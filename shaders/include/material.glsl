@@ -65,7 +65,7 @@ Sample sample_material()
 // number. Such a pixel is as good as any other on the near plane: a number, at least.
 vec3 surface_view()
 {
-#if FLOAT64
+#if INTERPOLATION == INTERPOLATION_FLOAT64
     // the way through the pixel is exact, and what is no number is steep
     return view_from_distance(ndc_from_pixel(gl_FragCoord.xy), v_view.y);
 #else
@@ -73,8 +73,8 @@ vec3 surface_view()
 #endif
 }
 
-// Panda3D's sample, NORMALS 5, leaves normals as they are where the back of a surface is seen.
+// Panda3D's sample, NORMAL_FORMAT_CLASSIC, leaves normals as they are where the back of a surface is seen.
 vec3 surface_normal(vec3 view)
 {
-    return unit_normal(v_normal, view, DOUBLE_SIDED != 0 && NORMALS != 5);
+    return unit_normal(v_normal, view, DOUBLE_SIDED != 0 && NORMAL_FORMAT != NORMAL_FORMAT_CLASSIC);
 }

@@ -1,6 +1,6 @@
 // Provides power_of_cosine, and highlight: the share of a light that a shiny surface sends to the eye.
-// HIGHLIGHTS 1: Phong. HIGHLIGHTS 2: Blinn-Phong. All vectors are unit vectors.
-// Float64 twin: firefly_sample/lab/reference/phong.py
+// SPECULAR_MODEL_PHONG or SPECULAR_MODEL_BLINN_PHONG. All vectors are unit vectors.
+// Float64 twin: firefly_sample/lab/reference/shading.py
 
 // cos^m from the cosine and the square of the sine. pow would lose digits where m is large, because only angles
 // near 0 matter then, where a cosine has no digits left: the sine has.
@@ -22,10 +22,10 @@ float power_of_cosine(float c, float sine2, float m)
     return exp(m * logarithm);
 }
 
-#if HIGHLIGHTS
+#if SPECULAR_MODEL != SPECULAR_MODEL_NONE
 float highlight(vec3 n, vec3 to_light, vec3 to_eye, float n_dot_l, float shininess)
 {
-#if HIGHLIGHTS == 1
+#if SPECULAR_MODEL == SPECULAR_MODEL_PHONG
     vec3 from = 2.0 * n_dot_l * n - to_light;  // reflected
     vec3 to = to_eye;
 #else

@@ -1,10 +1,11 @@
 // Provides fullscreen_corner, on_sphere, on_cone: where a vertex of a light's proxy goes.
-// METHOD 0: a sphere, circumscribed so that its flat faces miss nothing. METHOD 1: a cone, its tip at the origin and
-// its base at y = 1, circumscribed likewise. METHOD 2: one full-screen triangle a light. METHOD 3, 4: one for all.
-// HALF: onto a target of every second pixel, so that a fragment's centre lies where its pixel's does.
+// LIGHT_METHOD_SPHERE: a sphere, circumscribed so that its flat faces miss nothing. LIGHT_METHOD_CONE: a cone, its tip at
+// the origin and its base at y = 1, circumscribed likewise. LIGHT_METHOD_FULLSCREEN: one full-screen triangle per light. LOOP and
+// CLUSTERED: one for all.
+// LIGHT_RESOLUTION_HALF: onto a target of every second pixel, so that a fragment's centre lies where its pixel's does.
 #include "include/lens.glsl"
-#ifndef HALF
-#define HALF 0  // looks at the proxies themselves
+#ifndef LIGHT_RESOLUTION
+#define LIGHT_RESOLUTION LIGHT_RESOLUTION_FULL  // looks at the proxies themselves
 #endif
 
 vec4 fullscreen_corner()
@@ -15,7 +16,7 @@ vec4 fullscreen_corner()
 
 vec4 onto_target(vec4 clip)
 {
-#if HALF
+#if LIGHT_RESOLUTION == LIGHT_RESOLUTION_HALF
     // pixel x becomes x/2 + 1/4, on a target of half the pixels rounded up
     vec2 half_size = floor(0.5 * u_size.xy + 0.5);
     clip.xy = clip.xy * (0.5 * u_size.xy / half_size) + clip.w * ((0.5 * u_size.xy + 0.5) / half_size - 1.0);

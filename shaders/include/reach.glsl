@@ -9,7 +9,7 @@ bool in_reach(Surface s, Light light, out vec3 to_light, out float strength)
         return false;
     float d = sqrt(max(d2, 1e-37));  // a light on the surface stays finite; below, float32 holds no digits
     to_light = way * (1.0 / d);  // one division and not three
-#if FALLOFF == 0
+#if FALLOFF == FALLOFF_RAMP_SQUARED
     strength = falloff(d, light.place.w);
 #else
     strength = falloff(d, light.fade);

@@ -1,4 +1,4 @@
-// Provides shadow: the share of a light that reaches a surface, from the atlas of shadow maps. TAPS comparisons: the
+// Provides shadow: the share of a light that reaches a surface, from the atlas of shadow maps. SHADOW_TAPS comparisons: the
 // nearest texel; 2x2 weighted; 4x4 weighted.
 // Each comparison is made at the centre of a texel, with the depth that the surface's plane has there, so that a wide
 // filter needs no more bias than a narrow one: Isidoro, "Shadow Mapping: GPU-based Tips and Techniques", GDC 2006.
@@ -73,13 +73,13 @@ float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
     if (any(lessThan(from, vec2(0.0))) || any(greaterThan(from, vec2(tile.z))))
         return 1.0;  // beyond a sun's shadow distance
 
-#if TAPS == 1
+#if SHADOW_TAPS == 1
     return lit_texel(floor(from), tile, from, depth, slope, nearer);
 #else
     vec2 first = floor(from - 0.5);
     vec2 f = from - 0.5 - first;
     float sum = 0.0;
-#if TAPS == 4
+#if SHADOW_TAPS == 4
     for (int j = 0; j < 2; ++j)
         for (int i = 0; i < 2; ++i) {
             vec2 weight = vec2(i == 0 ? 1.0 - f.x : f.x, j == 0 ? 1.0 - f.y : f.y);

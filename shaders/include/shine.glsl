@@ -1,6 +1,7 @@
 // Provides add_light, which adds what one light does to a surface to radiance_sum and light_sum.
 // What one light adds ends at LARGEST_LIGHT: infinity times an albedo of 0 would be no number.
-// light_sum is what a white surface without highlights would show. HALF keeps highlights apart: radiance is theirs.
+// light_sum is what a white surface without highlights would show. At half the resolution highlights
+// are kept apart: radiance is theirs.
 #include "include/phong.glsl"
 
 #if PARTICLE_SHADOW
@@ -23,10 +24,10 @@ void add_light(Surface s, vec3 to_light, float n_dot_l, STRENGTH strength, vec3 
     diffuse = min(diffuse * strength, LARGEST_LIGHT);
     light_sum += diffuse;
 #if RADIANCE
-#if !HALF
+#if LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL
     radiance_sum += s.albedo * diffuse;
 #endif
-#if HIGHLIGHTS
+#if SPECULAR_MODEL != SPECULAR_MODEL_NONE
     vec3 shine = s.specular.rgb * specular_color
         * highlight(s.normal, to_light, way_to_eye(s), n_dot_l, s.specular.a);
 #if CLAMP_LIGHT

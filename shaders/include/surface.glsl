@@ -1,28 +1,28 @@
 // Provides Surface, read_place and read_surface: what a light needs to know of what is behind a pixel; and way_to_light.
 // PLACED 0 means that nobody asks where it is. POSITION 0: from its distance. POSITION 1: from the depth buffer.
 // POSITION 2: from the depth buffer through the inverse of the view-projection matrix. POSITION 3: as stored.
-// HALF: a fragment stands for every second pixel across and down.
+// LIGHT_RESOLUTION_HALF: a fragment stands for every second pixel across and down.
 #include "include/lens.glsl"
 #include "include/gbuffer.glsl"
 
 uniform sampler2D u_normal;
-#if RADIANCE && !HALF
+#if RADIANCE && LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL
 uniform COLOR_SAMPLER u_albedo;
 #endif
-#if HIGHLIGHTS
+#if SPECULAR_MODEL != SPECULAR_MODEL_NONE
 uniform sampler2D u_specular;
 #endif
 #if PLACED
-#if POSITION == 0
+#if POSITION_METHOD == POSITION_METHOD_DISTANCE
 uniform sampler2D u_distance;
-#elif POSITION == 3
+#elif POSITION_METHOD == POSITION_METHOD_STORED
 uniform sampler2D u_position;
 #else
 uniform sampler2D u_depth;
 #endif
 #endif
 
-#define HAS_PLACE (PLACED && POSITION >= 2)
+#define HAS_PLACE (PLACED && POSITION_METHOD >= POSITION_METHOD_INVERSE_MATRIX)
 
 struct Surface {
     vec2 pixel;
@@ -51,12 +51,12 @@ Surface read_place(ivec2 texel)
     s.ray = (ndc - u_film.xy) * u_film.zw;
     s.y = 1.0;
 #if PLACED
-#if POSITION == 0
+#if POSITION_METHOD == POSITION_METHOD_DISTANCE
     s.y = finite(texelFetch(u_distance, texel, 0).r);
-#elif POSITION == 1
+#elif POSITION_METHOD == POSITION_METHOD_DEPTH
     s.y = finite(distance_from_depth(texelFetch(u_depth, texel, 0).r));
 #else
-#if POSITION == 2
+#if POSITION_METHOD == POSITION_METHOD_INVERSE_MATRIX
     vec3 place = view_from_inverse(ndc, texelFetch(u_depth, texel, 0).r);
 #else
     vec3 place = texelFetch(u_position, texel, 0).xyz;
@@ -72,12 +72,12 @@ Surface read_surface(ivec2 texel)
 {
     Surface s = read_place(texel);
     s.normal = decode_normal(texelFetch(u_normal, texel, 0));
-#if RADIANCE && !HALF
+#if RADIANCE && LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL
     s.albedo = unpack_color(texelFetch(u_albedo, texel, 0));
 #else
     s.albedo = vec3(0.0);
 #endif
-#if HIGHLIGHTS
+#if SPECULAR_MODEL != SPECULAR_MODEL_NONE
     s.specular = decode_specular(texelFetch(u_specular, texel, 0));
 #else
     s.specular = vec4(0.0);

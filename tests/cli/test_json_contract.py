@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from firefly_sample.cli import main
-from firefly_sample.commands.measure_speed import speed_as_text
+from firefly_sample.lab.speed_report import speed_as_text
 from firefly_sample.settings import Settings
 from tests.cli.command import GLADE
 
@@ -83,7 +83,7 @@ def test_measure_speed(capsys):
 
 
 def test_measure_speed_at_several_sizes(capsys):
-    options = ("--sizes", "16x12,8x6", "--lights", "2,3", "--rounds", "1", "--longest", "1e-9")
+    options = ("--sizes", "16x12,8x6", "--counts", "2,3", "--rounds", "1", "--longest", "1e-9")
     result = told(capsys, "measure", "speed", GLADE, *options)
     assert result["size"] == [[16, 12], [8, 6]]
     assert result["rows"] == []
@@ -119,7 +119,9 @@ def test_a_table_of_measured_speed():
         "shaded": 1234567,
         "pairs": 411522,
         "host_ms": 4.0,
+        "plan_ms": 1.5,
         "draw_calls": 15,
+        "bytes_per_pixel": 36.0,
         "slope": None,
         "growth": None,
     }
@@ -136,46 +138,34 @@ def test_a_table_of_measured_speed():
         "left_out": [{"size": [800, 600], "lights": 1000, "method": "loop", "because": "it would take long"}],
     }
     title, head, volumes, loop, chosen, left_out = speed_as_text(result).splitlines()
-    assert title == "forest, 800x600, llvmpipe; milliseconds of a frame and of each pass"
+    assert title == "forest, 800x600, llvmpipe; milliseconds of a frame and its passes"
     assert head.split() == [
-        "METHOD",
-        "LIGHTS",
-        "MS",
-        "SPREAD",
-        "RATIO",
-        "GEOMETRY",
-        "HOST",
-        "CALLS",
-        "SHADED",
-        "PAIRS",
-        "PER",
-        "PAIR",
-        "US",
-        "A",
-        "LIGHT",
-        "GROWTH",
+        *(
+            "LIGHTS",
+            "METHOD",
+            "MS",
+            "SPREAD",
+            "RATIO",
+            "GEOMETRY",
+            "HOST",
+            "MS",
+            "PLAN",
+            "MS",
+            "DRAW",
+            "CALLS",
+        ),
+        *("BYTES/PX", "SHADED", "PAIRS", "SHADED/PAIR", "US/LIGHT", "GROWTH"),
     ]
     assert volumes.split() == [
-        "volumes",
-        "500",
-        "12.35",
-        "0.01",
-        "1.00",
-        "3.00",
-        "4.00",
-        "15",
-        "1,234,567",
-        "411,522",
-        "3.00",
-        "-",
-        "-",
+        *("500", "volumes", "12.35", "0.01", "1.00", "3.00", "4.00", "1.50", "15", "36", "1,234,567"),
+        *("411,522", "3.00", "-", "-"),
     ]
     assert loop.split() == [
-        *("loop", "500", "99.00", "0.01", "8.02", "-", "4.00", "15", "1,234,567", "411,522", "0.50"),
-        *("182.51", "1.00"),
+        *("500", "loop", "99.00", "0.01", "8.02", "-", "4.00", "1.50", "15", "36", "1,234,567"),
+        *("411,522", "0.50", "182.5", "1.00"),
     ]
-    assert chosen == "chosen: volumes; ratios are to its time"
-    assert left_out == "left out: loop with 1,000 at 800x600: it would take long"
+    assert chosen == "ratios are to the time of method volumes"
+    assert left_out == "left out: loop with 1,000 lights at 800x600: it would take long"
     result["size"] = [[800, 600], [16, 12]]
     lines = speed_as_text(result).splitlines()
     assert lines[:4] == [title, head, volumes, loop]

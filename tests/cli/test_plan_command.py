@@ -9,7 +9,7 @@ import pytest
 
 from firefly_sample.cli import main
 from firefly_sample.columns import align
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.report import plan_as_dict, plan_as_dot, plan_as_text
 from firefly_sample.settings import Settings
 from tests.cli.command import GLADE, broken_gl, firefly

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.color import tone_curve
+from firefly_sample.lab.reference.shading import tone_curve
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 from tests.glsl.harness import evaluate
 

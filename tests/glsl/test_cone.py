@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.cone import cone_strength, opening
+from firefly_sample.lab.reference.shading import cone_strength, opening
 from tests.glsl.harness import evaluate
 
 EPS = float(np.finfo(np.float32).eps)
@@ -37,7 +37,7 @@ def test_the_edge_is_where_it_should_be(device, outer, exponent):
     inputs[:, :3] = -to_surface
     low, high = one_minus_cos(inner), one_minus_cos(outer)
     body = f"result.r = cone_strength(a.xyz, {vec4(*axis, high)}, {vec4(1 / (high - low), exponent, 0, 0)});"
-    result = evaluate(device, ["cone"], body, inputs, {"HIGHLIGHTS": 0})[:, 0]
+    result = evaluate(device, ["cone"], body, inputs, {"SPECULAR_MODEL": 0})[:, 0]
     exact_axis = np.array(axis, dtype=np.float32).astype(np.float64)
     opened = opening(inputs[:, :3].astype(np.float64), exact_axis)
     expected = cone_strength(opened, low, high, exponent)
@@ -59,7 +59,7 @@ def test_a_hard_cone_is_one_inside_and_nothing_outside(device, half):
     inputs[:, :3] = -to_surface
     high = one_minus_cos(half)
     body = f"result.r = cone_strength(a.xyz, {vec4(*axis, high)}, vec4(0.0));"
-    result = evaluate(device, ["cone"], body, inputs, {"HIGHLIGHTS": 0})[:, 0]
+    result = evaluate(device, ["cone"], body, inputs, {"SPECULAR_MODEL": 0})[:, 0]
     angle = np.degrees(2 * np.arcsin(np.sqrt(opening(inputs[:, :3].astype(np.float64), axis) / 2)))
     clear = np.abs(angle - half) > 2e-5
     assert np.array_equal(result[clear], (angle[clear] < half).astype(np.float32))

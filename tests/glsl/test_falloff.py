@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.falloff import attenuation, ramp_squared, window
+from firefly_sample.lab.reference.shading import attenuation, ramp_squared, window
 from tests.glsl.harness import evaluate
 
 EPS = float(np.finfo(np.float32).eps)

@@ -3,7 +3,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.gbuffer import (
+from firefly_sample.packing import (
     decode_albedo,
     decode_normal,
     decode_specular,
@@ -13,7 +13,7 @@ from firefly_sample.lab.reference.gbuffer import (
     quantise_snorm16,
 )
 from firefly_sample.plan.targets import NORMAL_FORMATS
-from firefly_sample.plan.variants import NormalPacking
+from firefly_sample.plan.variants import NormalFormat
 from tests.glsl.harness import evaluate
 
 EPS = float(np.finfo(np.float32).eps)
@@ -36,9 +36,11 @@ def angles(a, b):
     return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
 
 
-LINEAR = {"NORMALS": 0, "COLORS": 0}
-ROOT = {"NORMALS": 0, "COLORS": 1}
-SNORM16, UNORM16, UNORM8, SHIFTED, PLAIN, UNDECODED = ({"NORMALS": code, "COLORS": 0} for code in range(6))
+LINEAR = {"NORMAL_FORMAT": 0, "ALBEDO_FORMAT": 0}
+ROOT = {"NORMAL_FORMAT": 0, "ALBEDO_FORMAT": 1}
+SNORM16, UNORM16, UNORM8, SHIFTED, PLAIN, UNDECODED = (
+    {"NORMAL_FORMAT": code, "ALBEDO_FORMAT": 0} for code in range(6)
+)
 
 
 @pytest.mark.parametrize(("packing", "one"), [(SNORM16, 32767), (UNORM16, 65535), (UNORM8, 127)], ids=str)
@@ -48,7 +50,9 @@ def test_decoding_loses_nothing_but_the_last_normalisation(device, packing, one)
     if packing is UNORM16:
         codes = 2 * np.round((codes + one) / 2) - one  # what an unsigned target can hold
     inputs = np.zeros((len(codes), 4), dtype=np.float32)
-    inputs[:, :2] = {0: codes / one, 1: (codes + one) / 2 / one, 2: (codes + one) / 255}[packing["NORMALS"]]
+    inputs[:, :2] = {0: codes / one, 1: (codes + one) / 2 / one, 2: (codes + one) / 255}[
+        packing["NORMAL_FORMAT"]
+    ]
     result = evaluate(device, ["gbuffer"], "result.rgb = decode_normal(a);", inputs, packing)
     result = result[:, :3].astype(np.float64)
     lengths = np.linalg.norm(result, axis=1, keepdims=True)
@@ -93,7 +97,7 @@ def test_normals_come_back_through_their_format_as_the_table_says(device, name):
     inputs = np.zeros((len(v), 4), dtype=np.float32)
     inputs[:, :3] = v
     target, packing = NORMAL_FORMATS[name]
-    code = {"NORMALS": get_args(NormalPacking).index(packing), "COLORS": 0}
+    code = {"NORMAL_FORMAT": get_args(NormalFormat).index(packing), "ALBEDO_FORMAT": 0}
     stored = evaluate(device, ["gbuffer"], "result = encode_normal(a.xyz);", inputs, code, target=target)
     body = "result.rgb = decode_normal(a);"
     back = evaluate(device, ["gbuffer"], body, stored, code)[:, :3].astype(np.float64)

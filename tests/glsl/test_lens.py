@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.gpu.blocks import view_values
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from tests.glsl.harness import evaluate
 
 EPS = float(np.finfo(np.float32).eps)

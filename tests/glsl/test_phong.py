@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.phong import highlight, power_of_cosine
+from firefly_sample.lab.reference.shading import highlight, power_of_cosine
 from tests.glsl.harness import evaluate
 
 EPS = float(np.finfo(np.float32).eps)
@@ -22,7 +22,7 @@ def test_a_power_keeps_its_digits_at_every_exponent(device, m):
         np.float32
     )
     result = evaluate(
-        device, ["phong"], "result.r = power_of_cosine(a.x, a.y, a.z);", inputs, {"HIGHLIGHTS": 0}
+        device, ["phong"], "result.r = power_of_cosine(a.x, a.y, a.z);", inputs, {"SPECULAR_MODEL": 0}
     )[:, 0]
     sine2 = inputs[:, 1].astype(np.float64)
     exact = np.where(
@@ -76,7 +76,7 @@ def test_highlights_match_their_twin(device, number, model, m):
     inputs = np.concatenate([to_light, to_eye[:, :1]], axis=1).astype(np.float32)
     others = np.concatenate([to_eye[:, 1:], np.zeros((n, 2))], axis=1).astype(np.float32)
     body = f"result.r = highlight(vec3(0, 0, 1), a.xyz, vec3(a.w, b.xy), a.z, {m!r});"
-    result = evaluate(device, ["phong"], body, inputs, {"HIGHLIGHTS": number}, more=others)[:, 0]
+    result = evaluate(device, ["phong"], body, inputs, {"SPECULAR_MODEL": number}, more=others)[:, 0]
     light, eye = (
         inputs[:, :3].astype(np.float64),
         np.concatenate([inputs[:, 3:], others[:, :2]], 1).astype(float),

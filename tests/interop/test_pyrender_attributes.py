@@ -17,9 +17,9 @@ import pytest
 from firefly_sample.interop.pyrender_bridge import from_pyrender
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import Light
+from firefly_sample.scene.lights import Spotlight
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
-from firefly_sample.scene.spotlight import Spotlight
 from tests.interop.blocks import matt, triangle
 
 SIZE = (64, 48)

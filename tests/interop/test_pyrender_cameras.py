@@ -15,12 +15,10 @@ from hypothesis.extra.numpy import arrays
 from firefly_sample.errors import LensError
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.view import camera_matrices
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.scene import Camera, Scene
 from firefly_sample.scene.transforms import Float64
 from tests.interop.blocks import ANGLES, SCALE, VECTOR, U, log_floats, there_and_back
@@ -252,7 +250,7 @@ def test_orthographic_views_that_are_moved_see_the_same(offset, near, span, pos,
     back = there_and_back(scene)
 
     def seen(of: Scene) -> Float64:
-        world_to_view = np.linalg.inv(net_matrix(of.camera))
+        world_to_view = np.linalg.inv(of.camera.get_net_mat())
         k = of.lens.constants()
         view = points @ world_to_view[:3, :3] + world_to_view[3, :3]
         return np.stack([k.a * view[:, 0] + k.x_offset, k.c * view[:, 2] + k.z_offset, view[:, 1]], axis=1)

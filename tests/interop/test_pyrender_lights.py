@@ -15,11 +15,16 @@ from firefly_sample.errors import LightError
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import (
+    SMALLEST_CONE,
+    AmbientLight,
+    DirectionalLight,
+    PointLight,
+    PointLights,
+    Spotlight,
+)
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import SMALLEST_CONE, Spotlight
 from firefly_sample.scene.transforms import Float64
 from tests.interop.blocks import (
     ANGLES,
@@ -187,7 +192,7 @@ def places(draw) -> tuple[Scene, NodePath]:
 
 
 def direction_of(path: NodePath, own=(0.0, 1.0, 0.0)) -> Float64:
-    direction = np.asarray(own) @ net_matrix(path)[:3, :3]
+    direction = np.asarray(own) @ path.get_net_mat()[:3, :3]
     return direction / np.linalg.norm(direction)
 
 
@@ -203,7 +208,7 @@ def test_point_lights_come_back(place, color, reach, pos):
     path.set_pos(pos)
     back = there_and_back(scene).root.find("**/lamp")
     assert type(back.node()) is PointLight
-    np.testing.assert_array_equal(net_matrix(back), net_matrix(path))
+    np.testing.assert_array_equal(back.get_net_mat(), path.get_net_mat())
     assert_same_color(color, back.node().get_color())
     assert back.node().get_attenuation() == (0, 0, 1)
     assert back.node().get_max_distance() == reach
@@ -219,7 +224,7 @@ def test_many_lights_of_a_node_come_back_as_nodes(place, positions, colors):
     assert [path.get_name() for path in back.get_children()] == [f"lamps[{index}]" for index in range(6)]
     for path, position, color in zip(back.get_children(), positions, colors, strict=True):
         np.testing.assert_array_equal(path.get_pos(), position)
-        np.testing.assert_array_equal(net_matrix(back), net_matrix(arm))
+        np.testing.assert_array_equal(back.get_net_mat(), arm.get_net_mat())
         assert_same_color(color, path.node().get_color())
         assert path.node().get_max_distance() == 7.0
 
@@ -236,7 +241,7 @@ def test_spotlights_come_back(place, color, outer, share):
     path = arm.attach_new_node(light)
     back = there_and_back(scene).root.find_all_matches("**/spot")[-1]
     assert type(back.node()) is Spotlight
-    np.testing.assert_allclose(net_matrix(back)[3], net_matrix(path)[3], rtol=1e-14)
+    np.testing.assert_allclose(back.get_net_mat()[3], path.get_net_mat()[3], rtol=1e-14)
     np.testing.assert_allclose(direction_of(back), direction_of(path), atol=1e-14)
     np.testing.assert_allclose(back.node().get_cone(), light.get_cone(), rtol=4 * U, atol=1e-300)
     assert_same_color(color, back.node().get_color())

@@ -14,13 +14,12 @@ from firefly_sample.interop import pyrender_meshes
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from tests.interop.blocks import ball_of, fading, matt, scene_with, triangle
 from tests.scenes import geom_node
 

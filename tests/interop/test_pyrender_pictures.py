@@ -20,12 +20,10 @@ from firefly_sample.interop import pyrender_writer
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.interop.pyrender_meshes import MeshWriter
-from firefly_sample.scene import axes
+from firefly_sample.scene import transforms
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight
-from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, Spotlight
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
@@ -194,7 +192,7 @@ def draw_windings_as_they_are(monkeypatch):
 
 
 def forget_to_transpose(monkeypatch):
-    right = axes.matrix_to_gltf
+    right = transforms.matrix_to_gltf
 
     def wrong(matrix):
         turned = right(matrix)
@@ -205,7 +203,7 @@ def forget_to_transpose(monkeypatch):
 
 
 def turn_axes(turn):
-    return lambda monkeypatch: monkeypatch.setattr(axes, "_FROM_GLTF", turn(axes._FROM_GLTF))
+    return lambda monkeypatch: monkeypatch.setattr(transforms, "_FROM_GLTF", turn(transforms._FROM_GLTF))
 
 
 @pytest.mark.parametrize(

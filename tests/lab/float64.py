@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firefly_sample.lab.reference.frame import reference_settings
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 

@@ -8,10 +8,9 @@ import pytest
 
 from firefly_sample.cli import main
 from firefly_sample.errors import SettingsError
-from firefly_sample.lab import candidates, choose
-from firefly_sample.lab.bench import Bench
-from firefly_sample.lab.candidates import MARGIN
-from firefly_sample.lab.search import Measured, Option, options_of, predictions
+from firefly_sample.lab import choose, search
+from firefly_sample.lab.search import MARGIN, Measured, Option, options_of, predictions
+from firefly_sample.lab.trade_bench import TradeBench
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scenes import build_scene, find_scene
@@ -37,8 +36,8 @@ FIXED_WORDS = [word for name, value in FIXED.items() for word in (f"--{name.repl
 def briefly(monkeypatch):
     """Time as few pairs of frames as may be: these tests are of errors, whatever the times are."""
     for name in ("SECONDS_ALONE", "SECONDS_TOGETHER"):
-        monkeypatch.setattr(candidates, name, 0.0)
-    monkeypatch.setattr(Bench, "time_of", partialmethod(Bench.time_of, least=1))
+        monkeypatch.setattr(search, name, 0.0)
+    monkeypatch.setattr(TradeBench, "time_of", partialmethod(TradeBench.time_of, least=1))
 
 
 # --- The search ---
@@ -87,13 +86,13 @@ def test_what_is_chosen_holds_its_bound_on_frames_it_was_not_chosen_on(bound):
     scene = build_scene(find_scene(GLADE))
     with make_renderer((64, 48)) as renderer:
         for time in (2.0, 5.0, 11.0):
-            assert Bench(renderer, scene, time, Settings()).draw(choice.settings).errors.largest <= bound
+            assert TradeBench(renderer, scene, time, Settings()).draw(choice.settings).errors.largest <= bound
 
 
 def test_an_impossible_bound_says_the_best_that_can_be_had():
     with pytest.raises(
         SettingsError,
-        match=r"^no settings come within max_error 1e-12 on this scene, where position, .* stay: the best",
+        match=r"^no settings meet max_error 1e-12 on this scene with position, .* fixed: the best",
     ):
         choose(GLADE, max_error=1e-12, **FEW)
 
@@ -147,7 +146,7 @@ def shadowed():
 
 
 def test_where_shadow_maps_err_most_the_best_that_can_be_had_has_finer_ones():
-    with pytest.raises(SettingsError, match=r"the best is an error of .*, with .*shadow_resolution=4096"):
+    with pytest.raises(SettingsError, match=r"the best have an error of .*, with .*shadow_resolution=4096"):
         choose(
             shadowed(), max_error=0.05, size=(96, 72), times=(0.0,), given={**FIXED, "normals": "oct16"}
         )  # a hard edge between two pixels
@@ -244,7 +243,7 @@ def test_a_bound_that_cannot_be_met_is_one_line(tmp_path, capsys):
     ]
     assert main(words) == 1
     err = capsys.readouterr().err.splitlines()
-    assert next(line for line in err if "CPU" not in line).startswith("firefly: no settings come within")
+    assert next(line for line in err if "CPU" not in line).startswith("firefly: no settings meet")
     assert not (tmp_path / "new").exists()
 
 

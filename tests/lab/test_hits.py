@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import OutputError
-from firefly_sample.lab.reference.rays import pixel_rays
+from firefly_sample.lab.reference.rays import FARTHEST_OUT, RayCorners, intersect, pixel_rays
 from firefly_sample.lab.reference.surfaces import see_surfaces
-from firefly_sample.lab.reference.triangles import FARTHEST_OUT, Beside, meet
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from tests.lab.float64 import covering, plan_of
@@ -108,7 +106,7 @@ def test_a_plane_is_followed_only_a_little_way_out_of_its_triangle():
     corners = np.array([[(0.0, 5.0, 0.0), (1.0, 5.0, 0.0), (0.0, 5.0, 1.0)]] * 3)
     across = np.array([0.2, -0.5 * FARTHEST_OUT, -2.0 * FARTHEST_OUT])
     rays = np.stack([across, np.zeros(3), np.full(3, 0.25)], axis=1)
-    met = meet(Beside.of(corners, rays, np.tile([0.0, 1.0, 0.0], (3, 1))))
+    met = intersect(RayCorners.of(corners, rays, np.tile([0.0, 1.0, 0.0], (3, 1))))
     assert met.inside.tolist() == [True, False, False]
     assert met.on_ray.tolist() == [True, True, False]
     assert met.shares[:, 1] == pytest.approx([0.2, -0.5 * FARTHEST_OUT, 0.0], abs=1e-15)
@@ -124,7 +122,7 @@ def test_triangles_with_a_common_edge_agree_on_which_side_a_ray_is():
     direction = a + share * (b - a)  # towards the edge, as well as it can be rounded
     direction = direction / direction[:, 1:2]
     sides = [
-        Beside.of(np.stack(corners, axis=1), np.zeros(3), direction).areas()[:, 2]
+        RayCorners.of(np.stack(corners, axis=1), np.zeros(3), direction).areas()[:, 2]
         for corners in ((a, b, c), (b, a, d))
     ]
     assert (sides[0] == -sides[1]).all()

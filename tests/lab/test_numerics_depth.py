@@ -7,9 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from firefly_sample.lab import (
-    numerics_depth,
-)
+from firefly_sample.lab import numerics_depth
 from firefly_sample.lab.numerics_table import EPS
 from firefly_sample.scene.lens import PerspectiveLens
 from tests.lab.bounds import holds_its_bounds

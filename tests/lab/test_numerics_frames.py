@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firefly_sample.lab import (
-    numerics_frames,
-)
+from firefly_sample.lab import numerics_frames
 from firefly_sample.lab.numerics_cost import PAIRS, cost
 from firefly_sample.lab.numerics_rates import rates
 from tests.conftest import make_renderer

@@ -43,9 +43,9 @@ def test_normals_of_any_length_have_an_angle(device):
     assert degrees_between(a, b) == pytest.approx(np.degrees(angle), rel=1e-9)
     # the axes are exact on the octahedron
     axes = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
-    assert (stored_normals(device, axes, "plain", "rgba32f") == axes).all()
+    assert (stored_normals(device, axes, "float", "rgba32f") == axes).all()
     if device.capabilities.snorm_targets:
-        assert (stored_normals(device, axes, "snorm16", "rg16_snorm") == axes).all()
+        assert (stored_normals(device, axes, "oct16", "rg16_snorm") == axes).all()
 
 
 def test_albedo(device):

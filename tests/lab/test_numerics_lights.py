@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firefly_sample.lab import (
-    numerics_lights,
-)
+from firefly_sample.lab import numerics_lights
 from firefly_sample.lab.numerics_reach import exact_reach, reach
 from firefly_sample.lab.probes.probe import accumulate
 from tests.lab.bounds import holds_its_bounds

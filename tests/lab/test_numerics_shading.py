@@ -6,14 +6,9 @@ import math
 
 import pytest
 
-from firefly_sample.lab import (
-    numerics_angles,
-    numerics_shading,
-)
+from firefly_sample.lab import numerics_angles, numerics_shading
 from firefly_sample.lab.numerics_filtering import filtering
-from firefly_sample.lab.numerics_gbuffer import (
-    normal_bounds,
-)
+from firefly_sample.lab.numerics_gbuffer import normal_bounds
 from firefly_sample.lab.numerics_table import EPS
 from tests.lab.bounds import holds_its_bounds
 

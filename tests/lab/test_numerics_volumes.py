@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_cube, circumscribed_icosphere
-from firefly_sample.lab import (
-    numerics_volumes,
-)
+from firefly_sample.lab import numerics_volumes
 from firefly_sample.lab.numerics_proxies import proxies
 
 

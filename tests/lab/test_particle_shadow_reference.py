@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.lab.reference.particle_shadow import exact_taken
+from firefly_sample.scene.lights import Spotlight
 from firefly_sample.scene.particles import ParticleNode
-from firefly_sample.scene.spotlight import Spotlight
 from tests.clouds import ball_of, cloud_scene, puff, volume_of
 
 

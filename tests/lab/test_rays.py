@@ -7,9 +7,8 @@ import pytest
 
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.lab.reference.raycast import cast_visibility
-from firefly_sample.plan.build import build_plan
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.pipeline import build_plan
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scenes import build_scene, find_scene

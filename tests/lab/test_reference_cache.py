@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import firefly_sample.lab.reference_cache as module
+import firefly_sample.lab.reference.cache as module
 from firefly_sample.errors import SettingsError
+from firefly_sample.lab.reference.cache import cache_folder, reference_frame
 from firefly_sample.lab.reference.frame import render_reference
-from firefly_sample.lab.reference_cache import cache_folder, reference_frame
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer

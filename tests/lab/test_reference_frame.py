@@ -5,15 +5,15 @@ import pytest
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.frame import reference_settings, render_reference
-from firefly_sample.lab.reference.phong import highlight
+from firefly_sample.lab.reference.particles import add_sprites
 from firefly_sample.lab.reference.raycast import cast_visibility
 from firefly_sample.lab.reference.shade import each_light, shade_lights
-from firefly_sample.lab.reference.sprites import add_sprites
+from firefly_sample.lab.reference.shading import highlight
 from firefly_sample.lab.reference.surfaces import see_surfaces
-from firefly_sample.plan.build import build_plan
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.pipeline import build_plan
+from firefly_sample.scene.lens import OrthographicLens
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.lab.float64 import draw, edges, plan_of
 from tests.lit_scenes import KINDS, lit_scene
@@ -149,13 +149,13 @@ def test_numbers_are_the_same_with_any_number_of_threads():
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_lights_are_summed_as_the_formula_says(kind, model, clamp):
     """Tiles, boxes, and what is left out because it is 0, change nothing but the last digits."""
-    plan = plan_of(lit_scene((kind,), "everything"), (40, 30), specular=model, clamp_light=clamp)
+    plan = plan_of(lit_scene((kind,), "everything"), (40, 30), specular_model=model, clamp_light=clamp)
     surfaces = see_surfaces(plan, cast_visibility(plan))
     g = surfaces.gbuffer
     radiance, _ = shade_lights(g, plan.lights, plan.settings)
     expected = np.zeros_like(radiance)
     for one in each_light(plan.lights):
-        to_light, distance = one.ways(np.nan_to_num(g.position).reshape(-1, 3))
+        to_light, distance = one.directions(np.nan_to_num(g.position).reshape(-1, 3))
         strength = one.strength(to_light.T, distance, plan.settings)
         n_dot_l = np.einsum("ij,ij->i", g.normal.reshape(-1, 3), to_light)
         reached = surfaces.covered.reshape(-1) & (n_dot_l > 0) & (distance < one.lights.reaches[one.row])

@@ -5,7 +5,7 @@ import pytest
 
 from firefly_sample.lab.reference.raycast import cast_visibility
 from firefly_sample.lab.reference.shade import each_light
-from firefly_sample.lab.reference.shadow_rays import CONTACT, ShadowRays
+from firefly_sample.lab.reference.shadow import CONTACT, ShadowRays
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Material, Texture

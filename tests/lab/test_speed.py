@@ -12,7 +12,7 @@ from firefly_sample.cli import main
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import Frame
 from firefly_sample.lab.speed import measure_speed
-from firefly_sample.lab.speed_methods import METHODS
+from firefly_sample.lab.speed_sweep import METHODS
 from firefly_sample.renderer import Renderer
 from firefly_sample.settings import Settings
 from tests.lab.walls import DISTANCE, NAME, PIXELS, SIZE, measure, places
@@ -145,7 +145,7 @@ def test_options_of_the_methods_own_settings_are_left_out(capsys):
 def test_a_parameter_has_the_same_option_as_elsewhere(capsys):
     for command in (("capture",), ("measure", "speed")):
         assert main([*command, "tests.cli.glade:crowded", "--help"]) == 0
-        assert "--scene-lights" in capsys.readouterr().out
+        assert "--scene-size" in capsys.readouterr().out
 
 
 def test_device_and_required_gpu(capsys, device):

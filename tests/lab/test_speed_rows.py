@@ -6,10 +6,17 @@ import pytest
 from PIL import Image
 
 from firefly_sample.errors import SceneError
-from firefly_sample.lab.speed_limit import LeftOut, predict
-from firefly_sample.lab.speed_methods import METHODS
-from firefly_sample.lab.speed_report import DPI, figure_inches, growth_figure, speed_as_markdown
-from firefly_sample.lab.speed_rows import Draw, Draws, make_row, with_slopes
+from firefly_sample.lab.speed_report import (
+    DPI,
+    Draw,
+    Draws,
+    figure_inches,
+    growth_figure,
+    make_row,
+    speed_as_markdown,
+    with_slopes,
+)
+from firefly_sample.lab.speed_sweep import METHODS, LeftOut, predict
 from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scenes import find_scene
 from firefly_sample.scenes.plugin import Plugin, lights_parameter
@@ -128,10 +135,11 @@ def test_the_report_has_a_table_a_size_and_what_is_missing():
     lines = [line for line in one.splitlines() if line.startswith("|")]
     assert len({line.count("|") for line in lines}) == 1
     assert len(lines) == 2 + 7
-    assert "- loop with 1,000 at 8x6: slow" in one
+    assert "- loop with 1,000 lights at 8x6: slow" in one
     row = next(line for line in lines if line.startswith("| 1,000 | volumes |"))
     assert [cell.strip() for cell in row.strip("|").split("|")] == [
-        *("1,000", "volumes", "16.80", "0.05", "", "4.20", "1.68", "4", "36", "3,000", "1.50", "10.5", "1.00")
+        *("1,000", "volumes", "16.80", "0.05", "-", "4.20", "1.68", "4", "36", "3,000", "2,000", "1.50"),
+        *("10.5", "1.00"),
     ]
 
 

@@ -12,15 +12,14 @@ from firefly_sample.cli import main
 from firefly_sample.errors import OutputError, ParameterError, SceneError, SettingsError
 from firefly_sample.frame import Frame
 from firefly_sample.lab.speed import measure_speed
-from firefly_sample.lab.speed_methods import METHODS
 from firefly_sample.lab.speed_report import figure_inches, speed_as_markdown
-from firefly_sample.lab.speed_steps import LIGHTS
+from firefly_sample.lab.speed_sweep import COUNTS, METHODS
 from firefly_sample.renderer import Renderer
 from tests.lab.walls import COUNTED, SIZE, counted, measure
 
 
 def sweep(**options):
-    return measure_speed(COUNTED, **{"sizes": [SIZE], "rounds": 1, "lights": (4, 1, 16, 4), **options})
+    return measure_speed(COUNTED, **{"sizes": [SIZE], "rounds": 1, "counts": (4, 1, 16, 4), **options})
 
 
 def test_each_size_and_count_is_drawn_by_every_method_fewest_lights_first():
@@ -46,7 +45,7 @@ def test_each_size_and_count_is_drawn_by_every_method_fewest_lights_first():
 
 
 def test_rows_say_what_a_frame_costs_beside_its_passes():
-    result = sweep(lights=(2, 9), methods=("volumes", "loop"))
+    result = sweep(counts=(2, 9), methods=("volumes", "loop"))
     assert len(result["rows"]) == 4
     for row in result["rows"]:
         assert row["ms"] == pytest.approx(sum(row["passes"].values()))  # of one round
@@ -61,7 +60,7 @@ def test_rows_say_what_a_frame_costs_beside_its_passes():
 
 def test_what_is_measured_is_a_frame_after_another():
     counted.times.clear()
-    sweep(lights=(3,), methods=("volumes",), rounds=2, time=7.0)
+    sweep(counts=(3,), methods=("volumes",), rounds=2, time=7.0)
     draws = 3
     assert counted.times[0::2] == pytest.approx([7.0 + 1 / 24] * draws)
     assert counted.times[1::2] == [7.0] * draws
@@ -75,7 +74,7 @@ def test_fragments_are_counted_and_read_back_in_the_first_round_alone(monkeypatc
         return draw(self, plan, read)
 
     monkeypatch.setattr(Renderer, "draw", watched)
-    sweep(lights=(3,), rounds=2)
+    sweep(counts=(3,), rounds=2)
     assert counting == [True] * len(METHODS) + [False] * 2 * len(METHODS)
 
 
@@ -83,7 +82,7 @@ def test_a_new_method_is_an_entry(monkeypatch):
     """Clusters count what their lists hold, also where they were chosen by the frame."""
     monkeypatch.setitem(METHODS, "clustered", {"light_method": "clustered"})
     monkeypatch.setitem(METHODS, "auto", {"light_method": "auto"})
-    rows = {row["method"]: row for row in sweep(lights=(40,))["rows"]}
+    rows = {row["method"]: row for row in sweep(counts=(40,))["rows"]}
     assert len(rows) == 6
     assert len({row["pairs"] for row in rows.values()}) == 1
     assert rows["clustered"]["pairs"] <= rows["clustered"]["shaded"] < rows["fullscreen"]["shaded"]
@@ -91,7 +90,7 @@ def test_a_new_method_is_an_entry(monkeypatch):
 
 
 def test_ratios_are_to_the_first_method_where_the_chosen_is_not_measured():
-    result = sweep(lights=(5,), methods=("loop", "fullscreen", "loop"))
+    result = sweep(counts=(5,), methods=("loop", "fullscreen", "loop"))
     assert [row["method"] for row in result["rows"]] == ["loop", "fullscreen"]
     assert (result["chosen"], result["rows"][0]["ratio"]) == ("loop", 1.0)
 
@@ -99,9 +98,9 @@ def test_ratios_are_to_the_first_method_where_the_chosen_is_not_measured():
 def test_a_scene_has_the_lights_that_its_parameter_says_or_as_many_as_it_may():
     given = measure_speed(COUNTED, parameters={"lamps": 7}, sizes=[SIZE], rounds=1, methods=["volumes"])
     assert [row["lights"] for row in given["rows"]] == [8]
-    swept = sweep(lights=None, methods=["volumes"])
-    assert [row["lights"] for row in swept["rows"]] == [count + 1 for count in LIGHTS if count <= 40]
-    none = sweep(lights=(0, 2), methods=["volumes"])
+    swept = sweep(counts=None, methods=["volumes"])
+    assert [row["lights"] for row in swept["rows"]] == [count + 1 for count in COUNTS if count <= 40]
+    none = sweep(counts=(0, 2), methods=["volumes"])
     assert [(row["lights"], row["pairs"] > 0) for row in none["rows"]] == [(1, False), (3, True)]
 
 
@@ -123,7 +122,7 @@ def test_what_would_take_too_long_is_left_out_and_said_to_be(monkeypatch):
     slow(monkeypatch, lambda size, lights, method: lights if method == "fullscreen" else 1.0)
     calls = []
     result = sweep(
-        lights=(4, 8, 16, 32), sizes=[SIZE, (32, 24)], longest=10.0, progress=lambda *call: calls.append(call)
+        counts=(4, 8, 16, 32), sizes=[SIZE, (32, 24)], longest=10.0, progress=lambda *call: calls.append(call)
     )
     drawn = {(*row["size"], row["lights"] - 1) for row in result["rows"] if row["method"] == "fullscreen"}
     # it is no quicker at more pixels; fewer are another matter, and foreseen again
@@ -141,7 +140,7 @@ def test_what_would_take_too_long_is_left_out_and_said_to_be(monkeypatch):
 
 def test_what_took_too_long_is_left_out_also_at_more_pixels(monkeypatch):
     slow(monkeypatch, lambda size, lights, method: 6.0 if method == "volumes" and lights > 2 else 1.0)
-    result = sweep(lights=(1, 3, 5), sizes=[(32, 24), SIZE])
+    result = sweep(counts=(1, 3, 5), sizes=[(32, 24), SIZE])
     rows = {(*row["size"], row["lights"] - 1, row["method"]): row for row in result["rows"]}
     assert {key for key in rows if key[3] == "volumes"} == {(32, 24, 1, "volumes"), (64, 48, 1, "volumes")}
     assert rows[32, 24, 3, "loop"]["ratio"] is None
@@ -160,7 +159,7 @@ def test_what_is_foreseen_goes_by_the_quickest_frames(monkeypatch):
     """One frame in three is quick: a line through the medians would say 20 s."""
     turns = itertools.cycle([1.0, 1.0, 4.0, 4.0])
     slow(monkeypatch, lambda size, lights, method: next(turns) * (2.0 if lights > 1 else 1.0) / 8.0)
-    result = sweep(lights=(1, 2, 40), rounds=3, methods=("volumes",), longest=6.0)
+    result = sweep(counts=(1, 2, 40), rounds=3, methods=("volumes",), longest=6.0)
     assert [row["ms"] for row in result["rows"]] == [500.0, 1000.0, 1000.0]
     assert [left["lights"] for left in result["left_out"]] == []
 
@@ -168,14 +167,14 @@ def test_what_is_foreseen_goes_by_the_quickest_frames(monkeypatch):
 def test_a_first_frame_may_take_long_since_it_compiles(monkeypatch):
     turns = itertools.chain([9.0], itertools.repeat(1.0))
     slow(monkeypatch, lambda size, lights, method: next(turns))
-    result = sweep(lights=(3,))
+    result = sweep(counts=(3,))
     assert len(result["rows"]) == len(METHODS)
     assert all(row["ms"] == 1000.0 for row in result["rows"])
 
 
 def test_files_are_left_in_a_folder(tmp_path, capsys):
     folder = tmp_path / "new" / "speed"
-    options = ["--lights", "2,8", "--sizes", "32x24,16x12", "--methods", "volumes,loop", "--rounds", "1"]
+    options = ["--counts", "2,8", "--sizes", "32x24,16x12", "--methods", "volumes,loop", "--rounds", "1"]
     assert main(["measure", "speed", COUNTED, *options, "-o", str(folder), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert {path.name for path in folder.iterdir()} == {"speed.json", "speed.md", "growth.png"}
@@ -198,7 +197,7 @@ def test_an_interrupted_sweep_leaves_what_was_measured(tmp_path, monkeypatch):
 
     slow(monkeypatch, stop)
     with pytest.raises(KeyboardInterrupt):
-        sweep(folder=tmp_path, lights=(2, 9))
+        sweep(folder=tmp_path, counts=(2, 9))
     rows = json.loads((tmp_path / "speed.json").read_text())["rows"]
     assert [row["lights"] for row in rows] == [3] * len(METHODS)
 
@@ -210,22 +209,24 @@ def test_bad_input_is_told_before_anything_is_drawn(monkeypatch):
     monkeypatch.setattr(Renderer, "draw", never)
     with pytest.raises(SettingsError, match=r"no method 'volume' \(did you mean 'volumes'\?\): choose"):
         sweep(methods=("loop", "volume"))
-    with pytest.raises(SettingsError, match="no methods were asked for: choose from volumes, original"):
+    with pytest.raises(SettingsError, match="the list of methods is empty: choose from volumes, original"):
         sweep(methods=())
     with pytest.raises(ParameterError, match="scene 'counted': lamps must be between 0 and 40, got 41"):
-        sweep(lights=(1, 41))
-    with pytest.raises(SceneError, match="no counts of lights were given: give at least one"):
-        sweep(lights=())
-    with pytest.raises(SceneError, match="lamps and the lights to measure say the same: give one of them"):
+        sweep(counts=(1, 41))
+    with pytest.raises(SceneError, match="the list of counts of lights is empty: give at least one"):
+        sweep(counts=())
+    with pytest.raises(SceneError, match="'lamps' and 'counts' both set the number of lights: give one of"):
         sweep(parameters={"lamps": 4})
-    with pytest.raises(SceneError, match="'walled' has no parameter for how many lights it has: leave the"):
-        measure(lights=(1, 2))
+    with pytest.raises(
+        SceneError, match="'walled' has no parameter for its number of lights: leave 'counts'"
+    ):
+        measure(counts=(1, 2))
     with pytest.raises(OutputError, match="size must be two whole numbers of pixels"):
         sweep(sizes=[SIZE, (0, 4)])
     with pytest.raises(SceneError, match=r"nothing to measure: .* one size"):
         sweep(sizes=())
     for longest in (0.0, float("nan")):
-        with pytest.raises(SettingsError, match="longest frame must be a number of seconds above 0"):
+        with pytest.raises(SettingsError, match="longest must be a number of seconds above 0"):
             sweep(longest=longest)
 
 
@@ -233,7 +234,7 @@ def test_bad_input_is_told_before_anything_is_drawn(monkeypatch):
     ("option", "value", "message"),
     [
         ("--sizes", "640x360,big", "a size is WIDTHxHEIGHT in pixels, for example 800x600, got 'big'"),
-        ("--lights", "1,many", "it must be a whole number, got 'many'"),
+        ("--counts", "1,many", "it must be a whole number, got 'many'"),
         ("--rounds", "1.5", "it must be a whole number, got '1.5'"),
     ],
 )
@@ -245,7 +246,7 @@ def test_what_cannot_be_understood_is_named(capsys, option, value, message):
 
 
 def test_one_size_may_be_called_a_size_and_a_scenes_own_parameter_is_not(capsys):
-    words = ["measure", "speed", COUNTED, "--lights", "1", "--rounds", "1", "--json"]
+    words = ["measure", "speed", COUNTED, "--counts", "1", "--rounds", "1", "--json"]
     assert main([*words, "--size", "16x12"]) == 0
     assert json.loads(capsys.readouterr().out)["size"] == [16, 12]
     assert main(["measure", "speed", "tests.cli.glade:crowded", "--help"]) == 0

@@ -6,7 +6,7 @@ import pytest
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.lab.reference.texture import Sampler, level_of_detail
 from firefly_sample.mipmaps import texture_levels
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.srgb import srgb_to_linear
 from tests.lab.float64 import draw, edges, plan_of

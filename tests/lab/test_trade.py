@@ -10,8 +10,8 @@ from PIL import Image
 
 from firefly_sample.cli import main
 from firefly_sample.errors import MissingPackageError, SettingsError
-from firefly_sample.lab.bench import Bench
 from firefly_sample.lab.trade import measure_trade
+from firefly_sample.lab.trade_bench import TradeBench
 from firefly_sample.lab.trade_report import (
     AMPLIFY,
     difference_picture,
@@ -20,7 +20,7 @@ from firefly_sample.lab.trade_report import (
     trade_as_markdown,
 )
 from firefly_sample.lab.variations import COMBINATIONS, variations
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.settings import PRESETS, Settings
 from tests.cli.command import GLADE
@@ -39,7 +39,7 @@ DARK = {**SMALL, "size": (32, 24), "parameters": {"fireflies": 0}}
 def briefly():
     """Time as few pairs of frames as may be: nothing here asks how long they took."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Bench, "time_of", partialmethod(Bench.time_of, least=1))
+        patch.setattr(TradeBench, "time_of", partialmethod(TradeBench.time_of, least=1))
         yield
 
 
@@ -154,7 +154,7 @@ def test_an_interrupted_measurement_goes_on_and_another_one_begins_anew(tmp_path
 def test_what_is_missing_is_told_before_anything_is_measured(tmp_path, monkeypatch):
     for module in ("embreex", "flip_evaluator", "matplotlib"):
         monkeypatch.setattr(
-            "firefly_sample.lab.errors.find_spec",
+            "firefly_sample.lab.measuring.find_spec",
             lambda name, gone=module: None if name == gone else name,
         )
         with pytest.raises(MissingPackageError, match=r"-m pip install .*embreex"):
@@ -296,7 +296,7 @@ def test_a_plot_of_one_row_is_drawn():
 
 def test_a_bench_times_pairs_and_leaves_the_renderer_usable():
     with make_renderer((32, 24)) as renderer:
-        bench = Bench(renderer, ball_scene(5), 0.0, Settings())
+        bench = TradeBench(renderer, ball_scene(5), 0.0, Settings())
         timing = bench.time_of(Settings(light_method="loop"), seconds=0.0, least=4)
         assert timing.pairs == 4
         assert timing.milliseconds > 0

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import SettingsError
-from firefly_sample.lab.reference.classic import render_classic
-from firefly_sample.plan.build import build_plan
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.lab.reference.frame import render_classic
+from firefly_sample.pipeline import build_plan
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import VerticalGradient
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.lit_scenes import lit_scene
@@ -139,7 +139,7 @@ def test_with_textures_sampled_in_float64_nearly_every_pixel_is_within_two_codes
 def test_there_is_a_reference_of_the_classic_look_alone():
     seen = np.full((48, 64, 2), -1, dtype=np.int32)
     for settings in (Settings(), Settings(look="classic", supersample=2)):
-        with pytest.raises(SettingsError, match="for look 'classic' with 'supersample' 1"):
+        with pytest.raises(SettingsError, match="needs a plan with look 'classic' and 'supersample' 1"):
             render_classic(build_plan(ball_scene(2), settings, (64, 48)), seen)
 
 

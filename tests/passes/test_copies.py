@@ -10,7 +10,7 @@ import pytest
 
 from firefly_sample.errors import GpuError
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene

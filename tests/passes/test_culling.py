@@ -5,17 +5,15 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.lab.reference.clusters import list_lengths
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
+from firefly_sample.plan.cluster_lookup import list_lengths
 from firefly_sample.plan.lights import lighting
 from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import CHOICES, Settings
 from tests.conftest import make_renderer

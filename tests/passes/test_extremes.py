@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
 from tests.scenes import geom_node, wall, wall_scene
 

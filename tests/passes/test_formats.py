@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import LightError, OutputError, SettingsError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.report import plan_as_dict, plan_as_text
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
 from firefly_sample.scene.material import Material

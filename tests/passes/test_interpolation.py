@@ -10,11 +10,10 @@ from firefly_sample.errors import SettingsError
 from firefly_sample.gpu.corner_tables import CornerTables
 from firefly_sample.lab.reference.rays import pixel_rays
 from firefly_sample.lab.reference.surfaces import see_surfaces
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene

@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from panda3d import core as panda
 
 from firefly_sample import Renderer
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 from tests.scenes import wall_scene
 
 DISTANCE = 10.0

@@ -5,9 +5,8 @@ import pytest
 
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.falloff import Attenuation
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.lit_scenes import KINDS, MATERIALS, lit_scene

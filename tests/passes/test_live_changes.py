@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scene.points import Sprites
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.scenes import ball, ball_scene, geom_node, wall, wall_scene

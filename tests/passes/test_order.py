@@ -5,13 +5,13 @@ import ctypes
 import numpy as np
 import pytest
 
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
 from tests.conftest import make_renderer
@@ -54,7 +54,7 @@ ORDERS = [list(range(8)), list(range(8))[::-1], [3, 6, 1, 4, 7, 0, 2, 5]]
 def test_opaque_batches_come_before_cut_outs_each_front_to_back(order):
     assert drawn(cards(order)) == [f"card {i}" for i in (1, 3, 5, 7, 0, 2, 4, 6)]
     plan = build_plan(cards(order), size=(64, 48))
-    assert [batch.variant.cutout for batch in plan.batches] == [False] * 4 + [True] * 4
+    assert [batch.surface.cutout for batch in plan.batches] == [False] * 4 + [True] * 4
 
 
 def test_blend_is_ordered_as_a_cut_out():

@@ -5,7 +5,7 @@ import pytest
 
 from firefly_sample.scene.lights import PointLight, PointLights
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scene.points import Sprites
 from tests.scenes import geom_node, wall, wall_scene
 
 LOCAL = np.array([(-1.0, -0.5, 0.25), (-0.5, 0.75, -0.5)])

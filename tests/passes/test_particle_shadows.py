@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 from firefly_sample.errors import GpuError
 from firefly_sample.lab.clouds import CLOUDS, from_above, shadow_errors, slices_of
 from firefly_sample.lab.reference.particle_shadow import exact_taken, slice_sums, sliced_light
-from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
 from tests.clouds import ball_of, cloud_scene, light_on, puff, volume_of
 from tests.conftest import make_renderer
@@ -117,10 +116,10 @@ def test_what_a_shadow_says_is_done_as_in_the_twin(drawn, shadow, kind):
 
 def light_of(plan, lights):
     """What the first light of a set would bring to particles without any shadow, shape (n, 3)."""
-    from firefly_sample.lab.reference.one_light import OneLight
+    from firefly_sample.lab.reference.shade import OneLight
 
     one = OneLight(lights, 0)
-    to_light, distance = one.ways(plan.particles.positions)
+    to_light, distance = one.directions(plan.particles.positions)
     return one.strength(to_light.T, distance, plan.settings)[:, None] * lights.colors[0]
 
 

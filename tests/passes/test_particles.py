@@ -7,13 +7,11 @@ import pytest
 
 from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.lab.reference.particles import add_particles, particle_light
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, PointLights
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, PointLights, Spotlight
 from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import CHOICES, Settings
 from tests.clouds import ball_of, cloud_scene, floor, light_on, puff
 from tests.conftest import make_renderer
@@ -204,7 +202,8 @@ def test_supersampling_averages_four_samples():
 
 
 def codes(radiance):
-    from firefly_sample.lab.reference.color import linear_to_srgb, tone_curve
+    from firefly_sample.lab.reference.shading import tone_curve
+    from firefly_sample.srgb import linear_to_srgb
 
     return linear_to_srgb(tone_curve(radiance, "exponential")) * 255.0
 

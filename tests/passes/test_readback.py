@@ -11,7 +11,7 @@ import pytest
 from firefly_sample import readback
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.plan.targets import FORMATS
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
@@ -37,7 +37,7 @@ SETTINGS = {
         position="stored16f",
         normals="rgb10a2",
         albedo="rgba8",
-        particle_shadow_format="unorm8",
+        particle_shadow_format="oct8",
         particle_shadows="blend",
     ),
     "stored32f": Settings(position="stored32f", normals="rgba32f", albedo="rgba16f"),
@@ -135,12 +135,12 @@ class Plain:
         return [instance - 1, triangle % 2**31] if instance else [-1, -1]
 
     def albedo(self, x, y):
-        packing = self.plan.target("albedo").packing
-        if packing == "root10":
+        packing = self.plan.target("albedo").encoding
+        if packing == "sqrt10":
             (word,) = self.numbers("albedo", x, y)
             return [((word >> shift) % 1024 / 1023.0) ** 2 for shift in (0, 10, 20)]
         values = self.floats("albedo", x, y)[:3]
-        return [value**2 for value in values] if packing == "root" else values
+        return [value**2 for value in values] if packing == "sqrt8" else values
 
     def specular(self, x, y):
         return [root**2 for root in self.floats("specular", x, y)[:3]]
@@ -149,23 +149,23 @@ class Plain:
         return [math.expm1(self.floats("specular", x, y)[3] * 20.0 * math.log(2.0))]
 
     def covered(self, x, y):
-        if self.plan.target("albedo").packing == "root10":
+        if self.plan.target("albedo").encoding == "sqrt10":
             return self.numbers("albedo", x, y)[0] != 0
         return self.floats("albedo", x, y)[3] > 0
 
     def normal(self, x, y):
         if not self.covered(x, y):
             return [0.0] * 3
-        packing = self.plan.target("normal").packing
+        packing = self.plan.target("normal").encoding
         stored = self.floats("normal", x, y)
-        if packing in ("snorm16", "unorm8"):
-            a, b = stored[:2] if packing == "snorm16" else (v * (255.0 / 127.0) - 1.0 for v in stored[:2])
+        if packing in ("oct16", "oct8"):
+            a, b = stored[:2] if packing == "oct16" else (v * (255.0 / 127.0) - 1.0 for v in stored[:2])
             up = 1.0 - (abs(a) + abs(b))
             if up < 0.0:
                 folded = (1.0 - abs(b)) * (1 if a >= 0 else -1), (1.0 - abs(a)) * (1 if b >= 0 else -1)
             n = [*(folded if up < 0.0 else (a, b)), up]
         else:
-            n = [v * 2.0 - 1.0 if packing == "shifted" else v for v in stored[:3]]
+            n = [v * 2.0 - 1.0 if packing == "unorm" else v for v in stored[:3]]
         length = max(math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), 1e-30)
         return [v / length for v in n]
 
@@ -243,7 +243,7 @@ def test_every_output_is_what_its_texels_say(settings):
 
 
 @pytest.mark.parametrize(
-    ("form", "method"), [("unorm8", "blend"), ("float16", "optical_depth"), ("float32", "optical_depth")]
+    ("form", "method"), [("oct8", "blend"), ("float16", "optical_depth"), ("float32", "optical_depth")]
 )
 def test_the_slices_of_shadow_are_what_their_texels_say(form, method):
     with make_renderer((13, 7), Settings(particle_shadow_format=form, particle_shadows=method)) as renderer:

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import SceneError
-from firefly_sample.lab.reference.color import tone_curve
+from firefly_sample.lab.reference.shading import tone_curve
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
 from tests.scenes import ball_scene, orthographic_wall, wall_scene

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.passes import geometry
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight, PointLight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene

@@ -4,77 +4,19 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import GpuError, ShaderError
-from firefly_sample.gpu import programs as programs_module
 from firefly_sample.gpu.programs import Programs
 from firefly_sample.gpu.shader_source import load_source
-from firefly_sample.plan.legal_variants import legal_variants
-from firefly_sample.plan.variants import PASS_ORDER, AmbientVariant, defines
+from firefly_sample.passes.ambient import AmbientVariant
+from firefly_sample.pipeline import PASSES
+from firefly_sample.plan.variants import SHADER_CONSTANTS, defines
 from tests.every_three import every_three
 
-GBUFFER = {
-    "albedo": "albedo",
-    "normal": "normal",
-    "distance": "distance",
-    "ambient_albedo": "ambient",
-    "specular": "specular",
-    "emission": "emission",
-    "id": "id",
-    "visibility": "visibility",
-}
-"""Targets of the geometry pass and the fields of its variant."""
 
-NOT_SHADERS = ("depth_copy",)
-FULLSCREEN = (
-    *("interpolation", "ambient", "half_depth", "upsample", "resolve", "particle_light"),
-    *("particle_shadow_sums", "particle_shadow_blur_x", "particle_shadow_blur_y", "particle_shadow_texture"),
-)
-FIXED = {
-    "plain": ("radiance",),
-    "particles": ("particles",),
-    "particle_light": ("particle_light",),
-    "particle_shadow_slices": ("particle_shadow_atlas",),
-    "particle_shadow_sums": ("particle_shadow_atlas",),
-    "particle_shadow_blur_x": ("particle_shadow_scratch",),
-    "particle_shadow_blur_y": ("particle_shadow_atlas",),
-    "particle_shadow_texture": ("color",),
-}
-"""Targets of passes whose variants do not choose."""
-
-
-def outputs_of(name, variant):
-    if name in ("geometry", "interpolation"):
-        stored = ("position",) if variant.stored != "none" else ()
-        return (*(target for target, field in GBUFFER.items() if getattr(variant, field, False)), *stored)
-    if name == "forward":
-        return ("coverage", "radiance")
-    if name == "half_depth":
-        return ()
-    if name == "resolve":
-        return tuple(target for target in ("color", "final_radiance") if getattr(variant, target))
-    if name in FIXED:
-        return FIXED[name]
-    if name == "shadow_maps":
-        return ()
-    if name in ("overdraw", "volumes", "wireframe"):
-        return (name,)
-    return tuple(target for target in ("radiance", "light") if getattr(variant, target))
-
-
-def shaders_of(name, method=""):
-    """The stems of a pass's fragment shader and of the vertex shaders that it is drawn with."""
-    if name in ("overdraw", "volumes", "wireframe"):
-        kinds = ("point_lights", "spotlights", "directional_lights")
-        kinds = kinds[1:2] if method == "cone" else kinds
-        return "light_views", ("fullscreen",) if method == "clustered" else kinds
-    if name == "forward":
-        return name, ("geometry",)
-    return name, ("fullscreen",) if name in FULLSCREEN else (name,)
-
-
-@pytest.mark.parametrize("name", [name for name in PASS_ORDER if name not in NOT_SHADERS])
-def test_the_legal_variants_compile(device, name, request):
+@pytest.mark.parametrize("kind", PASSES, ids=lambda kind: kind.name)
+def test_the_legal_variants_compile(device, kind, request):
     """Every three choices together; with --all-variants, every variant that a plan can hold."""
-    variants = legal_variants(name)
+    made = kind()
+    variants = list(made.legal_variants())
     assert variants
     assert len(set(variants)) == len(variants)
     values = np.array([list(defines(variant).values()) for variant in variants])
@@ -86,9 +28,8 @@ def test_the_legal_variants_compile(device, name, request):
         for first in range(0, len(variants), 500):  # compiled programs are kept in memory
             programs = Programs(device.ctx)
             for variant in variants[first : first + 500]:
-                stem, vertices = shaders_of(name, getattr(variant, "method", ""))
-                for vertex in vertices:
-                    programs.get(stem, variant, outputs_of(name, variant), vertex)
+                for stem, vertex in made.shader_stems(variant):
+                    programs.get(stem, variant, made.outputs(variant), vertex)
             programs.release()
         device.check("compiling")
 
@@ -106,17 +47,14 @@ def test_a_missing_and_a_misspelt_uniform_are_errors(device):
         programs.release()
 
 
-def test_a_shader_that_does_not_compile_names_file_and_line(device, tmp_path, monkeypatch):
+def test_a_shader_that_does_not_compile_names_file_and_line(device, tmp_path):
     include = tmp_path / "include"
     include.mkdir()
     (tmp_path / "bad.vert").write_text("#version 330 core\nvoid main() { gl_Position = vec4(0.0); }\n")
     (include / "half.glsl").write_text("// fine\nfloat half_of(float x)\n{\n    return x * 0.5\n}\n")
     (tmp_path / "bad.frag").write_text('#version 330 core\n#include "include/half.glsl"\nvoid main() {}\n')
-    monkeypatch.setattr(
-        programs_module, "load_source", lambda name, given: load_source(name, given, tmp_path)
-    )
     with device, pytest.raises(ShaderError) as caught:
-        Programs(device.ctx).get("bad", AmbientVariant(), ())
+        Programs(device.ctx).get("bad", AmbientVariant(), (), folder=tmp_path)
     # the compiler may point at the line itself or at the token after it
     assert str(caught.value).startswith(("include/half.glsl:4: ", "include/half.glsl:5: "))
     assert "\n" not in str(caught.value)
@@ -129,14 +67,16 @@ def test_includes_come_once_and_a_missing_one_is_named(tmp_path):
         '#version 330 core\n#include "a.glsl"\n#include "b.glsl"\nvoid main() {}\n'
     )
     source = load_source("s.frag", {"X": 1}, tmp_path)
+    constants = [f"#define {name} {number}" for name, number in SHADER_CONSTANTS.items()]
     assert source.text.splitlines() == [
         "#version 330 core",
+        *constants,
         "#define X 1",
         "float a;",
         "float b;",
         "void main() {}",
     ]
-    assert source.origins[3] == ("b.glsl", 2)
+    assert source.origins[len(constants) + 3] == ("b.glsl", 2)
     (tmp_path / "s.frag").write_text('#version 330 core\n#include "gone.glsl"\n')
     with pytest.raises(ShaderError, match=r"gone\.glsl"):
         load_source("s.frag", {}, tmp_path)

@@ -11,9 +11,9 @@ import pytest
 
 from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.lab.reference.raycast import cast_visibility
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene
@@ -165,11 +165,11 @@ def test_rays_to_the_light_meet_what_is_left(material, share):
 def test_a_scene_without_it_pays_nothing(alphas):
     scene = shadow_scene(CASES["vertices"][0], card(alphas))
     plan = build_plan(scene, size=(WIDTH, WIDTH))
-    assert not any(batch.variant.vertex_alpha for batch in plan.batches)
+    assert not any(batch.surface.vertex_alpha for batch in plan.batches)
     assert not any(batch.vertex_alpha for shadow in plan.shadows.maps for batch in shadow.casters or ())
 
 
 def test_what_is_opaque_pays_nothing_for_alpha_that_it_has():
     plan = build_plan(shadow_scene(CASES["opaque"][0]), size=(WIDTH, WIDTH))
-    assert not any(batch.variant.vertex_alpha for batch in plan.batches)
+    assert not any(batch.surface.vertex_alpha for batch in plan.batches)
     assert not any(batch.vertex_alpha for shadow in plan.shadows.maps for batch in shadow.casters or ())

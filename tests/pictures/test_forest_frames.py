@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.classic import render_classic
+from firefly_sample.lab.reference.frame import render_classic
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer

@@ -36,9 +36,11 @@ LAYERS = (
     ({"scene"},),
     ({"scenes"}, {"plan"}),
     ({"gpu"}, {"packing"}),
-    ({"passes"}, {"readback", "drawn"}),
+    ({"passes"}, {"readback"}),
+    ({"pipeline"}, {"pending"}),
     ({"renderer"},),
-    ({"capture", "viewer", "interop"}, {"lab"}),
+    ({"capture", "viewer", "interop"},),
+    ({"lab"},),
     ({"cli", "commands"},),
 )
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other

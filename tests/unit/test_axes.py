@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from firefly_sample.scene.axes import (
+from firefly_sample.scene.transforms import (
     matrix_from_gltf,
     matrix_to_gltf,
     vectors_from_gltf,

@@ -7,15 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.lab.reference.clusters import cell_lights, cell_words, list_lengths
+from firefly_sample.plan.cluster_lookup import cell_lights, cell_words, list_lengths
 from firefly_sample.plan.lights import clusters as module
 from firefly_sample.plan.lights.bounds import screen_bounds
 from firefly_sample.plan.lights.clusters import find_clusters, make_grid, plan_clusters, slices_of
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 
 SIZE = (200, 120)
 

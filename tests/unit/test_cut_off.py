@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from firefly_sample.plan.build import Planner, build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.collect import collect
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.frustum import corners_near
@@ -18,17 +18,16 @@ from firefly_sample.plan.view import Eye
 from firefly_sample.plan.visible import Visible
 from firefly_sample.plan.warnings.clipping import find_clipped
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
-from tests.scenes import ball, geom_node, wall
+from tests.scenes import ball, geom_node, new_planner, wall
 
 SIZE = (64, 48)
 
@@ -148,7 +147,7 @@ def test_sprites_and_particles_are_something_that_is_left_to_see():
     lens = PerspectiveLens(near=0.1, far=20.0)
     for thing in (Sprites("fireflies", [(0, 5, 0)], radii=0.1), ParticleNode("mist", [(0, 5, 0)], 0.5)):
         scene = scene_of(lens, backdrop=(wall(40.0), (0, 30, 0)))
-        planner = Planner()
+        planner = new_planner()
 
         def lines(scene=scene, planner=planner):
             plan = planner.plan(scene, Settings(), SIZE, ("color",), 0.0, Capabilities())
@@ -188,7 +187,7 @@ def test_chunks_of_triangles_leave_none_out(random, size, moved):
 
 
 def test_it_is_found_anew_when_the_lens_or_the_model_has_changed():
-    scene, planner = scene_of(toy=(ball(0.2), (0, 1.1, 0))), Planner()
+    scene, planner = scene_of(toy=(ball(0.2), (0, 1.1, 0))), new_planner()
 
     def warned() -> bool:
         return bool(planner.plan(scene, Settings(), SIZE, ("color",), 0.0, Capabilities()).warnings)

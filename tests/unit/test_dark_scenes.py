@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.scenes import ball
 

@@ -13,11 +13,11 @@ import pytest
 
 from firefly_sample.assets import asset_dir
 from firefly_sample.errors import ParameterError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lights import AmbientLight, PointLights
 from firefly_sample.scene.parameter import KeyStep
-from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.traversal import iter_visible
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.scenes.forest import REACH, ForestScene
@@ -28,12 +28,7 @@ from firefly_sample.scenes.forest_ground import (
     ground_height,
     ground_slope,
 )
-from firefly_sample.scenes.forest_layout import (
-    _FALLEN_FEET,
-    CAMERA,
-    SPECIES,
-    place_forest,
-)
+from firefly_sample.scenes.forest_layout import _FALLEN_FEET, CAMERA, SPECIES, place_forest
 
 
 @pytest.fixture(scope="module")

@@ -13,10 +13,9 @@ from firefly_sample.gpu.records import RECORDS, record_dtype, record_fields, rec
 from firefly_sample.mipmaps import alpha_coverage, mip_chain
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 
-ALL = {"METHOD": 0, "HIGHLIGHTS": 1, "FALLOFF": 1, "TAPS": 4}
+ALL = {"LIGHT_METHOD": 0, "SPECULAR_MODEL": 1, "FALLOFF": 1, "SHADOW_TAPS": 4}
 """Defines of a variant whose record has every field."""
 
 
@@ -160,7 +159,7 @@ def test_a_float32_and_a_rest_hold_where_a_light_is_seen_to_31_bits(lens):
     rng = np.random.default_rng(0)
     positions = rng.normal(size=(500, 3)) * 10.0 ** rng.uniform(-2, 4, (500, 1))
     view = view_of(lens)
-    rows = light_rows("PointLight", {"METHOD": 0}, lights_at(positions), view)
+    rows = light_rows("PointLight", {"LIGHT_METHOD": 0}, lights_at(positions), view)
     place, pixel, color = (rows[:, field].astype(np.float64) for field in range(3))
     assert np.array_equal(place[:, :3], positions.astype(np.float32))
     seen = pixel[:, :2] + pixel[:, 2:]
@@ -186,11 +185,11 @@ def test_where_shaders_fetch_lights_a_number_holds_what_float32_took_of_three(le
     rng = np.random.default_rng(1)
     positions = rng.normal(size=(500, 3)) * 10.0 ** rng.uniform(-2, 4, (500, 1))
     view, lights = view_of(lens), lights_at(positions, reaches=rng.uniform(1, 9, 500))
-    fetched = {"METHOD": 4, "POSITION": 0}
+    fetched = {"LIGHT_METHOD": 4, "POSITION_METHOD": 0}
     assert [field.name for field in record_fields("PointLight", fetched)] == ["seen", "tint"]
     seen, tint = light_rows("PointLight", fetched, lights, view).astype(np.float64).transpose(1, 0, 2)
     place, pixel, color = (
-        light_rows("PointLight", {"METHOD": 0}, lights, view).astype(np.float64).transpose(1, 0, 2)
+        light_rows("PointLight", {"LIGHT_METHOD": 0}, lights, view).astype(np.float64).transpose(1, 0, 2)
     )
     assert np.array_equal(seen, np.stack([pixel[:, 0], place[:, 1], pixel[:, 1], place[:, 3]], axis=1))
     assert np.array_equal(tint[:, :3], color[:, :3])
@@ -206,7 +205,7 @@ def test_where_shaders_fetch_lights_a_number_holds_what_float32_took_of_three(le
 def test_a_light_in_the_middle_and_one_beyond_all_numbers_have_no_rest():
     view = view_of(PerspectiveLens(fov=60, near=0.5, far=1e4), size=(2, 2))
     lights = lights_at(np.array([(0.0, 8.0, 0.0), (1e38, 1.0, 0.0)]))
-    rows = light_rows("PointLight", {"METHOD": 4, "POSITION": 0}, lights, view)
+    rows = light_rows("PointLight", {"LIGHT_METHOD": 4, "POSITION_METHOD": 0}, lights, view)
     assert np.isfinite(rows[:, :, :3]).all()
     assert rows[0, 0, :3].tolist() == [1.0, 8.0, 1.0]
     assert rows[0, 1, 3] == 128 * (1 + 256 + 65536)
@@ -219,5 +218,5 @@ def test_records_have_only_what_a_variant_asks_for():
     assert set(full) - set(bare) == {"specular", "fade", "shadow"}
     assert record_dtype("PointLight", ALL).itemsize == 16 * len(full)
     assert "in_specular" in record_glsl("Spotlight", ALL, "vert")
-    assert "specular" not in record_glsl("Spotlight", {"METHOD": 0}, "vert")
-    assert "fetch_light" in record_glsl("Spotlight", {"METHOD": 3}, "frag")
+    assert "specular" not in record_glsl("Spotlight", {"LIGHT_METHOD": 0}, "vert")
+    assert "fetch_light" in record_glsl("Spotlight", {"LIGHT_METHOD": 3}, "frag")

@@ -16,7 +16,7 @@ from firefly_sample.mipmaps import kept_texture_levels, mip_chain, texture_level
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Texture
-from firefly_sample.scene.model_store import load_kept
+from firefly_sample.scene.model_data import load_kept
 from firefly_sample.srgb import srgb_to_linear
 from tests.unit.test_derived import write_kept
 

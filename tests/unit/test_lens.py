@@ -16,9 +16,8 @@ from hypothesis import strategies as st
 from panda3d import core as panda
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 HALF_ULP = 2.0**-24
 
@@ -272,9 +271,9 @@ def test_a_refused_value_is_named_and_changes_nothing(name, values, message):
         (lambda: OrthographicLens(far=math.inf), "far inf: give a finite far"),
         (lambda: OrthographicLens(near=-1e308, far=1e308), "give a finite far"),
         (lambda: OrthographicLens(film_size=1e-310), "too extreme for float64"),
-        (lambda: OrthographicLens(film_size=(1, 2), aspect_ratio=2), "aspect_ratio and film_size each fix"),
-        (lambda: PerspectiveLens(fov=(40, 30), aspect_ratio=2), "aspect_ratio and fov each fix"),
-        (lambda: PerspectiveLens(fov=(40, 30), film_size=(2, 1)), "fov and film_size each fix"),
+        (lambda: OrthographicLens(film_size=(1, 2), aspect_ratio=2), "film_size and aspect_ratio each fix"),
+        (lambda: PerspectiveLens(fov=(40, 30), aspect_ratio=2), "fov and aspect_ratio each fix"),
+        (lambda: PerspectiveLens(fov=(40, 30), film_size=(2, 1)), "film_size and fov each fix"),
         (lambda: PerspectiveLens(fov=40, film_size=2, focal_length=1), "any two of the three"),
         (
             lambda: PerspectiveLens(vfov=40, film_size=2, focal_length=1),

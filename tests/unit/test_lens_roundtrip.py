@@ -16,9 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_constants import LensConstants
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 U = 2.0**-53
 CONVENTIONS = [(clip, reverse) for clip in ("gl", "zero_to_one") for reverse in (False, True)]
@@ -210,10 +209,10 @@ def test_error_law_of_a_reversed_float_buffer(near, ratio, share):
 def test_short_form_is_the_general_form(near, ratio, h, v, reverse):
     k = PerspectiveLens((h, v), near=near, far=near * ratio).constants("gl", reverse)
     p = k.unprojection()
-    assert p.y_proj == pytest.approx(0.5 * k.D, rel=4 * U)
-    assert p.w_proj == pytest.approx(-0.5 - 0.5 * k.B, rel=4 * U, abs=4 * U)
-    assert p.x_proj * k.A == pytest.approx(p.y_proj, rel=4 * U)
-    assert p.z_proj * k.C == pytest.approx(p.y_proj, rel=4 * U)
+    assert p.y_proj == pytest.approx(0.5 * k.d, rel=4 * U)
+    assert p.w_proj == pytest.approx(-0.5 - 0.5 * k.b, rel=4 * U, abs=4 * U)
+    assert p.x_proj * k.a == pytest.approx(p.y_proj, rel=4 * U)
+    assert p.z_proj * k.c == pytest.approx(p.y_proj, rel=4 * U)
     depth = k.depth_from_distance(near * math.sqrt(ratio))
     short = np.array([0.3 * p.x_proj, p.y_proj, -0.7 * p.z_proj]) / (depth + p.w_proj)
     np.testing.assert_allclose(short, k.view_from_depth(0.3, -0.7, depth), rtol=8 * U)

@@ -11,11 +11,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import LensError
-from firefly_sample.plan.build import Planner, build_plan
+from firefly_sample.pipeline import build_plan
+from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from tests.unit.test_lens import ANGLE, SIZE, assert_same_matrix, both, log_floats, tolerance

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import ParameterError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lights import DirectionalLight, PointLights
@@ -210,24 +210,24 @@ PICTURE = {"radiance": 16, "color": 4}
 
 def test_its_plan_has_exactly_its_passes_and_targets(scene):
     assert names(build_plan(scene)) == (
-        ["geometry", "ambient", "point_lights", "plain", "resolve"],
+        ["geometry", "ambient", "point_lights", "sprites", "resolve"],
         {**GBUFFER, **PICTURE},
     )
     sunny = LightbulbsScene(sun=True)
     assert names(build_plan(sunny)) == (
-        ["shadow_maps", "geometry", "ambient", "directional_lights", "point_lights", "plain", "resolve"],
+        ["shadow_maps", "geometry", "ambient", "directional_lights", "point_lights", "sprites", "resolve"],
         {"shadow_atlas": 4, **GBUFFER, **PICTURE},
     )
     sunny.set("bulbs", False)
     assert names(build_plan(sunny)) == (
-        ["shadow_maps", "geometry", "ambient", "directional_lights", "plain", "resolve"],
+        ["shadow_maps", "geometry", "ambient", "directional_lights", "sprites", "resolve"],
         {"shadow_atlas": 4, **{k: v for k, v in GBUFFER.items() if k != "emission"}, **PICTURE},
     )
     sunny.set("shadows", False)
     # highlights through a perspective lens need a pixel's direction, not its distance
     without = {k: v for k, v in GBUFFER.items() if k not in ("emission", "distance")}
     assert names(build_plan(sunny)) == (
-        ["geometry", "ambient", "directional_lights", "plain", "resolve"],
+        ["geometry", "ambient", "directional_lights", "sprites", "resolve"],
         {**without, **PICTURE},
     )
 

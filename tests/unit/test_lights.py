@@ -7,14 +7,12 @@ import pytest
 from panda3d import core as panda
 
 from firefly_sample.errors import LightError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.falloff import Attenuation, Falloff
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.spotlight import Spotlight
-from tests.scenes import wall_scene
+from tests.scenes import new_planner, wall_scene
 
 PAIRS = [
     (PointLight, panda.PointLight),
@@ -171,14 +169,13 @@ def test_a_cone_is_the_lenss_or_its_own():
 
 def test_a_lens_that_changes_is_heard_of():
     """A lens is no node: the plan watches its revision."""
-    from firefly_sample.plan.build import Planner
     from firefly_sample.plan.frame_plan import Capabilities
     from firefly_sample.settings import Settings
 
     scene = wall_scene()
     light = Spotlight("lamp")
     scene.root.attach_new_node(light)
-    planner = Planner()
+    planner = new_planner()
 
     def opening():
         plan = planner.plan(scene, Settings(), (16, 12), ("color",), 0.0, Capabilities())

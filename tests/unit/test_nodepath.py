@@ -188,14 +188,6 @@ def test_copy_to_copies_nodes_once_and_shares_geoms():
     assert t["a"].get_pos().tolist() == [1, 2, 3]
 
 
-def test_a_node_class_that_does_not_say_how_to_copy_itself_is_not_copied():
-    class Odd(PandaNode):
-        pass
-
-    with pytest.raises(NodeError, match=r"'strange'.*Odd needs make_copy"):
-        NodePath(Odd("strange")).copy_to(NodePath("root"))
-
-
 # --- Attributes ---
 
 

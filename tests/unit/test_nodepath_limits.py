@@ -15,7 +15,6 @@ from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.path_transform import net_matrix
 from tests.unit.trees import names, tree
 
 # --- Errors ---
@@ -153,7 +152,7 @@ def test_chains_deeper_than_the_recursion_limit():
         end = end.attach_new_node("n")
         end.set_pos(1, 0, 0)
     assert end.get_pos(root).tolist() == [1500, 0, 0]
-    assert net_matrix(end)[3].tolist() == [1500, 0, 0, 1]
+    assert end.get_net_mat()[3].tolist() == [1500, 0, 0, 1]
     copy = root.copy_to(NodePath("elsewhere"))
     assert len(copy.find_all_matches("**/n")) == 1500
     assert root.get_tight_bounds() is None

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.transform_state import TransformState
 from tests.unit.trees import tree
 
@@ -46,7 +45,7 @@ def growth(*paths: NodePath) -> float:
 
 def bound_between(other: NodePath, path: NodePath) -> float:
     """The rounding of a transform between two places: down to `path`, and up from `other` by an inverse."""
-    return 64 * EPS * growth(other, path) * float(np.linalg.norm(np.linalg.inv(net_matrix(other))))
+    return 64 * EPS * growth(other, path) * float(np.linalg.norm(np.linalg.inv(other.get_net_mat())))
 
 
 def test_numbers_come_one_by_one_or_as_one_sequence():
@@ -108,25 +107,25 @@ def test_matrices_are_products_from_the_node_to_the_root(up, down):
     for place in path.get_ancestors():
         expected = expected @ place.get_mat()
     bound = 64 * EPS * growth(path)
-    assert np.abs(net_matrix(path) - expected).max() <= bound
+    assert np.abs(path.get_net_mat() - expected).max() <= bound
     assert np.abs(path.get_net_transform().get_mat() - expected).max() <= bound
     assert np.abs(path.get_mat(path.get_top()) - expected).max() <= bound
     assert np.abs(path.get_mat(NodePath()) - expected).max() <= bound
-    error = np.abs(path.get_mat(other) @ net_matrix(other) - expected).max()
-    assert error <= bound_between(other, path) * np.linalg.norm(net_matrix(other))
+    error = np.abs(path.get_mat(other) @ other.get_net_mat() - expected).max()
+    assert error <= bound_between(other, path) * np.linalg.norm(other.get_net_mat())
     assert (path.get_mat(path) == np.eye(4)).all()
 
 
 @given(st.lists(states, min_size=1, max_size=2), st.lists(states, min_size=1, max_size=2))
 def test_wrt_reparent_to_keeps_the_net_matrix(up, down):
     other, path = two_branches(up, down)
-    before = net_matrix(path)
+    before = path.get_net_mat()
     scale = max(1.0, np.abs(before).max())
-    conditions = [np.linalg.cond(net_matrix(place)) for place in (other, path)]
+    conditions = [np.linalg.cond(place.get_net_mat()) for place in (other, path)]
     assume(max(conditions) < 1e3)
     path.wrt_reparent_to(other)
     assert path.get_parent() == other
-    assert np.abs(net_matrix(path) - before).max() <= 1e-12 * scale
+    assert np.abs(path.get_net_mat() - before).max() <= 1e-12 * scale
     path.wrt_reparent_to(path.get_top())
     assert np.abs(path.get_mat() - before).max() <= 1e-12 * scale
 

@@ -5,9 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.lab.reference.one_light import OneLight
-from firefly_sample.lab.reference.pairs import LIGHTS, TILE, pairs_in_reach
-from firefly_sample.lab.reference.shade import count_pairs
+from firefly_sample.lab.reference.shade import PAIRS_LIGHTS, PAIRS_TILE, OneLight, count_pairs, pairs_in_reach
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
 
@@ -34,7 +32,7 @@ def landscape(width, height, seed=0, holes=True):
     position = np.stack([x * y, y, z * y], axis=-1)
     if holes:
         position[rng.random((height, width)) < 0.2] = np.nan
-        position[: TILE[0] + 3, : TILE[1] + 1] = np.nan
+        position[: PAIRS_TILE[0] + 3, : PAIRS_TILE[1] + 1] = np.nan
     return position
 
 
@@ -71,7 +69,7 @@ def test_distances_that_are_the_reach_are_told_apart_as_when_measured(away):
 def test_more_lights_than_are_multiplied_at_once():
     position = landscape(20, 18)
     rng = np.random.default_rng(3)
-    lights = light_set(rng.uniform((-2, 1, -2), (2, 6, 0), (2 * LIGHTS + 5, 3)), 1.0)
+    lights = light_set(rng.uniform((-2, 1, -2), (2, 6, 0), (2 * PAIRS_LIGHTS + 5, 3)), 1.0)
     assert pairs_in_reach(position, lights) == measured(position, lights) > 0
 
 

@@ -7,10 +7,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from panda3d import core as panda
 
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, Spotlight
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.path_transform import net_matrix
-from firefly_sample.scene.spotlight import Spotlight
 from tests.unit.panda_twins import (
     EPS32,
     Local,
@@ -42,7 +40,7 @@ def test_net_matrices(nodes):
     twins = Twins.grown(nodes)
     for ours, theirs in zip(twins.ours, twins.theirs, strict=True):
         expected = columns(theirs.get_net_transform().get_mat())
-        assert_near(columns(net_matrix(ours)), expected, matrix_bound(ours, twins.ours[0]))
+        assert_near(columns(ours.get_net_mat()), expected, matrix_bound(ours, twins.ours[0]))
 
 
 @given(trees(), picks, picks)

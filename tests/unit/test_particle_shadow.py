@@ -9,17 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import SceneError, SettingsError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.particles.cloud import gather_particles
 from firefly_sample.plan.particles.shadow import GUARD, MOST_OPAQUE, blur_weights, optical_depths, slice_grid
 from firefly_sample.plan.particles.visible import see_particles
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import DirectionalLight
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.clouds import ball_of, cloud_scene, puff, volume_of
 from tests.scenes import wall_scene

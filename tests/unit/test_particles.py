@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.lights import DirectionalLight, PointLight
+from firefly_sample.scene.lights import DirectionalLight, PointLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
-from firefly_sample.scene.spotlight import Spotlight
 
 PLACES = [(0, 0, 0), (1, 2, 3)]
 
@@ -58,7 +57,7 @@ def test_bad_arrays_name_the_node_and_the_entry(arrays, message):
 
 def test_a_function_must_give_four_arrays():
     node = ParticleNode("smoke", function=lambda seed, time: (PLACES, 1))
-    with pytest.raises(SceneError, match=r"'smoke': its function must give .*, gave tuple"):
+    with pytest.raises(SceneError, match=r"'smoke': its function must return .*, got tuple"):
         node.evaluate(0.0)
 
 

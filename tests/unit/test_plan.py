@@ -6,19 +6,18 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import LightError, NodeError, OutputError, PlanError, SceneError
-from firefly_sample.plan.build import Planner, build_plan
-from firefly_sample.plan.frame_passes import check_passes
+from firefly_sample.pipeline import build_plan
+from firefly_sample.plan.frame_graph import check_passes
 from firefly_sample.plan.frame_plan import Capabilities, PassPlan
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
-from tests.scenes import ball_scene, geom_node, wall, wall_scene
+from tests.scenes import ball_scene, geom_node, new_planner, wall, wall_scene
 
 
 def names(plan):
@@ -48,7 +47,7 @@ def test_each_feature_adds_exactly_its_cost():
     lit = {**targets, "normal": 4, "distance": 4}
     assert cost(scene) == (["geometry", "ambient", "point_lights", "resolve"], lit)
     dots = scene.root.attach_new_node(Sprites("dots", [(0, 5, 0)]))
-    everything = ["geometry", "ambient", "point_lights", "plain", "resolve"]
+    everything = ["geometry", "ambient", "point_lights", "sprites", "resolve"]
     assert cost(scene) == (everything, lit)
     assert cost(scene, outputs=("color", "id")) == (everything, {**lit, "id": 4})
     assert cost(scene, outputs=("color", "radiance")) == (everything, {**lit, "final_radiance": 16})
@@ -122,11 +121,11 @@ def test_buffers_to_look_at_cost_what_they_show():
 def test_the_forest_pays_for_a_sun_and_for_its_shadows_alone():
     scene = build_scene(find_scene("forest"), fireflies=50)
     targets = {"depth": 4, "albedo": 4, "normal": 4, "distance": 4, "radiance": 16, "color": 4}
-    passes = ["geometry", "ambient", "point_lights", "plain", "resolve"]
+    passes = ["geometry", "ambient", "point_lights", "sprites", "resolve"]
     assert cost(scene) == (passes, targets)
     sun = DirectionalLight("sun")
     scene.root.attach_new_node(sun).set_p(-50)
-    sunny = ["geometry", "ambient", "directional_lights", "point_lights", "plain", "resolve"]
+    sunny = ["geometry", "ambient", "directional_lights", "point_lights", "sprites", "resolve"]
     assert cost(scene) == (sunny, targets)
     sun.set_shadow_caster(True, 256)
     assert cost(scene) == (["shadow_maps", *sunny], {"shadow_atlas": 4, **targets})
@@ -269,7 +268,7 @@ def test_camera_masks_choose_what_is_seen():
     scene = wall_scene()
     scene.root.find("wall").hide(0b01)
     scene.camera.node().camera_mask = 0b01
-    planner = Planner()
+    planner = new_planner()
 
     def batches():
         return planner.plan(scene, Settings(), (64, 48), ("color",), 0.0, Capabilities()).batches
@@ -283,7 +282,7 @@ def test_what_stands_above_the_root_counts_also_when_it_changes():
     scene = wall_scene()
     above = NodePath("above")
     scene.root.reparent_to(above)
-    planner = Planner()
+    planner = new_planner()
 
     def batches():
         return planner.plan(scene, Settings(), (64, 48), ("color",), 0.0, Capabilities()).batches
@@ -335,7 +334,7 @@ def test_functions_of_time_are_evaluated_for_the_frame_and_not_kept():
     scene = wall_scene()
     node = PointLights("l", function=lambda t: ([(t, 8, 0)], (1, 1, 1), 5.0))
     scene.root.attach_new_node(node)
-    planner = Planner()
+    planner = new_planner()
     for time in (1.0, 2.0, 1.0):
         plan = planner.plan(scene, Settings(), (64, 48), ("color",), time, Capabilities())
         assert plan.lights[0].positions[0, 0] == pytest.approx(time, abs=1e-12)
@@ -354,7 +353,7 @@ def test_a_plan_keeps_the_material_that_it_was_made_with():
 
 def test_a_still_scene_is_walked_once():
     scene = ball_scene(20)
-    planner = Planner()
+    planner = new_planner()
 
     def snapshot():
         planner.plan(scene, Settings(), (64, 48), ("color",), 0.0, Capabilities())
@@ -375,7 +374,7 @@ def test_batches_are_front_to_back_opaque_first():
     for batch in plan.batches:
         depths = batch.model_to_view[:, 3, 1]
         assert (np.diff(depths) >= -1e-9).all()
-    cut = [batch.variant.cutout for batch in plan.batches]
+    cut = [batch.surface.cutout for batch in plan.batches]
     assert cut == sorted(cut)
 
 
@@ -407,7 +406,7 @@ def test_what_is_wrong_is_named():
 def test_inconsistent_passes_are_refused_by_name():
     plan = build_plan(ball_scene(5))
     geometry, lights, resolve = plan.passes
-    with pytest.raises(PlanError, match="out of order"):
+    with pytest.raises(PlanError, match="'point_lights' reads target 'albedo', which no pass wrote"):
         check_passes((lights, geometry, resolve), plan.targets)
     with pytest.raises(PlanError, match="'point_lights' reads target 'distance', which no pass wrote"):
         check_passes((replace(geometry, writes=("depth", "albedo", "normal")), lights, resolve), plan.targets)

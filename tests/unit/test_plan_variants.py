@@ -1,5 +1,6 @@
 """Plans ask for no other variants than those that a test compiles."""
 
+from dataclasses import asdict, replace
 from functools import cache
 from itertools import product
 from random import Random
@@ -9,18 +10,15 @@ import pytest
 
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.passes.lights import variant_for
-from firefly_sample.plan.build import Planner
+from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.plan.legal_variants import legal_variants
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND
-from firefly_sample.plan.variants import PASS_ORDER
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import VerticalGradient
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
-from tests.scenes import geom_node, orthographic_wall, wall, wall_scene
+from tests.scenes import geom_node, new_planner, orthographic_wall, wall, wall_scene
 
 SCENES = (wall_scene, orthographic_wall)
 MATERIALS = ("plain", "leaf", "bark")
@@ -52,7 +50,7 @@ SHINY = {"specular": (1, 1, 1), "emission": (1, 1, 1), "ambient": (1, 0, 0)}
 
 @cache
 def all_legal():
-    return {name: set(legal_variants(name)) for name in PASS_ORDER}
+    return {kind.name: set(kind().legal_variants()) for kind in PASSES}
 
 
 @cache
@@ -74,7 +72,7 @@ def lit_by_all(make, name):
     scene.root.attach_new_node(AmbientLight("a", (1, 1, 1)))
     scene.root.attach_new_node(Sprites("s", [(0, 8, 0)]))
     scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))
-    return scene, Planner()
+    return scene, new_planner()
 
 
 @pytest.mark.parametrize(("names", "outputs"), [(PLACES, OUTPUT_SETS), (LIGHTING, [("color", "light")])])
@@ -96,6 +94,8 @@ def test_every_variant_of_every_plan_is_a_legal_one(names, outputs):
                 assert variant in legal[step.name], (step.name, variant)
                 seen.add(variant)
         for batch in plan.batches:
-            assert batch.variant in legal["geometry"], batch.variant
-            seen.add(batch.variant)
+            (step,) = (step for step in plan.passes if step.name == "geometry")
+            variant = replace(step.variant, **asdict(batch.surface))
+            assert variant in legal["geometry"], variant
+            seen.add(variant)
     assert len(seen) > 200

@@ -6,7 +6,7 @@ import pytest
 from firefly_sample.errors import LightError, SceneError
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.sprites import Sprites
+from firefly_sample.scene.points import Sprites
 
 PLACES = [(0.0, 1.0, 2.0), (3.0, 4.0, 5.0)]
 
@@ -50,7 +50,7 @@ def test_bad_arrays_name_the_node_and_the_entry(kind, error, called, arrays, mes
 
 
 def test_a_function_that_gives_something_else_is_named():
-    with pytest.raises(LightError, match=r"'swarm': its function must give .*, gave list"):
+    with pytest.raises(LightError, match=r"'swarm': its function must return .*, got list"):
         PointLights("swarm", function=lambda t: []).evaluate(0.0)
 
 

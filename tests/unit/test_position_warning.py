@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.position_error import CODE, codes_shown, depth_error, position_error, position_errors
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
 from firefly_sample.settings import CHOICES, Settings
 from firefly_sample.srgb import linear_to_srgb

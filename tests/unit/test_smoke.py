@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from firefly_sample.errors import ParameterError
 from firefly_sample.lab.reference.particles import particle_light
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.scenes.smoke import AMBIENT

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.errors import ParameterError
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lights import PointLights

@@ -12,7 +12,6 @@ from firefly_sample.errors import NodeError
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.path_transform import net_matrix
 from firefly_sample.scene.traversal import Visit, iter_visible
 
 MATERIALS = [Material("bark"), Material("moss")]
@@ -61,7 +60,7 @@ def plain_walk(path: NodePath, camera: int) -> list[Visit]:
         mask = (mask & ~node.draw_control) | (node.draw_control & node.draw_show)
     seen = []
     if mask & OVERALL_BIT and mask & camera & ALL_CAMERAS:
-        net = net_matrix(path)
+        net = path.get_net_mat()
         seen.append(Visit(path.node(), net, path.get_net_color(), path.get_net_material(), str(path)))
     for child in path.get_children():
         seen += plain_walk(child, camera)

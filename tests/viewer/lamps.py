@@ -12,8 +12,8 @@ import numpy as np
 
 from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.sprites import Sprites
 from tests.scenes import ball_scene
 
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.atlas import EMPTY, atlas_picture, particle_shadow_picture

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.scene import Scene
 from firefly_sample.viewer.orbit import RANGE, TURN, OrbitCamera, SceneSeenBy
 from tests.scenes import ball_scene, orthographic_wall

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from firefly_sample.lab.trade_bench import PICTURE
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.buffers import BUFFERS, buffers_of
-from firefly_sample.viewer.views import PICTURE, STRIP, draw_view, views_of
+from firefly_sample.viewer.views import STRIP, draw_view, views_of
 from tests.conftest import make_renderer
 from tests.scenes import ball_scene
 from tests.viewer.workshop import EMISSION, SPECULAR, workshop

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from firefly_sample.viewer.views import PICTURE, draw_view, views_of
+from firefly_sample.lab.trade_bench import PICTURE
+from firefly_sample.viewer.views import draw_view, views_of
 from tests.cli.command import environment
 from tests.conftest import make_renderer
 from tests.viewer.driver import BARE, LAMPS, SIZE

@@ -7,11 +7,10 @@ import numpy as np
 
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import FadingLight
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
 from tests.scenes import ball, geom_node, wall
 from tests.shadows import box
 

@@ -1,1 +1,1 @@
-"""The float64 twins of the GLSL includes: each file here is held against the include of its name."""
+"""The float64 reference: twins of the GLSL includes, and whole frames by rays and brute-force shading."""

@@ -1,7 +1,7 @@
-"""Work on many pixels, in chunks that fit a processor's cache, on all of its cores.
+"""Work on many pixels in parallel, in chunks that fit a processor's cache.
 
-NumPy lets go of Python's lock while it works on arrays, so threads are enough. Chunks do not depend on how
-many threads there are: nor does a single bit of what comes out.
+NumPy releases Python's lock while it works on arrays, so threads are enough. Chunks do not depend on the
+number of threads, so the results do not either, to the last bit.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 Progress = Callable[[int, int], object]
-"""``progress(done, total)`` is called as work goes on, from the thread that waits for it."""
+"""``progress(done, total)`` is called as work goes on, from the thread that started it."""
 
 _Part = TypeVar("_Part")
 
 
 def chunks_of(items: NDArray[Any], size: int) -> list[NDArray[Any]]:
-    """Slices of at most `size` items."""
+    """Split items into slices of at most `size`."""
     return [items[first : first + size] for first in range(0, len(items), size)]
 
 
 def tiles_of(shape: tuple[int, ...], tile: tuple[int, int]) -> list[NDArray[np.intp]]:
-    """The flat indices of an image's pixels, by tiles; by slices as large where it has not two dimensions."""
+    """Return the flat indices of pixels by tiles; for other than two dimensions, by slices of that size."""
     pixels = np.arange(int(np.prod(shape)))
     if len(shape) != 2:
         return chunks_of(pixels, tile[0] * tile[1])
@@ -40,14 +40,14 @@ def run_all(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """``work(part)`` for each part.
+    """Call ``work(part)`` for each part.
 
     Parameters
     ----------
     work : callable
-        Writes its results where no other part does.
+        Writes its results to a place of its own.
     threads : int, optional
-        As many as there are processors when absent.
+        As many as processors when absent.
     """
     threads = threads or os.cpu_count() or 1
     if threads == 1 or len(parts) < 2:

@@ -1,54 +1,64 @@
-"""A whole frame in float64: what the passes on the GPU are measured against.
+"""Whole frames in float64, against which the frames of the GPU are measured.
 
-It starts from which triangle each pixel sees. From there on everything comes from the plan's own numbers:
-there is no G-buffer, whose packing would round, and no light particle_shadow; every light meets every pixel, shadows
-are cast by rays, and sRGB is exact.
+`render_reference` starts from which triangle each pixel sees. From there on everything comes from the plan's
+own numbers: there is no G-buffer, whose packing would round, and there are no light volumes; every light is
+evaluated at every pixel, shadows are cast by rays, and sRGB is exact.
+
+`render_classic` is the reference of the look "classic": it computes what Panda3D's sample "fireflies" shows.
+It is written from what the sample computes, not from our shaders, and tested against Panda3D's renderer. With
+a surface's unit normal (x, y, z) in view axes (x right, y forward, z up), the sample
+
+1. stores it in OpenGL's view axes (x right, y up, z to the viewer), as n/2 + 1/2 in 8 bits:
+   (x, z, -y)/2 + 1/2;
+2. multiplies that, never decoded, with the unit vector to the light in view axes;
+3. multiplies by (1 - d/R)^2, the light's colour and the stored base colour, none of them linear;
+4. adds each light by itself into 8 bits: the light is clipped to 0..1 and rounded to a code.
+
+Other kinds of light (which fade as they do in the look "correct"), ambient light and the background (encoded
+for the display) are added by the same rules; the sample does not have them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.chunks import Progress
-from firefly_sample.lab.reference.color import tone_curve
-from firefly_sample.lab.reference.one_light import OneLight, Shadows
 from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
-from firefly_sample.lab.reference.particles import add_particles, particle_light
+from firefly_sample.lab.reference.particles import add_particles, add_sprites, light_of_sprite, particle_light
 from firefly_sample.lab.reference.rays import pixel_rays
-from firefly_sample.lab.reference.shade import shade_lights
-from firefly_sample.lab.reference.sprites import add_sprites
+from firefly_sample.lab.reference.shade import OneLight, Shadows, each_light, shade_lights
+from firefly_sample.lab.reference.shading import tone_curve
+from firefly_sample.lab.reference.shadow import ShadowRays
 from firefly_sample.lab.reference.surfaces import Surfaces, see_surfaces
 from firefly_sample.plan.frame_plan import Background, FramePlan
 from firefly_sample.plan.view import View
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
 
-if TYPE_CHECKING:
-    from firefly_sample.lab.reference.shadow_rays import ShadowRays
-
 Float64 = NDArray[np.float64]
 
 VERSION = 2
-"""Raised with every change of what this package computes: what was kept of an older one is then not used."""
+"""To be raised with every change of the numbers that this package computes: older cached frames are then not
+used."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFrame:
-    """A picture and what it is made of, shapes (height, width, ...), the first row on top.
+    """A picture and its parts, shapes (height, width, ...), the first row on top.
 
     Attributes
     ----------
     radiance : ndarray of float64, shape (..., 3)
         Linear, before exposure and tone curve, with background and dots.
     light : ndarray of float64, shape (..., 3)
-        What white surfaces without highlights would show; 0 where there is none.
+        The radiance of white surfaces without highlights; 0 where there is no surface.
     display : ndarray of float64, shape (..., 3)
-        0 to 1: after exposure and tone curve, still linear, not rounded to codes.
+        0 to 1: after exposure and tone curve, linear, not rounded to codes.
     color : ndarray of uint8, shape (..., 3)
         sRGB codes.
     position : ndarray of float64, shape (..., 3)
@@ -63,12 +73,12 @@ class ReferenceFrame:
 
 
 def reference_settings(settings: Settings) -> Settings:
-    """The same settings with no light cut off and one sample a pixel: what a reference's plan is built with.
+    """Return the settings to plan a reference with: no light is cut off, and there is one sample per pixel.
 
     Raises
     ------
     SettingsError
-        If the look is "classic", whose frames are display codes: see `firefly_sample.lab.reference.classic`.
+        If the look is "classic", whose frames are display codes: see `render_classic`.
     """
     _check_look(settings)
     return settings.with_changes(cutoff_budget=0.0, cutoff_threshold=None, supersample=1)
@@ -84,25 +94,25 @@ def render_reference(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> ReferenceFrame:
-    """A plan's frame in float64.
+    """Render a plan in float64.
 
     Parameters
     ----------
     plan : FramePlan
-        Made with `reference_settings`, or else lights end where its settings cut them off.
+        Planned with `reference_settings`; otherwise its settings may cut lights off.
     visibility : ndarray of int32, shape (height, width, 2)
         The output "visibility" of the same plan, or `firefly_sample.lab.reference.raycast.cast_visibility`.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them; sampled in float64 when absent.
     shadows : bool
-        Cast shadows by rays, for lights that have shadow maps.
+        Cast shadows by rays for lights that have shadow maps.
     threads, progress : optional
-        As `firefly_sample.lab.reference.chunks.run_all` takes them; progress tells of the shading.
+        As `firefly_sample.lab.reference.chunks.run_all` takes them; `progress` is called during shading.
 
     Raises
     ------
     SettingsError
-        If the plan's look is "classic", or it has several samples a pixel.
+        If the plan's look is "classic", or it has several samples per pixel.
     OutputError
         If a shape is wrong, or the plan has no such triangle.
     MissingPackageError
@@ -111,10 +121,10 @@ def render_reference(
     _check_look(plan.settings)
     if plan.settings.supersample != 1:
         raise SettingsError(
-            f"a reference has one sample a pixel: set 'supersample' to 1, not {plan.settings.supersample}"
+            f"a reference has one sample per pixel: set 'supersample' to 1, not {plan.settings.supersample}"
         )
     surfaces = see_surfaces(plan, visibility, albedo=albedo, ambient_albedo=ambient_albedo, threads=threads)
-    rays = _shadow_rays(plan) if shadows else None
+    rays = ShadowRays(plan) if shadows and any(lights.shadowed for lights in plan.lights) else None
     lookup = _shadows(plan, surfaces, rays)
     radiance, light = shade_lights(
         surfaces.gbuffer, plan.lights, plan.settings, lookup, threads=threads, progress=progress
@@ -132,14 +142,14 @@ def render_reference(
 
 
 def finished(plan: FramePlan, radiance: Float64, light: Float64, position: Float64) -> ReferenceFrame:
-    """A frame from its radiance: the plan's exposure and tone curve, and sRGB rounded to the nearest code."""
+    """Make a frame from its radiance: exposure, tone curve, and sRGB rounded to the nearest code."""
     display = tone_curve(radiance * plan.exposure, plan.settings.tone_curve)
     color = np.rint(linear_to_srgb(display) * 255.0).astype(np.uint8)
     return ReferenceFrame(radiance, light, display, color, position)
 
 
 def background(colors: Background, view: View) -> Float64:
-    """What is seen where nothing is drawn, shape (height, width, 3); float64 twin of ``resolve.frag``."""
+    """Return the background, shape (height, width, 3); float64 twin of ``resolve.frag``."""
     width, height = view.size
     up = view.world_to_view[2, :3]
     elevation = np.maximum(-pixel_rays(view).to_eye() @ up, 0.0).reshape(height, width, 1)
@@ -147,21 +157,14 @@ def background(colors: Background, view: View) -> Float64:
     return np.asarray(horizon + np.sqrt(elevation) * (zenith - horizon))
 
 
-def _shadow_rays(plan: FramePlan) -> ShadowRays | None:
-    if not any(lights.shadowed for lights in plan.lights):
-        return None
-    from firefly_sample.lab.reference.shadow_rays import ShadowRays
-
-    return ShadowRays(plan)
-
-
 def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Shadows | None:
-    """What surfaces, by rays, and particles leave of lights."""
+    """Return a lookup of the lit share of pixels, by rays between surfaces and by the shadow of particles."""
     position = surfaces.gbuffer.position.reshape(-1, 3)
-    clouded = plan.particle_shadow is not None and any(lights.particle_shadowed for lights in plan.lights)
-    if rays is None and not clouded:
+    left = None
+    if plan.particle_shadow is not None and any(lights.particle_shadowed for lights in plan.lights):
+        left = particle_shadowed(plan, position)
+    if rays is None and left is None:
         return None
-    left = particle_shadowed(plan, position) if clouded else None
 
     def share(one: OneLight, pixels: NDArray[np.intp], _: Float64) -> Float64:
         lit = np.ones(len(pixels))
@@ -173,7 +176,7 @@ def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Sh
 
 
 def particle_shadowed(plan: FramePlan, position: Float64) -> Float64:
-    """What particles leave of their light at points in view space, shape (n, 3)."""
+    """Return the share of light that particles let through to points in view space, shape (n, 3)."""
     particle_shadow = plan.particle_shadow
     assert particle_shadow is not None
     world = position @ plan.view.view_to_world[:3, :3] + plan.view.view_to_world[3, :3]
@@ -186,3 +189,84 @@ def _check_look(settings: Settings) -> None:
             f"there is no reference for look {settings.look!r} in linear radiance: choose look 'correct', or "
             "leave 'look' out"
         )
+
+
+# --- The look "classic" ---
+
+
+def render_classic(
+    plan: FramePlan,
+    visibility: NDArray[np.int32],
+    *,
+    albedo: Float64 | None = None,
+    threads: int | None = None,
+) -> NDArray[np.uint8]:
+    """Render a plan in the look "classic", in float64.
+
+    Parameters
+    ----------
+    plan : FramePlan
+        Of that look.
+    visibility, albedo, threads
+        As `render_reference` takes them; the albedo as stored, 0 to 1.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+        Display codes, the first row on top.
+
+    Raises
+    ------
+    SettingsError
+        If the plan has a different look, or several samples per pixel.
+    OutputError
+        If a shape is wrong, or the plan has no such triangle.
+    """
+    if plan.settings.look != "classic" or plan.settings.supersample != 1:
+        raise SettingsError(
+            "render_classic needs a plan with look 'classic' and 'supersample' 1; got "
+            f"{plan.settings.look!r} and {plan.settings.supersample}"
+        )
+    surfaces = see_surfaces(plan, visibility, albedo=albedo, threads=threads)
+    covered = surfaces.covered
+    codes = np.zeros((*covered.shape, 3))
+    codes[covered] = _lit_codes(plan, surfaces)
+    distance = np.where(covered, surfaces.gbuffer.position[..., 1], np.inf)
+    for index in range(len(plan.sprites)):
+        dot = light_of_sprite(plan.sprites, index, plan.view, distance)
+        if dot is not None:
+            codes[dot[0]] += _to_codes(dot[1])
+    display = np.minimum(codes, 255.0) / 255.0
+    display += np.where(covered[..., None], 0.0, linear_to_srgb(background(plan.background, plan.view)))
+    return _to_codes(display).astype(np.uint8)
+
+
+def _lit_codes(plan: FramePlan, surfaces: Surfaces) -> Float64:
+    """Return the sum of all lights' codes on the covered pixels, shape (n, 3), not yet clipped at 255."""
+    gbuffer, covered = surfaces.gbuffer, surfaces.covered
+    position = gbuffer.position[covered]
+    base = _to_codes(gbuffer.albedo[covered]) / 255.0
+    x, y, z = gbuffer.normal[covered].T
+    opengl = np.stack([x, z, -y], axis=1)
+    stored = _to_codes(0.5 * opengl + 0.5) / 255.0
+    codes = _to_codes(base * plan.ambient)
+    for pixels, arriving in _arriving(plan, position, stored):
+        codes[pixels] += _to_codes(base[pixels] * arriving)
+    return codes
+
+
+def _arriving(
+    plan: FramePlan, position: Float64, stored: Float64
+) -> Iterator[tuple[NDArray[np.intp], Float64]]:
+    """Yield, for each light, the indices of the positions (n, 3) in reach, and the light that arrives."""
+    for one in each_light(plan.lights):
+        pixels = np.flatnonzero(one.in_reach(position))
+        to_light, distance = one.directions(position[pixels])
+        strength = one.strength(to_light.T, distance, plan.settings)
+        facing = np.einsum("ij,ij->i", to_light, stored[pixels])
+        yield pixels, (facing * strength)[:, None] * one.lights.colors[one.row]
+
+
+def _to_codes(values: Float64) -> Float64:
+    """Round values to the codes, 0 to 255, of an 8-bit target."""
+    return np.asarray(np.rint(np.clip(values, 0.0, 1.0) * 255.0))

@@ -1,8 +1,9 @@
-"""Shadows of particles in float64: what they really take of a light, and what slices make of it.
+"""The shadow of particles in float64: exact, and as slices approximate it.
 
-`exact_taken` is the sum over all particles before a place, one by one. The rest is the twin of
-``shaders/particle_shadow_slices.frag``, ``particle_shadow_sums.frag``, ``volume_blur_*.frag`` and ``include/particle_shadow.glsl``: it
-differs from the GPU by rounding alone. Places are in texels and slices: `firefly_sample.plan.particles.shadow`.
+`exact_taken` sums over all particles between a position and the light, one by one. The rest is the twin of
+``shaders/particle_shadow_slices.frag``, ``particle_shadow_sums.frag``, ``particle_shadow_blur_*.frag`` and
+``include/particle_shadow.glsl``: it differs from the GPU by rounding alone. Positions are in texels and
+slices: `firefly_sample.plan.particles.shadow`.
 """
 
 from __future__ import annotations
@@ -17,20 +18,20 @@ from firefly_sample.plan.particles.shadow import ParticleShadowPlan, blur_weight
 Float64 = NDArray[np.float64]
 
 MOST_CELLS = 256
-"""Across the discs, by which places are sorted."""
+"""Cells across all discs, by which positions are sorted."""
 
 
 def exact_taken(
     particle_shadow: ParticleShadowPlan, places: Float64, rows: NDArray[np.intp] | None = None
 ) -> Float64:
-    """What all particles before some places take: the sum of their strengths there, shape (m, 3).
+    """Return the sum of the strengths of all particles between positions and the light, shape (m, 3).
 
     Parameters
     ----------
     places : ndarray of float64, shape (m, 3)
-        Texels across and up, and slices; what is NaN gets 0.
+        Positions: texels across and up, and slices; NaN gets 0.
     rows : ndarray of int, shape (m,), optional
-        Which of its particles a position is the middle of: it does not count for itself. -1 for none.
+        The particle at whose centre a position is, -1 for none: it casts no shadow on itself.
     """
     taken = np.zeros((len(places), 3))
     if not len(particle_shadow):
@@ -42,7 +43,7 @@ def exact_taken(
     known = np.flatnonzero(reached)
     if not len(known):
         return taken
-    # places by cells as wide as the largest disc, row by row, so that those near one are three ranges
+    # sort positions by cells as wide as the largest disc, row by row: a disc reaches three ranges of cells
     cell = max(float(particle_shadow.radii.max()), float((high - low).max()) / MOST_CELLS)
     grid = np.floor((places[known, :2] - low) / cell).astype(np.int64)
     wide, tall = (grid.max(axis=0) + 3).tolist()
@@ -79,14 +80,15 @@ def exact_taken(
 
 
 def light_left(particle_shadow: ParticleShadowPlan, taken: Float64) -> Float64:
-    """The share of the light that is left where `taken` was summed up."""
+    """Return the share of the light that is left after sums of strengths `taken`."""
     return np.exp(-taken) if particle_shadow.method == "optical_depth" else np.maximum(1.0 - taken, 0.0)
 
 
 def slice_sums(particle_shadow: ParticleShadowPlan) -> Float64:
-    """What is in the texture, by slice, shape (slices, tile, tile, 3), first row at the bottom.
+    """Return the texture's contents by slice, shape (slices, tile, tile, 3), first row at the bottom.
 
-    With "optical_depth" and "blend", what is taken up to the end of each slice; with "loop", in each.
+    With "optical_depth" and "blend", each slice holds the sum up to its end; with "loop", its own particles
+    alone.
     """
     view = particle_shadow.view
     tile = view.tile
@@ -105,10 +107,8 @@ def slice_sums(particle_shadow: ParticleShadowPlan) -> Float64:
     if particle_shadow.method != "loop":
         sums = np.cumsum(sums, axis=0)
     if particle_shadow.blur > 0.0:
-        weights, reach = (
-            blur_weights(particle_shadow.blur, particle_shadow.kernel),
-            math.ceil(particle_shadow.blur),
-        )
+        weights = blur_weights(particle_shadow.blur, particle_shadow.kernel)
+        reach = math.ceil(particle_shadow.blur)
         for axis in (1, 2):
             pads = [(reach, reach) if index == axis else (0, 0) for index in range(4)]
             padded = np.pad(sums, pads)
@@ -120,7 +120,7 @@ def slice_sums(particle_shadow: ParticleShadowPlan) -> Float64:
 
 
 def _texels(middle: float, radius: float, tile: int) -> NDArray[np.int64]:
-    """Texels whose centres may lie in a disc."""
+    """Return the texels whose centres may lie in a disc."""
     low, high = max(math.floor(middle - radius - 0.5), 0), min(math.ceil(middle + radius), tile)
     return np.arange(low, max(high, low))
 
@@ -128,7 +128,7 @@ def _texels(middle: float, radius: float, tile: int) -> NDArray[np.int64]:
 def sliced_light(
     particle_shadow: ParticleShadowPlan, sums: Float64, places: Float64, rows: NDArray[np.intp] | None = None
 ) -> Float64:
-    """The share of the light that a lookup in `slice_sums` finds at some places, shape (m, 3).
+    """Return the share of the light that a lookup in `slice_sums` gives at some positions, shape (m, 3).
 
     Parameters
     ----------

@@ -1,31 +1,170 @@
-"""Which triangle each pixel sees, by rays: no rasteriser, no depth buffer."""
+"""Find the triangle that each pixel sees by rays, without rasteriser and depth buffer.
+
+Embree computes in float32: it finds candidates, which are then checked in float64. It cannot distinguish what
+differs by about 1e-7 of the distances: which of two triangles that share an edge is met by a ray through that
+edge, or which of two surfaces that close is the nearer one. A rasteriser, whose corners snap to 1/256 of a
+pixel, has a hundred times that error.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.errors import MissingPackageError
+from firefly_sample.extras import install_command
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
-from firefly_sample.lab.reference.fragments import Fragments
-from firefly_sample.lab.reference.ray_scene import RayScene
 from firefly_sample.lab.reference.rays import Rays, pixel_rays
-from firefly_sample.lab.reference.surfaces import numbered_batches
+from firefly_sample.lab.reference.surfaces import Fragments, numbered_batches
 from firefly_sample.lab.reference.texture import Samplers
-from firefly_sample.plan.frame_plan import Batch, FramePlan
+from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.scene.geom import Geom
 
 Float64 = NDArray[np.float64]
 
 TILE = (128, 128)
-
 STEP = 1e-6
-"""Of the distance: how far behind a triangle that is not there (its back, what lies before the near plane,
-what alpha cuts away) a ray goes on. It is what float32 needs to be sure to have left it."""
+"""Relative step by which a ray goes on behind a triangle that is not drawn: its back, or cut away by the near
+plane or by alpha. float32 needs it to be sure to have left the triangle."""
+
+
+class RayScene:
+    """The triangles of some instances in one space, for rays.
+
+    Parameters
+    ----------
+    geoms : sequence of Geom
+        One for each instance; they may repeat.
+    matrices : ndarray of float64, shape (instances, 4, 4)
+        From model space to the rays' space, for row vectors.
+    stretch : (float, float, float), optional
+        Factors of the axes, for Embree only: rays through a very narrow lens keep their digits if its picture
+        is made about as wide as it is far away.
+
+    Raises
+    ------
+    MissingPackageError
+        If embreex is not installed.
+    """
+
+    def __init__(
+        self, geoms: Sequence[Geom], matrices: Float64, stretch: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    ) -> None:
+        unique = {id(geom): geom for geom in geoms}
+        order = {key: index for index, key in enumerate(unique)}
+        own = np.array([order[id(geom)] for geom in geoms], dtype=np.intp)
+        vertices = np.cumsum([0, *(len(geom.vertices) for geom in unique.values())])
+        triangles = np.cumsum([0, *(len(geom.triangles) for geom in unique.values())])
+        self._vertices = _joined([geom.vertices for geom in unique.values()], 3)
+        self._texcoords = _joined([geom.texcoords for geom in unique.values()], 2)
+        self._alphas = _joined([_alphas(geom)[:, None] for geom in unique.values()], 1)[:, 0]
+        parts = [geom.triangles + first for geom, first in zip(unique.values(), vertices, strict=False)]
+        self._triangles = np.concatenate([np.zeros((0, 3), dtype=np.intp), *parts])
+        self._matrices = matrices
+        self._first_triangle = triangles[own]
+        self._first = np.concatenate([[0], np.cumsum((triangles[1:] - triangles[:-1])[own])])
+        self._stretch = np.array(stretch)
+        self._scale = 1.0
+        self._scene, self._mesh = _embree(*self._float32(vertices, own))
+
+    def _float32(
+        self, vertices: NDArray[np.intp], own: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Return corners and triangles of all instances, scaled so that no product leaves float32's range."""
+        positions, indices, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int32)], 0
+        for instance, geom in enumerate(own):
+            matrix = self._matrices[instance]
+            moved = self._vertices[vertices[geom] : vertices[geom + 1]] @ matrix[:3, :3] + matrix[3, :3]
+            positions.append(moved * self._stretch)
+            first = self._first_triangle[instance]
+            rows = self._triangles[first : first + self._first[instance + 1] - self._first[instance]]
+            indices.append((rows - vertices[geom] + count).astype(np.int32))
+            count += len(moved)
+        corners = np.concatenate(positions)
+        self._scale = 1.0 / max(float(np.abs(corners).max(initial=0.0)), 1e-300)
+        return (corners * self._scale).astype(np.float32), np.concatenate(indices)
+
+    def __len__(self) -> int:
+        return int(self._first[-1])
+
+    def nearest(self, origin: Float64, direction: Float64, end: Float64) -> NDArray[np.intp]:
+        """Return the number of the first triangle that each ray meets, from either side; -1 if there is none.
+
+        Parameters
+        ----------
+        origin, direction : ndarray of float64, shape (n, 3)
+        end : ndarray of float64, shape (n,)
+            Where the rays end, in units of the direction.
+        """
+        if not len(self) or not len(origin):
+            return np.full(len(origin), -1)
+        rays = [
+            np.ascontiguousarray(values * (self._stretch * self._scale), dtype=np.float32)
+            for values in (origin, direction)
+        ]
+        limits = np.minimum(end, 1e30).astype(np.float32)
+        found = self._scene.run(*rays, dists=limits, query="INTERSECT")
+        return np.asarray(found, dtype=np.intp)
+
+    def owner(self, number: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return the instances of triangles, and their numbers in their Geoms."""
+        instance = np.searchsorted(self._first, number, side="right") - 1
+        return instance, number - self._first[instance]
+
+    def corners(self, number: NDArray[np.intp]) -> Float64:
+        """Return the positions of the corners of triangles in float64, shape (n, 3, 3)."""
+        instance, _ = self.owner(number)
+        matrix = self._matrices[instance]
+        positions = self._vertices[self._corner_rows(number)]
+        return np.asarray(positions @ matrix[:, :3, :3] + matrix[:, None, 3, :3])
+
+    def texcoords(self, number: NDArray[np.intp]) -> Float64:
+        """Return the texture coordinates of the corners of triangles, shape (n, 3, 2)."""
+        return np.asarray(self._texcoords[self._corner_rows(number)])
+
+    def alphas(self, number: NDArray[np.intp]) -> Float64:
+        """Return the vertex alpha of the corners of triangles, shape (n, 3)."""
+        return np.asarray(self._alphas[self._corner_rows(number)])
+
+    def _corner_rows(self, number: NDArray[np.intp]) -> NDArray[np.intp]:
+        instance, triangle = self.owner(number)
+        return np.asarray(self._triangles[self._first_triangle[instance] + triangle])
+
+
+def _alphas(geom: Geom) -> Float64:
+    return np.ones(len(geom.vertices)) if geom.alphas is None else geom.alphas
+
+
+def _joined(arrays: list[Float64], columns: int) -> Float64:
+    return np.concatenate([np.zeros((0, columns)), *arrays])
+
+
+def _embree(corners: NDArray[np.float32], triangles: NDArray[np.int32]) -> tuple[Any, Any]:
+    """Build Embree's scene, and return it with its mesh, which must live as long."""
+    try:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+    except ImportError as error:
+        raise MissingPackageError(
+            f"rays need embreex, which is not installed: run {install_command('measure')}"
+        ) from error
+    scene = EmbreeScene(robust=True)
+    if not len(triangles):
+        return scene, None
+    mesh = TriangleMesh(scene, corners, triangles)
+    nowhere = np.zeros((1, 3), dtype=np.float32)
+    # Embree builds its tree at the first ray: not in several threads at once
+    scene.run(nowhere, np.array([[0, 1, 0]], dtype=np.float32), query="INTERSECT")
+    return scene, mesh
 
 
 def cast_visibility(
     plan: FramePlan, *, threads: int | None = None, progress: Progress | None = None
 ) -> NDArray[np.int32]:
-    """What the output "visibility" would be of a rasteriser without any error.
+    """Return the output "visibility" that a rasteriser without any error would draw.
 
     Parameters
     ----------
@@ -36,7 +175,7 @@ def cast_visibility(
     Returns
     -------
     ndarray of int32, shape (height, width, 2)
-        Instance, counted over the plan's batches in order, and triangle of its Geom; -1 where nothing is.
+        Instance, counted over the plan's batches in order, and triangle of its Geom; -1 where there is none.
 
     Raises
     ------
@@ -60,7 +199,7 @@ class _Caster:
     def __init__(self, plan: FramePlan) -> None:
         self._near, self._far = plan.view.near, plan.view.far
         self.rays = pixel_rays(plan.view)
-        self._batches: list[tuple[int, Batch]] = list(numbered_batches(plan))
+        self._batches = list(numbered_batches(plan))
         self._first = np.array([first for first, _ in self._batches], dtype=np.intp)
         geoms = [batch.geom for _, batch in self._batches for _ in batch.ids]
         matrices = [np.zeros((0, 4, 4)), *(batch.model_to_view for _, batch in self._batches)]
@@ -69,16 +208,16 @@ class _Caster:
         self._samplers = Samplers()
 
     def see(self, rays: Rays) -> NDArray[np.int32]:
-        """Instance and triangle for each ray, shape (n, 2)."""
+        """Return instance and triangle for each ray, shape (n, 2)."""
         result = np.full((len(rays), 2), -1, dtype=np.int32)
         begin = np.full(len(rays), self._near - STEP * abs(self._near))
         step = np.full(len(rays), STEP)
         before = np.full(len(rays), -1)
         waiting = np.arange(len(rays))
         while len(waiting):
-            ways = rays.take(waiting)
-            start = ways.origin + begin[waiting, None] * ways.direction
-            number = self._scene.nearest(start, ways.direction, np.full(len(waiting), np.inf))
+            left = rays.take(waiting)
+            start = left.origin + begin[waiting, None] * left.direction
+            number = self._scene.nearest(start, left.direction, np.full(len(waiting), np.inf))
             hit = number >= 0
             waiting, number = waiting[hit], number[hit]
             instance, triangle = self._scene.owner(number)
@@ -89,7 +228,7 @@ class _Caster:
             result[waiting[kept]] = np.stack([instance[kept], triangle[kept]], axis=1)
             on = ~(kept | beyond)
             waiting, number, distance = waiting[on], number[on], distance[on]
-            # the same triangle again: float32 has not left it, where it lies along the ray
+            # the same triangle again: along it, float32 has not left it yet
             step[waiting] = np.where(number == before[waiting], 2.0 * step[waiting], STEP)
             before[waiting] = number
             behind = np.maximum(distance, begin[waiting])
@@ -99,16 +238,16 @@ class _Caster:
     def _look(
         self, rays: Rays, instance: NDArray[np.intp], triangle: NDArray[np.intp]
     ) -> tuple[NDArray[np.bool_], Float64]:
-        """Whether rays see triangles, and how far away these are, in float64."""
+        """Return whether rays see triangles, and the triangles' distances, in float64."""
         shown, distance = np.zeros(len(rays), dtype=bool), np.zeros(len(rays))
-        of = np.searchsorted(self._first, instance, side="right") - 1
-        for index in np.unique(of):
-            chosen = np.flatnonzero(of == index)
+        owner = np.searchsorted(self._first, instance, side="right") - 1
+        for index in np.unique(owner):
+            chosen = np.flatnonzero(owner == index)
             first, batch = self._batches[index]
             found = Fragments(
                 batch, rays.take(chosen), instance[chosen] - first, triangle[chosen], self._samplers
             )
-            distance[chosen] = found.meeting.along
+            distance[chosen] = found.hits.along
             front = found.is_front()
             shown[chosen] = front & found.is_there() if front.any() else False
         return shown, distance

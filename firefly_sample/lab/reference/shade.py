@@ -1,34 +1,197 @@
 """Brute-force shading of a decoded G-buffer in float64: every light on every pixel, no volume, no culling.
 
-What the passes of light must agree with. A surface shows, of each light that it faces,
+Each light that a surface faces adds
 
     (albedo * color * max(N.L, 0) + specular * specular_color * highlight) * falloff * cone * shadow.
+
+The lighting passes must agree with `shade_lights`. `count_pairs` counts the (pixel, light) pairs in range,
+which is the least that any method must shade.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
-from firefly_sample.lab.reference.cone import opening
-from firefly_sample.lab.reference.one_light import GBuffer, LitChunk, OneLight, Shadows, lengths
-from firefly_sample.lab.reference.pairs import pairs_in_reach
+from firefly_sample.lab.reference.shading import cone_strength, falloff, highlight_of_cosines, opening
 from firefly_sample.plan.lights.light_set import LightSet
+from firefly_sample.readback import GBuffer
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
 
 TILE = (64, 128)
-"""Pixels down and across that are shaded together: they lie near each other, so that few lights reach them,
-and what is known of them stays in a processor's cache."""
+"""Pixels down and across that are shaded together: few lights reach pixels so close to each other, and their
+data stay in a processor's cache."""
+PAIRS_TILE = (16, 16)
+"""Pixels down and across whose pairs are counted together: the bounding box of so few decides most lights."""
+ROUNDING = 1e-13
+"""Far more than the relative rounding error of a distance."""
+PAIRS_LIGHTS = 1024
+"""Lights whose distances to a tile's pixels are computed at once: 8 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class OneLight:
+    """One light: a row of a `LightSet`."""
+
+    lights: LightSet
+    row: int
+
+    def in_reach(self, position: Float64) -> NDArray[np.bool_]:
+        """Return which positions (n, 3) are nearer than the light's reach."""
+        if self.lights.kind == "directional":
+            return np.asarray(np.isfinite(position).all(axis=1))
+        offset = position - self.lights.positions[self.row]
+        return np.asarray(lengths(offset) < self.lights.reaches[self.row])
+
+    def directions(self, position: Float64) -> tuple[Float64, Float64]:
+        """Return unit vectors from positions (n, 3) to the light, and distances."""
+        if self.lights.kind == "directional":
+            to_light = np.broadcast_to(-self.lights.directions[self.row], position.shape)
+            return to_light, np.full(len(position), np.inf)
+        offset = self.lights.positions[self.row] - position
+        distance = np.maximum(lengths(offset), 1e-300)
+        return offset / distance[:, None], distance
+
+    def strength(self, to_light: Float64, distance: Float64, settings: Settings) -> Float64:
+        """Return the factor of the light's colour, without shadows; `to_light` has shape (3, n)."""
+        lights, row = self.lights, self.row
+        if lights.kind == "directional":
+            return np.ones(len(distance))
+        end, coefficients = float(lights.ends[row]), lights.attenuations[row]
+        strength = falloff(lights.falloff, distance, end, coefficients, settings.range_falloff)
+        if lights.kind == "spot":
+            strength = strength * cone_strength(
+                opening(to_light.T, lights.directions[row]), *lights.cones[row]
+            )
+        return strength
+
+
+Shadows = Callable[[OneLight, NDArray[np.intp], Float64], Float64]
+"""``shadows(light, pixels, n_dot_l)``: the lit share of pixels by their flat indices, shape (n,), or (3, n)
+for a share per colour."""
+
+
+class LitChunk:
+    """Some pixels of a flat G-buffer, and the sum of the light added to them.
+
+    Parameters
+    ----------
+    gbuffer : GBuffer
+        Of shapes (n, 3) and (n,).
+    pixels : ndarray of int
+        Indices of pixels that have a position.
+    settings, shadows
+        As `shade_lights` takes them.
+    """
+
+    def __init__(
+        self, gbuffer: GBuffer, pixels: NDArray[np.intp], settings: Settings, shadows: Shadows | None
+    ) -> None:
+        self._pixels, self._settings, self._shadows = pixels, settings, shadows
+        self._position = np.ascontiguousarray(gbuffer.position[pixels].T)
+        self._normal = np.ascontiguousarray(gbuffer.normal[pixels].T)
+        self._eye = np.ascontiguousarray(gbuffer.to_eye[pixels].T)
+        self._n_dot_e = _dot(self._normal, self._eye)
+        self._albedo, self._specular = gbuffer.albedo[pixels].T, gbuffer.specular[pixels].T
+        self._shininess = gbuffer.shininess[pixels]
+        self._shiny = np.asarray(self._specular.any(axis=0))
+        self._any_shiny = bool(self._shiny.any())
+        self._light = np.zeros((3, len(pixels)))
+        self._glint = np.zeros((3, len(pixels)))
+
+    def rows_in_reach(self, lights: LightSet) -> list[int]:
+        """Return the lights of a set whose reach meets the bounding box of these pixels."""
+        if lights.kind == "directional":
+            return list(range(len(lights)))
+        low, high = self._position.min(axis=1), self._position.max(axis=1)
+        away = np.maximum(np.maximum(low - lights.positions, lights.positions - high), 0.0)
+        # a little farther, to allow for rounding
+        return np.flatnonzero(lengths(away) * (1.0 - 1e-12) < lights.reaches).tolist()
+
+    def add(self, one: OneLight) -> None:
+        """Add the light of one source."""
+        chosen, to_light, n_dot_l, distance = self._facing(one)
+        if not len(chosen):
+            return
+        lights, row = one.lights, one.row
+        strength = one.strength(to_light, distance, self._settings)
+        if self._shadows is not None and (lights.shadowed or lights.particle_shadowed):
+            strength = strength * self._shadows(one, self._pixels[chosen], n_dot_l)
+        clamp = self._settings.clamp_light
+        for channel, color in enumerate(lights.colors[row].tolist()):
+            if color > 0.0:
+                diffuse = np.minimum(color * n_dot_l, 1.0) if clamp else color * n_dot_l
+                self._light[channel][chosen] += diffuse * _channel(strength, channel)
+        if self._any_shiny and lights.specular_colors[row].any():
+            self._add_highlight(one, chosen, to_light, n_dot_l, strength)
+
+    def _add_highlight(
+        self, one: OneLight, chosen: NDArray[np.intp], to_light: Float64, n_dot_l: Float64, strength: Float64
+    ) -> None:
+        if not self._shiny.all():
+            shiny = np.flatnonzero(self._shiny[chosen])
+            chosen, to_light = chosen[shiny], to_light[:, shiny]
+            n_dot_l, strength = n_dot_l[shiny], strength[..., shiny]
+        l_dot_e = _dot(to_light, self._eye[:, chosen])
+        model = self._settings.specular_model
+        shine = highlight_of_cosines(n_dot_l, self._n_dot_e[chosen], l_dot_e, self._shininess[chosen], model)
+        for channel, color in enumerate(one.lights.specular_colors[one.row].tolist()):
+            if color > 0.0 and self._settings.clamp_light:
+                glint = np.minimum(color * shine * self._specular[channel][chosen], 1.0)
+                self._glint[channel][chosen] += glint * _channel(strength, channel)
+            elif color > 0.0:
+                self._glint[channel][chosen] += color * shine * _channel(strength, channel)
+
+    def _facing(self, one: OneLight) -> tuple[NDArray[np.intp], Float64, Float64, Float64]:
+        """Return pixels in reach that face a light, unit vectors to it (3, n), cosines and distances."""
+        lights, row = one.lights, one.row
+        if lights.kind == "directional":
+            direction = -lights.directions[row]
+            cosine = _dot(self._normal, direction)
+            chosen = np.flatnonzero(cosine > 0.0)
+            to_light = np.broadcast_to(direction[:, None], (3, len(chosen)))
+            return chosen, to_light, cosine[chosen], np.full(len(chosen), np.inf)
+        offset = lights.positions[row][:, None] - self._position
+        facing = _dot(self._normal, offset)
+        square, reach = _dot(offset, offset), float(lights.reaches[row])
+        reached = facing > 0.0
+        if reach < np.inf:
+            reached &= np.sqrt(square) < reach
+        chosen = np.flatnonzero(reached)
+        distance = np.maximum(np.sqrt(square[chosen]), 1e-150)
+        share = 1.0 / distance
+        return chosen, offset[:, chosen] * share, facing[chosen] * share, distance
+
+    def sums(self) -> tuple[Float64, Float64]:
+        """Return radiance, and the light on white surfaces, shapes (n, 3)."""
+        glint = self._glint if self._settings.clamp_light else self._glint * self._specular
+        return (self._albedo * self._light + glint).T, self._light.T
+
+
+def _channel(strength: Float64, channel: int) -> Float64:
+    """Return the strength of one colour channel; `strength` has shape (n,) or (3, n)."""
+    return np.asarray(strength[channel]) if strength.ndim == 2 else strength
+
+
+def _dot(one: Float64, other: Float64) -> Float64:
+    """Return dot products of vectors (3, n) with vectors (3, n) or one vector (3,), shape (n,)."""
+    return np.asarray(one[0] * other[0] + one[1] * other[1] + one[2] * other[2])
+
+
+def lengths(vectors: Float64) -> Float64:
+    """Return lengths of vectors (n, 3), several times as fast as ``numpy.linalg.norm``."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
 
 
 def each_light(sets: Iterable[LightSet]) -> Iterator[OneLight]:
-    """All lights of some sets, one by one."""
+    """Yield all lights of some sets, one by one."""
     for lights in sets:
         for row in range(len(lights)):
             yield OneLight(lights, row)
@@ -43,7 +206,7 @@ def shade_lights(
     threads: int | None = 1,
     progress: Progress | None = None,
 ) -> tuple[Float64, Float64]:
-    """What all lights do to a G-buffer.
+    """Shade a G-buffer by all lights.
 
     Parameters
     ----------
@@ -52,16 +215,16 @@ def shade_lights(
     sets : iterable of LightSet
         View space.
     settings : Settings
-        Of them, the specular model, the window and the clamps.
+        `specular_model`, `range_falloff` and `clamp_light` count.
     shadows : callable, optional
-        See `Shadows`; nothing is in shadow when absent.
+        See `Shadows`; no shadows when absent.
     threads, progress : optional
         As `firefly_sample.lab.reference.chunks.run_all` takes them; `shadows` is called from these threads.
 
     Returns
     -------
     radiance, light : ndarray of float64, shape (..., 3)
-        Linear; the second is what a white surface without highlights would show.
+        Linear; the second is the radiance of white surfaces without highlights.
     """
     sets = tuple(sets)
     shape = gbuffer.position.shape
@@ -89,41 +252,77 @@ def shade_lights(
 
 
 def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
-    """How many (pixel, light) pairs are in range: covered pixels with d < R, whatever their normals.
+    """Return how many (pixel, light) pairs are in range: covered pixels with d < R, whatever their normals.
 
-    A spotlight's must lie within its cone, too; a directional light's range is everything.
+    A spotlight's pixels must also lie in its cone. A directional light is in range of all pixels.
     """
-    place = position.reshape(-1, 3)
-    place = place[np.isfinite(place).all(axis=1)]
+    covered = position.reshape(-1, 3)
+    covered = covered[np.isfinite(covered).all(axis=1)]
     total = 0
     for lights in sets:
         if lights.kind == "point":
             total += pairs_in_reach(position, lights)
         elif lights.kind == "directional":
-            total += len(lights) * len(place)
+            total += len(lights) * len(covered)
         else:
-            total += sum(_within_cone(one, place) for one in each_light([lights]))
+            total += sum(_within_cone(one, covered) for one in each_light([lights]))
     return total
 
 
-def _within_cone(one: OneLight, place: Float64) -> int:
-    """How many positions (n, 3) a spotlight reaches."""
-    to_light, _ = one.ways(place[one.in_reach(place)])
+def _within_cone(one: OneLight, position: Float64) -> int:
+    """Return how many positions (n, 3) a spotlight reaches."""
+    to_light, _ = one.directions(position[one.in_reach(position)])
     opened = opening(to_light, one.lights.directions[one.row])
     return int(np.count_nonzero(opened <= one.lights.cones[one.row, 1]))
 
 
-def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = np.inf) -> Float64:
-    """For each pixel the smallest d/R of all lights, shape (...,); infinity where none is in range.
+def pairs_in_reach(position: Float64, lights: LightSet) -> int:
+    """Return the number of pairs with d < R, of pixels whose position is finite.
 
-    The R of an attenuation counts as `longest` at most: of a light that hardly fades, it says little.
+    Pixels are taken by small tiles. The bounding box of a tile's positions mostly decides whether a light
+    reaches all of them or none; only the other pairs are measured.
+
+    Parameters
+    ----------
+    position : ndarray of float64, shape (..., 3)
+        View space.
+    lights : LightSet
+        Point lights, or spotlights, whose cones do not count.
     """
-    place = position.reshape(-1, 3)
-    smallest = np.full(len(place), np.inf)
+    flat = position.reshape(-1, 3)
+    known = np.asarray(np.isfinite(flat).all(axis=1))
+    tiles = (tile[known[tile]] for tile in tiles_of(position.shape[:-1], PAIRS_TILE))
+    return sum(_pairs_of_tile(flat[pixels], lights) for pixels in tiles if len(pixels))
+
+
+def _pairs_of_tile(position: Float64, lights: LightSet) -> int:
+    """Count the pairs of one tile's positions, shape (n, 3)."""
+    low, high = position.min(axis=0), position.max(axis=0)
+    to_low, to_high = low - lights.positions, lights.positions - high
+    nearest = lengths(np.maximum(np.maximum(to_low, to_high), 0.0))
+    farthest = lengths(np.maximum(np.abs(to_low), np.abs(to_high)))
+    whole = farthest * (1.0 + ROUNDING) < lights.reaches
+    partly = np.flatnonzero(~whole & (nearest * (1.0 - ROUNDING) < lights.reaches))
+    total = int(np.count_nonzero(whole)) * len(position)
+    for first in range(0, len(partly), PAIRS_LIGHTS):
+        rows = partly[first : first + PAIRS_LIGHTS]
+        offsets = position[:, None] - lights.positions[rows]
+        distances = lengths(offsets.reshape(-1, 3)).reshape(offsets.shape[:2])
+        total += int(np.count_nonzero(distances < lights.reaches[rows]))
+    return total
+
+
+def nearest_light(position: Float64, sets: Iterable[LightSet], longest: float = np.inf) -> Float64:
+    """Return the smallest d/R of all lights for each pixel, shape (...,); infinity where none is in range.
+
+    The R of an attenuation is limited to `longest`: for a light that hardly fades, the R itself says little.
+    """
+    flat = position.reshape(-1, 3)
+    smallest = np.full(len(flat), np.inf)
     for one in each_light(sets):
         if one.lights.kind == "directional":
             continue
-        distance = lengths(place - one.lights.positions[one.row])
+        distance = lengths(flat - one.lights.positions[one.row])
         reach = float(one.lights.reaches[one.row])
         if one.lights.falloff is Falloff.ATTENUATION:
             reach = min(reach, longest)

@@ -1,22 +1,37 @@
-"""float64 twin of ``shaders/include/shadow.glsl``: the share of a light that reaches a surface."""
+"""The share of a light that reaches surfaces: by shadow maps, and by rays.
+
+`shadow` is the float64 twin of ``shaders/include/shadow.glsl``. `ShadowRays` gives hard, exact shadows, which
+shadow maps and their filters approximate: every caster that a light's maps draw blocks its rays, from either
+side, inside the camera's view or not.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.lab.reference.raycast import RayScene
+from firefly_sample.lab.reference.rays import Intersections, RayCorners, intersect
+from firefly_sample.lab.reference.shade import OneLight
+from firefly_sample.lab.reference.texture import Sampler, Samplers
+from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.shadows.maps import ShadowMap
+from firefly_sample.scene.geom import Geom
 
 Float64 = NDArray[np.float64]
 
+CONTACT = 4e-6
+"""Share of a surface's distance from the eye (its largest coordinate) within which geometry casts no shadow
+on it, as its own triangle must not. The float32 error of Embree is about a twentieth of it."""
 NORMAL_OFFSET, LIFT, ROUNDING = 0.25, 0.05, 1e-6
-"""The shader's: texels along the normal where light grazes, texels towards the light, what float32 errs."""
+"""The shader's constants: texels along the normal at grazing light, texels towards the light, float32
+rounding."""
 
 
-def cube_faces(way: Float64) -> NDArray[np.int64]:
-    """Which of six maps world-space directions (n, 3) from a light lie in: +x, -x, +y, -y, +z, -z."""
-    axis = np.argmax(np.abs(way), axis=1)
-    return np.asarray(2 * axis + (way[np.arange(len(way)), axis] < 0))
+def cube_faces(direction: Float64) -> NDArray[np.int64]:
+    """Return the cube faces, in the order +x, -x, +y, -y, +z, -z, of world-space directions (n, 3)."""
+    axis = np.argmax(np.abs(direction), axis=1)
+    return np.asarray(2 * axis + (direction[np.arange(len(direction)), axis] < 0))
 
 
 def shadow(
@@ -24,28 +39,28 @@ def shadow(
     shadow_map: ShadowMap,
     reverse: bool,
     taps: int,
-    place: Float64,
+    position: Float64,
     normal: Float64,
     n_dot_l: Float64,
     y_view: Float64,
 ) -> Float64:
-    """The lit share of each of n places in one map.
+    """Return the lit share of each of n positions in one map.
 
     Parameters
     ----------
     atlas : ndarray, shape (height, width)
         Depths; row 0 is the lowest.
     reverse : bool
-        Whether near is the larger depth.
+        Whether nearer surfaces have the larger depth.
     taps : {1, 4, 16}
-    place, normal : ndarray of float64, shape (n, 3)
+    position, normal : ndarray of float64, shape (n, 3)
         World space.
     n_dot_l, y_view : ndarray of float64, shape (n,)
         Cosine of the light's angle, and distance along the camera's axis.
     """
     tile, lens = shadow_map.tile, shadow_map.lens
     matrix = shadow_map.world_to_light
-    q = place @ matrix[:3, :3] + matrix[3, :3]
+    q = position @ matrix[:3, :3] + matrix[3, :3]
     n = normal @ matrix[:3, :3]
     scale = np.array([lens.a, lens.c]) * tile.size / 2.0
     texel = (q[:, 1] if lens.perspective else np.ones(len(q))) / scale.min()
@@ -84,17 +99,152 @@ def shadow(
         share = np.zeros(len(q))
         for j in span:
             for i in span:
-                weight = np.prod(
-                    [
-                        1.0 - f[:, axis]
-                        if step == span[0]
-                        else f[:, axis]
-                        if step == span[-1]
-                        else np.ones(len(q))
-                        for axis, step in enumerate((i, j))
-                    ],
-                    axis=0,
-                )
+                weight = _weights(f[:, 0], i, span) * _weights(f[:, 1], j, span)
                 share += weight * lit(first + np.array([i, j]))
         share /= 1.0 if taps == 4 else 9.0
     return np.where(behind | beyond, 1.0, share)
+
+
+def _weights(fraction: Float64, step: int, span: range) -> Float64:
+    """Return a tap's weights along one axis: the outer taps cover only a fraction of a texel."""
+    if step == span[0]:
+        return 1.0 - fraction
+    return fraction if step == span[-1] else np.ones(len(fraction))
+
+
+class ShadowRays:
+    """All shadow casters of a plan, in view space.
+
+    Raises
+    ------
+    MissingPackageError
+        If embreex is not installed.
+    """
+
+    def __init__(self, plan: FramePlan) -> None:
+        self._maps, self._view_to_world = plan.shadows.maps, plan.view.view_to_world
+        samplers = Samplers()
+        numbers: dict[tuple[object, ...], int] = {}
+        geoms: list[Geom] = []
+        matrices: list[Float64] = []
+        looks: list[tuple[Sampler | None, float, float, bool]] = []
+        drawn: list[set[int]] = []
+        for shadow in self._maps:
+            drawn.append(set())
+            for batch in shadow.casters or ():
+                texture = batch.texture
+                look = (
+                    batch.geom.serial,
+                    None if texture is None else texture.serial,
+                    batch.cutoff,
+                    batch.vertex_alpha,
+                )
+                sampler = None if texture is None else samplers.of(texture, batch.cutoff)
+                for matrix, alpha in zip(batch.model_to_world, batch.alphas.tolist(), strict=True):
+                    key = (*look, alpha, matrix.tobytes())
+                    if key not in numbers:
+                        numbers[key] = len(geoms)
+                        geoms.append(batch.geom)
+                        matrices.append(matrix @ plan.view.world_to_view)
+                        looks.append((sampler, alpha, batch.cutoff, batch.vertex_alpha))
+                    drawn[-1].add(numbers[key])
+        self._drawn = np.zeros((len(self._maps), len(geoms)), dtype=bool)
+        for row, chosen in zip(self._drawn, drawn, strict=True):
+            row[list(chosen)] = True
+        self._samplers = list({id(sampler): sampler for sampler, *_ in looks if sampler}.values())
+        self._sampler_of = np.array(
+            [-1 if sampler is None else self._samplers.index(sampler) for sampler, *_ in looks],
+            dtype=np.intp,
+        )
+        self._alphas = np.array([alpha for _, alpha, _, _ in looks])
+        self._cutoffs = np.array([cutoff for _, _, cutoff, _ in looks])
+        self._vertex_alpha = np.array([own for *_, own in looks], dtype=bool)
+        self._scene = RayScene(geoms, np.array(matrices).reshape(-1, 4, 4))
+        corners = self._scene.corners(np.arange(len(self._scene)))
+        self._extent = float(np.linalg.norm(corners, axis=2).max(initial=0.0))
+
+    def lit(self, points: Float64, one: OneLight) -> Float64:
+        """Return 1 where a light reaches surfaces, 0 where a caster blocks it.
+
+        Parameters
+        ----------
+        points : ndarray of float64, shape (n, 3)
+            On surfaces, view space.
+        one : OneLight
+            A light that has shadow maps.
+
+        Returns
+        -------
+        ndarray of float64, shape (n,)
+            Also 1 beyond the shadow distance of a directional light, where its map ends.
+        """
+        first, count = int(one.lights.casters[one.row]), int(one.lights.maps[one.row])
+        drawn = np.asarray(self._drawn[first : first + count].any(axis=0))
+        result = np.ones(len(points))
+        waiting = np.flatnonzero(self._within(points, self._maps[first])) if count == 1 else None
+        waiting = np.arange(len(points)) if waiting is None else waiting
+        to_light = self._to_light(points, one)
+        length = np.linalg.norm(to_light, axis=1)
+        contact = CONTACT * np.abs(points).max(axis=1, initial=0.0) / np.maximum(length, 1e-300)
+        begin, step, before = contact.copy(), contact.copy(), np.full(len(points), -1)
+        while len(waiting):
+            origin = points[waiting] + begin[waiting, None] * to_light[waiting]
+            number = self._scene.nearest(origin, to_light[waiting], 1.0 - begin[waiting])
+            hit = number >= 0
+            waiting, number = waiting[hit], number[hit]
+            hits = _intersect(self._scene.corners(number), points[waiting], to_light[waiting])
+            beyond = hits.along >= 1.0
+            stops = (hits.along > contact[waiting]) & ~beyond
+            stops &= self._stops(number, hits, drawn)
+            result[waiting[stops]] = 0.0
+            on = ~(stops | beyond)
+            waiting, number, along = waiting[on], number[on], hits.along[on]
+            # the same triangle again: along it, float32 has not left it yet
+            step[waiting] = np.where(number == before[waiting], 2.0, 1.0) * step[waiting]
+            before[waiting] = number
+            begin[waiting] = np.maximum(along, begin[waiting]) + step[waiting]
+            waiting = waiting[begin[waiting] < 1.0]
+        return result
+
+    def _within(self, points: Float64, shadow: ShadowMap) -> NDArray[np.bool_]:
+        """Return which points lie in a map; the others get no shadow from it."""
+        matrix = self._view_to_world @ shadow.world_to_light
+        q = points @ matrix[:3, :3] + matrix[3, :3]
+        lens = shadow.lens
+        w = q[:, 1] if lens.perspective else np.ones(len(q))
+        return np.asarray((w > 0.0) & (np.abs(lens.a * q[:, 0]) <= w) & (np.abs(lens.c * q[:, 2]) <= w))
+
+    def _to_light(self, points: Float64, one: OneLight) -> Float64:
+        """Return vectors to the light; to a directional one, vectors that end outside the scene."""
+        if one.lights.kind != "directional":
+            return np.asarray(one.lights.positions[one.row] - points)
+        farthest = self._extent + np.linalg.norm(points, axis=1, keepdims=True)
+        return np.asarray(-one.lights.directions[one.row] * farthest)
+
+    def _stops(
+        self, number: NDArray[np.intp], hits: Intersections, drawn: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
+        """Return whether triangles block the light: its maps draw them, and they pass the alpha test."""
+        instance, _ = self._scene.owner(number)
+        stops = np.asarray(drawn[instance])
+        alpha = self._alphas[instance]
+        rows = np.flatnonzero(stops & self._vertex_alpha[instance])
+        alpha[rows] *= np.einsum("ni,ni->n", hits.shares[rows], self._scene.alphas(number[rows]))
+        for index, sampler in enumerate(self._samplers):
+            rows = np.flatnonzero(stops & (self._sampler_of[instance] == index))
+            texcoords = np.einsum("ni,nik->nk", hits.shares[rows], self._scene.texcoords(number[rows]))
+            alpha[rows] *= sampler.sample(texcoords, np.zeros(len(rows)))[:, 3]
+        return np.asarray(stops & (alpha >= self._cutoffs[instance]))
+
+
+def _intersect(corners: Float64, origin: Float64, direction: Float64) -> Intersections:
+    """Intersect as `intersect` does, for rays of any direction: the largest coordinate is used as Y."""
+    main = np.argmax(np.abs(direction), axis=1)
+    order = (main[:, None] + np.array([2, 0, 1])) % 3
+    return intersect(
+        RayCorners.of(
+            np.take_along_axis(corners, order[:, None, :], axis=2),
+            np.take_along_axis(origin, order, axis=1),
+            np.take_along_axis(direction, order, axis=1),
+        )
+    )

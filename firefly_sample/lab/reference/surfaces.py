@@ -1,24 +1,161 @@
-"""What each pixel shows, in float64: from which triangle it sees to all that light needs to know of it."""
+"""Find everything that lighting needs of each pixel in float64, from the triangle that the pixel sees.
+
+Fragments are the float64 twin of ``shaders/geometry.vert`` and of what a rasteriser makes of its outputs.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError
 from firefly_sample.lab.reference.chunks import Progress, chunks_of, run_all
-from firefly_sample.lab.reference.fragments import Fragments
-from firefly_sample.lab.reference.one_light import GBuffer
-from firefly_sample.lab.reference.rays import Rays, pixel_rays
-from firefly_sample.lab.reference.texture import Samplers
+from firefly_sample.lab.reference.rays import Intersections, RayCorners, Rays, intersect, pixel_rays
+from firefly_sample.lab.reference.texture import Sampler, Samplers, level_of_detail
 from firefly_sample.plan.frame_plan import Batch, FramePlan
+from firefly_sample.plan.instances import Factors
+from firefly_sample.readback import GBuffer
 
 Float64 = NDArray[np.float64]
 
 CHUNK = 16384
+
+
+def normal_matrices(model_to_view: Float64) -> Float64:
+    """Return cofactor matrices (n, 3, 3), which transform normals up to a length and need no inverse."""
+    linear = model_to_view[:, :3, :3]
+    cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
+    # a flat matrix has determinant 0: it counts as not mirrored
+    return np.asarray(cofactors * np.where(np.linalg.det(linear) < 0, -1.0, 1.0)[:, None, None])
+
+
+class Fragments:
+    """The points where n rays meet triangles of a batch: one triangle of one instance for each ray.
+
+    Parameters
+    ----------
+    batch : Batch
+    rays : Rays
+    instance, triangle : ndarray of int, shape (n,)
+        Of the batch, and of its Geom.
+    samplers : Samplers
+
+    Attributes
+    ----------
+    hits : Intersections
+        Where the rays meet the triangles' planes.
+    position : ndarray of float64, shape (n, 3)
+        View space: on the ray, or on the triangle where that is edge-on.
+    """
+
+    def __init__(
+        self,
+        batch: Batch,
+        rays: Rays,
+        instance: NDArray[np.integer],
+        triangle: NDArray[np.integer],
+        samplers: Samplers,
+    ) -> None:
+        self.batch = batch
+        self.rays = rays
+        self.instance = instance
+        self._samplers = samplers
+        self._corners = batch.geom.triangles[triangle]
+        matrix = batch.model_to_view[instance]
+        corners = batch.geom.vertices[self._corners] @ matrix[:, :3, :3] + matrix[:, None, 3, :3]
+        self._seen = RayCorners.of(corners, rays.origin, rays.direction)
+        self.hits: Intersections = intersect(self._seen)
+        self.position: Float64 = rays.origin + self.hits.along[:, None] * rays.direction
+        lost = np.flatnonzero(~self.hits.on_ray)
+        if len(lost):
+            shares = self.hits.shares[lost]
+            self.position[lost, 0] += np.einsum("ni,ni->n", shares, self._seen.across[lost])
+            self.position[lost, 2] += np.einsum("ni,ni->n", shares, self._seen.up[lost])
+
+    def interpolated(self, values: Float64) -> Float64:
+        """Interpolate values of vertices (m, k) to the pixels, shape (n, k)."""
+        return np.asarray(np.einsum("ni,nik->nk", self.hits.shares, values[self._corners]))
+
+    def normal(self, turned: bool = True) -> Float64:
+        """Return unit normals in view space, shape (n, 3).
+
+        With `turned`, those of two-sided materials face the eye. A normal of length 0 faces the eye.
+        """
+        own = self.interpolated(self.batch.geom.normals)
+        seen = np.einsum("ni,nij->nj", own, normal_matrices(self.batch.model_to_view)[self.instance])
+        largest = np.abs(seen).max(axis=1, keepdims=True)
+        seen = seen / np.where(largest > 0.0, largest, 1.0)
+        length = np.linalg.norm(seen, axis=1, keepdims=True)
+        away = self.position if self.rays.perspective else self.rays.direction
+        unit = np.where(length > 0.0, seen / np.where(length > 0.0, length, 1.0), self.rays.to_eye())
+        if turned and self.batch.surface.double_sided:
+            unit = np.where((np.einsum("ni,ni->n", unit, away) > 0.0)[:, None], -unit, unit)
+        return np.asarray(unit)
+
+    def is_front(self) -> NDArray[np.bool_]:
+        """Return whether the pixels are on sides that are drawn."""
+        if self.batch.surface.double_sided:
+            return np.ones(len(self.rays), dtype=bool)
+        return np.asarray(self.hits.front != self.batch.mirrored)
+
+    def texture(self) -> Float64:
+        """Return linear colour and alpha of the texture, shape (n, 4); ones without a texture."""
+        sampler = self._sampler()
+        if sampler is None:
+            return np.ones((len(self.rays), 4))
+        right, down = self._texcoord_slopes()
+        return sampler.sample(
+            self.interpolated(self.batch.geom.texcoords), level_of_detail(right, down, sampler.size)
+        )
+
+    def _sampler(self) -> Sampler | None:
+        variant, texture = self.batch.surface, self.batch.texture
+        if not variant.textured or texture is None:
+            return None
+        return self._samplers.of(texture, self.batch.alpha_cutoff if variant.cutout else None)
+
+    def tint(self) -> Float64:
+        """Return the factor of a material's colours: texture times vertex colour, shape (n, 3)."""
+        color = self.texture()[:, :3]
+        if self.batch.surface.vertex_color and self.batch.geom.colors is not None:
+            color = color * self.interpolated(self.batch.geom.colors)
+        return color
+
+    def is_there(self) -> NDArray[np.bool_]:
+        """Return whether the material's alpha test keeps the pixels."""
+        if not self.batch.surface.cutout:
+            return np.ones(len(self.rays), dtype=bool)
+        alpha = self.batch.factors.base_colors[self.instance, 3] * self.texture()[:, 3]
+        alphas = self.batch.geom.alphas
+        if self.batch.surface.vertex_alpha and alphas is not None:
+            alpha = alpha * self.interpolated(alphas[:, None])[:, 0]
+        return np.asarray(alpha >= self.batch.alpha_cutoff)
+
+    def _texcoord_slopes(self) -> tuple[Float64, Float64]:
+        """Return the derivatives of the texture coordinates per pixel, right and down, shapes (n, 2).
+
+        A corner's share is its area over the sum of all three. The areas are products of offsets from the
+        ray, which a step to the side changes by the corner's distance (orthographic: by 1).
+        """
+        values, x, z = self.batch.geom.texcoords[self._corners], self._seen.across, self._seen.up
+        weight = self._seen.along if self.rays.perspective else np.ones_like(x)
+        after, before = [1, 2, 0], [2, 0, 1]
+        whole = self._seen.areas().sum(axis=1, keepdims=True)
+        whole = np.where(whole == 0.0, np.inf, whole)
+        middle = np.einsum("ni,nik->nk", self.hits.shares, values)
+        slopes = []
+        for by_area, step in (
+            (z[:, after] * weight[:, before] - weight[:, after] * z[:, before], self.rays.pixel[0]),
+            (weight[:, after] * x[:, before] - x[:, after] * weight[:, before], self.rays.pixel[1]),
+        ):
+            by_share = by_area * (step / whole)
+            rise = np.einsum("ni,nik->nk", by_share, values)
+            slopes.append(rise - by_share.sum(axis=1, keepdims=True) * middle)
+        return slopes[0], slopes[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +180,7 @@ class Surfaces:
 
 
 def numbered_batches(plan: FramePlan) -> Iterator[tuple[int, Batch]]:
-    """Each batch with the number of its first instance, among all of the frame's."""
+    """Yield each batch with the number of its first instance among all of the frame's."""
     first = 0
     for batch in plan.batches:
         yield first, batch
@@ -59,7 +196,7 @@ def see_surfaces(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Surfaces:
-    """The surfaces behind the pixels' centres.
+    """Return the surfaces seen through the pixels' centres.
 
     In the classic look textures are sampled as stored, and normals of two-sided materials are not turned.
 
@@ -71,7 +208,7 @@ def see_surfaces(
         -1 where there is nothing.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled
-        here when absent. Without the second, what was sampled is found from the first.
+        here when absent. If only the first is given, the second is derived from it.
     threads, progress : optional
         As `firefly_sample.lab.reference.chunks.run_all` takes them.
 
@@ -81,17 +218,19 @@ def see_surfaces(
         If a shape is wrong or the plan has no such triangle.
     """
     width, height = plan.view.size
-    seen = np.asarray(visibility)
-    _check_shape("visibility", seen, (height, width, 2))
-    seen = seen.reshape(-1, 2)
+    shape, classic = (height, width), plan.settings.look == "classic"
+    seen = _checked("visibility", np.asarray(visibility), (height, width, 2)).reshape(-1, 2)
     _check_numbers(plan, seen)
-    classic = plan.settings.look == "classic"
-    made = _Columns(height * width, turned=not classic)
     rays, samplers = pixel_rays(plan.view), Samplers(stored=classic)
     given = [
-        None if image is None else _flat_image(name, image, (height, width, 3))
+        None if image is None else _checked(name, np.asarray(image, dtype=np.float64), (height, width, 3))
         for name, image in (("albedo", albedo), ("ambient albedo", ambient_albedo))
     ]
+    normal, diffuse, specular, ambient, emission = np.zeros((5, height, width, 3))
+    to_eye = rays.to_eye().reshape(height, width, 3)
+    position = np.full_like(normal, np.nan)
+    gbuffer = GBuffer(position, normal, to_eye, diffuse, specular, np.zeros(shape))
+    surfaces = Surfaces(gbuffer, ambient, emission, np.zeros(shape, dtype=bool))
     parts: list[tuple[int, Batch, NDArray[np.intp]]] = []
     for first, batch in numbered_batches(plan):
         chosen = np.flatnonzero((seen[:, 0] >= first) & (seen[:, 0] < first + len(batch.ids)))
@@ -101,73 +240,41 @@ def see_surfaces(
         first, batch, pixels = part
         numbers = seen[pixels]
         found = Fragments(batch, rays.take(pixels), numbers[:, 0] - first, numbers[:, 1], samplers)
-        made.fill(found, pixels, *given)
+        at = np.unravel_index(pixels, shape)
+        given_here = [None if image is None else image[at] for image in given]
+        factors = batch.factors.take(found.instance)
+        surfaces.covered[at] = True
+        position[at], normal[at] = found.position, found.normal(turned=not classic)
+        emission[at], specular[at] = factors.emissions, factors.speculars[:, :3]
+        gbuffer.shininess[at] = factors.speculars[:, 3]
+        diffuse[at], ambient[at] = _reflectances(found, factors, *given_here)
 
     run_all(work, parts, threads, progress)
-    return made.surfaces((height, width), rays)
+    return surfaces
 
 
-class _Columns:
-    """Columns of data of n pixels; normals are `turned` as `Fragments.normal` says."""
-
-    def __init__(self, pixels: int, turned: bool) -> None:
-        self._turned = turned
-        self.covered = np.zeros(pixels, dtype=bool)
-        self.position = np.full((pixels, 3), np.nan)
-        self.normal, self.albedo, self.ambient, self.emission = np.zeros((4, pixels, 3))
-        self.specular = np.zeros((pixels, 4))
-
-    def fill(
-        self, found: Fragments, pixels: NDArray[np.intp], albedo: Float64 | None, ambient: Float64 | None
-    ) -> None:
-        """Keep what was found at some pixels."""
-        factors = found.batch.factors.take(found.instance)
-        base = factors.base_colors[:, :3]
-        self.covered[pixels] = True
-        self.position[pixels] = found.position
-        self.normal[pixels] = found.normal(self._turned)
-        self.emission[pixels] = factors.emissions
-        self.specular[pixels] = factors.speculars
-        tint = found.tint() if albedo is None or (ambient is None and not base.all()) else np.ones(3)
-        if albedo is not None:
-            tint = np.where(base > 0.0, albedo[pixels] / np.where(base > 0.0, base, 1.0), tint)
-        own = base * tint if albedo is None else albedo[pixels]
-        other = factors.ambients * tint if ambient is None else ambient[pixels]
-        # a surface reflects no more than all light, whatever colours are multiplied
-        self.albedo[pixels] = np.clip(own, 0.0, 1.0)
-        self.ambient[pixels] = np.clip(other, 0.0, 1.0)
-
-    def surfaces(self, shape: tuple[int, int], rays: Rays) -> Surfaces:
-        """All of it, as images."""
-        gbuffer = GBuffer(
-            position=self.position.reshape(*shape, 3),
-            normal=self.normal.reshape(*shape, 3),
-            to_eye=rays.to_eye().reshape(*shape, 3),
-            albedo=self.albedo.reshape(*shape, 3),
-            specular=self.specular[:, :3].reshape(*shape, 3),
-            shininess=self.specular[:, 3].reshape(shape),
-        )
-        return Surfaces(
-            gbuffer,
-            self.ambient.reshape(*shape, 3),
-            self.emission.reshape(*shape, 3),
-            self.covered.reshape(shape),
-        )
+def _reflectances(
+    found: Fragments, factors: Factors, albedo: Float64 | None, ambient: Float64 | None
+) -> tuple[Float64, Float64]:
+    """Return albedo and ambient albedo, shapes (n, 3), of which the given ones were sampled by a GPU."""
+    base = factors.base_colors[:, :3]
+    tint = found.tint() if albedo is None or (ambient is None and not base.all()) else np.ones(3)
+    if albedo is not None:
+        tint = np.where(base > 0.0, albedo / np.where(base > 0.0, base, 1.0), tint)
+    own = base * tint if albedo is None else albedo
+    other = factors.ambients * tint if ambient is None else ambient
+    # products of colours may exceed 1, but a surface reflects no more light than it gets
+    return np.clip(own, 0.0, 1.0), np.clip(other, 0.0, 1.0)
 
 
-def _flat_image(name: str, image: Float64, shape: tuple[int, ...]) -> Float64:
-    values = np.asarray(image, dtype=np.float64)
-    _check_shape(name, values, shape)
-    return values.reshape(-1, shape[2])
-
-
-def _check_shape(name: str, image: NDArray[np.generic], shape: tuple[int, ...]) -> None:
+def _checked(name: str, image: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
     if image.shape != shape:
         raise OutputError(f"{name} must have the plan's shape {shape}, got {image.shape}")
+    return image
 
 
 def _check_numbers(plan: FramePlan, seen: NDArray[np.int32]) -> None:
-    """That the plan has each triangle."""
+    """Raise an OutputError if the plan lacks one of the triangles."""
     counts = [len(batch.ids) for batch in plan.batches]
     triangles = np.repeat([len(batch.geom.triangles) for batch in plan.batches], counts)
     drawn = np.flatnonzero(seen[:, 0] >= 0)
@@ -178,5 +285,5 @@ def _check_numbers(plan: FramePlan, seen: NDArray[np.int32]) -> None:
         instance, triangle = seen[drawn[np.argmax(wrong)]]
         raise OutputError(
             f"visibility names triangle {triangle} of instance {instance}, which the plan does not have: "
-            "give it what was drawn from this plan"
+            "pass the visibility that was drawn from this plan"
         )

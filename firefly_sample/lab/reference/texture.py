@@ -1,10 +1,10 @@
-"""A texture sampler in float64, as OpenGL 3.3 describes one: trilinear, repeating, magnified linearly.
+"""A texture sampler in float64, as OpenGL 3.3 specifies it: trilinear, repeating, magnified linearly.
 
-Its texels are the GPU's own, 16 bits a channel, from `firefly_sample.mipmaps`. What differs is the filtering.
-A driver takes the level of detail from differences between neighbours in a block of 2x2 pixels, and may weigh
-texels with 8 bits: llvmpipe's error reaches 0.006 with 8-bit textures. Here the level follows from the exact
-derivatives at the pixel, and the weights have all their digits. How far the two are apart is the driver's
-filtering error: whoever reports errors keeps it apart from what packing and shading do.
+Its texels are the GPU's own, 16 bits per channel, from `firefly_sample.mipmaps`; only the filtering differs.
+A driver takes the level of detail from differences between neighbours in a block of 2x2 pixels, and may use
+weights of 8 bits: llvmpipe's error reaches 0.006 with 8-bit textures. Here the level follows from the exact
+derivatives at the pixel, and the weights are float64. The difference is the driver's filtering error, which
+reports keep apart from the errors of packing and shading.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ Float64 = NDArray[np.float64]
 
 
 def level_of_detail(right: Float64, down: Float64, size: tuple[int, int]) -> Float64:
-    """How many halvings of a texture fit a pixel (OpenGL 3.3 core specification, section 3.8.11).
+    """Return the mipmap level that fits each pixel (OpenGL 3.3 core specification, section 3.8.11).
 
     Parameters
     ----------
     right, down : ndarray of float64, shape (n, 2)
-        Derivatives of the texture coordinates, a pixel.
+        Derivatives of the texture coordinates per pixel.
     size : (int, int)
         Of the texture, width and height.
 
     Returns
     -------
     ndarray of float64, shape (n,)
-        The base 2 logarithm of the longer way, in texels; below 0 the texture is magnified.
+        The base 2 logarithm of the longer derivative, in texels; below 0 the texture is magnified.
     """
     scale = np.array(size, dtype=np.float64)
     square = np.maximum(((right * scale) ** 2).sum(axis=1), ((down * scale) ** 2).sum(axis=1))
@@ -49,9 +49,9 @@ class Sampler:
     pixels : ndarray of uint8, shape (height, width, 4)
         As a `Texture` has them.
     cutoff : float or None
-        The alpha at which it is cut out, which its mipmaps depend on; None where it is not.
+        The alpha test's limit, on which the mipmaps depend; None without an alpha test.
     stored : bool
-        Sample colours as they are stored, not decoded: the classic look.
+        Sample colours as they are stored, not decoded: the look "classic".
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Sampler:
 
     @classmethod
     def of_levels(cls, levels: Sequence[NDArray[np.uint16]]) -> Sampler:
-        """A sampler of texels that are there: all levels, shape (height, width, 4), the lowest row first."""
+        """Make a sampler from given mipmap levels, shapes (height, width, 4), the lowest row first."""
         sampler = cls.__new__(cls)
         sampler._keep(levels)
         return sampler
@@ -76,7 +76,7 @@ class Sampler:
         self._texels = np.concatenate([level.reshape(-1, 4) for level in levels])
 
     def sample(self, texcoords: Float64, level: Float64) -> Float64:
-        """Linear colour and alpha, shape (n, 4), at texture coordinates (n, 2) and levels of detail (n,)."""
+        """Return linear colour and alpha (n, 4) at texture coordinates (n, 2) and mipmap levels (n,)."""
         last = len(self._starts) - 1
         level = np.clip(level, 0.0, last)
         fine = np.minimum(np.floor(level).astype(np.intp), max(last - 1, 0))
@@ -104,7 +104,7 @@ class Sampler:
 
 
 class Samplers:
-    """Makes each sampler once, also for several threads; `stored` as a `Sampler` takes it."""
+    """A thread-safe cache of samplers; `stored` as a `Sampler` takes it."""
 
     def __init__(self, stored: bool = False) -> None:
         self._stored = stored
@@ -112,7 +112,7 @@ class Samplers:
         self._lock = Lock()
 
     def of(self, texture: Texture, cutoff: float | None) -> Sampler:
-        """The sampler of a texture that is cut out at an alpha, or nowhere."""
+        """Return the sampler of a texture with an alpha test's limit, or None."""
         key = (texture.serial, cutoff)
         with self._lock:
             if key not in self._made:

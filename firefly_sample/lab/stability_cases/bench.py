@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.device import Device
-from firefly_sample.lab.reference.one_light import GBuffer
 from firefly_sample.lab.reference.shade import shade_lights
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.frame_plan import Capabilities, FramePlan
-from firefly_sample.readback import Surface
+from firefly_sample.readback import GBuffer, Surface
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings

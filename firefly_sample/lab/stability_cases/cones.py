@@ -13,8 +13,8 @@ from firefly_sample.lab.stability_cases.case import Case, positioned
 from firefly_sample.lab.stability_cases.scenes import WALL, geom_node, wall
 from firefly_sample.lab.stability_cases.volumes import missed
 from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lights import Spotlight
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
 
 NEAR, FAR, LIGHT = 0.5, 100.0, 4.0
 BOUND = 1e-5
@@ -41,7 +41,7 @@ def _on_the_edge(drawn: Drawn) -> NDArray[np.bool_]:
     for one in each_light(drawn.plan.lights):
         inner, outer, _ = one.lights.cones[one.row]
         if inner == outer:
-            to_light, _ = one.ways(place)
+            to_light, _ = one.directions(place)
             direction = one.lights.directions[one.row]
             across = np.linalg.norm(np.cross(to_light, direction), axis=1)
             angle = np.arctan2(across, -(to_light @ direction))

@@ -19,8 +19,7 @@ from firefly_sample.lab.stability_cases.bench import SIZE, Bench, Drawn
 from firefly_sample.lab.stability_cases.case import ACCURATE, DOUBLES, Case, positioned
 from firefly_sample.lab.stability_cases.scenes import WALL, geom_node, wall, wall_scene
 from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene

@@ -11,16 +11,14 @@ from firefly_sample.errors import FireflyError
 from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.lab.stability_cases.case import DOUBLES, Case, positioned
 from firefly_sample.lab.stability_cases.scenes import geom_node, wall
-from firefly_sample.plan.build import build_plan
+from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
-from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
-from firefly_sample.scene.spotlight import Spotlight
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 
 BEYOND = 1e39

@@ -14,9 +14,8 @@ from firefly_sample.lab.stability_cases.case import ACCURATE, DOUBLES, Case, pos
 from firefly_sample.lab.stability_cases.scenes import WALL, wall_scene
 from firefly_sample.plan.lights.reach import light_reach
 from firefly_sample.plan.position_error import position_error
-from firefly_sample.scene.lights import PointLight, PointLights
+from firefly_sample.scene.lights import PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import HALF_CODE
 
 Float64 = NDArray[np.float64]

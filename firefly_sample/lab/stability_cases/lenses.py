@@ -11,8 +11,7 @@ from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.lab.stability_cases.case import Case
 from firefly_sample.lab.stability_cases.probes import probe_rays
 from firefly_sample.lab.stability_cases.scenes import wall_scene
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.settings import Settings
 
 SHADER = ("shader",)

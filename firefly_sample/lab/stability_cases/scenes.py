@@ -7,11 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
+from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
 
 Float64 = NDArray[np.float64]
 

@@ -16,8 +16,7 @@ from firefly_sample.lab.stability_cases.scenes import WALL, ball, geom_node, wal
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.plan.targets import NORMAL_FORMATS, UNSIGNED
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
@@ -163,7 +162,7 @@ def _far_from_dusk(drawn: Drawn) -> NDArray[np.bool_]:
     assert drawn.gbuffer is not None
     known = np.asarray(np.isfinite(drawn.gbuffer.position).all(axis=2))
     for one in each_light(drawn.plan.lights):
-        to_light, _ = one.ways(np.where(known[..., None], drawn.gbuffer.position, 0.0).reshape(-1, 3))
+        to_light, _ = one.directions(np.where(known[..., None], drawn.gbuffer.position, 0.0).reshape(-1, 3))
         cosine = np.einsum("ij,ij->i", to_light, drawn.gbuffer.normal.reshape(-1, 3))
         known &= np.abs(cosine).reshape(known.shape) > 1e-5
     return known

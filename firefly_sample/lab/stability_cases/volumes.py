@@ -20,10 +20,9 @@ from firefly_sample.lab.stability_cases.scenes import WALL, facing_wall, geom_no
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.lights import PointLight
+from firefly_sample.scene.lights import PointLight, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.spotlight import Spotlight
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]

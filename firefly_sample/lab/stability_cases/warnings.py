@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from firefly_sample.lab.reference.color import tone_curve
 from firefly_sample.lab.reference.frame import render_reference
+from firefly_sample.lab.reference.shading import tone_curve
 from firefly_sample.lab.stability_cases.bench import Bench
 from firefly_sample.lab.stability_cases.case import Case, error_warning, positioned
 from firefly_sample.lab.stability_cases.scenes import geom_node, wall

@@ -12,8 +12,7 @@ from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.light import FadingLight, Light
-from firefly_sample.scene.lights import DirectionalLight, PointLights
-from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.lights import DirectionalLight, PointLights, Spotlight
 
 Float64 = NDArray[np.float64]
 

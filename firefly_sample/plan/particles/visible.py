@@ -13,7 +13,7 @@ from firefly_sample.plan.lights.gather import light_direction
 from firefly_sample.plan.particles.cloud import Cloud, lengths
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan, optical_depths
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.spotlight import Spotlight
+from firefly_sample.scene.lights import Spotlight
 from firefly_sample.settings import ParticleOrder, Settings
 
 Float64 = NDArray[np.float64]

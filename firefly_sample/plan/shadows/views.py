@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from firefly_sample.plan.instances import Spheres
 from firefly_sample.plan.view import Eye
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_orthographic import OrthographicLens
 
 Float64 = NDArray[np.float64]
 

@@ -151,10 +151,10 @@ def _classic_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
     if not (needs.classic and needs.picture):
         return
     features = {
-        "highlights": needs.shiny and needs.lights,
-        "emission": needs.emissive,
+        "highlights": needs.looks.shiny and needs.lights,
+        "emission": needs.looks.emissive,
         "particles": snapshot.particles,
-        "ambient colours of materials": needs.own_ambient and needs.ambient,
+        "ambient colours of materials": needs.looks.own_ambient and needs.ambient,
         "shadows": any(node.is_shadow_caster() for node, _ in snapshot.lights),
     }
     left_out = [name for name, used in features.items() if used]

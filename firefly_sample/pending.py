@@ -1,4 +1,4 @@
-"""A frame between its drawing and its being read: what is known of it, and where the rest will be."""
+"""A frame that the GPU was told to draw and that has not been read back yet."""
 
 from __future__ import annotations
 
@@ -11,28 +11,26 @@ from firefly_sample.frame import Frame, Image, LightCounts
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.pixel_buffers import Copies
 from firefly_sample.gpu.timers import Measured
-from firefly_sample.lab.reference.clusters import list_lengths
+from firefly_sample.passes.lights import LIGHT_PASSES
+from firefly_sample.plan.cluster_lookup import list_lengths
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.readback import Surface, read_images, targets_read
-
-LIGHT_PASSES = frozenset(PASS_OF_KIND.values())
 
 
 @dataclass(eq=False)
-class Drawn:
-    """A plan that the GPU has been told to draw.
+class PendingFrame:
+    """A frame that is being drawn.
 
-    The device must be entered around `copy` and `read`; `give_back` asks nothing of OpenGL.
+    The device must be entered around `copy` and `read`; `give_back` makes no OpenGL call.
 
     Attributes
     ----------
     plan : FramePlan
     lights_drawn : int
-        By the passes themselves.
+        Counted by the passes themselves.
     draw_calls : int
     measured : Measured
-        Of the passes.
+        Times and counts of the passes.
     walked : int or None
         See `count_walked`.
     copies : Copies or None
@@ -47,7 +45,7 @@ class Drawn:
     copies: Copies | None = None
 
     def copy(self, gpu: Gpu) -> None:
-        """Start to copy what the outputs need, which the next frame draws over; nobody waits.
+        """Start to copy the targets behind the outputs, which the next frame draws over, without waiting.
 
         Raises
         ------
@@ -80,7 +78,7 @@ class Drawn:
         )
 
     def _lights(self) -> LightCounts:
-        """The plan's counts, with what the passes of light really drew."""
+        """Return the plan's counts, with what the lighting passes really drew."""
         if not any(step.name in LIGHT_PASSES | {"forward"} for step in self.plan.passes):
             return self.plan.counts
         return replace(self.plan.counts, dropped=self.plan.counts.in_view - self.lights_drawn)
@@ -94,7 +92,7 @@ class Drawn:
 
 
 def count_walked(plan: FramePlan, gpu: Gpu) -> int:
-    """How many lights the pixels' cells hold: what one fragment of clusters shades. It reads the G-buffer."""
+    """Return how many lights the pixels' cells hold: what one fragment of clustered light shades."""
     every = 2 if plan.settings.light_resolution == "half" else 1
     distance = Surface(plan, _reader(plan, gpu)).distance()
     height, width = distance.shape
@@ -104,5 +102,5 @@ def count_walked(plan: FramePlan, gpu: Gpu) -> int:
 
 
 def _reader(plan: FramePlan, gpu: Gpu) -> Callable[[str], bytes]:
-    """Reads targets of the plan that was drawn last, by name."""
+    """Return what reads targets of the plan that was drawn last, by name."""
     return lambda name: bytes(gpu.images.texture(plan, name).read())

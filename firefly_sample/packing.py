@@ -1,4 +1,6 @@
-"""float64 twin of ``shaders/include/gbuffer.glsl``: how albedo and normals are packed.
+"""How colours, normals and highlights are encoded into targets, and back, in float64.
+
+The twin of ``shaders/include/gbuffer.glsl``; `firefly_sample.plan.variants` names the encodings.
 
 Octahedral normals: Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors",
 JCGT 3(2), 2014.
@@ -15,17 +17,17 @@ Float64 = NDArray[np.float64]
 
 
 def encode_albedo(albedo: ArrayLike) -> Float64:
-    """Square roots spend 8 bits about as the eye wants them, and squaring is exact; drivers' sRGB is not."""
+    """Return square roots, which spend 8 bits about as the eye sees; squaring is exact, drivers' sRGB is not."""
     return np.asarray(np.sqrt(np.clip(np.asarray(albedo, dtype=np.float64), 0.0, 1.0)))
 
 
 def decode_albedo(stored: ArrayLike) -> Float64:
-    """The inverse of `encode_albedo`."""
+    """Return the inverse of `encode_albedo`."""
     return np.asarray(stored, dtype=np.float64) ** 2
 
 
 def unpack_ten_bits(texels: NDArray[np.uint32]) -> Float64:
-    """Three fractions of 1 for each whole number, ten bits each from the lowest on, shape (..., 3)."""
+    """Return three fractions of 1 for each whole number, ten bits each from the lowest on, shape (..., 3)."""
     fractions = empty_planar(texels.shape, 3)
     for channel in range(3):
         fractions[..., channel] = (texels >> np.uint32(10 * channel) & np.uint32(1023)) / 1023.0
@@ -33,7 +35,7 @@ def unpack_ten_bits(texels: NDArray[np.uint32]) -> Float64:
 
 
 def encode_normal(normal: ArrayLike) -> Float64:
-    """Unit vectors (..., 3) to octahedral coordinates (..., 2) in -1..1."""
+    """Return octahedral coordinates (..., 2) in -1..1 of unit vectors (..., 3)."""
     n = np.asarray(normal, dtype=np.float64)
     n = n / np.abs(n).sum(axis=-1, keepdims=True)
     xy = n[..., :2]
@@ -42,7 +44,7 @@ def encode_normal(normal: ArrayLike) -> Float64:
 
 
 def decode_normal(encoded: ArrayLike) -> Float64:
-    """Octahedral coordinates (..., 2) to unit vectors (..., 3)."""
+    """Return the unit vectors (..., 3) of octahedral coordinates (..., 2)."""
     e = np.asarray(encoded, dtype=np.float64)
     x, y = e[..., 0], e[..., 1]
     z = 1.0 - (np.abs(x) + np.abs(y))
@@ -55,15 +57,37 @@ def decode_normal(encoded: ArrayLike) -> Float64:
     return n
 
 
+_OCTAHEDRAL = {"oct16": (1.0, 0.0), "oct16_unorm": (2.0, 1.0), "oct8": (255.0 / 127.0, 1.0)}
+"""Scale and offset from stored fractions to -1..1."""
+
+
+def decode_normals(stored: Float64, encoding: str) -> Float64:
+    """Return unit normals in view space from what a target stores of them.
+
+    Parameters
+    ----------
+    stored : ndarray of float64, shape (..., 2) for octahedral encodings, else (..., 3)
+        Normalised codes as fractions.
+    encoding : {"oct16", "oct16_unorm", "oct8", "unorm", "float", "classic"}
+    """
+    if encoding in _OCTAHEDRAL:
+        scale, offset = _OCTAHEDRAL[encoding]
+        return decode_normal(stored * scale - offset)
+    long = stored if encoding == "float" else stored * 2.0 - 1.0
+    if encoding == "classic":  # in OpenGL's view axes: shaders/include/gbuffer.glsl
+        long = long[..., (0, 2, 1)] * (1.0, -1.0, 1.0)
+    return np.asarray(long / np.maximum(np.linalg.norm(long, axis=-1, keepdims=True), 1e-30))
+
+
 def encode_specular(specular: ArrayLike) -> Float64:
-    """Linear colour and shininess (..., 4) to 0..1: square roots, and a logarithm that ends at 2^20."""
+    """Return linear colour and shininess (..., 4) in 0..1: square roots, and a logarithm that ends at 2^20."""
     given = np.asarray(specular, dtype=np.float64)
     color = np.sqrt(np.clip(given[..., :3], 0.0, 1.0))
     return np.concatenate([color, np.log1p(given[..., 3:]) / np.log(2.0) / 20.0], axis=-1)
 
 
 def decode_specular(stored: ArrayLike) -> Float64:
-    """The inverse of `encode_specular`."""
+    """Return the inverse of `encode_specular`."""
     given = np.asarray(stored, dtype=np.float64)
     decoded = empty_planar(given.shape[:-1], 4)
     decoded[..., :3], decoded[..., 3] = decode_albedo(given[..., :3]), decode_shininess(given[..., 3])
@@ -71,7 +95,7 @@ def decode_specular(stored: ArrayLike) -> Float64:
 
 
 def decode_shininess(stored: ArrayLike) -> Float64:
-    """Exponents of highlights of what `encode_specular` stores of them."""
+    """Return the exponents of highlights from what `encode_specular` stores."""
     return np.asarray(np.expm1(np.asarray(stored, dtype=np.float64) * 20.0 * np.log(2.0)))
 
 

@@ -1,55 +1,54 @@
-"""How far a picture is from its reference, by measures that say different things.
+"""Errors of a picture against its reference, by several measures.
 
-Largest error and bias tell whether a method is right; PSNR and FLIP tell what people would notice.
+The largest error and the bias show whether a method is correct; PSNR and FLIP estimate what people would
+notice.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import MissingPackageError
-from firefly_sample.extras import install_command
+from firefly_sample.lab.measuring import require
 
 Float64 = NDArray[np.float64]
 
 RELATIVE_FLOOR = 1e-3
-"""Of the scale: darker than that, a relative error says nothing."""
+"""Share of the scale below which radiance is too dark for relative errors."""
 RELMSE_FLOOR = 1e-2
 
 
 @dataclass(frozen=True)
-class Errors:
-    """What was measured over the pixels that were compared.
+class PictureErrors:
+    """Errors over the compared pixels.
 
     Attributes
     ----------
     largest : float
-        Largest absolute difference of linear radiance in any channel, over the scale, which is the 99.9th
-        percentile of the reference.
+        Largest absolute difference of linear radiance in any channel, over the scale: the 99.9th percentile
+        of the reference.
     percentile_99 : float
-        99 per cent of the values differ by less, over the scale.
+        The 99th percentile of the absolute differences, over the scale.
     largest_relative : float
-        Largest difference over the reference, or over a thousandth of the scale where that is more.
+        Largest difference over the reference, or over a thousandth of the scale if that is more.
     relmse : float
-        Mean of (x - r)^2 / (r^2 + 0.01), both exposed, so that a scene in other units has the same.
+        Mean of (x - r)^2 / (r^2 + 0.01), both exposed, so that the units of the scene do not matter.
     bias : float
-        Sum of the picture over sum of the reference, less 1: light that is lost or made.
+        Sum of the picture over sum of the reference, minus 1: light that is lost or gained.
     not_finite : int
-        Values that are no finite number.
+        Number of values that are not finite.
     uncovered : int
-        Pixels that show the background and must not, or the other way.
+        Number of pixels that show the background instead of a surface, or a surface instead of it.
     codes : int
         Largest difference of sRGB codes.
     psnr : float
-        Peak signal to noise of sRGB codes, decibels; infinite where they are all the same.
+        Peak signal-to-noise ratio of sRGB codes in decibels; infinite if all are equal.
     flip : float or None
-        Mean FLIP error of the sRGB pictures, 0 to 1; None where it was not asked for.
+        Mean FLIP error of the sRGB pictures, 0 to 1; None if not measured.
     """
 
     largest: float
@@ -64,33 +63,15 @@ class Errors:
     flip: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain JSON values: an infinite PSNR is null."""
+        """Return plain JSON values; an infinite PSNR is null."""
         return {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
             for name, value in asdict(self).items()
         }
 
 
-_PACKAGES = {"embreex": "embreex", "flip_evaluator": "flip-evaluator", "matplotlib": "matplotlib"}
-
-
-def require(*modules: str) -> None:
-    """Check for packages that measuring needs, before it begins.
-
-    Raises
-    ------
-    MissingPackageError
-        If one is not installed; it says how to install it.
-    """
-    for module in modules:
-        if find_spec(module) is None:
-            raise MissingPackageError(
-                f"measuring needs {_PACKAGES[module]}: run {install_command('measure')}"
-            )
-
-
 def scale_of(reference: Float64) -> float:
-    """What errors are told in: the 99.9th percentile of a reference's values, 1 if that is 0."""
+    """Return the unit of errors: the 99.9th percentile of a reference's values, or 1 if that is 0."""
     return float(np.percentile(reference, 99.9)) or 1.0 if reference.size else 1.0
 
 
@@ -104,8 +85,8 @@ def picture_errors(
     chosen: NDArray[np.bool_],
     exposure: tuple[float, float, float] = (1.0, 1.0, 1.0),
     flip: bool = False,
-) -> Errors:
-    """Hold a picture against a reference.
+) -> PictureErrors:
+    """Compare a picture with a reference.
 
     Parameters
     ----------
@@ -114,10 +95,10 @@ def picture_errors(
     color, reference_color : ndarray of uint8, shape (height, width, 3)
         sRGB codes.
     covered, reference_covered, chosen : ndarray of bool, shape (height, width)
-        Where something was drawn, and which pixels are compared. FLIP looks at whole pictures: where pixels
-        are not compared, it is shown the reference.
+        Where something was drawn, and which pixels are compared. FLIP needs whole pictures: pixels that are
+        not compared are replaced by the reference.
     exposure : tuple of 3 floats
-        Of relMSE.
+        For `relmse`.
     flip : bool
         Measure FLIP as well.
 
@@ -129,7 +110,7 @@ def picture_errors(
     given = np.asarray(radiance, dtype=np.float64)[chosen]
     truth = np.asarray(reference, dtype=np.float64)[chosen]
     if not given.size:
-        return Errors(0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, math.inf, 0.0 if flip else None)
+        return PictureErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, math.inf, 0.0 if flip else None)
     wrong = ~np.isfinite(given)
     given = np.where(wrong, 0.0, given)
     scale = scale_of(truth)
@@ -139,7 +120,7 @@ def picture_errors(
     codes = np.abs(color.astype(np.int16) - reference_color.astype(np.int16))[chosen]
     noise = float(np.mean(codes.astype(np.float64) ** 2))
     shown = np.where(chosen[..., None], color, reference_color)
-    return Errors(
+    return PictureErrors(
         largest=float(off.max()) / scale,
         percentile_99=float(np.percentile(off, 99)) / scale,
         largest_relative=float((off / np.maximum(truth, RELATIVE_FLOOR * scale)).max()),
@@ -154,7 +135,7 @@ def picture_errors(
 
 
 def mean_flip(color: NDArray[np.uint8], reference: NDArray[np.uint8]) -> float:
-    """Mean FLIP error of two sRGB pictures (Andersson et al., HPG 2020), at its usual 67 pixels a degree.
+    """Return the mean FLIP error of two sRGB pictures (Andersson et al., HPG 2020), at 67 pixels per degree.
 
     Raises
     ------

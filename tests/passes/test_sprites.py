@@ -3,10 +3,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.sprites import add_sprites
-from firefly_sample.plan.build import build_plan
+from firefly_sample.lab.reference.particles import add_sprites
+from firefly_sample.pipeline import build_plan
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.sprites import Sprites
 from firefly_sample.settings import Settings
 from tests.scenes import geom_node, orthographic_wall, wall, wall_scene
 

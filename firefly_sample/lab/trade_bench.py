@@ -1,4 +1,4 @@
-"""One frame of a scene, drawn with any settings: how long it takes, and how far it is from its reference."""
+"""Draw one frame of a scene with any settings: its time, and its error against the reference."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import Frame
-from firefly_sample.lab.errors import Errors, picture_errors
+from firefly_sample.lab.measuring import quartile_spread
+from firefly_sample.lab.picture_errors import PictureErrors, picture_errors
+from firefly_sample.lab.reference.cache import reference_frame
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.frame import ReferenceFrame, reference_settings
 from firefly_sample.lab.reference.raycast import cast_visibility
-from firefly_sample.lab.reference_cache import reference_frame
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
@@ -32,22 +33,23 @@ FINEST = {
     "particle_order": "view",
     "particle_order_depths": None,
 }
+"""The most accurate value of each setting."""
 PICTURE = ("radiance", "color")
-"""Outputs that are held against the reference; what is timed is "color" alone."""
+"""Outputs that are compared with the reference; only "color" is timed."""
 
 
 @dataclass(frozen=True)
 class Timing:
-    """What pairs of draws took: of the settings, and of those that they are compared with.
+    """Times of pairs of draws: one by the settings, one by the base that they are compared with.
 
     Attributes
     ----------
     milliseconds : float
-        Median.
+        Median of the settings' times.
     ratio : float
         Median of the ratios of the pairs.
     spread : float
-        Distance of the ratios' quartiles, over their median.
+        Interquartile range of the ratios over their median.
     pairs : int
     """
 
@@ -58,42 +60,42 @@ class Timing:
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
-    """A picture, its errors and what it is made with."""
+class DrawnPicture:
+    """A picture with its plan and its errors."""
 
     plan: FramePlan
     frame: Frame
-    errors: Errors
+    errors: PictureErrors
 
 
-class Bench:
-    """Draws one frame of a scene again and again.
+class TradeBench:
+    """Draws one frame of a scene with different settings, and measures its error and time.
 
     Parameters
     ----------
     renderer : Renderer
-        Of the size to measure; its settings are this object's from now on, and it reuses nothing.
+        Of the size to measure. This object changes its settings and turns off reuse.
     scene : Scene
     time : float
         Seconds.
     base : Settings
-        What the others are compared with. Their look, exposure and so on are those of the reference.
+        The settings that others are compared with; their look, exposure and so on are the reference's.
     progress : callable, optional
-        Tells of the reference: (done, in all).
+        Called with (done, total) while the reference is computed.
     samples : {1, 2}
-        The setting "supersample" of what is timed; errors are of single samples.
+        The setting "supersample" of timed frames; errors are those of single samples.
 
     Attributes
     ----------
     reference : ReferenceFrame
-        From the visibility that the GPU found, and the albedo that it sampled.
+        From the visibility that the GPU drew and the albedo that it sampled.
     agreed : ndarray of bool, shape (height, width)
-        Where a rasteriser and rays see the same triangle: what is compared.
+        Where a rasteriser and rays see the same triangle; only these pixels are compared.
 
     Raises
     ------
     FireflyError
-        If the scene or the driver is not as it must be, or embreex is missing.
+        If the scene or the driver is not usable, or embreex is missing.
     """
 
     def __init__(
@@ -106,7 +108,7 @@ class Bench:
         samples: int = 1,
     ) -> None:
         self.renderer, self.scene, self.time, self.base = renderer, scene, time, base
-        renderer.reuse = False  # a kept G-buffer has no time
+        renderer.reuse = False  # a reused G-buffer would take no time
         self._samples = samples
         finest = base.with_changes(**FINEST, light_method="volumes", light_resolution="full", supersample=1)
         self.reference: ReferenceFrame = reference_frame(renderer, scene, finest, time, progress)
@@ -116,18 +118,18 @@ class Bench:
         self.agreed: NDArray[np.bool_] = (cast_visibility(plan) == seen).all(axis=-1)
         if not self.agreed.any():
             raise OutputError(
-                "no pixel can be compared, for a rasteriser and rays see other triangles in all: "
+                "no pixel can be compared: the rasteriser and rays see different triangles in every pixel; "
                 "choose a larger size"
             )
         self.covered: NDArray[np.bool_] = np.isfinite(self.reference.position[..., 0])
 
     @property
     def disagreed(self) -> float:
-        """The share of pixels that are left out of comparisons."""
+        """The share of pixels that are not compared."""
         return 1.0 - float(self.agreed.mean()) if self.agreed.size else 0.0
 
-    def draw(self, settings: Settings, flip: bool = False) -> Drawn:
-        """A frame by these settings, and its errors."""
+    def draw(self, settings: Settings, flip: bool = False) -> DrawnPicture:
+        """Draw the frame with these settings, and compare it with the reference."""
         renderer = self.renderer
         renderer.settings = settings.with_changes(supersample=1)
         before, renderer.count_fragments = renderer.count_fragments, True
@@ -137,7 +139,7 @@ class Bench:
         finally:
             renderer.count_fragments = before
         covered = renderer.surface(plan).covered() if plan.batches else np.zeros_like(self.covered)
-        return Drawn(plan, frame, self.errors(frame, covered, plan.exposure, flip))
+        return DrawnPicture(plan, frame, self.errors(frame, covered, plan.exposure, flip))
 
     def errors(
         self,
@@ -145,8 +147,8 @@ class Bench:
         covered: NDArray[np.bool_],
         exposure: tuple[float, float, float],
         flip: bool = False,
-    ) -> Errors:
-        """A picture's errors."""
+    ) -> PictureErrors:
+        """Return a picture's errors."""
         reference = self.reference
         return picture_errors(
             frame["radiance"],
@@ -161,19 +163,19 @@ class Bench:
         )
 
     def plan(self, settings: Settings) -> FramePlan:
-        """What is timed."""
+        """Plan the frame that is timed."""
         self.renderer.settings = settings.with_changes(supersample=self._samples)
         return self.renderer.plan(self.scene, self.time, ("color",))
 
     def time_of(self, settings: Settings, seconds: float = 3.0, most: int = 9, least: int = 3) -> Timing:
-        """Draw pairs of frames, by these settings and by the base, each first in turn.
+        """Time pairs of frames, with these settings and with the base, which take turns to be first.
 
         Parameters
         ----------
         seconds : float
-            About how long; a first pair, which compiles, is not counted.
+            About how long to draw; a first pair, which compiles shaders, does not count.
         most, least : int
-            Pairs.
+            Numbers of pairs.
         """
         plans = self.plan(settings), self.plan(self.base)
         first = self._pair(*plans, base_first=False)
@@ -193,11 +195,3 @@ class Bench:
 
     def _milliseconds(self, plan: FramePlan) -> float:
         return sum(self.renderer.draw(plan, read=False).milliseconds.values())
-
-
-def quartile_spread(values: list[float]) -> float:
-    """Distance of the quartiles over the median, 0 of fewer than two."""
-    if len(values) < 2:
-        return 0.0
-    first, median, third = statistics.quantiles(values, n=4, method="inclusive")
-    return (third - first) / median if median else 0.0

@@ -1,0 +1,162 @@
+"""A cache of reference frames in files: a frame in float64 takes seconds, and is needed again and again.
+
+The key is a digest of everything that a reference depends on, to the last bit: an equal frame of a different
+scene is found, a frame in which a single vertex has moved is not. The folder may be deleted at any time; the
+files used least recently are deleted to keep it small.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.cache_files import drop_old, keep_whole, user_cache
+from firefly_sample.derived import fingerprint
+from firefly_sample.lab.reference.chunks import Progress
+from firefly_sample.lab.reference.frame import (
+    VERSION,
+    ReferenceFrame,
+    finished,
+    reference_settings,
+    render_reference,
+)
+from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.renderer import Renderer
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.material import Texture
+from firefly_sample.scene.scene import Scene
+from firefly_sample.settings import Settings
+
+Float64 = NDArray[np.float64]
+
+_KEPT = ("radiance", "light", "position")
+_OWN = re.compile(r"reference-[0-9a-f]{40}\.npz")
+"""Names of the files that may be deleted to make room."""
+LARGEST_CACHE = 2**30
+"""Bytes: thirty frames of 800x600."""
+
+
+def cache_folder() -> Path | None:
+    """Return the folder of references, ``firefly_sample/reference`` in the user's cache; None without one."""
+    return user_cache("reference")
+
+
+def reference_frame(
+    renderer: Renderer,
+    scene: Scene,
+    settings: Settings | None = None,
+    time: float = 0.0,
+    progress: Progress | None = None,
+    *,
+    folder: Path | None = None,
+) -> ReferenceFrame:
+    """Return the float64 reference of a renderer's frame, from the cache or computed.
+
+    It is made from the visibility that the renderer draws and the albedo that it samples.
+
+    Parameters
+    ----------
+    renderer : Renderer
+        Draws the visibility and the albedo, at its size; its settings are left as they were.
+    scene : Scene
+    settings : Settings, optional
+        Those of the frame and of the albedo's format; the renderer's when absent. No light is cut off in any
+        case: see `firefly_sample.lab.reference.frame.reference_settings`.
+    time : float
+        Seconds.
+    progress : callable, optional
+        Called with (done, total) while the reference is computed, not if it is in the cache.
+    folder : Path, optional
+        `cache_folder` when absent.
+
+    Raises
+    ------
+    SettingsError
+        If the look is "classic".
+    MissingPackageError
+        If there are shadows, the reference is not in the cache, and embreex is not installed.
+    """
+    before, renderer.settings = renderer.settings, reference_settings(settings or renderer.settings)
+    try:
+        plan = renderer.plan(scene, time, ("visibility", "albedo"))
+        visibility = np.asarray(renderer.draw(plan)["visibility"], dtype=np.int32)
+        albedo = renderer.surface(plan).albedo() if plan.batches else np.zeros((*visibility.shape[:2], 3))
+    finally:
+        renderer.settings = before
+    folder = folder or cache_folder()
+    if folder is None:
+        return render_reference(plan, visibility, albedo=albedo, progress=progress)
+    key = fingerprint(*_parts(plan), visibility, albedo)
+    kept = _load(folder, key, visibility.shape[:2])
+    if kept is not None:
+        return finished(plan, **kept)
+    made = render_reference(plan, visibility, albedo=albedo, progress=progress)
+    # a full disk or a read-only folder is no error: the reference is computed again next time
+    with contextlib.suppress(OSError):
+        _save(folder, key, made)
+    return made
+
+
+def _parts(plan: FramePlan) -> Iterator[object]:
+    """Yield everything that a reference depends on, apart from visibility and albedo."""
+    view, slices = plan.view, plan.particle_shadow
+    yield from (VERSION, plan.size, view.size, view.lens, view.near, view.far, view.world_to_view)
+    yield from (plan.settings, plan.ambient, plan.exposure, plan.background)
+    yield from (plan.sprites.positions, plan.sprites.colors, plan.sprites.radii)
+    for batch in plan.batches:
+        yield from _model_parts(batch.geom, batch.texture)
+        yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.surface)
+        yield from _columns(batch.factors)
+    for lights in plan.lights:
+        yield from _columns(lights)
+    yield from _columns(plan.particles)
+    if slices is not None:
+        yield from (slices.view.world_to_slices, slices.view.scale, slices.view.first, slices.view.per_unit)
+        yield from (slices.method, slices.places, slices.radii, slices.strengths)
+    for shadow in plan.shadows.maps:
+        yield from (shadow.lens, shadow.world_to_light)
+        for caster in shadow.casters or ():
+            yield from _model_parts(caster.geom, caster.texture)
+            yield from (caster.cutoff, caster.alphas, caster.model_to_world)
+
+
+def _columns(record: Any) -> Iterator[object]:
+    return (getattr(record, field.name) for field in fields(record))
+
+
+def _model_parts(geom: Geom, texture: Texture | None) -> Iterator[object]:
+    yield from (geom.vertices, geom.triangles, geom.normals, geom.texcoords, geom.colors)
+    yield None if texture is None else texture.pixels
+
+
+def _load(folder: Path, key: str, shape: tuple[int, ...]) -> dict[str, Float64] | None:
+    """Return the images under a key, or None if the file is missing or damaged."""
+    path = folder / f"reference-{key}.npz"
+    if not path.is_file():  # opening a pipe would block
+        return None
+    with contextlib.suppress(Exception):  # a damaged file may raise anything
+        # np.load would leave a damaged file open
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            kept = {name: stored[name] for name in _KEPT}
+            whole = str(stored["key"]) == key
+        with contextlib.suppress(OSError):
+            os.utime(path)  # mark as recently used
+        whole &= all(image.shape == (*shape, 3) and image.dtype == np.float64 for image in kept.values())
+        return kept if whole else None
+    return None
+
+
+def _save(folder: Path, key: str, frame: ReferenceFrame) -> None:
+    """Write a frame, and delete old files if there are too many."""
+    path = folder / f"reference-{key}.npz"
+    with keep_whole(path) as file:
+        np.savez(file, key=np.array(key), **{name: getattr(frame, name) for name in _KEPT})
+    drop_old(path, _OWN, LARGEST_CACHE)
