@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.light_rows import pixel_slopes
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]

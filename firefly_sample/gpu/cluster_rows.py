@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import Clusters
-from firefly_sample.plan.grid import MOST_SLICES, TEXEL
+from firefly_sample.plan.lights.clusters import MOST_SLICES, TEXEL, Clusters
 
 
 class ClusterLists(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.plan.frame_plan import Batch
-from firefly_sample.plan.shadows import CasterBatch
+from firefly_sample.plan.shadows.maps import CasterBatch
 
 INSTANCE_DTYPE = np.dtype(
     [

@@ -17,9 +17,9 @@ from firefly_sample.gpu.light_rows import light_rows, light_texels
 from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.proxies import proxy_mesh
 from firefly_sample.gpu.records import RECORD_OF_KIND, record_dtype
-from firefly_sample.plan.clusters import Clusters
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.clusters import Clusters
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.variants import DrawMethod, Variant, defines
 
 BEHIND = 4.0

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.records import ROW, record_fields
 from firefly_sample.plan.frame_plan import SpriteSet
-from firefly_sample.plan.light_set import LightSet
-from firefly_sample.plan.shadows import ShadowPlan
+from firefly_sample.plan.lights.light_set import LightSet
+from firefly_sample.plan.shadows.maps import ShadowPlan
 from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]

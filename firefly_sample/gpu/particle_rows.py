@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.light_rows import dot_rows
 from firefly_sample.plan.frame_plan import SpriteSet
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
-from firefly_sample.plan.particle_shadow_discs import own_takings, splats
-from firefly_sample.plan.particles import ParticleSet
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, own_takings, splats
+from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
 from firefly_sample.plan.view import View
 

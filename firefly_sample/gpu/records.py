@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from firefly_sample.plan.light_set import LightKind
+from firefly_sample.plan.lights.light_set import LightKind
 from firefly_sample.plan.variants import SHADER_CONSTANTS
 
 

@@ -24,7 +24,7 @@ from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caste
 from firefly_sample.gpu.programs import Program
 from firefly_sample.mipmaps import kept_texture_levels
 from firefly_sample.plan.frame_plan import Batch
-from firefly_sample.plan.shadows import CasterBatch
+from firefly_sample.plan.shadows.maps import CasterBatch
 
 KEEP_FRAMES = 120
 """How many frames unused vertex arrays are kept; it is cheap to make them again."""

@@ -15,7 +15,7 @@ from firefly_sample.interop.pyrender_lights import (
     point_lights_to_pyrender,
 )
 from firefly_sample.interop.pyrender_meshes import MeshReader, MeshWriter
-from firefly_sample.plan.camera import camera_matrices
+from firefly_sample.plan.view import camera_matrices
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights

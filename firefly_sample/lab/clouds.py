@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.particle_shadow import exact_taken, sliced_light
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan, optical_depths
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, optical_depths
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow

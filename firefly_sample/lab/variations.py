@@ -210,7 +210,7 @@ def _attenuated(plan: FramePlan, ending: bool = False) -> bool:
 
 def _particle_shadowed(plan: FramePlan) -> bool:
     """Return whether particles cast shadows in a light, or would if the settings let them."""
-    return any(lights.clouded for lights in plan.lights)
+    return any(lights.particle_shadowed for lights in plan.lights)
 
 
 def _proxied(plan: FramePlan) -> bool:

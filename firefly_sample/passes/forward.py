@@ -11,7 +11,7 @@ from firefly_sample.passes.base import Pass
 from firefly_sample.passes.geometry import legal_surfaces
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, get_args
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.lights import method_for
 from firefly_sample.plan.frame_graph import Declaration
-from firefly_sample.plan.light_set import PASS_OF_KIND
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import DrawMethod, LightView, PositionMethod, Variant

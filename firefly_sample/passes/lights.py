@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_graph import Declaration
-from firefly_sample.plan.light_set import PASS_OF_KIND, LightKind, LightSet
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (
@@ -249,7 +249,7 @@ def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
 
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
     """Return the frame's variant with what is the set's own."""
-    placed = lights.kind != "directional" or lights.shadowed or lights.clouded
+    placed = lights.kind != "directional" or lights.shadowed or lights.particle_shadowed
     return replace(
         shining(frame, lights),
         light_method=method_for(frame.light_method, lights),
@@ -265,6 +265,6 @@ def shining(frame: Shines, lights: LightSet) -> Shines:
         "falloff": lights.falloff.value if fades else "ramp_squared",
         "range_falloff": given.range_falloff if fades and lights.falloff.value == "attenuation" else "karis",
         "shadow_taps": given.shadow_taps if lights.shadowed else 0,
-        "particle_shadow": given.particle_shadow and lights.clouded,
+        "particle_shadow": given.particle_shadow and lights.particle_shadowed,
     }
     return replace(frame, **changes)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, get_args
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import FalloffChoice, LightKind, RangeFalloff, ShadowTaps, Variant
@@ -111,6 +111,6 @@ def _variant_for(
     return replace(
         shining(frame, lights),
         light_kind=lights.kind,
-        faded=lights.clouded and bool((plan.particles.fades != 1.0).any()),
+        faded=lights.particle_shadowed and bool((plan.particles.fades != 1.0).any()),
         first=first,
     )

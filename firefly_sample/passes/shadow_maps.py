@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.atlas import Tile
     from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-    from firefly_sample.plan.shadows import CasterBatch, ShadowMap
+    from firefly_sample.plan.shadows.atlas import Tile
+    from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap
 
 SLOPE_BIAS = 1.0
 """Texels: the slope-scaled bias of casters, so that a surface that faces a light does not shadow half of itself. The

@@ -3,33 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, PlanError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
-from firefly_sample.plan.batches import Visible, make_batches
-from firefly_sample.plan.camera import Eye, eye_state
-from firefly_sample.plan.channels import any_channel
-from firefly_sample.plan.cloud import gather_particles
-from firefly_sample.plan.clusters import Clusters, plan_clusters
+from firefly_sample.memo import Memo
 from firefly_sample.plan.collect import Snapshot, collect
-from firefly_sample.plan.cull import spheres_in_frustum
-from firefly_sample.plan.culling import choose_culling
-from firefly_sample.plan.cut_off import CutOff, cut_off, cut_off_warnings
-from firefly_sample.plan.extent_warning import Extent, extent_warnings
 from firefly_sample.plan.frame_graph import Declares, FrameGraph, choose_passes
 from firefly_sample.plan.frame_plan import Background, Batch, Capabilities, FramePlan, SpriteSet
-from firefly_sample.plan.lighting import light_scene
+from firefly_sample.plan.frustum import spheres_in_frustum
+from firefly_sample.plan.lights.clusters import Clusters, plan_clusters
+from firefly_sample.plan.lights.light_set import any_channel
+from firefly_sample.plan.lights.lighting import light_scene
+from firefly_sample.plan.lights.method import choose_method
 from firefly_sample.plan.needs import Needs, reverses_depth
-from firefly_sample.plan.particle_shadow import plan_particle_shadow
-from firefly_sample.plan.particles import see_particles
-from firefly_sample.plan.position_warning import position_warnings
-from firefly_sample.plan.shadows import ShadowPlanner
-from firefly_sample.plan.view import View
-from firefly_sample.plan.warnings import plan_warnings
+from firefly_sample.plan.particles.cloud import gather_particles
+from firefly_sample.plan.particles.shadow import plan_particle_shadow
+from firefly_sample.plan.particles.visible import see_particles
+from firefly_sample.plan.shadows.planner import ShadowPlanner
+from firefly_sample.plan.view import Eye, View, eye_state
+from firefly_sample.plan.visible import Visible, make_batches
+from firefly_sample.plan.warnings.plan_warnings import PlanWarnings
 from firefly_sample.scene.arrays import LARGEST, as_color, as_numbers
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
@@ -48,7 +44,7 @@ class Planner:
     passes : sequence of passes
         In drawing order: see `firefly_sample.plan.frame_graph.Declares`.
     window : bool
-        See `firefly_sample.plan.camera.Eye`.
+        See `firefly_sample.plan.view.Eye`.
 
     Raises
     ------
@@ -65,12 +61,11 @@ class Planner:
         self._root: NodePath | None = None
         self._snapshots: dict[int, Snapshot] = {}
         self._shadows = ShadowPlanner()
-        self._eye: tuple[tuple[Any, ...], Eye] | None = None
-        self._seen: tuple[tuple[Any, ...], Visible] | None = None
-        self._cut: tuple[tuple[Visible, bool], CutOff] | None = None
-        self._measured: tuple[Visible, Extent] | None = None
-        self._drawn: tuple[tuple[Any, ...], tuple[Batch, ...]] | None = None
-        self._graph: tuple[Needs, FrameGraph] | None = None
+        self._warnings = PlanWarnings()
+        self._eye: Memo[Eye] = Memo()
+        self._seen: Memo[Visible] = Memo()
+        self._graph: Memo[FrameGraph] = Memo()
+        self._batches: Memo[tuple[Batch, ...]] = Memo()
 
     def plan(
         self,
@@ -91,9 +86,12 @@ class Planner:
         if self._root != scene.root:  # what was kept is another scene's
             self._root, self._snapshots, self._shadows = scene.root, {}, ShadowPlanner()
         snapshot = self._snapshot(scene, scene.camera_node.camera_mask)
-        eye = self._look(scene, size)
+        eye = self._eye.get(eye_state(scene, size), lambda: Eye(scene, size, self._window))
         lens, camera, planes = eye.lens, eye.camera, eye.planes
-        seen = self._visible(snapshot, eye)
+        instances = snapshot.instances
+        seen = self._seen.get(
+            (instances, instances.revisions(), eye), lambda: Visible(instances, camera.world_to_view, planes)
+        )
         exposure = _exposure(scene, settings)
         cloud = gather_particles(snapshot, time) if settings.look != "classic" else None
         reverse = reverses_depth(settings, capabilities)
@@ -119,7 +117,7 @@ class Planner:
             None if cloud is None else cloud.light,
         )
         sprites = _sprites(snapshot, time, camera.world_to_view, planes)
-        clouded = lighting.counts(clouded=True)
+        clouded = lighting.counts(particle_shadowed=True)
         particle_shadow = plan_particle_shadow(cloud, settings) if cloud is not None and clouded else None
         particles = see_particles(
             cloud, camera.world_to_view, lens, sprites.positions, settings, particle_shadow
@@ -127,7 +125,7 @@ class Planner:
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
         background = _background(scene)
         surfaces = seen.nearest, seen.farthest
-        culling = choose_culling(settings, lighting.sets, view, *surfaces)
+        culling = choose_method(settings, lighting.sets, view, *surfaces)
         needs = Needs(
             settings=settings,
             method=culling.method,
@@ -156,7 +154,7 @@ class Planner:
                     f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
                     "or choose other lights"
                 )
-        graph = self._chosen(needs)
+        graph = self._graph.get(needs, lambda: choose_passes(self._passes, needs))
         clusters: tuple[Clusters, ...] = ()
         if culling.method == "clustered" and (needs.lit or needs.counts_cells):
             clusters = plan_clusters(lighting.sets, view, *_decoded(surfaces, settings, view))
@@ -166,7 +164,7 @@ class Planner:
             outputs=outputs,
             time=time,
             view=view,
-            batches=self._batches(seen, view.near),
+            batches=self._batches.get((seen, view.near), lambda: make_batches(seen, view.near)),
             ambient=ambient,
             lights=lighting.sets,
             culling=culling,
@@ -182,71 +180,8 @@ class Planner:
             sources=graph.sources,
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
-            warnings=plan_warnings(
-                needs,
-                snapshot,
-                lighting.in_scene,
-                lighting.sets,
-                cloud,
-                (
-                    *eye.warnings,
-                    *cut_off_warnings(
-                        self._cut_off(snapshot, eye, seen, bool(len(sprites) or len(particles))),
-                        eye,
-                        snapshot.id_names,
-                    ),
-                    *extent_warnings(
-                        self._extent(seen, eye, view),
-                        lighting.sets,
-                        view,
-                        seen.farthest,
-                        lighting.shadows.too_wide(),
-                    ),
-                    *position_warnings(needs, lens, camera, seen, lighting.sets, max(exposure)),
-                ),
-            ),
+            warnings=self._warnings.find(needs, snapshot, eye, view, seen, lighting, cloud, exposure),
         )
-
-    def _look(self, scene: Scene, size: tuple[int, int]) -> Eye:
-        """The scene's camera, with what follows from it."""
-        state = eye_state(scene, size)
-        if self._eye is None or self._eye[0] != state:
-            self._eye = state, Eye(scene, size, self._window)
-        return self._eye[1]
-
-    def _visible(self, snapshot: Snapshot, eye: Eye) -> Visible:
-        """What is in view; found anew only when the camera, the graph or a material has changed."""
-        instances = snapshot.instances
-        state = (instances, instances.revisions(), eye)
-        if self._seen is None or self._seen[0] != state:
-            self._seen = state, Visible(instances, eye.camera.world_to_view, eye.planes)
-        return self._seen[1]
-
-    def _cut_off(self, snapshot: Snapshot, eye: Eye, seen: Visible, others: bool) -> CutOff:
-        """Return what the lens's planes cut off; found anew only with what is in view."""
-        state = seen, others
-        if self._cut is None or self._cut[0] != state:
-            self._cut = state, cut_off(snapshot.instances, eye, seen, others)
-        return self._cut[1]
-
-    def _extent(self, seen: Visible, eye: Eye, view: View) -> Extent:
-        """Return the extent of what is in view; measured anew only when something else is in view."""
-        if self._measured is None or self._measured[0] is not seen:
-            self._measured = seen, Extent.of(seen, eye.planes, view.lens, view.near)
-        return self._measured[1]
-
-    def _chosen(self, needs: Needs) -> FrameGraph:
-        """Return targets and passes; the same objects while nothing else is needed."""
-        if self._graph is None or self._graph[0] != needs:
-            self._graph = needs, choose_passes(self._passes, needs)
-        return self._graph[1]
-
-    def _batches(self, seen: Visible, near: float) -> tuple[Batch, ...]:
-        """The draws of what is in view; the same object while nothing of them has changed."""
-        state = (seen, near)
-        if self._drawn is None or self._drawn[0] != state:
-            self._drawn = state, make_batches(seen, near)
-        return self._drawn[1]
 
     def _snapshot(self, scene: Scene, mask: int) -> Snapshot:
         """What a camera with a mask sees, walked anew only when something has changed."""

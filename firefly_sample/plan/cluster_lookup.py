@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.clusters import Clusters
-from firefly_sample.plan.grid import BITS
+from firefly_sample.plan.lights.clusters import BITS, Clusters
 
 Float64 = NDArray[np.float64]
 

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import NodeError
-from firefly_sample.plan.instances import Group, Instances, look_of, make_groups
-from firefly_sample.plan.light_views import Spheres
+from firefly_sample.plan.instances import Group, Instances, Spheres, look_of, make_groups
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights, Spotlight
@@ -23,7 +22,7 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
-from firefly_sample.scene.traversal import iter_visible
+from firefly_sample.scene.traversal import Visit, iter_visible
 
 Float64 = NDArray[np.float64]
 LightNode = PointLights | FadingLight | DirectionalLight
@@ -31,14 +30,14 @@ LightNode = PointLights | FadingLight | DirectionalLight
 
 @dataclass(eq=False)
 class Snapshot:
-    """What one walk found: geometry groups; nodes of lights, sprites, particles with their net matrices.
+    """The result of one walk: geometry groups; nodes of lights, sprites, particles with their net matrices.
 
     Attributes
     ----------
     watched : list of (object, int)
-        Things whose own revision tells of changes that the graph does not hear of: Geoms and lenses.
+        Geoms and lenses with their revisions: the graph does not hear of their changes.
     looks : list of (Material, tuple)
-        Each material, and what of it decides which instances are drawn together.
+        Each material with its `look_of`.
     """
 
     groups: list[Group] = field(default_factory=list)
@@ -60,17 +59,17 @@ class Snapshot:
 
     @cached_property
     def spheres(self) -> Spheres:
-        """The bounding spheres of all instances, world space."""
+        """The bounding spheres of all instances."""
         return Spheres(self.instances.centers, self.instances.radii)
 
     def alpha_state(self) -> tuple[int, ...]:
-        """Changes when what cuts out does: revisions of its textures and materials, in the walk's order."""
+        """Return the revisions of the textures and materials of cut-outs, in the walk's order."""
         cut = [group for group in self.groups if group.cutoff is not None]
         textures = [group.texture.revision for group in cut if group.texture is not None]
         return (*textures, *(material.revision for group in cut for material in group.materials))
 
     def is_current(self, root: NodePath, camera_mask: int) -> bool:
-        """True while nothing under `root` has changed since the walk, nor above it, which counts too."""
+        """Return whether nothing under or above `root` has changed since the walk."""
         return (
             self.root == root
             and self.camera_mask == camera_mask
@@ -91,23 +90,12 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     revision = root.get_top().node().subtree_revision
     snapshot = Snapshot(root=root, revision=revision, camera_mask=camera_mask)
     found: dict[tuple[Any, ...], _Found] = {}
-    materials: dict[int, Material] = {}
     names: list[str] = []
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
         for visit in iter_visible(root, camera_mask):
             node = visit.node
             if isinstance(node, GeomNode):
-                for geom, own in node.geoms:
-                    if not len(geom.triangles):
-                        continue  # nothing to draw must cost nothing
-                    material = visit.material if visit.material is not None else own
-                    materials[id(material)] = material
-                    key = (id(geom), *look_of(material), visit.color is not None)
-                    entry = found.setdefault(key, _Found(geom))
-                    entry.nets.append(visit.net)
-                    entry.ids.append(len(names))
-                    entry.materials.append(material)
-                    entry.colors.append(visit.color)
+                _add_geoms(found, node, visit, len(names))
                 names.append(visit.path)
             elif isinstance(node, PointLights | FadingLight | DirectionalLight):
                 snapshot.lights.append((node, visit.net))
@@ -119,10 +107,12 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
                 snapshot.sprites.append((node, visit.net))
             elif isinstance(node, ParticleNode):
                 snapshot.particles.append((node, visit.net))
+    materials: dict[int, Material] = {}
     for key, entry in found.items():
         finite = np.isfinite(entry.nets).all(axis=(1, 2))
         if not finite.all():
             _refuse(names[entry.ids[int(np.argmin(finite))]])
+        materials.update((id(material), material) for material in entry.materials)
         snapshot.groups.extend(
             make_groups(key, entry.geom, entry.materials, entry.colors, entry.nets, entry.ids)
         )
@@ -136,19 +126,32 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     return snapshot
 
 
-def _refuse(name: str) -> NoReturn:
-    raise NodeError(
-        f"node {name!r}: its net transform has numbers that float64 does not hold: give it and its parents "
-        "scales and positions nearer to 1"
-    )
-
-
 @dataclass(eq=False)
 class _Found:
-    """What one group's instances are made of, in the order of the walk."""
+    """The instances of one group, in the order of the walk."""
 
     geom: Geom
     nets: list[Float64] = field(default_factory=list)
     ids: list[int] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
     colors: list[Any] = field(default_factory=list)
+
+
+def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visit, index: int) -> None:
+    for geom, own in node.geoms:
+        if not len(geom.triangles):
+            continue  # nothing to draw must cost nothing
+        material = visit.material if visit.material is not None else own
+        key = (id(geom), *look_of(material), visit.color is not None)
+        entry = found.setdefault(key, _Found(geom))
+        entry.nets.append(visit.net)
+        entry.ids.append(index)
+        entry.materials.append(material)
+        entry.colors.append(visit.color)
+
+
+def _refuse(name: str) -> NoReturn:
+    raise NodeError(
+        f"node {name!r}: its net transform has numbers that float64 does not hold: give it and its parents "
+        "scales and positions nearer to 1"
+    )

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import PlanError
 from firefly_sample.frame import LightCounts
-from firefly_sample.plan.clusters import Clusters
-from firefly_sample.plan.culling import Culling
 from firefly_sample.plan.instances import Factors
-from firefly_sample.plan.light_set import LightSet
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
-from firefly_sample.plan.particles import ParticleSet
-from firefly_sample.plan.shadows import ShadowPlan
+from firefly_sample.plan.lights.clusters import Clusters
+from firefly_sample.plan.lights.light_set import LightSet
+from firefly_sample.plan.lights.method import Culling
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan
+from firefly_sample.plan.particles.visible import ParticleSet
+from firefly_sample.plan.shadows.maps import ShadowPlan
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import SurfaceFeatures, Variant
 from firefly_sample.plan.view import View

@@ -1,14 +1,16 @@
-"""Instances that one call can draw: one Geom, one texture, one way to be cut out; colours differ freely."""
+"""Instances that one call can draw: one Geom, one texture, one cut-out; colours differ freely."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.memo import Memo
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import Color
@@ -17,7 +19,7 @@ Float64 = NDArray[np.float64]
 
 
 def look_of(material: Material) -> tuple[Any, ...]:
-    """What of a material decides which instances are drawn together, hashable; the rest is per instance."""
+    """Return the part of a material by which instances are grouped, hashable; the rest is per instance."""
     cutout = material.alpha_mode != "opaque"
     return (
         None if material.texture is None else id(material.texture),
@@ -28,7 +30,7 @@ def look_of(material: Material) -> tuple[Any, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Factors:
-    """What instances have of their materials and of their nodes' flat colours, at one moment.
+    """Colours of instances at one moment, from their materials and their nodes' flat colours.
 
     Attributes
     ----------
@@ -45,13 +47,8 @@ class Factors:
     speculars: Float64
 
     def take(self, chosen: NDArray[Any] | slice) -> Factors:
-        """Those of the chosen instances."""
-        return Factors(
-            self.base_colors[chosen],
-            self.ambients[chosen],
-            self.emissions[chosen],
-            self.speculars[chosen],
-        )
+        """Return those of the chosen instances."""
+        return Factors(*(getattr(self, column.name)[chosen] for column in fields(self)))
 
 
 @dataclass(eq=False)
@@ -61,7 +58,7 @@ class Group:
     Attributes
     ----------
     key : tuple
-        Hashable; tells groups apart, and stays for as long as the walk would find the same.
+        Hashable; distinguishes groups, and stays as long as a walk would find the same group.
     geom : Geom
     texture : Texture or None
     cutoff : float or None
@@ -94,19 +91,16 @@ class Group:
     centers: Float64
     radii: Float64
 
-    _factors: tuple[tuple[int, ...], Factors] | None = None
+    _factors: Memo[Factors] = field(default_factory=Memo)
 
     @property
     def vertex_alpha(self) -> bool:
-        """True if the alpha of vertex colours takes part in the cut-out."""
+        """Whether the alpha of vertex colours takes part in the cut-out."""
         return self.cutoff is not None and self.geom.alphas is not None and self.colors is None
 
     def factors(self) -> Factors:
-        """Of all instances, now; made anew only when a material has changed."""
-        revisions = tuple(material.revision for material in self.materials)
-        if self._factors is None or self._factors[0] != revisions:
-            self._factors = revisions, self._gather()
-        return self._factors[1]
+        """Return the factors of all instances, remade when a material has changed."""
+        return self._factors.get(tuple(material.revision for material in self.materials), self._gather)
 
     def _gather(self) -> Factors:
         def column(values: list[Any]) -> Float64:
@@ -125,13 +119,13 @@ class Group:
 
 
 class Instances:
-    """The instances of some groups as columns, group by group: what is computed of all of them at once.
+    """The instances of some groups as columns, group by group.
 
     Attributes
     ----------
     groups : tuple of Group
     starts : ndarray of int, shape (groups + 1,)
-        Where each group's instances begin.
+        Index of each group's first instance.
     which : ndarray of int, shape (n,)
         Each instance's group.
     model_to_world : ndarray of float64, shape (n, 4, 4)
@@ -153,40 +147,54 @@ class Instances:
             (group.key, group.geom.revision, group.mirrored, *map(id, group.materials)) for group in groups
         ]
         self._materials = tuple(material for group in groups for material in group.materials)
-        self._factors: tuple[tuple[int, ...], Factors] | None = None
+        self._factors: Memo[Factors] = Memo()
 
     def draws_as(self, other: Instances) -> bool:
-        """Whether the same would be drawn: walks of a graph in which something else has changed."""
+        """Return whether the instances of a different walk would be drawn alike."""
         return (
             self._identity == other._identity
             and self.revisions() == other.revisions()
             and np.array_equal(self.model_to_world, other.model_to_world)
             and np.array_equal(self.ids, other.ids)
             and all(
-                np.array_equal(getattr(self.factors(), name), getattr(other.factors(), name))
-                for name in ("base_colors", "ambients", "emissions", "speculars")
+                np.array_equal(getattr(self.factors(), column.name), getattr(other.factors(), column.name))
+                for column in fields(Factors)
             )
         )
 
     def revisions(self) -> tuple[int, ...]:
-        """Changes when one of the groups' materials does."""
+        """Return the revisions of all groups' materials."""
         return tuple(material.revision for material in self._materials)
 
     def factors(self) -> Factors:
-        """Of all instances, now; made anew only when a material has changed."""
-        revisions = self.revisions()
-        if self._factors is None or self._factors[0] != revisions:
-            parts = [group.factors() for group in self.groups]
-            self._factors = (
-                revisions,
-                Factors(
-                    _joined([part.base_colors for part in parts], (4,)),
-                    _joined([part.ambients for part in parts], (3,)),
-                    _joined([part.emissions for part in parts], (3,)),
-                    _joined([part.speculars for part in parts], (4,)),
-                ),
-            )
-        return self._factors[1]
+        """Return the factors of all instances, remade when a material has changed."""
+        return self._factors.get(self.revisions(), self._gather)
+
+    def _gather(self) -> Factors:
+        parts = [group.factors() for group in self.groups]
+        return Factors(
+            _joined([part.base_colors for part in parts], (4,)),
+            _joined([part.ambients for part in parts], (3,)),
+            _joined([part.emissions for part in parts], (3,)),
+            _joined([part.speculars for part in parts], (4,)),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres:
+    """Bounding spheres: centers (n, 3) in world space, radii (n,)."""
+
+    centers: Float64
+    radii: Float64
+
+    @cached_property
+    def around(self) -> tuple[Float64, float]:
+        """Center and radius of a sphere around all of them; radius 0 if there are none."""
+        if not len(self.radii):
+            return np.zeros(3), 0.0
+        low = (self.centers - self.radii[:, None]).min(axis=0)
+        high = (self.centers + self.radii[:, None]).max(axis=0)
+        return 0.5 * (low + high), float(0.5 * np.linalg.norm(high - low))
 
 
 def _joined(parts: list[NDArray[Any]], shape: tuple[int, ...], dtype: Any = np.float64) -> NDArray[Any]:
@@ -201,9 +209,9 @@ def make_groups(
     nets: Sequence[Float64],
     ids: Sequence[int],
 ) -> list[Group]:
-    """One group, or two where some instances are mirrored and others are not.
+    """Return one group, or two if some instances are mirrored and others are not.
 
-    They come with bounding spheres; a sphere's radius grows with the matrix's largest singular value.
+    The radius of a bounding sphere grows with the matrix's largest singular value.
     """
     unique = {id(material): material for material in materials}
     index = {name: position for position, name in enumerate(unique)}

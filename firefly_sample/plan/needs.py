@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from firefly_sample.plan.batches import Looks
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.plan.light_set import LightKind
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
+from firefly_sample.plan.lights.light_set import LightKind
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.targets import COARSE_DEPTH, NORMAL_FORMATS, STORED_POSITIONS, UNSIGNED
 from firefly_sample.plan.variants import PositionMethod
+from firefly_sample.plan.visible import Looks
 from firefly_sample.settings import Settings
 
 PLACE_OUTPUTS = ("depth", "position", "position_world")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.shadows import ShadowMap
+from firefly_sample.plan.shadows.maps import ShadowMap
 from firefly_sample.srgb import linear_to_srgb
 
 Pixels = NDArray[np.uint8]

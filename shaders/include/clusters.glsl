@@ -1,5 +1,5 @@
 // Provides Cell, find_cell, next_light: the lights that may reach what is behind a pixel. For after surface.glsl.
-// A cell has a bit for each light of its depth slice: firefly_sample/plan/clusters.py.
+// A cell has a bit for each light of its depth slice: firefly_sample/plan/lights/clusters.py.
 // Float64 twin: firefly_sample/plan/cluster_lookup.py
 
 uniform usampler2D u_slices;  // of each slice both edges, its first word and the next one's: gpu/cluster_rows.py

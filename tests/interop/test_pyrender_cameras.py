@@ -16,7 +16,7 @@ from firefly_sample.errors import LensError
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.pipeline import build_plan
-from firefly_sample.plan.camera import camera_matrices
+from firefly_sample.plan.view import camera_matrices
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene

@@ -6,8 +6,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.pipeline import build_plan
-from firefly_sample.plan import lighting
 from firefly_sample.plan.cluster_lookup import list_lengths
+from firefly_sample.plan.lights import lighting
 from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens

@@ -7,12 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.plan import grid as module
 from firefly_sample.plan.cluster_lookup import cell_lights, cell_words, list_lengths
-from firefly_sample.plan.clusters import find_clusters, plan_clusters
-from firefly_sample.plan.grid import make_grid, slices_of
-from firefly_sample.plan.light_bounds import screen_bounds
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights import clusters as module
+from firefly_sample.plan.lights.bounds import screen_bounds
+from firefly_sample.plan.lights.clusters import find_clusters, make_grid, plan_clusters, slices_of
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens

@@ -11,12 +11,12 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from firefly_sample.pipeline import build_plan
-from firefly_sample.plan.batches import Visible
-from firefly_sample.plan.camera import Eye
-from firefly_sample.plan.chunks import corners_near
 from firefly_sample.plan.collect import collect
-from firefly_sample.plan.cut_off import cut_off
 from firefly_sample.plan.frame_plan import Capabilities
+from firefly_sample.plan.frustum import corners_near
+from firefly_sample.plan.view import Eye
+from firefly_sample.plan.visible import Visible
+from firefly_sample.plan.warnings.clipping import find_clipped
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
@@ -242,5 +242,5 @@ def test_a_triangle_is_cut_off_where_clipping_leaves_something(lens, numbers, si
     eye, instances = Eye(scene, SIZE), collect(scene.root, 1).instances
     area = clipped_area(corners, np.array([*eye.planes[:4], (0, 1, 0, 0), (0, -1, 0, 1.0)]))
     assume(area == 0.0 or area > 1e-6)
-    found = cut_off(instances, eye, Visible(instances, eye.camera.world_to_view, eye.planes))
+    found = find_clipped(instances, eye, Visible(instances, eye.camera.world_to_view, eye.planes))
     assert bool(found.near) == (area > 0.0)

@@ -11,7 +11,7 @@ from firefly_sample.gpu.light_rows import light_rows, light_texels, pixel_slopes
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_icosphere
 from firefly_sample.gpu.records import RECORDS, record_dtype, record_fields, record_glsl
 from firefly_sample.mipmaps import alpha_coverage, mip_chain
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.plan.light_bounds import ROUNDING, meet_samples
+from firefly_sample.plan.lights.bounds import meet_samples
+from firefly_sample.plan.lights.light_set import ROUNDING
 from tests.unit.test_clusters import LENSES, SIZE, balls, cones, perspective, points_of, view_of
 
 EPSILON = 1e-9

@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.pipeline import build_plan
-from firefly_sample.plan.cloud import gather_particles
-from firefly_sample.plan.particle_shadow import GUARD, MOST_OPAQUE, optical_depths, slice_grid
-from firefly_sample.plan.particle_shadow_discs import blur_weights
-from firefly_sample.plan.particles import see_particles
+from firefly_sample.plan.particles.cloud import gather_particles
+from firefly_sample.plan.particles.shadow import GUARD, MOST_OPAQUE, blur_weights, optical_depths, slice_grid
+from firefly_sample.plan.particles.visible import see_particles
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
@@ -170,7 +169,7 @@ def test_a_light_that_is_not_there_is_told_and_a_hidden_one_is_not():
     path.detach_node()
     away = build_plan(scene)
     assert away.particle_shadow is None
-    assert [w for w in away.warnings if "light 'sun', which particles take shadows from" in w]
+    assert [w for w in away.warnings if "light 'sun', which casts the shadows of particles" in w]
 
 
 def test_several_lights_or_one_twice_are_errors():
@@ -371,7 +370,10 @@ def test_only_the_light_that_particles_name_is_dimmed():
     scene = cloud_scene(puff())
     scene.root.attach_new_node(DirectionalLight("moon", (0.1, 0.1, 0.2)))
     plan = build_plan(scene)
-    assert sorted((len(lights), lights.clouded) for lights in plan.lights) == [(1, False), (1, True)]
+    assert sorted((len(lights), lights.particle_shadowed) for lights in plan.lights) == [
+        (1, False),
+        (1, True),
+    ]
 
 
 def test_the_classic_look_leaves_particles_out_and_says_so():

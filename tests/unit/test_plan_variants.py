@@ -12,7 +12,7 @@ from firefly_sample.frame import OUTPUTS
 from firefly_sample.passes.lights import variant_for
 from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.plan.light_set import PASS_OF_KIND
+from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.points import Sprites

@@ -95,7 +95,7 @@ def test_a_change_of_what_is_darker_is_fewer_codes(level):
 def test_the_line_names_method_place_error_and_way_out():
     (line,) = warnings_of(lit_wall(near=1e-3), position="depth24")
     assert line == (
-        "position=depth24: at 10 units, near plane 0.001, a position errs by about 0.015 units, "
+        "position=depth24: at 10 units, near plane 0.001, positions are off by about 0.015 units, "
         "which is about 5.3 display codes on a surface 0.5 from a light; use position=linear32f, which is "
         "off by 4.5e-06, or move the near plane out"
     )
@@ -142,7 +142,7 @@ def test_half_floats_say_where_they_end(aside):
         scene.root.find("wall").set_scale(10)
     (line,) = warnings_of(scene, position="stored16f")
     assert line.startswith("position=stored16f: half floats end at 65504 units and ")
-    assert line.endswith("use position=stored32f, which has no such end")
+    assert line.endswith("use position=stored32f, which has no such limit")
 
 
 def test_parallel_rays_err_by_what_lies_between_the_planes():
@@ -157,13 +157,13 @@ def test_parallel_rays_err_by_what_lies_between_the_planes():
 
 def test_lights_too_small_for_any_method_say_so():
     (line,) = warnings_of(lit_wall(1e6, 240.0, near=1.0, far=1e7), size=ODD)
-    assert line.startswith("position=linear32f: at 1e+06 units, a position errs by about 0.45 units")
+    assert line.startswith("position=linear32f: at 1e+06 units, positions are off by about 0.45 units")
     assert line.endswith(
         "use position=depth32f, which is off by 0.18"
     )  # a reversed depth buffer has a digit more
     assert warnings_of(lit_wall(1e6, 240.0, near=1.0, far=1e7)) == ()  # no sample meets it: it lights nothing
     (line,) = warnings_of(lit_wall(1e6, 0.5, near=1.0, far=1e7), size=ODD)
-    assert line.endswith("no method is finer: lights are small for how far away they are seen")
+    assert line.endswith("no method is more accurate: the lights are too small for their distance")
 
 
 # --- What it depends on ---
@@ -249,7 +249,7 @@ def test_light_that_is_more_than_its_target_holds(accumulation, largest):
     (line,) = found(2 * largest)
     assert line == (
         f"accumulation={accumulation}: it holds radiance up to {largest:g} and a light has {2 * largest:g}, "
-        "so that surfaces are cut off there; accumulation=rgba32f does not"
+        "so surfaces are clipped to that; use accumulation=rgba32f, which has no such limit"
     )
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.plan.reach import budget_thresholds, light_reach
+from firefly_sample.plan.lights.reach import budget_thresholds, light_reach
 from firefly_sample.scene.falloff import Attenuation
 
 

@@ -20,7 +20,7 @@ from firefly_sample.lab.experiments.position_bounds import positioned
 from firefly_sample.lab.experiments.scenes import garden, wall_scene
 from firefly_sample.lab.probes.probe import accumulate
 from firefly_sample.lab.reference.shading import attenuation
-from firefly_sample.plan.reach import budget_thresholds, light_reach
+from firefly_sample.plan.lights.reach import budget_thresholds, light_reach
 from firefly_sample.plan.targets import ACCUMULATION_FORMATS, FORMATS
 from firefly_sample.scene.lights import PointLight, PointLights
 from firefly_sample.settings import HALF_CODE, LightMethod, Settings

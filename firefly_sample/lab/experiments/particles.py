@@ -16,7 +16,7 @@ from firefly_sample.lab.experiments.bench import DrawnFrame, ExperimentBench
 from firefly_sample.lab.experiments.experiment import Experiment, Value, relative_error
 from firefly_sample.lab.experiments.times import ratios_of
 from firefly_sample.lab.reference.particle_shadow import sliced_light
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Scene

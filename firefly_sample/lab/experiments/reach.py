@@ -12,8 +12,8 @@ from firefly_sample.lab.experiments.bench import ExperimentBench
 from firefly_sample.lab.experiments.experiment import FLOAT64, Experiment, Value
 from firefly_sample.lab.experiments.position_bounds import ACCURATE, positioned
 from firefly_sample.lab.experiments.scenes import WALL, wall_scene
+from firefly_sample.plan.lights.reach import light_reach
 from firefly_sample.plan.position_error import position_error
-from firefly_sample.plan.reach import light_reach
 from firefly_sample.scene.lights import PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.settings import HALF_CODE

@@ -161,7 +161,7 @@ def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Sh
     """Return a lookup of the lit share of pixels, by rays between surfaces and by the shadow of particles."""
     position = surfaces.gbuffer.position.reshape(-1, 3)
     left = None
-    if plan.particle_shadow is not None and any(lights.clouded for lights in plan.lights):
+    if plan.particle_shadow is not None and any(lights.particle_shadowed for lights in plan.lights):
         left = particle_shadowed(plan, position)
     if rays is None and left is None:
         return None
@@ -170,7 +170,7 @@ def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Sh
         lit = np.ones(len(pixels))
         if one.lights.shadowed and rays is not None:
             lit = rays.lit(position[pixels], one)
-        return lit * left[pixels].T if one.lights.clouded and left is not None else lit
+        return lit * left[pixels].T if one.lights.particle_shadowed and left is not None else lit
 
     return share
 

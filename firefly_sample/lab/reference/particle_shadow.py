@@ -3,7 +3,7 @@
 `exact_taken` sums over all particles between a position and the light, one by one. The rest is the twin of
 ``shaders/particle_shadow_slices.frag``, ``particle_shadow_sums.frag``, ``particle_shadow_blur_*.frag`` and
 ``include/particle_shadow.glsl``: it differs from the GPU by rounding alone. Positions are in texels and
-slices: `firefly_sample.plan.particle_shadow`.
+slices: `firefly_sample.plan.particles.shadow`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan
-from firefly_sample.plan.particle_shadow_discs import blur_weights, own_takings, splats
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, blur_weights, own_takings, splats
 
 Float64 = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
 from firefly_sample.lab.reference.shade import OneLight, each_light
 from firefly_sample.plan.frame_plan import FramePlan, SpriteSet
-from firefly_sample.plan.particles import ParticleSet
+from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]
@@ -139,7 +139,7 @@ def particle_light(plan: FramePlan, lit: Lit | None = None) -> Float64:
         if one.lights.shadowed and lit is not None:
             strength = strength * lit(position[reached], one)
         arriving = strength[:, None] * one.lights.colors[one.row]
-        if one.lights.clouded:
+        if one.lights.particle_shadowed:
             arriving = arriving * left[reached] * particles.fades[reached, None]
         total[reached] += arriving
     return np.asarray(total * particles.colors)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
 from firefly_sample.lab.reference.shading import cone_strength, falloff, highlight_of_cosines, opening
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.readback import GBuffer
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.settings import Settings
@@ -122,7 +122,7 @@ class LitChunk:
             return
         lights, row = one.lights, one.row
         strength = one.strength(to_light, distance, self._settings)
-        if self._shadows is not None and (lights.shadowed or lights.clouded):
+        if self._shadows is not None and (lights.shadowed or lights.particle_shadowed):
             strength = strength * self._shadows(one, self._pixels[chosen], n_dot_l)
         clamp = self._settings.clamp_light
         for channel, color in enumerate(lights.colors[row].tolist()):

@@ -15,7 +15,7 @@ from firefly_sample.lab.reference.rays import Intersections, RayCorners, interse
 from firefly_sample.lab.reference.shade import OneLight
 from firefly_sample.lab.reference.texture import Sampler, Samplers
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.shadows import ShadowMap
+from firefly_sample.plan.shadows.maps import ShadowMap
 from firefly_sample.scene.geom import Geom
 
 Float64 = NDArray[np.float64]

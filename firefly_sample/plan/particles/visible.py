@@ -1,4 +1,4 @@
-"""The particles that a camera sees, in the order in which they are drawn."""
+"""Find the particles in view, and the order in which they are drawn."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.cloud import Cloud, lengths, light_direction
-from firefly_sample.plan.cull import spheres_in_frustum
-from firefly_sample.plan.particle_shadow import ParticleShadowPlan, optical_depths
+from firefly_sample.plan.frustum import spheres_in_frustum
+from firefly_sample.plan.lights.gather import light_direction
+from firefly_sample.plan.particles.cloud import Cloud, lengths
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, optical_depths
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.lights import Spotlight
 from firefly_sample.settings import ParticleOrder, Settings
@@ -18,26 +19,26 @@ from firefly_sample.settings import ParticleOrder, Settings
 Float64 = NDArray[np.float64]
 
 PLANE_MARGIN = 1e-5
-"""Of the near plane's distance, or of what is between the planes: so much within them a disc is drawn."""
+"""Share of the near distance, or of the planes' distance, by which discs are drawn within the planes."""
 
 
 @dataclass(frozen=True, eq=False)
 class ParticleSet:
-    """What the camera sees of the particles, view space.
+    """The particles in view, in view space.
 
     Attributes
     ----------
     positions, colors : ndarray of float64, shape (n, 3)
     drawn : ndarray of float64, shape (n, 3)
-        Where their discs are drawn: where they are, or on the plane that cuts them, near or far.
+        Positions of their discs: their own, or on the near or far plane if that cuts them.
     radii, optical_depths : ndarray of float64, shape (n,)
-        The optical depth through the middle, as far as it is between these planes.
+        The optical depth through the middle, of the part between these planes.
     fades : ndarray of float64, shape (n,)
-        What distance leaves of the light that they take shadows from.
+        Factors of the light that casts their shadows, by its attenuation with distance.
     rows : ndarray of int, shape (n,)
-        Their rows in `ParticleShadowPlan`; -1 for what has no shadow.
+        Their rows in `ParticleShadowPlan`; -1 for particles without a shadow.
     order : ndarray of int, shape (n + dots,)
-        In which particles are drawn, and the soft dots of the same frame, whose numbers follow theirs.
+        Drawing order of the particles and of the frame's soft dots, whose numbers follow theirs.
     """
 
     positions: Float64
@@ -61,18 +62,16 @@ def see_particles(
     settings: Settings,
     particle_shadow: ParticleShadowPlan | None,
 ) -> ParticleSet:
-    """What of a cloud is in view, and in which order it is drawn.
+    """Return the particles of a cloud that are in view.
 
     Parameters
     ----------
     dots : ndarray of float64, shape (m, 3)
-        Places of the soft dots in view, view space: they are drawn among the particles.
+        Positions of the soft dots in view, view space: they are drawn among the particles.
     """
     if cloud is None:
-        none = np.zeros(0)
-        nobody = np.zeros(0, dtype=np.intp)
-        nowhere = np.zeros((0, 3))
-        return ParticleSet(nowhere, nowhere, none, none, nowhere, none, nobody, nobody)
+        vectors, numbers, indices = np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.intp)
+        return ParticleSet(vectors, vectors, numbers, numbers, vectors, numbers, indices, indices)
     positions = cloud.positions @ world_to_view[:3, :3] + world_to_view[3, :3]
     chosen = np.flatnonzero(spheres_in_frustum(lens.frustum_planes(), positions, cloud.radii))
     positions = positions[chosen]
@@ -93,7 +92,7 @@ def see_particles(
 
 
 def _between_planes(positions: Float64, radii: Float64, near: float, far: float) -> tuple[Float64, Float64]:
-    """Places no farther than the planes, and how much of each ball lies between them."""
+    """Return positions moved between the planes, and the share of each sphere that lies between them."""
     y = positions[:, 1]
     share = np.clip(0.5 + 0.5 * (y - near) / radii, 0.0, 1.0)
     margin = PLANE_MARGIN * (abs(near) if math.isinf(far) else max(abs(near), PLANE_MARGIN * (far - near)))
@@ -106,7 +105,7 @@ def _between_planes(positions: Float64, radii: Float64, near: float, far: float)
 
 
 def _fades(cloud: Cloud, chosen: NDArray[np.intp]) -> Float64:
-    """1 / max(distance^power, 1), of the distance from the light or from the plane through it."""
+    """Return 1 / max(distance^power, 1), of the distance from the light or from the plane through it."""
     shadow, net = cloud.shadow, cloud.shadow_net
     fades = np.ones(len(chosen))
     if shadow is None or net is None or shadow.attenuation == "none":
@@ -122,7 +121,7 @@ def _fades(cloud: Cloud, chosen: NDArray[np.intp]) -> Float64:
 
 
 def _axis(order: ParticleOrder, cloud: Cloud, world_to_view: Float64) -> Float64 | None:
-    """Where particles are sorted along, view space; None where they are not."""
+    """Return the axis along which particles are sorted, view space; None if they are not."""
     if order == "unsorted":
         return None
     forward = np.array([0.0, 1.0, 0.0])
@@ -130,19 +129,19 @@ def _axis(order: ParticleOrder, cloud: Cloud, world_to_view: Float64) -> Float64
         return forward
     light = light_direction(cloud.shadow.light, cloud.shadow_net)
     if isinstance(cloud.shadow.light, Spotlight) and cloud.sphere[1] > 0.0:
-        way = cloud.sphere[0] - cloud.shadow_net[3, :3]  # as slices lie
-        light = way / max(float(np.linalg.norm(way)), 1e-300)
+        towards = cloud.sphere[0] - cloud.shadow_net[3, :3]  # the axis of the slices
+        light = towards / max(float(np.linalg.norm(towards)), 1e-300)
     light = light @ world_to_view[:3, :3]
     half = forward + (light if light[1] >= 0.0 else -light)
     return np.asarray(half / np.linalg.norm(half))
 
 
 def _order(positions: Float64, dots: Float64, axis: Float64 | None, slices: int | None) -> NDArray[np.intp]:
-    """Indices from back to front along an axis, of particles and then dots.
+    """Return indices of particles, then dots, from back to front along an axis.
 
-    By all digits that float32 has of a depth, whatever else is in view; or by slices between the nearest and
-    the farthest particle. What is in one slice comes as it is. By two radix sorts, which NumPy has for 16
-    bits: several times as fast as by comparing numbers.
+    They are sorted by the float32 depth, or by slices between the nearest and the farthest particle, within
+    which the order stays. Two radix sorts, which NumPy has for 16 bits, are several times as fast as
+    comparing numbers.
     """
     both = np.concatenate([positions, dots])
     if axis is None or not len(positions):
@@ -150,13 +149,13 @@ def _order(positions: Float64, dots: Float64, axis: Float64 | None, slices: int 
     depths = both @ axis
     if slices is None:
         bits = (-depths).astype(np.float32).view(np.uint32)
-        # a float's bits are in order but for its sign: turned, those of what is below 0 are, too
+        # the bits of floats are in order except for the sign: inverted, those of negative numbers are too
         keys = np.where(bits >> 31, ~bits, bits | np.uint32(1 << 31))
     else:
         low, high = depths[: len(positions)].min(), depths[: len(positions)].max()
         share = np.floor((high - depths) * (slices / max(high - low, 1e-30)))
         share[: len(positions)] = np.minimum(share[: len(positions)], slices - 1)
-        # dots may be before or behind all slices
+        # dots may lie in front of or behind all slices
         keys = np.clip(share + 1.0, 0.0, slices + 1.0).astype(np.uint32)
     upper = (keys >> 16).astype(np.uint16)
     lower = np.argsort(keys.astype(np.uint16), kind="stable")

@@ -1,4 +1,4 @@
-"""All particles of a scene at one time, world space, and the light that they take shadows from."""
+"""Gather all particles of a scene at one time, in world space, and the light that casts their shadows."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.plan.collect import Snapshot
-from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow, ShadowLight
 
 Float64 = NDArray[np.float64]
@@ -26,17 +24,17 @@ class Cloud:
     positions, colors : ndarray of float64, shape (n, 3)
     radii, alphas, darkness, tints : ndarray of float64, shape (n,)
     named : ndarray of bool, shape (n,)
-        Whether a particle names the light: it fades on these.
+        Whether a particle's node names the light: its attenuation with distance applies to these.
     casts : ndarray of bool, shape (n,)
-        Whether it casts and receives shadows.
+        Whether a particle casts and receives shadows.
     shadow : ParticleShadow or None
-        How, but for what is the particles' own: darkness, tint, and whether they are enabled.
+        The settings that all particles share; darkness, tint and enabled are each node's own.
     shadow_net : ndarray of float64, shape (4, 4), or None
-        Where that light is; None if it is not seen in the scene.
+        The light's net transform; None if the light is not seen in the scene.
     sphere : (ndarray of shape (3,), float)
-        Center and radius of what casts shadows, given or found.
+        Center and radius of a sphere around the particles that cast shadows, given or found.
     outside : tuple of (str, int, float)
-        Names of nodes, how many of their particles leave that sphere, and what radius would hold them.
+        Names of nodes whose particles leave that sphere, how many do, and the radius that would hold them.
     """
 
     positions: Float64
@@ -54,7 +52,7 @@ class Cloud:
 
     @property
     def light(self) -> ShadowLight | None:
-        """The light whose shadows there are."""
+        """The light that casts the shadows; None without one."""
         return None if self.shadow is None or self.shadow_net is None else self.shadow.light
 
     def __len__(self) -> int:
@@ -62,12 +60,12 @@ class Cloud:
 
 
 def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
-    """All particles that can be seen at `time`; None where there is none.
+    """Return all particles that can be seen at `time`; None if there are none.
 
     Raises
     ------
     SceneError
-        If particles name several lights for their shadows, or a place is not finite.
+        If particles name several lights for their shadows, or a position is not finite.
     """
     parts: list[tuple[Float64, ...]] = []
     spheres: list[tuple[Float64, float]] = []
@@ -82,7 +80,10 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
             continue
         positions, radii = positions[useful], arrays.radii[useful]
         if not np.isfinite(positions).all() or np.abs(positions).max() > 1e30:
-            raise SceneError(f"particles {node.name!r}: a place in the world is not finite, or beyond 1e30")
+            raise SceneError(
+                f"particles {node.name!r}: positions in the world must be finite and at most 1e30 units "
+                "along each axis: give the node and its parents positions and scales nearer to 1"
+            )
         own = node.get_shadow()
         if own is not None:
             shadow, owner = _agreed(shadow, owner, own, node.name), node.name
@@ -125,7 +126,7 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
 
 
 def _agreed(before: ParticleShadow | None, owner: str, own: ParticleShadow, name: str) -> ParticleShadow:
-    """What two nodes' shadows have in common."""
+    """Return the settings that two nodes' shadows share."""
     shown = own.show_texture or (before is not None and before.show_texture)
     shared = replace(own, darkness=1.0, tint=0.0, enabled=True, show_texture=shown)
     if before is not None:
@@ -146,14 +147,14 @@ def _net_of(light: ShadowLight, snapshot: Snapshot) -> Float64 | None:
     nets = [net for node, net in snapshot.lights if node is light]
     if len(nets) > 1:
         raise SceneError(
-            f"light {light.name!r}, which particles take shadows from, is {len(nets)} times in the scene: "
-            "give them a light of their own"
+            f"light {light.name!r}, which casts the shadows of particles, is {len(nets)} times in the scene: "
+            "give the particles a light that is there once"
         )
     return nets[0] if nets else None
 
 
 def _sphere(node: ParticleNode, net: Float64, positions: Float64, radii: Float64) -> tuple[Float64, float]:
-    """The sphere that holds a node's particles, as it says or as found."""
+    """Return the sphere that holds a node's particles, given by the node or found."""
     given = node.get_bounding_sphere()
     if given is None:
         low, high = (positions - radii[:, None]).min(axis=0), (positions + radii[:, None]).max(axis=0)
@@ -165,7 +166,7 @@ def _sphere(node: ParticleNode, net: Float64, positions: Float64, radii: Float64
 def _outside(
     sphere: tuple[Float64, float], casting: Sequence[tuple[str, Float64, Float64]]
 ) -> Iterator[tuple[str, int, float]]:
-    """What of each node leaves a sphere: its name, how many particles, and how far they go."""
+    """Yield the name of each node with particles outside a sphere, their number, and the radius they need."""
     center, radius = sphere
     for name, positions, radii in casting:
         ends = lengths(positions - center) + radii
@@ -175,7 +176,7 @@ def _outside(
 
 
 def _around(spheres: Sequence[tuple[Float64, float]]) -> tuple[Float64, float]:
-    """A sphere around some."""
+    """Return a sphere around several."""
     if not spheres:
         return np.zeros(3), 0.0
     if len(spheres) == 1:
@@ -186,16 +187,6 @@ def _around(spheres: Sequence[tuple[Float64, float]]) -> tuple[Float64, float]:
     return middle, max(float(np.linalg.norm(center - middle)) + radius for center, radius in spheres)
 
 
-def light_direction(light: PandaNode, net: Float64) -> Float64:
-    """Where a light shines, a unit vector in world space."""
-    own = light.get_direction() if isinstance(light, DirectionalLight) else np.array([0.0, 1.0, 0.0])
-    direction = own @ net[:3, :3]
-    length = float(np.linalg.norm(direction))
-    if not (np.isfinite(length) and length > 0.0):
-        raise SceneError(f"light {light.name!r}: its net transform leaves it no direction to shine in")
-    return np.asarray(direction / length)
-
-
 def lengths(vectors: Float64) -> Float64:
-    """Of vectors, shape (n, 3)."""
+    """Return the lengths of vectors, shape (n, 3)."""
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

@@ -1,4 +1,4 @@
-"""Which way to find the pixels that lights reach: what each would shade, and the cheapest of them."""
+"""Choose the method by which lighting passes find their pixels: the cheapest by estimated shaded pairs."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.grid import TILE, common_range
-from firefly_sample.plan.light_bounds import screen_bounds
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.bounds import screen_bounds
+from firefly_sample.plan.lights.clusters import TILE, common_range
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.settings import Settings
 
@@ -21,25 +21,25 @@ Bounds = tuple[tuple[Float64, Float64], tuple[Float64, Float64]]
 PROXY = 1.06
 """Area of a volume's outline over its light's."""
 BEHIND = 2.0 / 3.0
-"""Of the reach: how far a ball's back lies behind its centre, averaged over its outline."""
+"""Share of the reach by which a sphere's back lies behind its centre, averaged over its outline."""
 COST = {"volumes": 1.0, "clustered": 0.5}
-"""Of one shaded pair: a volume's fragment reads the G-buffer and blends, a cluster's does so once for all."""
+"""Cost per shaded pair: each fragment of a volume reads the G-buffer and blends, a clustered pixel once."""
 ONCE = {"volumes": 0.0, "clustered": 2.0}
-"""What each pixel of the picture costs by itself, in shaded pairs: to read the G-buffer and find a cell."""
+"""Fixed cost per pixel, in shaded pairs: to read the G-buffer and find a cell."""
 
 
 @dataclass(frozen=True)
 class Culling:
-    """How the passes of light find their pixels.
+    """The method by which lighting passes find their pixels.
 
     Attributes
     ----------
     method : {"volumes", "clustered", "fullscreen", "loop", "forward"}
     shaded : dict of str to float
-        How many pairs of a pixel and a light each method would shade, about; empty where nothing was
-        estimated because the settings name the method.
+        About how many pairs of a pixel and a light each method would shade; empty if nothing was estimated
+        because the settings name the method.
     because : str
-        Why this one.
+        The reason for the method.
     """
 
     method: str
@@ -47,14 +47,14 @@ class Culling:
     because: str = ""
 
 
-def choose_culling(
+def choose_method(
     settings: Settings, sets: Sequence[LightSet], view: View, nearest: float, farthest: float
 ) -> Culling:
-    """The method that the settings name or, for "auto", the one that costs least.
+    """Return the method that the settings name or, for "auto", the one that costs least.
 
-    A plan does not know where surfaces are behind each pixel. They are taken to be spread evenly, all over
-    the picture, between the distances that both surfaces and lights have: on the scenes of this package that
-    is within a factor of three of what is shaded.
+    A plan does not know the distances of the surfaces at each pixel. It takes them to be spread evenly
+    between the distances that surfaces and lights share, over the whole picture: on the scenes of this
+    package that is within a factor of three of the number of pairs shaded.
 
     Parameters
     ----------
@@ -62,40 +62,41 @@ def choose_culling(
         Of the geometry in view, along the view axis.
     """
     if settings.light_method != "auto":
-        return Culling(settings.light_method, because=f"lights={settings.light_method}")
+        return Culling(settings.light_method, because=f"light_method={settings.light_method}")
     if settings.look == "classic":
         return Culling("volumes", because="look=classic adds each light into 8 bits, as the original does")
     pixels = float(math.prod(view.size)) / (4.0 if settings.light_resolution == "half" else 1.0)
     fading = [lights for lights in sets if lights.kind != "directional"]
     count = sum(map(len, fading))
     if not count or not nearest <= farthest:
-        return Culling("volumes", because="no light ends" if not count else "nothing to light is in view")
+        because = "no geometry is in view" if count else "no point light or spotlight is in view"
+        return Culling("volumes", because=because)
     shaded = {"volumes": 0.0, "clustered": 0.0, "fullscreen": count * pixels}
     share = pixels / math.prod(view.size)
     low, high = common_range(fading, view, nearest, farthest)
     for lights in fading:
-        behind, between = _shares(lights, low, high)
+        before, between = _surface_shares(lights, low, high)
         bounds = screen_bounds(lights, view)
         if not settings.volume_depth_test or lights.proxy == "fullscreen":
-            behind = np.ones(len(lights))
-        shaded["volumes"] += share * PROXY * float(_outlines(bounds, view, 0.0) @ behind)
-        shaded["clustered"] += share * float(_outlines(bounds, view, TILE / 2.0) @ between)
-    # a light that reaches everything is a full-screen pass as a volume, too
+            before = np.ones(len(lights))
+        shaded["volumes"] += share * PROXY * float(_areas(bounds, view, 0.0) @ before)
+        shaded["clustered"] += share * float(_areas(bounds, view, TILE / 2.0) @ between)
+    # as a volume, a light that reaches the whole view is a full-screen pass
     best = min(COST, key=lambda name: pixels * ONCE[name] + COST[name] * shaded[name])
     told = ", ".join(f"{name} {pairs / 1e6:.3g}" for name, pairs in shaded.items())
     return Culling(best, shaded, f"about {told} million shaded pairs")
 
 
-def _shares(lights: LightSet, low: float, high: float) -> tuple[Float64, Float64]:
-    """The share of surfaces before each light's back, and of those between its front and its back."""
+def _surface_shares(lights: LightSet, low: float, high: float) -> tuple[Float64, Float64]:
+    """Return the shares of surfaces before each light's back, and between its front and its back."""
     y, reach = lights.positions[:, 1], BEHIND * np.minimum(lights.reaches, 1e30)
     deep = max(high - low, 1e-30)
     back = np.clip((y + reach - low) / deep, 0.0, 1.0)
     return back, back - np.clip((y - reach - low) / deep, 0.0, 1.0)
 
 
-def _outlines(bounds: Bounds, view: View, wider: float) -> Float64:
-    """Pixels within each light's outline, made wider by some; a round one's share of its rectangle."""
+def _areas(bounds: Bounds, view: View, wider: float) -> Float64:
+    """Return the pixels within each light's outline, widened: an ellipse's share of its rectangle."""
     across, up = (
         np.maximum(np.clip(high + wider, 0.0, size) - np.clip(low - wider, 0.0, size), 0.0)
         for (low, high), size in zip(bounds, view.size, strict=True)

@@ -1,4 +1,4 @@
-"""Where square tiles lie in one texture."""
+"""Pack square tiles into one texture."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Tile(NamedTuple):
-    """A square of texels, its lower left corner and its side."""
+    """A square of texels: its lower left corner and its side."""
 
     x: int
     y: int
@@ -17,14 +17,14 @@ class Tile(NamedTuple):
 
 @lru_cache(maxsize=8)
 def pack_atlas(sizes: tuple[int, ...], largest: int) -> tuple[tuple[int, int], tuple[Tile, ...]] | None:
-    """Lay squares out on shelves, the largest first.
+    """Lay squares out on shelves, the largest first; return the atlas's size and the tiles.
 
     Parameters
     ----------
     sizes : tuple of int
         Sides of the squares, 1 or more.
     largest : int
-        Width and height of the atlas at most.
+        Greatest width and height of the atlas.
 
     Returns
     -------
@@ -44,19 +44,18 @@ def pack_atlas(sizes: tuple[int, ...], largest: int) -> tuple[tuple[int, int], t
         if width * largest < total:
             continue
         height, tiles = _shelves(sizes, order, width)
-        fits = height <= largest
-        if fits and (best is None or _badness(width, height) < _badness(*best[0])):
+        if height <= largest and (best is None or _badness(width, height) < _badness(*best[0])):
             best = (width, height), tiles
     return best
 
 
 def _badness(width: int, height: int) -> tuple[int, int]:
-    """Less texels are better, and of as many the squarer shape."""
+    """Return a sort key: fewer texels are better, then the squarer shape."""
     return width * height, abs(width - height)
 
 
 def _shelves(sizes: Sequence[int], order: Sequence[int], width: int) -> tuple[int, tuple[Tile, ...]]:
-    """The height that is needed at a width, and the tiles; `order` is the largest first."""
+    """Return the height that a width needs, and the tiles; `order` is the largest first."""
     tiles: dict[int, Tile] = {}
     x = y = shelf = 0
     for index in order:

@@ -1,4 +1,4 @@
-"""Say so when positions will be so far off that it shows."""
+"""Warn of positions that will be so far off that it shows."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.plan.batches import Visible
-from firefly_sample.plan.camera import CameraMatrices
-from firefly_sample.plan.channels import largest_channel
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.lights.light_set import LightSet, largest_channel
+from firefly_sample.plan.lights.reach import light_reach
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown, position_errors
-from firefly_sample.plan.reach import light_reach
+from firefly_sample.plan.view import Eye
+from firefly_sample.plan.visible import Visible
 from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.settings import PositionMethod
@@ -22,65 +21,64 @@ from firefly_sample.settings import PositionMethod
 Float64 = NDArray[np.float64]
 
 NEARNESS = 0.25
-"""Of its reach: how near a light a surface is taken to be."""
+"""Assumed distance of a surface from a light, as a share of the light's reach."""
 _FINEST: tuple[PositionMethod, ...] = ("linear32f", "depth32f", "stored32f")
 
 
 def position_warnings(
     needs: Needs,
-    lens: Lens,
-    camera: CameraMatrices,
+    eye: Eye,
     seen: Visible,
     sets: Sequence[LightSet],
     exposure: float = 1.0,
 ) -> Iterator[str]:
-    """Give a line if the expected error of positions passes a display code beside a light.
+    """Yield a line if the expected error of positions exceeds one display code beside a light.
 
-    It is expected at the farthest place that a light reaches and something is seen. It shows the more, the
-    nearer that is to the light and the brighter: see `firefly_sample.plan.position_error`. `exposure` is the
-    largest channel's.
+    The error is estimated at the farthest position that a light reaches and that is in view. It shows more
+    the nearer that is to the light and the brighter it is: see `firefly_sample.plan.position_error`.
+    `exposure` is the largest channel's.
     """
     if not needs.placed or needs.forward:
         return
-    method, lamps = needs.settings.position, _lamps_of(sets, exposure)
-    from_origin = float(np.linalg.norm(camera.view_to_world[3, :3]))
+    method, lamps, lens = needs.settings.position, _lamps_of(sets, exposure), eye.lens
+    from_origin = float(np.linalg.norm(eye.camera.view_to_world[3, :3]))
 
-    def worst_up_to(distance: float) -> _Place:
+    def worst_up_to(distance: float) -> _Surface:
         return _worst(needs, lens, from_origin, lamps, min(lens.get_far(), distance))
 
-    # bounding spheres are known, and mostly enough; boxes are tighter, and take a while
+    # bounding spheres are known, and mostly enough; boxes are tighter, and take longer
     if method != "stored16f" and worst_up_to(seen.farthest).codes() <= 1.0:
         return
     farthest = max(float(part.box[1][1]) for part in seen.parts)
-    place = worst_up_to(farthest)
-    if not place.distance > 0.0:
+    surface = worst_up_to(farthest)
+    if not surface.distance > 0.0:
         return
     if method == "stored16f":
         reached = min(lens.get_far(), farthest, float(lamps.ends.max()))
         largest = max(reached, _across(lens, seen, reached))
         if largest > HALF_FLOAT_END:
             yield (
-                f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and {largest:.2g} are "
-                "seen: what is farther is lit as if it were there; use position=stored32f, which has no such "
-                "end"
+                f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and geometry in view "
+                f"reaches {largest:.2g}: beyond the end it is lit as if it were at the end; use "
+                "position=stored32f, which has no such limit"
             )
             return
-    if place.codes() > 1.0:
-        yield place.line()
+    if surface.codes() > 1.0:
+        yield surface.line()
 
 
 @dataclass(frozen=True, eq=False)
 class _Lamps:
-    """What may show that positions are off: n lights that have a place, or shadows.
+    """n lights that show errors of positions, because they have a position or shadows.
 
     Attributes
     ----------
     ends : ndarray of float64, shape (n,)
-        The farthest place along the view axis that each reaches.
+        The farthest distance along the view axis that each reaches.
     sizes : ndarray of float64, shape (n,)
-        How near a surface is taken to be; infinite for as near as it is to the eye.
+        Assumed distance of a surface from the light; infinite if its distance from the eye is assumed.
     levels : ndarray of float64, shape (n,)
-        How bright a white surface is there.
+        Brightness of a white surface there.
     """
 
     ends: Float64
@@ -95,17 +93,17 @@ def _lamps_of(sets: Iterable[LightSet], exposure: float) -> _Lamps:
             sizes, fading = _sizes(lights)
             brightness = exposure * largest_channel(lights.colors) * fading
             columns.append((lights.positions[:, 1] + lights.reaches, sizes, brightness))
-        elif lights.shadowed or lights.clouded:
+        elif lights.shadowed or lights.particle_shadowed:
             endless = np.full(len(lights), np.inf)
             columns.append((endless, endless, np.ones(len(lights))))
     return _Lamps(*(np.concatenate(column) for column in zip(*columns, strict=True)))
 
 
 def _sizes(lights: LightSet) -> tuple[Float64, Float64]:
-    """How near a surface is taken to be to each light, and what the light has faded to there.
+    """Return the assumed distance of a surface from each light, and the light's attenuation there.
 
-    A quarter of its reach or, where that is less, where an attenuation has halved it. One that is infinite at
-    the light has no half: where it has fallen to 1.
+    The distance is a quarter of the light's reach or, if that is less, the distance at which an attenuation
+    has halved the light; if the light is infinite at its position, the distance at which it has fallen to 1.
     """
     quarter = NEARNESS * lights.reaches
     if lights.falloff is not Falloff.ATTENUATION:
@@ -119,8 +117,8 @@ def _sizes(lights: LightSet) -> tuple[Float64, Float64]:
 
 
 @dataclass(frozen=True)
-class _Place:
-    """Where an error is expected: how far along the view axis, how near a light, and how bright."""
+class _Surface:
+    """A surface where an error is estimated: its distance from the eye, from a light, and its brightness."""
 
     needs: Needs
     lens: Lens
@@ -141,7 +139,7 @@ class _Place:
         shown = f"{min(codes, 255.0):.0f}" if codes >= 10.0 else f"{codes:.2g}"
         method = self.needs.settings.position
         return (
-            f"position={method}: at {self.distance:.2g} units{self._why()}, a position errs by about "
+            f"position={method}: at {self.distance:.2g} units{self._why()}, positions are off by about "
             f"{self.error(method):.2g} units, which is about {shown} display codes on a surface "
             f"{self.beside:.2g} from a light; {self._way_out()}"
         )
@@ -152,11 +150,11 @@ class _Place:
 
     @property
     def _by_origin(self) -> bool:
-        """Whether most of the error comes from the world's origin being far away."""
+        """Whether most of the error comes from the distance of the world's origin."""
         return self.needs.settings.position == "inverse_matrix" and self.from_origin > 3.0 * self.distance
 
     def _why(self) -> str:
-        """What of the scene makes the error."""
+        """Return the numbers of the scene that cause the error."""
         if not self._by_depth:
             return ""
         near, far = self.lens.get_near(), self.lens.get_far()
@@ -166,7 +164,7 @@ class _Place:
     def _way_out(self) -> str:
         finer = next((name for name in _FINEST if self.codes(name) <= 1.0), None)
         if finer is None:
-            return "no method is finer: lights are small for how far away they are seen"
+            return "no method is more accurate: the lights are too small for their distance"
         advice = f"use position={finer}, which is off by {self.error(finer):.2g}"
         if self._by_origin:
             return f"{advice}, or bring the camera near the world's origin"
@@ -189,13 +187,13 @@ def _error(
     )
 
 
-def _worst(needs: Needs, lens: Lens, from_origin: float, lamps: _Lamps, farthest: float) -> _Place:
-    """The light that shows most of what positions up to a distance are off by."""
+def _worst(needs: Needs, lens: Lens, from_origin: float, lamps: _Lamps, farthest: float) -> _Surface:
+    """Return the surface, up to a distance, on which the error of positions shows most."""
     distances = np.maximum(np.minimum(lamps.ends, farthest), 0.0)
     beside = np.where(np.isfinite(lamps.sizes), lamps.sizes, distances)
     error = _error(needs, lens, from_origin, needs.settings.position, distances)
     index = int(np.argmax(np.where(distances > 0.0, codes_shown(error, beside, lamps.levels), -1.0)))
-    return _Place(
+    return _Surface(
         needs,
         lens,
         from_origin,
@@ -206,7 +204,7 @@ def _worst(needs: Needs, lens: Lens, from_origin: float, lamps: _Lamps, farthest
 
 
 def _across(lens: Lens, seen: Visible, distance: float) -> float:
-    """How far to a side something may be seen, up to a distance along the view axis."""
+    """Return how far to a side geometry may be seen, up to a distance along the view axis."""
     boxes = [np.abs(part.box) for part in seen.parts]
     constants = lens.constants()
     wide = (1.0 + abs(constants.x_offset)) / constants.a

@@ -9,32 +9,32 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.batches import Visible, VisiblePart
-from firefly_sample.plan.light_set import LightSet
+from firefly_sample.plan.frustum import WIDEST, WIDEST_CASTER, has_wide
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
-from firefly_sample.plan.wide_triangles import WIDEST, WIDEST_CASTER, has_wide
+from firefly_sample.plan.visible import Visible, VisiblePart
 from firefly_sample.scene.lens_constants import LensConstants
 
 Float64 = NDArray[np.float64]
 
 SMALLEST, LARGEST = 1e-15, 1e18
-"""Scene units: between these sizes of what is in view, float32 holds squares of distances with enough of
-their digits, also of a tenth of the smallest size."""
+"""Scene units: for geometry in view of a size between these, float32 holds squares of distances with enough
+digits, down to a tenth of the smallest size."""
 ENDLESS = 1e37
-"""Scene units: positions beyond are no longer drawn, for want of room for a product."""
+"""Scene units: positions beyond are not drawn, because float32 has no room for a product."""
 DEPTHS = 1e-37
-"""The least depth that a reversed depth buffer of float32 holds: near over distance."""
+"""The least depth, near over distance, that a reversed depth buffer of float32 holds."""
 
 
 class Extent(NamedTuple):
-    """The size of what is in view.
+    """The size of the geometry in view.
 
     Attributes
     ----------
     name : str
-        Of the Geom that reaches farthest from the eye; empty where nothing is in view or all is ordinary.
+        Of the Geom that reaches farthest from the eye; empty if none is in view or all are of ordinary size.
     size : float
-        How far, along an axis of view space; 0 where nothing is in view, a bound where all is ordinary.
+        Its largest coordinate in view space; 0 if none is in view, a bound if all are of ordinary size.
     wide : tuple of str
         Names of the Geoms that have triangles too wide for a rasterizer.
     """
@@ -45,7 +45,7 @@ class Extent(NamedTuple):
 
     @classmethod
     def of(cls, seen: Visible, planes: Float64, lens: LensConstants, near: float) -> Extent:
-        """Return the extent of what is in view.
+        """Return the extent of the geometry in view.
 
         Parameters
         ----------
@@ -53,7 +53,7 @@ class Extent(NamedTuple):
             Of the view, as `Lens.frustum_planes` gives them.
         lens : LensConstants
         near : float
-            The near plane: what lies before it is cut off first, however wide it is.
+            The near plane: geometry before it is clipped first, however wide it is.
         """
         if _is_ordinary(seen, lens, near):  # nearly always: boxes take longer than spheres
             return cls("", float((np.abs(seen.centers).max(axis=1) + seen.radii).max()), ())
@@ -69,7 +69,7 @@ def extent_warnings(
     farthest: float,
     casters: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> Iterator[str]:
-    """Yield one line each for what float32 does not hold.
+    """Yield a line for each quantity that float32 does not hold.
 
     Parameters
     ----------
@@ -78,9 +78,9 @@ def extent_warnings(
         The lights in view.
     view : View
     farthest : float
-        Of everything in view, along the view axis.
+        Of all geometry in view, along the view axis.
     casters : mapping of str to sequence of str
-        Names of Geoms that `casts_too_wide` is true of, by their light's name.
+        Names of Geoms that are too wide for a shadow map (`has_wide_caster`), by their light's name.
     """
     name, size, wide = extent
     placed = [lights for lights in sets if lights.kind != "directional" and len(lights)]
@@ -96,29 +96,29 @@ def extent_warnings(
         )
     elif 0.0 < size < SMALLEST and placed:
         yield (
-            f"all that is in view lies within {size:.1g} units of the eye, and float32 holds squares of "
-            f"distances well down to {SMALLEST:g}: light on it is wrong; scale the scene up"
+            f"all geometry in view lies within {size:.1g} units of the eye, and float32 holds squares of "
+            f"distances accurately down to {SMALLEST:g}: light on it is wrong; scale the scene up"
         )
     if view.reverse and view.lens.perspective and view.near < DEPTHS * min(farthest, view.far):
         yield (
             f"the near plane, {view.near:g}, is less than {DEPTHS:g} of the farthest distance in view, "
-            f"{farthest:.1g}: what is far away hides nothing; move the near plane out"
+            f"{farthest:.1g}: distant surfaces hide nothing behind them; move the near plane out"
         )
     if wide:
         yield (
             f"geoms {', '.join(map(repr, wide))} have triangles that reach more than {WIDEST:g} half widths "
-            "of the view aside, which lose pixels when they are clipped to it: cut them into smaller ones"
+            "of the view to a side, which lose pixels when they are clipped to it: cut them into smaller ones"
         )
     for light, names in casters.items():
         yield (
             f"light {light!r}: geoms {', '.join(map(repr, names))} have triangles that reach more than "
-            f"{WIDEST_CASTER:g} half widths of its shadow map's view aside, so that light may shine through "
-            "them: cut them into smaller ones"
+            f"{WIDEST_CASTER:g} half widths of its shadow map's view to a side, so that light may shine "
+            "through them: cut them into smaller ones"
         )
 
 
 def _is_ordinary(seen: Visible, lens: LensConstants, near: float) -> bool:
-    """Return whether the bounding spheres of what is in view are within all bounds."""
+    """Return whether the bounding spheres of all geometry in view are within all bounds."""
     if not len(seen.radii):
         return False
     middle = np.abs(seen.centers).max(axis=1)

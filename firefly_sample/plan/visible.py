@@ -1,4 +1,4 @@
-"""Which instances are in view, and the draws that they make."""
+"""Find the instances in view, and batch them into draws."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.cull import spheres_in_frustum
 from firefly_sample.plan.frame_plan import Batch
+from firefly_sample.plan.frustum import spheres_in_frustum
 from firefly_sample.plan.instances import Factors, Group, Instances
 from firefly_sample.plan.variants import SurfaceFeatures
 from firefly_sample.scene.material import Material
 
 Float64 = NDArray[np.float64]
 
-
 MOST_NAMES = 4
 """Of materials in a reason."""
 ZONES = 4
-"""Depths that draws are cut at, so that what is near in one hides what is far in another."""
+"""Depth zones into which draws are cut, so that near instances of one draw hide far ones of others."""
 SHARE = 32
-"""Instances in view for each zone, and two groups of many: what one draw draws is in order by itself."""
+"""Least number of instances in view per zone. One draw alone is in order without zones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +35,9 @@ class VisiblePart:
     ----------
     group : Group
     first : int
-        Where the part begins among all that is in view.
+        Index of the part's first instance among all instances in view.
     chosen : ndarray of int, shape (n,)
-        Which of the group's instances.
+        Indices into the group's instances.
     nearest, farthest : ndarray of float64, shape (n,)
         Along the view axis, of their bounding spheres.
     model_to_view : ndarray of float64, shape (n, 4, 4)
@@ -57,18 +56,15 @@ class VisiblePart:
     def box(self) -> tuple[Float64, Float64]:
         """Least and largest coordinates of all instances' bounding boxes in view space, shape (3,) each."""
         low, high = self.group.geom.bounds
-        one, other = (
-            low[:, None] * self.model_to_view[:, :3, :3],
-            high[:, None] * self.model_to_view[:, :3, :3],
-        )
-        place = self.model_to_view[:, 3, :3]
-        least = np.minimum(one, other).sum(axis=1) + place
-        largest = np.maximum(one, other).sum(axis=1) + place
+        one, other = (end[:, None] * self.model_to_view[:, :3, :3] for end in (low, high))
+        origin = self.model_to_view[:, 3, :3]
+        least = np.minimum(one, other).sum(axis=1) + origin
+        largest = np.maximum(one, other).sum(axis=1) + origin
         return least.min(axis=0), largest.max(axis=0)
 
 
 class Looks(NamedTuple):
-    """Names of materials in view with an ambient colour of their own, that shine, with highlights."""
+    """Names of materials in view that have an ambient colour of their own, emission, or highlights."""
 
     own_ambient: str
     emissive: str
@@ -76,16 +72,16 @@ class Looks(NamedTuple):
 
 
 class Visible:
-    """What is in view of one snapshot from one place.
+    """The instances in view of one snapshot from one camera.
 
     Attributes
     ----------
     parts : tuple of VisiblePart
-        One for each group of which something is in view.
+        One for each group with an instance in view.
     nearest, farthest : float
-        Of everything along the view axis; infinity and minus infinity where nothing is in view.
+        Of all instances along the view axis; infinity and minus infinity if none is in view.
     factors : Factors
-        Of everything, part by part.
+        Of all instances, part by part.
     centers, radii : ndarray of float64, shape (n, 3) and (n,)
         Bounding spheres of all n instances in view, in view space, part by part.
     """
@@ -118,7 +114,7 @@ class Visible:
 
     @cached_property
     def looks(self) -> Looks:
-        """What there is of materials that asks for more than a colour."""
+        """Names of materials in view that need more than a colour."""
         found: dict[int, Material] = {}
         for part in self.parts:
             materials = part.group.materials
@@ -133,22 +129,22 @@ class Visible:
 
 
 def _names(materials: Iterable[Material]) -> str:
-    """Names, each once, and not too many of them; empty if there is none."""
+    """Return names, each once, up to a limit; empty if there are none."""
     names = list(dict.fromkeys(material.name for material in materials))
     shown = ", ".join(names[:MOST_NAMES])
     return shown if len(names) <= MOST_NAMES else f"{shown} and {len(names) - MOST_NAMES} more"
 
 
 def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
-    """Draws, opaque ones first, then cut-outs, each front to back.
+    """Return draws: opaque ones first, then cut-outs, each front to back.
 
-    Groups are cut at some depths, and what lies between two of these is drawn before what lies behind. What
-    surrounds the eye, like a ground, is last among its kind: everything stands before it.
+    Groups are cut into depth zones, and nearer zones are drawn first. Geometry that surrounds the eye, like a
+    ground, is drawn last among its kind, because everything stands in front of it.
 
     Parameters
     ----------
     near : float
-        Of the lens.
+        The lens's near distance.
     """
     distances = np.concatenate([np.zeros(0), *(part.nearest for part in visible.parts)])
     many = sum(len(part.ids) >= ZONES for part in visible.parts)

@@ -1,8 +1,8 @@
-"""Find the geometry that only the near or the far plane keeps out of the picture.
+"""Warn of geometry that only the near or the far plane keeps out of the picture.
 
-A camera sees a pyramid, or under an orthographic lens a box, that begins at the eye. The planes cut it down
-to the view volume. A triangle is cut off where its front, or either side if it is double-sided, reaches into
-the part before the near plane or behind the far plane. Geometry beside the pyramid or behind the eye is not.
+A camera sees a pyramid, with an orthographic lens a box, that begins at the eye. The planes clip it to the
+view volume. A triangle is clipped if its front, or either side if it is double-sided, reaches into the part
+before the near plane or beyond the far plane. Geometry beside the pyramid or behind the eye is not.
 """
 
 from __future__ import annotations
@@ -13,32 +13,31 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.batches import Visible
-from firefly_sample.plan.camera import Eye
-from firefly_sample.plan.chunks import corners_near
-from firefly_sample.plan.cull import frustum_corners, spheres_in_frustum
+from firefly_sample.plan.frustum import corners_near, frustum_corners, spheres_in_frustum
 from firefly_sample.plan.instances import Group, Instances
+from firefly_sample.plan.view import Eye
+from firefly_sample.plan.visible import Visible
 
 Float64 = NDArray[np.float64]
 
 MOST_NAMES = 4
 TOUCH = 1e-9
-"""Of a region's size: a smaller overlap is a touch, which cuts nothing off."""
+"""Share of a region's size up to which an overlap only touches the region."""
 
 
-class CutOff(NamedTuple):
-    """Ids of geometry instances that a plane cuts off, at most one more than are named."""
+class Clipped(NamedTuple):
+    """Ids of geometry instances that each plane clips, at most one more than are named."""
 
     near: tuple[int, ...]
     far: tuple[int, ...]
     nothing_left: bool
 
 
-def cut_off(instances: Instances, eye: Eye, seen: Visible, others: bool = False) -> CutOff:
-    """Return what each plane cuts off, looked for where the user would not expect it.
+def find_clipped(instances: Instances, eye: Eye, seen: Visible, others: bool = False) -> Clipped:
+    """Return the geometry that each plane clips, if the user would not expect that.
 
-    A plane that nobody has set should cut nothing. One that was set may, unless nothing is left to see: no
-    geometry and, as `others` says, no sprites and no particles.
+    A default plane should clip nothing. A plane that was set may, unless nothing is left to see: no geometry
+    and, as `others` says, no sprites and no particles.
     """
     lens, near, far = eye.lens, eye.lens.get_near(), eye.lens.get_far()
     nothing_left = not (others or _anything_between(seen, near, far))
@@ -48,11 +47,11 @@ def cut_off(instances: Instances, eye: Eye, seen: Visible, others: bool = False)
         before = _ids_within(instances, eye, 0.0, near)
     if np.isfinite(far) and (nothing_left or not lens.far_given):
         behind = _ids_within(instances, eye, far, np.inf)
-    return CutOff(before, behind, nothing_left)
+    return Clipped(before, behind, nothing_left)
 
 
-def cut_off_warnings(found: CutOff, eye: Eye, id_names: Sequence[str]) -> Iterator[str]:
-    """Yield a line for each plane that cuts something off, with the nodes' names and the way out."""
+def clipping_warnings(found: Clipped, eye: Eye, id_names: Sequence[str]) -> Iterator[str]:
+    """Yield a line for each plane that clips geometry, with the nodes' names and the way out."""
     lens = eye.lens
     for plane, ids, distance, given in (
         ("near", found.near, lens.get_near(), lens.near_given),
@@ -72,7 +71,7 @@ def cut_off_warnings(found: CutOff, eye: Eye, id_names: Sequence[str]) -> Iterat
 def _anything_between(seen: Visible, near: float, far: float) -> bool:
     """Return whether the box of anything in view reaches between the planes."""
     for part in seen.parts:
-        middles = 0.5 * (part.nearest + part.farthest)  # of boxes, too: cheaper than their ends
+        middles = 0.5 * (part.nearest + part.farthest)  # of the boxes too: cheaper than their ends
         if ((near < middles) & (middles < far)).any():
             return True
         if part.box[1][1] > near and part.box[0][1] < far:
@@ -81,7 +80,7 @@ def _anything_between(seen: Visible, near: float, far: float) -> bool:
 
 
 def _ids_within(instances: Instances, eye: Eye, low: float, high: float) -> tuple[int, ...]:
-    """Return ids of instances with a triangle in view between two distances: one more than named at most."""
+    """Return ids of instances with a triangle in view between two distances, up to one more than named."""
     to_view = eye.camera.world_to_view
     centers = instances.centers @ to_view[:3, :3] + to_view[3, :3]
     planes = np.array([*eye.planes[:4], (0.0, 1.0, 0.0, -low)])
@@ -106,7 +105,7 @@ def _ids_within(instances: Instances, eye: Eye, low: float, high: float) -> tupl
 
 
 class _Region(NamedTuple):
-    """A convex part of what the eye sees.
+    """A convex part of the eye's view.
 
     Attributes
     ----------
@@ -117,7 +116,7 @@ class _Region(NamedTuple):
     edges : ndarray of float64, shape (6, 3)
         Directions of all edges.
     touch : float
-        Lengths up to which an overlap is none.
+        Length up to which an overlap only touches.
     """
 
     perspective: bool
@@ -137,7 +136,7 @@ class _Region(NamedTuple):
 
 
 def _reaches(group: Group, model_to_view: Float64, region: _Region) -> bool:
-    """Return whether a triangle that can be seen reaches into the region."""
+    """Return whether a triangle that faces the eye reaches into the region."""
     planes = region.planes @ model_to_view.T  # in model space, where vertices are
     for corners in corners_near(group.geom, planes, region.touch):
         seen = corners @ model_to_view[:3, :3] + model_to_view[3, :3]
@@ -148,7 +147,7 @@ def _reaches(group: Group, model_to_view: Float64, region: _Region) -> bool:
 
 
 def _facing(corners: Float64, group: Group, perspective: bool) -> NDArray[np.bool_]:
-    """Return which triangles, shape (n, 3, 3), show the eye a side that is drawn."""
+    """Return which triangles, shape (n, 3, 3), turn a side that is drawn to the eye."""
     first = corners[:, 0]
     normals = np.cross(corners[:, 1] - first, corners[:, 2] - first)
     towards = -(normals * first).sum(axis=1) if perspective else -normals[:, 1]
@@ -160,8 +159,8 @@ def _facing(corners: Float64, group: Group, perspective: bool) -> NDArray[np.boo
 def _overlaps(corners: Float64, region: _Region) -> NDArray[np.bool_]:
     """Return which triangles, shape (n, 3, 3), overlap the region: no axis separates the two.
 
-    Axes that could are the normals of either's faces, and what is perpendicular to an edge of each (S.
-    Gottschalk, M. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996).
+    The candidate axes are the face normals of both, and the cross products of their edges (S. Gottschalk,
+    M. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996).
     """
     sides = corners[:, (1, 2, 0)] - corners
     normals = np.cross(sides[:, 0], sides[:, 1])[:, None]

@@ -1,0 +1,180 @@
+"""Warnings of a plan: one line for each thing that is drawn otherwise than the scene or the settings ask."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from firefly_sample.memo import Memo
+from firefly_sample.plan.collect import LightNode, Snapshot
+from firefly_sample.plan.instances import Group
+from firefly_sample.plan.lights.light_set import LightSet
+from firefly_sample.plan.lights.lighting import Lighting
+from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
+from firefly_sample.plan.particles.cloud import Cloud
+from firefly_sample.plan.view import Eye, View
+from firefly_sample.plan.visible import Visible
+from firefly_sample.plan.warnings.clipping import Clipped, clipping_warnings, find_clipped
+from firefly_sample.plan.warnings.extent import Extent, extent_warnings
+from firefly_sample.plan.warnings.position import position_warnings
+from firefly_sample.scene.lights import AmbientLight
+from firefly_sample.scene.material import Material
+
+LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
+"""The largest number of each setting `accumulation` but float32; of r11g11b10f, that of blue."""
+
+
+class PlanWarnings:
+    """Finds the warnings of plans, and keeps those about geometry while the view stays the same."""
+
+    def __init__(self) -> None:
+        self._clipped: Memo[Clipped] = Memo()
+        self._extent: Memo[Extent] = Memo()
+
+    def find(
+        self,
+        needs: Needs,
+        snapshot: Snapshot,
+        eye: Eye,
+        view: View,
+        seen: Visible,
+        lighting: Lighting,
+        cloud: Cloud | None,
+        exposure: tuple[float, float, float],
+    ) -> tuple[str, ...]:
+        """Return the warnings of a plan.
+
+        Parameters
+        ----------
+        snapshot : Snapshot
+            The nodes that the camera sees.
+        eye, view : Eye, View
+            The camera.
+        seen : Visible
+            The geometry in view.
+        cloud : Cloud or None
+            The particles.
+        exposure : tuple of float
+            Per channel.
+        """
+        others = bool(needs.sprites or needs.particles)
+        clipped = self._clipped.get(
+            (seen, others), lambda: find_clipped(snapshot.instances, eye, seen, others)
+        )
+        extent = self._extent.get(seen, lambda: Extent.of(seen, eye.planes, view.lens, view.near))
+        too_wide = lighting.shadows.too_wide()
+        return (
+            *_blended_warnings(snapshot),
+            *_driver_warnings(needs),
+            *eye.warnings,
+            *clipping_warnings(clipped, eye, snapshot.id_names),
+            *extent_warnings(extent, lighting.sets, view, seen.farthest, too_wide),
+            *position_warnings(needs, eye, seen, lighting.sets, max(exposure)),
+            *_accumulation_warnings(needs, lighting.sets),
+            *_particle_warnings(needs, snapshot, cloud),
+            *_classic_warnings(needs, snapshot),
+            *_darkness_warnings(needs, snapshot, lighting.in_scene),
+        )
+
+
+def _blended_warnings(snapshot: Snapshot) -> Iterator[str]:
+    blended = dict.fromkeys(
+        material.name
+        for group in snapshot.groups
+        for material in group.materials
+        if _is_blended(group, material)
+    )
+    if blended:
+        yield (
+            f"blended materials are drawn as cut-outs: {', '.join(blended)} "
+            "(deferred shading keeps one surface a pixel)"
+        )
+
+
+def _is_blended(group: Group, material: Material) -> bool:
+    """Return whether a material is marked for blending and some instance of it is not opaque."""
+    if material.alpha_mode != "blend":
+        return False
+    if group.vertex_alpha or (group.texture is not None and group.texture.least_alpha() < 1.0):
+        return True
+    alphas = group.factors().base_colors[group.which == group.materials.index(material), 3]
+    return bool((alphas < 1.0).any())
+
+
+def _driver_warnings(needs: Needs) -> Iterator[str]:
+    """Yield lines about settings that the driver cannot follow."""
+    if needs.settings.position == "depth32f" and not needs.capabilities.clip_control:
+        yield (
+            "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer, "
+            "as accurate as depth24; use position=linear32f, which is accurate here"
+        )
+    wanted = needs.lit or asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS))
+    if needs.settings.interpolation == "float64" and not needs.capabilities.float64 and wanted:
+        yield "interpolation=float64: the driver lacks ARB_gpu_shader_fp64, so the rasterizer interpolates"
+
+
+def _accumulation_warnings(needs: Needs, sets: Sequence[LightSet]) -> Iterator[str]:
+    """Yield a line if the brightest light alone exceeds the range of the accumulation format."""
+    name = needs.settings.accumulation
+    largest = LARGEST_RADIANCE.get(name)
+    if largest is None or not needs.lit or needs.classic:
+        return
+    brightest = max((float(lights.colors.max()) for lights in sets if len(lights)), default=0.0)
+    if brightest > largest:
+        yield (
+            f"accumulation={name}: it holds radiance up to {largest:g} and a light has {brightest:g}, "
+            "so surfaces are clipped to that; use accumulation=rgba32f, which has no such limit"
+        )
+
+
+def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud | None) -> Iterator[str]:
+    """Yield lines about particles whose shadows are wrong or missing."""
+    if cloud is None:
+        return
+    if needs.particle_shadow is not None:
+        for name, count, radius in cloud.outside:
+            yield (
+                f"particles {name!r}: {count:,} of them leave the bounding sphere that was given, and are "
+                "shadowed as if they lay on its surface, or not at all: give a bounding radius of "
+                f"{1.001 * radius:.4g}, or none, so that it is found"
+            )
+    shadow, root = cloud.shadow, snapshot.root
+    if shadow is not None and cloud.shadow_net is None:
+        nodes = root.node().iter_descendants() if root is not None else ()
+        if not any(node is shadow.light for node in nodes):  # a hidden light needs no warning
+            yield (
+                f"light {shadow.light.name!r}, which casts the shadows of particles, is not in the scene: "
+                "attach it, or there are no such shadows"
+            )
+
+
+def _classic_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
+    if not (needs.classic and needs.picture):
+        return
+    features = {
+        "highlights": needs.looks.shiny and needs.lights,
+        "emission": needs.looks.emissive,
+        "particles": snapshot.particles,
+        "ambient colours of materials": needs.looks.own_ambient and needs.ambient,
+        "shadows": any(node.is_shadow_caster() for node, _ in snapshot.lights),
+    }
+    left_out = [name for name, used in features.items() if used]
+    if left_out:
+        yield f"look 'classic' leaves out, as the original does: {', '.join(left_out)}"
+
+
+def _darkness_warnings(needs: Needs, snapshot: Snapshot, in_scene: int) -> Iterator[str]:
+    """Yield a line about a scene without light, unless something in it emits light."""
+    if in_scene or snapshot.ambient or not needs.picture or not (needs.geometry or needs.hazy):
+        return
+    materials = (material for group in snapshot.groups for material in group.materials)
+    if snapshot.sprites or any(any(material.emission) for material in materials):
+        return
+    nodes = snapshot.root.node().iter_descendants() if snapshot.root is not None else ()
+    # an empty PointLights that is not hidden is no light either
+    hidden = not snapshot.lights and any(isinstance(node, LightNode | AmbientLight) for node in nodes)
+    why = "every light of the scene is hidden" if hidden else "the scene has no light"
+    how = "show one, or attach" if hidden else "attach"
+    yield (
+        f"{why}, so that its surfaces are black: {how} a PointLight, a DirectionalLight or an AmbientLight "
+        "under its root"
+    )
