@@ -17,7 +17,10 @@ Float64 = NDArray[np.float64]
 
 
 def encode_albedo(albedo: ArrayLike) -> Float64:
-    """Return square roots, which spend 8 bits about as the eye sees; squaring is exact, drivers' sRGB is not."""
+    """Return square roots, which spend 8 bits about as the eye sees.
+
+    Squaring is exact, drivers' sRGB is not.
+    """
     return np.asarray(np.sqrt(np.clip(np.asarray(albedo, dtype=np.float64), 0.0, 1.0)))
 
 
@@ -80,7 +83,10 @@ def decode_normals(stored: Float64, encoding: str) -> Float64:
 
 
 def encode_specular(specular: ArrayLike) -> Float64:
-    """Return linear colour and shininess (..., 4) in 0..1: square roots, and a logarithm that ends at 2^20."""
+    """Return linear colour and shininess (..., 4) in 0..1.
+
+    Colours become square roots, shininess a logarithm that ends at 2^20.
+    """
     given = np.asarray(specular, dtype=np.float64)
     color = np.sqrt(np.clip(given[..., :3], 0.0, 1.0))
     return np.concatenate([color, np.log1p(given[..., 3:]) / np.log(2.0) / 20.0], axis=-1)

@@ -137,7 +137,10 @@ class Surface:
         return made
 
     def _floats(self, target: str, channels: int) -> Float64:
-        """Return what shaders read of a target, in float64: normalised codes as fractions, sRGB codes decoded."""
+        """Return what shaders read of a target, in float64.
+
+        Normalised codes as fractions, sRGB codes decoded.
+        """
         form = FORMATS[self._target(target).format]
         stored = self.raw(target, stored_dtype(form), channels)
         fractions = stored_fractions(form, stored if channels == 1 else planar(stored))
@@ -178,7 +181,10 @@ class Surface:
         return self._colors("ambient_albedo")
 
     def specular(self) -> Float64:
-        """Return the linear reflectance of highlights, and shininess, shape (height, width, 4); 0 without any."""
+        """Return the linear reflectance of highlights, and shininess, shape (height, width, 4).
+
+        0 without any.
+        """
         both = empty_planar(self.highlights().shape[:-1], 4)
         both[..., :3], both[..., 3] = self.highlights(), self.shininess()
         return both
@@ -196,7 +202,10 @@ class Surface:
         return decode_shininess(self._floats("specular", 4)[..., 3])
 
     def normal(self) -> Float64:
-        """Return unit normals in view space, 0 where nothing was drawn; classic ones as stored, not decoded."""
+        """Return unit normals in view space, 0 where nothing was drawn.
+
+        Classic ones as stored, not decoded.
+        """
         classic = self._target("normal").encoding == "classic"
         return self._floats("normal", 3) if classic else self.unit_normal()
 

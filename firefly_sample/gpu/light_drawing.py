@@ -87,7 +87,10 @@ def draw_clustered(
     clusters: Clusters,
     key: str,
 ) -> None:
-    """Draw a full-screen triangle whose shader walks the lights of each pixel's cell; `key` names the lists."""
+    """Draw a full-screen triangle whose shader walks the lights of each pixel's cell.
+
+    `key` names the lists.
+    """
     lists = cluster_lists(clusters, plan.view.lens.perspective)
     tables = {
         "u_slices": gpu.tables.write(f"slices {key}", lists.slices),
@@ -112,7 +115,10 @@ def draw_loop(
     variant: Variant,
     key: str,
 ) -> None:
-    """Draw a full-screen triangle whose shader walks all lights, read from a texture; several for very many."""
+    """Draw a full-screen triangle whose shader walks all lights, read from a texture.
+
+    Very many lights take several draws.
+    """
     gpu.ctx.enable_only(moderngl.BLEND)
     for index, part in enumerate(lights.parts()):
         table = light_table(gpu, plan, part, variant, f"{key} {index}")

@@ -1,7 +1,7 @@
 """Rows of particles: for the slices of their shadow, for the light on each, and for drawing them in order.
 
-Positions in the slices and in the picture are computed in float64; only what is left of them, texels and pixels,
-is rounded to float32.
+Positions in the slices and in the picture are computed in float64; only what is left of them, texels and
+pixels, is rounded to float32.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from firefly_sample.plan.view import View
 Float32 = NDArray[np.float32]
 
 RECORD_TEXELS = 4
-"""Of a particle: its place and fade; its colour, and 1 if it takes shadows; its place in the particle_shadow; what a
-lookup there finds of itself."""
+"""Of a particle: its place and fade; its colour, and 1 if it takes shadows; its place in the particle_shadow;
+what a lookup there finds of itself."""
 
 
 def splat_rows(particle_shadow: ParticleShadowPlan) -> Float32:

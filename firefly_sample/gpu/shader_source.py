@@ -43,8 +43,8 @@ def load_source(name: str, defines: dict[str, int], folder: Path | None = None) 
     """Read the shader `name` and resolve it.
 
     ``#include "include/x.glsl"`` is replaced once each, ``#block View`` by the block's declaration,
-    ``#record PointLight`` by what reads the record in this stage. `defines` follow the ``#version`` line, after the
-    constants that they are compared with. What is not in `folder` is taken from the package.
+    ``#record PointLight`` by what reads the record in this stage. `defines` follow the ``#version`` line,
+    after the constants that they are compared with. What is not in `folder` is taken from the package.
 
     Raises
     ------

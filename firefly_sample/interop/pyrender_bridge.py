@@ -32,9 +32,9 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     """Return a scene at a time as a pyrender Scene.
 
     Every node becomes a pyrender Node with the same name, transform and parent (one Node per parent), and all
-    axes are turned from Z-up to Y-up; see `firefly_sample.scene.transforms`. Nodes that show the same Geoms share
-    one pyrender Mesh. Geometry that is hidden from the scene's camera becomes an invisible Mesh. Colours and
-    materials that nodes set for their subtrees become those of pyrender's materials.
+    axes are turned from Z-up to Y-up; see `firefly_sample.scene.transforms`. Nodes that show the same Geoms
+    share one pyrender Mesh. Geometry that is hidden from the scene's camera becomes an invisible Mesh.
+    Colours and materials that nodes set for their subtrees become those of pyrender's materials.
 
     `firefly_sample.interop.pyrender_lights` documents the conversion of lights, which is exact for an
     inverse-square attenuation; each light of a `PointLights` gets a Node of its own. A light or camera that

@@ -1,7 +1,8 @@
 """What a pass is: when a frame needs it, what it reads and writes and why, its variants, and its drawing.
 
-All of a pass is in one module; those that differ in a constant share one. `firefly_sample.pipeline.PASSES` is their order.
-Planning needs no OpenGL: modules of passes import moderngl and `firefly_sample.gpu` inside their drawing functions.
+All of a pass is in one module; those that differ in a constant share one. `firefly_sample.pipeline.PASSES` is
+their order. Planning needs no OpenGL: modules of passes import moderngl and `firefly_sample.gpu` inside their
+drawing functions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Copies of the depth buffer: one to sample while the original is tested against, and one of half the resolution."""
+"""Copies of the depth buffer.
+
+One to sample while the original is tested against, and one of half the resolution.
+"""
 
 from __future__ import annotations
 

@@ -37,7 +37,10 @@ GBUFFER = {
     "id": "id",
     "visibility": "visibility",
 }
-"""Targets, and the field of the variant that says whether a frame has each; "position" has `position_target`."""
+"""Targets, and the field of the variant that says whether a frame has each.
+
+"position" has `position_target`.
+"""
 INTERPOLATED = ("normal", "distance", "position")
 """Targets of values that are interpolated between corners, and not sampled."""
 AT_ONCE = 32
@@ -50,8 +53,8 @@ _BOTH = (False, True)
 class GeometryVariant(Variant):
     """How the G-buffer is written: its targets, their formats, and what a draw's surfaces ask for.
 
-    `interpolation` marks what the interpolation pass is to find again; the fields from `textured` on are those of
-    `SurfaceFeatures`.
+    `interpolation` marks what the interpolation pass is to find again; the fields from `textured` on are
+    those of `SurfaceFeatures`.
     """
 
     albedo: bool = True
@@ -81,7 +84,10 @@ def position_target_of(targets: Mapping[str, Target]) -> PositionTarget:
 
 
 def legal_surfaces() -> list[SurfaceFeatures]:
-    """Return what a draw of surfaces can ask for: the alpha of vertex colours cuts out where there are some."""
+    """Return what a draw of surfaces can ask for.
+
+    The alpha of vertex colours cuts out where there are some.
+    """
     return [
         SurfaceFeatures(textured, colored, cutout, double_sided, alpha)
         for textured, colored, cutout, double_sided, alpha in product(_BOTH, repeat=5)

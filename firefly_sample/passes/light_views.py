@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LightViewVariant(Variant):
-    """What is drawn in place of light; `position_method` is how the distance that a cell is found by is known."""
+    """What is drawn in place of light.
+
+    `position_method` is how the distance that a cell is found by is known.
+    """
 
     light_view: LightView = "overdraw"
     light_method: DrawMethod = "sphere"

@@ -56,8 +56,8 @@ _SHADER_NAMES = {"half_light": "light", "half_shine": "radiance"}
 class LightVariant(Variant):
     """How lights find their pixels, where a pixel's position comes from, and what light does there.
 
-    `shadow_taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles shadow. `radiance`
-    and `light` are the targets; at half resolution the first is of highlights alone.
+    `shadow_taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles shadow.
+    `radiance` and `light` are the targets; at half resolution the first is of highlights alone.
     """
 
     light_method: DrawMethod = "sphere"
@@ -214,7 +214,10 @@ class DirectionalLightsPass(LightPass):
 
 
 class PointLightsPass(LightPass):
-    """Add every point light in view: as spheres, or by cells; full-screen where a sphere would hold the whole view."""
+    """Add every point light in view: as spheres, or by cells.
+
+    Where a sphere would hold the whole view, the full screen is drawn.
+    """
 
     name = "point_lights"
     kind = "point"

@@ -1,4 +1,4 @@
-"""Particle shadows: slices of a cloud along its light, filled, summed up and blurred; and a picture of them."""
+"""Particle shadows: slices of a cloud along its light are filled, summed up and blurred, and may be shown."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ SHARE = 0.4
 
 
 class ParticleShadowSlicesPass(Pass):
-    """Draw each particle as a disc into the slice in which it lies: one instanced draw of discs that add up."""
+    """Draw each particle as a disc into the slice in which it lies.
+
+    One instanced draw of discs that add up.
+    """
 
     name = "particle_shadow_slices"
 

@@ -24,8 +24,8 @@ _SOFT = ["particles end softly where surfaces are"]
 class ParticleVariant(Variant):
     """Particles and the sprites among them; `surfaces` says whether there are any to end at softly.
 
-    `reverse` is for positions from a depth buffer, which is 0 where nothing is, else 1. `packed` is for an orthographic
-    lens, whose distance cannot mark where nothing is: the albedo does, and is whole numbers.
+    `reverse` is for positions from a depth buffer, which is 0 where nothing is, else 1. `packed` is for an
+    orthographic lens, whose distance cannot mark where nothing is: the albedo does, and is whole numbers.
     """
 
     surfaces: bool = True

@@ -18,8 +18,8 @@ from firefly_sample.plan.variants import Look, Tone, Variant
 class ResolveVariant(Variant):
     """What the pass reads and writes.
 
-    `masked` says that something may cover the background: the albedo shows where, as whole numbers if it is `packed`,
-    or the target "coverage" does if there is one (`marked`).
+    `masked` says that something may cover the background: the albedo shows where, as whole numbers if it is
+    `packed`, or the target "coverage" does if there is one (`marked`).
     """
 
     radiance: bool = True

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap
 
 SLOPE_BIAS = 1.0
-"""Texels: the slope-scaled bias of casters, so that a surface that faces a light does not shadow half of itself. The
-shader's own offsets do the rest."""
+"""Texels: the slope-scaled bias of casters, so that a surface that faces a light does not shadow half of
+itself. The shader's own offsets do the rest."""
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from firefly_sample.plan.variants import AlbedoFormat, NormalFormat, PositionMet
 
 @dataclass(frozen=True)
 class UpsampleVariant(Variant):
-    """What light of half the resolution is spread to (`radiance` and `light` are the targets), with highlights or not
-    (`shine`), along surfaces that are found by their positions and normals.
+    """What light of half the resolution is spread to (`radiance` and `light` are the targets), with
+    highlights or not (`shine`), along surfaces that are found by their positions and normals.
     """
 
     position_method: PositionMethod = "distance"

@@ -151,8 +151,8 @@ class Planner:
                 raise OutputError(f"look 'classic' has no output {name!r}: choose look 'correct'")
             if needs.forward and name not in ("color", "radiance"):
                 raise OutputError(
-                    f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color or radiance, "
-                    "or choose other lights"
+                    f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color or "
+                    "radiance, or choose another light_method"
                 )
         graph = self._graph.get(needs, lambda: choose_passes(self._passes, needs))
         clusters: tuple[Clusters, ...] = ()

@@ -1,7 +1,7 @@
 """Choose a frame's passes and targets: a target exists because an output or a pass that is there reads it.
 
-Passes declare what they would do (`Declaration`), in drawing order. Going back from the outputs, a pass is there if
-somebody reads what it makes, and what it reads is wanted from the passes before it.
+Passes declare what they would do (`Declaration`), in drawing order. Going back from the outputs, a pass is
+there if somebody reads what it makes, and what it reads is wanted from the passes before it.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class Declaration:
     keeps : mapping of str to sequence of str
         Targets that it writes because it needs them itself, and why.
     targets : mapping of str to callable
-        Targets that are not in `firefly_sample.plan.frame_targets.TARGETS`: a function of the `Needs` that returns
-        the arguments of `Target`, for example ``{"format": "rgba8"}``.
+        Targets that are not in `firefly_sample.plan.frame_targets.TARGETS`: a function of the `Needs` that
+        returns the arguments of `Target`, for example ``{"format": "rgba8"}``.
     """
 
     because: str
@@ -124,7 +124,7 @@ def choose_passes(passes: Iterable[Declares], needs: Needs) -> FrameGraph:
 def _wanted_passes(
     passes: Iterable[Declares], needs: Needs, wanted: set[str]
 ) -> list[tuple[Declares, Declaration]]:
-    """Return the passes that make what is wanted, by the outputs or by passes after them, in drawing order."""
+    """Return the passes that make what outputs, or passes after them, want, in drawing order."""
     declared = [(step, plan) for step in passes if (plan := step.declare(needs)) is not None]
     chosen = []
     for step, plan in reversed(declared):
@@ -157,8 +157,8 @@ def check_passes(passes: Iterable[PassPlan], targets: Iterable[Target]) -> None:
     Raises
     ------
     PlanError
-        If a pass touches a target that does not exist, reads or updates what no pass wrote before it, or samples what
-        it also draws into, or if a target is never written.
+        If a pass touches a target that does not exist, reads or updates what no pass wrote before it, or
+        samples what it also draws into, or if a target is never written.
     """
     names = {target.name for target in targets}
     written: set[str] = set()

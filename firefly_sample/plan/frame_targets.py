@@ -1,4 +1,7 @@
-"""The table of render targets: what each is like in a frame. Which of them exist follows from who reads them."""
+"""The table of render targets: what each is like in a frame.
+
+Which of them exist follows from who reads them.
+"""
 
 from __future__ import annotations
 
@@ -134,7 +137,10 @@ def output_reads(needs: Needs, output: str) -> dict[str, str]:
 
 
 def output_sources(needs: Needs, output: str, targets: Mapping[str, Target]) -> tuple[str, ...]:
-    """Return those of a frame's targets that an output is decoded from; none where the frame has nothing for it."""
+    """Return those of a frame's targets that an output is decoded from.
+
+    None where the frame has nothing for it.
+    """
     target = output_target(needs, output)
     if target not in targets:
         return ()

@@ -152,7 +152,10 @@ class Needs:
         return self.method == "clustered" and "overdraw" in self.outputs and near and self.drawn
 
     def is_placed(self, kind: LightKind) -> bool:
-        """Return True if light of a kind depends on where the surface is: all but shadowless directional light."""
+        """Return True if light of a kind depends on where the surface is.
+
+        All but shadowless directional light.
+        """
         return kind != "directional" or kind in self.shadowed or self.is_clouded(kind)
 
     def is_clouded(self, kind: LightKind) -> bool:

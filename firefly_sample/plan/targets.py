@@ -76,7 +76,10 @@ NORMAL_FORMATS: dict[str, tuple[str, str]] = {
     "rgba16f": ("rgba16f", "float"),
     "rgba32f": ("rgba32f", "float"),
 }
-"""Texture format and encoding of each setting `normals`; `UNSIGNED` where a driver cannot draw into signed targets."""
+"""Texture format and encoding of each setting `normals`.
+
+`UNSIGNED` where a driver cannot draw into signed targets.
+"""
 UNSIGNED = ("rg16", "oct16_unorm")
 ALBEDO_FORMATS: dict[str, tuple[str, str]] = {
     "sqrt10": ("r32ui", "sqrt10"),

@@ -1,7 +1,7 @@
 """A pass's variant: a frozen dataclass whose fields become the defines of its shaders.
 
-A field is a define of the same name in capitals: a bool is 0 or 1, a number itself, and a choice is compared with the
-constant of its name, ``#if NORMAL_FORMAT == NORMAL_FORMAT_OCT16``. `CONSTANTS` lists the choices.
+A field is a define of the same name in capitals: a bool is 0 or 1, a number itself, and a choice is compared
+with the constant of its name, ``#if NORMAL_FORMAT == NORMAL_FORMAT_OCT16``. `CONSTANTS` lists the choices.
 """
 
 from __future__ import annotations
@@ -74,7 +74,10 @@ class SurfaceFeatures:
 
 @cache
 def defines(variant: Variant) -> dict[str, int]:
-    """Return the defines of a variant: names in capitals and their numbers. The dict is shared: do not change it."""
+    """Return the defines of a variant: names in capitals and their numbers.
+
+    The dict is shared: do not change it.
+    """
     result = {}
     for field in fields(variant):
         value = getattr(variant, field.name)
