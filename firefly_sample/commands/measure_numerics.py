@@ -1,4 +1,4 @@
-"""``firefly measure numerics``: the figures that the defaults rest on, measured again."""
+"""``firefly measure numerics``: measure the figures that the defaults rest on."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ def numerics(
     require_gpu: Flag = False,
     json: Flag = False,
 ) -> int:
-    """Measure what numbers lose on this driver: in depth buffers, targets, sums, powers and filters.
+    """Measure the numerical errors of this driver: in depth buffers, targets, sums, powers and filters.
 
     Parameters
     ----------
     tables
         Names, separated by spaces or commas: depth, normals, highlights, albedo, conversions, accumulation,
         piles, cutoff, reach, proxies, depth_tests, depth_clamp, cones, powers, ndc, far_from_origin,
-        filtering, cost, rates, frames, fragments, particle_shadows, particle_shadow_slices, particle_shadow_cost, particle_order.
-        All when absent.
+        filtering, cost, rates, frames, fragments, particle_shadows, particle_shadow_slices,
+        particle_shadow_cost, particle_order. All if absent.
     device
         Which EGL device to draw with (see firefly doctor).
     require_gpu

@@ -1,4 +1,4 @@
-"""``firefly measure stability``: whether pictures hold at numerical extremes."""
+"""``firefly measure stability``: hold cases at numerical extremes to their bounds."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ def stability(
     json: Flag = False,
     markdown: Flag = False,
 ) -> int:
-    """Draw numerical extremes by every way to find a position, and hold each to its bound.
+    """Measure numerical extremes with every position method, and hold each to its bound.
 
-    The exit code is 1 if any failed that was not expected to.
+    The exit code is 1 if a case fails that is not expected to.
 
     Parameters
     ----------
     case
-        Measure the case of this name or, if none has just that, those of this part of a name or pattern;
-        repeat it for more.
+        Run the case with exactly this name, or else every case whose name contains it or matches it as a
+        pattern. May be repeated.
     method
-        Measure with these methods only: repeat it, or separate them by commas.
+        Run these methods only, separated by commas. May be repeated.
     device
         Which EGL device to draw with (see firefly doctor).
     require_gpu
@@ -49,9 +49,9 @@ def stability(
     from firefly_sample.lab.stability import measure_stability
 
     if words:
-        raise CycloptsError(f"{words[0]!r} is no option: a case is chosen by --case {words[0]!r}")
+        raise CycloptsError(f"{words[0]!r} is not an option: choose a case with --case {words[0]!r}")
     if json and markdown:
-        raise CycloptsError("--json and --markdown both say how to print: leave one of them out")
+        raise CycloptsError("--json and --markdown exclude each other: leave one of them out")
     with progress_bar("cases") as progress:
         result = measure_stability(
             cases=case, methods=method, progress=progress, device=device, require_gpu=require_gpu
@@ -64,7 +64,7 @@ def stability(
 
 
 def _finite_or_text(row: Row) -> Row:
-    """A row as JSON has it, which knows no infinity: "inf" or "nan" instead."""
+    """Return a row with "inf" and "nan" as text, since JSON has no such numbers."""
     return {
         key: str(value) if isinstance(value, float) and not math.isfinite(value) else value
         for key, value in row.items()
@@ -72,7 +72,7 @@ def _finite_or_text(row: Row) -> Row:
 
 
 def stability_as_text(result: dict[str, Any]) -> str:
-    """A measurement as a table: a row a case and method, each case's name once; then why what failed may."""
+    """Return a measurement as a table, a row per case and method; then the reasons of expected failures."""
     table = [("CASE", "METHOD", "BOUND", "MEASURED", "VERDICT", "WARNING")]
     before = ""
     for row in result["cases"]:
@@ -88,17 +88,17 @@ def stability_as_text(result: dict[str, Any]) -> str:
 
 
 def _reasons(rows: Sequence[Row]) -> list[str]:
-    """Why cases failed as expected, each reason once."""
+    """Return the reasons of expected failures, each once."""
     return list(dict.fromkeys(row["reason"] for row in rows if row["verdict"] == "expected"))
 
 
 def stability_as_markdown(result: dict[str, Any]) -> str:
-    """A measurement as the tables of docs/stability.md.
+    """Return a measurement as the tables of docs/stability.md.
 
-    Cases of positions have a column a method. Those that are 0 by every method are only named. The others,
-    which have methods of their own, have a row a method. Then why what failed may.
+    Cases of position methods have a column per method, or are only named if they are 0 with every method.
+    Cases with other methods have a row per method. The reasons of expected failures follow.
     """
-    from firefly_sample.lab.stability_cases.case import POSITIONS
+    from firefly_sample.lab.experiments.experiment import POSITIONS
 
     rows = result["cases"]
     counts = Counter(row["verdict"] for row in rows)
@@ -109,20 +109,20 @@ def stability_as_markdown(result: dict[str, Any]) -> str:
     by_case: dict[str, list[Row]] = {}
     for row in rows:
         by_case.setdefault(row["case"], []).append(row)
-    placed = {name: found for name, found in by_case.items() if found[0]["method"] in POSITIONS}
-    wide = {name: found for name, found in placed.items() if any(row["measured"] != 0.0 for row in found)}
+    positioned = {name: found for name, found in by_case.items() if found[0]["method"] in POSITIONS}
+    wide = {name: found for name, found in positioned.items() if any(row["measured"] != 0.0 for row in found)}
     methods = [method for method in POSITIONS if any(row["method"] == method for row in rows)]
     if wide:
         cells = [[name, *_cells(found, methods)] for name, found in wide.items()]
         lines += ["", *_markdown(["case", "bound", *methods], cells)]
-    zero = [name for name in placed if name not in wide]
+    zero = [name for name in positioned if name not in wide]
     if zero:
         text = f"Every method measured 0: {'; '.join(zero)}."
         lines += ["", textwrap.fill(text, 118, break_long_words=False, break_on_hyphens=False)]
     others = [
         [name, row["method"], _number(row["bound"]), _measured(row)]
         for name, found in by_case.items()
-        if name not in placed
+        if name not in positioned
         for row in found
     ]
     if others:
@@ -134,7 +134,7 @@ def stability_as_markdown(result: dict[str, Any]) -> str:
 
 
 def _cells(rows: Sequence[Row], methods: Sequence[str]) -> list[str]:
-    """The least bound, and what each method measured; after it its own bound where that is another."""
+    """Return the smallest bound, and each method's figure, followed by its own bound where that differs."""
     least = min(row["bound"] for row in rows)
     found = {row["method"]: row for row in rows}
     cells = [_number(least)]
@@ -151,7 +151,7 @@ def _measured(row: Row) -> str:
 
 
 def _number(value: float) -> str:
-    """Two digits, for example 3.3e-7; 0 as it is."""
+    """Return two digits, for example 3.3e-7; 0 as it is."""
     if value == 0.0 or not math.isfinite(value):
         return f"{value:g}"
     digits, power = f"{value:.1e}".split("e")

@@ -73,12 +73,12 @@ def run(
         require_gpu=require_gpu,
     )
     chosen = Settings().with_changes(**settings)
-    if headless:
-        from firefly_sample.viewer.headless import run_headless
+    from firefly_sample.viewer import main_loop
 
+    if headless:
         assert performance_test is not None
         with progress_bar("seconds") as progress:
-            run_headless(
+            main_loop.run_headless(
                 scene,
                 performance_test,
                 parameters=parameters,
@@ -90,10 +90,7 @@ def run(
                 progress=progress,
             )
         return 0
-
-    from firefly_sample.viewer import window
-
-    window.run(
+    main_loop.run(
         scene,
         parameters=parameters,
         size=size,

@@ -1,11 +1,11 @@
 """Find the OpenGL context that is current in this thread, and make it or another one current.
 
-A thread has at most one current context. EGL makes some (ours without a window, pyrender's), GLX the others
-(those of X11 windows: Panda3D's, pyglet's, glfw's). While a context of GLX is current, EGL refuses to make
-one of its own current, and OpenGL's functions draw into that of GLX. The library that made the current
-context must therefore release it first.
+A thread has at most one current context. EGL makes some of them (ours without a window, pyrender's), GLX
+the others (those of X11 windows: Panda3D's, pyglet's, glfw's). While a GLX context is current, EGL refuses to
+make one of its own current, and OpenGL's functions draw into the GLX context. The library that made the
+current context must therefore release it first.
 
-Only libraries that the process has loaded already are asked. On systems without EGL and GLX nothing is found.
+Only libraries that the process has loaded already are used. On systems without EGL and GLX nothing is found.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _EGL_OPENGL_ES_API = 0x30A0
 _HANDLE, _XID = ctypes.c_void_p, ctypes.c_ulong
 
 _FILES = {"EGL": ("libEGL.so.1",), "GLX": ("libGL.so.1", "libGLX.so.0"), "X11": ("libX11.so.6",)}
-_SIGNATURES: dict[str, dict[str, tuple[Any, ...]]] = {  # name: (what it returns, what it takes...)
+_SIGNATURES: dict[str, dict[str, tuple[Any, ...]]] = {  # name: (type of result, types of arguments...)
     "EGL": {
         "eglGetCurrentContext": (_HANDLE,),
         "eglGetCurrentDisplay": (_HANDLE,),
@@ -59,17 +59,17 @@ _GONE = {
 _ignore_x_error = ctypes.CFUNCTYPE(ctypes.c_int, _HANDLE, _HANDLE)(lambda display, event: 0)
 
 
-class Holder(NamedTuple):
-    """A context that is current in a thread, and what it draws to and reads from; numbers are handles.
+class CurrentContext(NamedTuple):
+    """A context that is or was current in a thread, and the surfaces that it draws to and reads from.
 
     Attributes
     ----------
     api : str
         "EGL" or "GLX": the library that made it.
     display, context, draw, read : int
-        0 is none.
+        Handles; 0 is none.
     connection : (int, int) or None
-        See `kept`.
+        See `with_connection`.
     """
 
     api: str
@@ -79,15 +79,15 @@ class Holder(NamedTuple):
     read: int = 0
     connection: tuple[int, int] | None = None
 
-    def holds(self, other: Holder | None) -> bool:
-        """Return whether this is the same context as another one, whatever either draws to."""
+    def is_same(self, other: CurrentContext | None) -> bool:
+        """Return True if `other` is the same context, whatever surfaces either has."""
         return other is not None and self[:3] == other[:3]
 
-    def kept(self) -> Holder:
-        """Return the same to be made current later, when a window of GLX may have been closed.
+    def with_connection(self) -> CurrentContext:
+        """Return the same context with a note of its connection to the X server, to be made current later.
 
-        Xlib must not be asked about a connection to the X server that was closed, since its memory is freed:
-        the connection's file number and inode are noted to be compared.
+        Its GLX window may be closed by then. Xlib must not be called for a closed connection, whose memory is
+        freed: therefore the connection's file number and inode are noted and compared.
         """
         xlib = _library("X11") if self.api == "GLX" else None
         if xlib is None:
@@ -96,7 +96,7 @@ class Holder(NamedTuple):
         return self._replace(connection=(number, os.fstat(number).st_ino))
 
     def is_gone(self) -> bool:
-        """Return whether the display that the context was made on has been shut down."""
+        """Return True if the display on which the context was made has been shut down."""
         if self.api == "GLX":
             return self.lost_connection()
         value = ctypes.c_int()
@@ -105,7 +105,7 @@ class Holder(NamedTuple):
         )
 
     def lost_connection(self) -> bool:
-        """Return whether the connection that `kept` has noted was closed."""
+        """Return True if the connection that `with_connection` has noted was closed."""
         if self.connection is None:
             return False
         number, inode = self.connection
@@ -115,34 +115,34 @@ class Holder(NamedTuple):
             return True
 
 
-def current_holder() -> Holder | None:
+def current_context() -> CurrentContext | None:
     """Return the context that is current in this thread, or None."""
     egl = _library("EGL")
     if egl is not None and (context := egl.eglGetCurrentContext()):
         draw, read = (egl.eglGetCurrentSurface(which) or 0 for which in (_EGL_DRAW, _EGL_READ))
-        return Holder("EGL", egl.eglGetCurrentDisplay() or 0, context, draw, read)
+        return CurrentContext("EGL", egl.eglGetCurrentDisplay() or 0, context, draw, read)
     glx = _library("GLX")
     if glx is not None and (context := glx.glXGetCurrentContext()):
         draw, read = glx.glXGetCurrentDrawable(), glx.glXGetCurrentReadDrawable()
-        return Holder("GLX", glx.glXGetCurrentDisplay() or 0, context, draw, read)
+        return CurrentContext("GLX", glx.glXGetCurrentDisplay() or 0, context, draw, read)
     return None
 
 
 def is_supported() -> bool:
-    """Return whether EGL or GLX is loaded, so that `current_holder` can tell."""
+    """Return True if EGL or GLX is loaded, without which `current_context` finds nothing."""
     return _library("EGL") is not None or _library("GLX") is not None
 
 
-def make_current(wanted: Holder | None, held: Holder | None) -> None:
-    """Make a context current in this thread, or none; `held`, which is current now, is released.
+def make_current(wanted: CurrentContext | None, present: CurrentContext | None) -> None:
+    """Make a context current in this thread, or none, in place of the present one.
 
     Raises
     ------
     GpuError
-        If it cannot be made current; it names who holds the thread, or says that the context is gone.
+        If it cannot be made current; the message gives the reason.
     """
-    if held is not None and (wanted is None or wanted.api != held.api):
-        _set(Holder(held.api, held.display, 0))
+    if present is not None and (wanted is None or wanted.api != present.api):
+        _set(CurrentContext(present.api, present.display, 0))
     if wanted is None:
         return
     if wanted.lost_connection():
@@ -155,38 +155,37 @@ def make_current(wanted: Holder | None, held: Holder | None) -> None:
         raise GpuError(_refusal(wanted, error))
 
 
-def give_back(before: Holder | None) -> None:
-    """Make current what was before, or nothing if it cannot be any more.
+def restore_current(before: CurrentContext | None) -> None:
+    """Make the earlier context current again, or none if that is no longer possible.
 
-    A context that was current before, and cannot be made current again, was destroyed by its own library in
-    the meantime, or moved to another thread.
+    It is not if its library has destroyed the context meanwhile, or made it current in a different thread.
     """
     try:
-        make_current(before, current_holder())
+        make_current(before, current_context())
     except GpuError:
-        make_current(None, current_holder())
+        make_current(None, current_context())
 
 
 @contextmanager
 def thread_without_context() -> Iterator[None]:
-    """Release what is current in this thread, and make it current again at the end.
+    """Release the context that is current in this thread, and make it current again at the end.
 
-    The kind of context that EGL makes in this thread next is kept, too.
+    The API that is bound in EGL, which decides the kind of its next context, is restored as well.
     """
-    before, egl = current_holder(), _library("EGL")
-    api = _EGL_OPENGL_ES_API if egl is None else egl.eglQueryAPI()  # what EGL begins with
+    before, egl = current_context(), _library("EGL")
+    api = _EGL_OPENGL_ES_API if egl is None else egl.eglQueryAPI()  # EGL's default
     make_current(None, before)
     try:
         yield
     finally:
         if (egl := _library("EGL")) is not None:
             egl.eglBindAPI(api)
-        give_back(before)
+        restore_current(before)
 
 
-def _set(holder: Holder) -> int:
-    """Ask the library of a holder to make it current; an error of EGL's or 0, and no word from GLX."""
-    api, display, context, draw, read, _ = holder
+def _set(wanted: CurrentContext) -> int:
+    """Make a context current by its own library; return EGL's error or 0, and for GLX always 0."""
+    api, display, context, draw, read, _ = wanted
     if api == "EGL":
         egl = _loaded["EGL"]
         return 0 if egl.eglMakeCurrent(display, draw, read, context) else int(egl.eglGetError())
@@ -195,11 +194,11 @@ def _set(holder: Holder) -> int:
     return 0
 
 
-def _refusal(wanted: Holder, error: int) -> str:
+def _refusal(wanted: CurrentContext, error: int) -> str:
     """Say why a context could not be made current."""
     if wanted.is_gone():
         return _GONE[wanted.api]
-    if (now := current_holder()) is not None:
+    if (now := current_context()) is not None:
         return (
             f"this {wanted.api} context cannot be made current: another library's {now.api} context is "
             "current in this thread and could not be released; release it first, or draw in another thread"
@@ -218,7 +217,7 @@ def _refusal(wanted: Holder, error: int) -> str:
 
 @contextmanager
 def _without_x_errors() -> Iterator[None]:
-    """Keep Xlib from ending the process when GLX refuses, which is seen by what is current afterwards."""
+    """Keep Xlib from ending the process if GLX refuses; the caller compares the current context instead."""
     xlib = _library("X11")
     if xlib is None:
         yield
@@ -231,7 +230,7 @@ def _without_x_errors() -> Iterator[None]:
 
 
 def _library(api: str) -> ctypes.CDLL | None:
-    """A library, if this process has loaded it."""
+    """Return a library if this process has loaded it."""
     library = _loaded.get(api)
     if library is None and sys.platform.startswith(("linux", "freebsd")):
         for file in _FILES[api]:

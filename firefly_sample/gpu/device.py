@@ -1,4 +1,4 @@
-"""The OpenGL context: made headless through EGL, or taken over from a window."""
+"""The OpenGL context, which EGL makes without a window, or which belongs to a window."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ import moderngl
 
 from firefly_sample.errors import GpuError, NoGpuError
 from firefly_sample.gpu.current import (
-    Holder,
-    current_holder,
-    give_back,
+    CurrentContext,
+    current_context,
     is_supported,
     make_current,
+    restore_current,
     thread_without_context,
 )
 from firefly_sample.gpu.driver_variables import check_vector_width, variables_set
@@ -30,37 +30,37 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software", "basic
 
 
 class Device:
-    """An OpenGL 3.3 core context and what it can do.
+    """An OpenGL 3.3 core context and its capabilities.
 
     Enter it (``with device:``) around GL calls. This makes its context current in this thread; leaving it
-    makes current again what was before, another library's context or none. Other threads that enter it wait.
+    makes the earlier one current again, another library's or none. Other threads that enter it wait.
 
     Parameters
     ----------
     index : int, optional
-        EGL device; the environment's GLCONTEXT_DEVICE_INDEX, else 0, when absent.
+        EGL device; when absent, the environment variable GLCONTEXT_DEVICE_INDEX or else 0.
     window : bool
-        Take over the context of the window that is current in this thread instead of making one.
+        Use the window's context that is current in this thread instead of making one.
 
     Raises
     ------
     NoGpuError
-        If there is no OpenGL library, no such device, it has no OpenGL 3.3, or this process was forked after
-        the driver was used.
+        If there is no OpenGL library, no such device, no OpenGL 3.3, or this process was forked after the
+        driver was used.
     GpuError
         If the environment makes the driver overwrite memory.
     """
 
     def __init__(self, index: int | None = None, window: bool = False) -> None:
-        check_not_forked(current_holder() if window else None)
+        check_not_forked(current_context() if window else None)
         self._process = os.getpid()
         self._lock = threading.RLock()
-        self._before: list[Holder | None] = []
+        self._before: list[CurrentContext | None] = []
         self._window = window
         with nullcontext() if window else thread_without_context():
             self._backend = _window_backend() if window else _egl_backend(index)
             try:
-                self._own = _kept_holder()
+                self._own = _made_context()
                 self._learn()
             except BaseException:
                 self._backend.release()
@@ -68,13 +68,15 @@ class Device:
         self._open = True
 
     def _learn(self) -> None:
-        """Ask the driver what it is and can."""
+        """Ask the driver for its name and capabilities."""
         with _default_context_kept():
             try:
                 self.ctx = moderngl.create_context(context=self._backend)
             except Exception as error:
-                said = _one_line(error)
-                raise NoGpuError(f"OpenGL 3.3 core is needed; this driver said: {said}") from error
+                raise NoGpuError(
+                    f"OpenGL 3.3 core is needed, but the driver reports: {_one_line(error)}: install a newer "
+                    "driver or Mesa's llvmpipe"
+                ) from error
         self.raw = RawGL(self._backend)
         self.renderer: str = self.ctx.info["GL_RENDERER"]
         check_vector_width(self.renderer)
@@ -93,18 +95,12 @@ class Device:
         self._idle = self.ctx.simple_framebuffer((1, 1))
 
     def unbind(self) -> None:
-        """Bind a framebuffer of the device's own and no program, so that those in use can be released."""
+        """Bind the device's own framebuffer and no program, so that those in use can be released."""
         self._idle.use()
-        self.raw.use_program(0)
+        self.raw.call("glUseProgram", 0)
 
     def require_gpu(self) -> None:
-        """Refuse a software rasteriser.
-
-        Raises
-        ------
-        NoGpuError
-            If this is one.
-        """
+        """Raise `NoGpuError` if the driver is a software rasteriser."""
         if self.software:
             raise NoGpuError(
                 f"a GPU is required, but the driver is a software rasteriser ({self.renderer}): "
@@ -112,7 +108,7 @@ class Device:
             )
 
     def _can_render(self, internal_format: int) -> bool:
-        """Whether a 16-bit signed normalised pair can be a colour attachment (3.3 does not promise it)."""
+        """Return True if pairs of 16-bit signed normalised numbers can be drawn to, an option of 3.3."""
         texture = None
         try:
             texture = self.ctx.texture((1, 1), 2, dtype="ni2", internal_format=internal_format)
@@ -130,21 +126,15 @@ class Device:
         (self.ctx.enable_direct if on else self.ctx.disable_direct)(DEPTH_CLAMP)
 
     def set_srgb_encoding(self, on: bool) -> None:
-        """Encode what is drawn into sRGB targets, or write it as it is."""
+        """Encode colours that are drawn into sRGB targets, or write them unchanged."""
         (self.ctx.enable_direct if on else self.ctx.disable_direct)(FRAMEBUFFER_SRGB)
 
     def flush(self) -> None:
-        """Let the driver begin with what it was given."""
-        self.raw.flush()
+        """Let the driver begin with the commands so far."""
+        self.raw.call("glFlush")
 
     def check(self, where: str) -> None:
-        """Raise `GpuError` if the driver noted an error since the last check.
-
-        Raises
-        ------
-        GpuError
-            With OpenGL's name of the error and `where`.
-        """
+        """Raise `GpuError`, which names `where`, if the driver noted an error since the last check."""
         error = self.ctx.error
         if error != "GL_NO_ERROR":
             raise GpuError(f"the driver reported {error} in {where} ({self.renderer})")
@@ -155,14 +145,14 @@ class Device:
         return os.getpid() != self._process
 
     def exclusively(self) -> AbstractContextManager[Any]:
-        """Keep other threads from entering, for what must not be mixed with what they do.
+        """Return a context manager that keeps other threads from entering.
 
         Raises
         ------
         GpuError
             If this process was forked from the one that made the device.
         """
-        if self.inherited:  # the lock, too, may be held by a thread that is in the parent alone
+        if self.inherited:  # in a fork, the lock may be held by a thread that only the parent has
             check_not_forked(self._own)
             raise GpuError("this renderer was made before this process was forked: make a new one here")
         return self._lock
@@ -170,7 +160,7 @@ class Device:
     def __enter__(self) -> Device:
         self.exclusively().__enter__()
         try:
-            if not self._open:  # another thread may have closed it meanwhile
+            if not self._open:  # a different thread may have closed it meanwhile
                 raise GpuError("this renderer is closed: make a new one")
             self._before.append(self._make_current())
         except BaseException:
@@ -178,17 +168,17 @@ class Device:
             raise
         return self
 
-    def _make_current(self) -> Holder | None:
-        """Make the context current and return what was before."""
-        if self._own is None:  # neither EGL nor GLX: the backend remembers for itself
+    def _make_current(self) -> CurrentContext | None:
+        """Make the context current and return the one before."""
+        if self._own is None:  # neither EGL nor GLX: the backend restores the one before by itself
             self._backend.__enter__()
             return None
-        before = current_holder()
-        if not self._own.holds(before):
+        before = current_context()
+        if not self._own.is_same(before):
             try:
                 make_current(self._own, before)
             except GpuError:
-                give_back(before)
+                restore_current(before)
                 raise
         return before
 
@@ -199,15 +189,15 @@ class Device:
             before = self._before.pop()
             if self._own is None:
                 self._backend.__exit__()
-            elif not self._own.holds(before):
-                give_back(before)
+            elif not self._own.is_same(before):
+                restore_current(before)
         finally:
             self._lock.release()
 
     def is_gone(self) -> bool:
-        """Return whether another library has destroyed the context, and with it every object.
+        """Return True if another library has destroyed the context, and with it every object.
 
-        A context of GLX counts as gone if it cannot be made current: its window is closed.
+        A GLX context counts as gone if it cannot be made current, because its window is closed.
         """
         if not self._window:
             return self._own is not None and self._own.is_gone()
@@ -230,7 +220,7 @@ class Device:
     def abandon(self) -> None:
         """Free the context without making it current, and with it every object that no window shares.
 
-        This does nothing if it is gone, or in a process that was forked from the one that made it.
+        This does nothing if the context is gone, or if this process was forked from the one that made it.
         """
         if self._open:
             self._open = False
@@ -243,19 +233,17 @@ class Device:
             self.abandon()
 
 
-def _kept_holder() -> Holder | None:
-    """The context that was just made or taken over; None where neither EGL nor GLX is."""
-    holder = current_holder()
-    if holder is None:
-        if is_supported():
-            raise NoGpuError("the driver made an OpenGL context and does not let it become current")
-        return None
-    return holder.kept()
+def _made_context() -> CurrentContext | None:
+    """Return the context that was just made or taken over; None on systems without EGL and GLX."""
+    context = current_context()
+    if context is None and is_supported():
+        raise NoGpuError("the driver has made an OpenGL context, but cannot make it current")
+    return None if context is None else context.with_connection()
 
 
 @contextmanager
 def _default_context_kept() -> Iterator[None]:
-    """Leave `moderngl.get_context()`, which another part of the program may rely on, as it was."""
+    """Restore `moderngl.get_context()`, on which other parts of the program may rely."""
     store = getattr(moderngl, "_store", None)
     before = getattr(store, "default_context", None)
     try:
@@ -280,7 +268,7 @@ def _egl_backend(index: int | None) -> Any:
     if index < 0:
         raise NoGpuError(f"device must be 0 or more, got {index}")
     try:
-        # a given index must win over the environment, which glcontext prefers
+        # glcontext would prefer the environment to the given index
         os.environ.pop("GLCONTEXT_DEVICE_INDEX", None)
         return glcontext.get_backend_by_name("egl")(mode="standalone", glversion=330, device_index=index)
     except Exception as error:
@@ -293,10 +281,10 @@ def _egl_backend(index: int | None) -> Any:
 def _window_backend() -> Any:
     import glcontext
 
-    held = current_holder()
-    if held is not None and held.api != "GLX":
+    context = current_context()
+    if context is not None and context.api != "GLX":
         raise NoGpuError(
-            f"window=True needs a window's GLX context, but one of {held.api} is current in this thread: "
+            f"window=True needs a window's GLX context, but one of {context.api} is current in this thread: "
             "make the window's context current first, and have its library create it with GLX"
         )
     try:
@@ -309,7 +297,7 @@ def _window_backend() -> Any:
 
 
 def _explain(error: BaseException, index: int) -> str:
-    """What went wrong in one line, with the way out."""
+    """Return the reason why EGL made no context, and the way out, in one line."""
     said = _one_line(error)
     if "0x3" in said and variables_set():  # an error of EGL itself
         given = " and ".join(f"{name}={value}" for name, value in variables_set().items())

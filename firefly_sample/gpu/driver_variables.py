@@ -1,6 +1,6 @@
-"""Variables of the environment that change what Mesa's drivers draw, or keep them from drawing at all.
+"""Environment variables that change the pictures of Mesa's drivers, or keep them from drawing.
 
-What each does was found by drawing the scenes of this package with it, by Mesa 22.3.6.
+Their effects were found by drawing the scenes of this package with each, with Mesa 22.3.6.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Variable:
     effect : str
         A clause with the variable as its subject.
     silent : bool
-        True if llvmpipe draws other pictures and still calls itself the same.
+        True if llvmpipe draws different pictures under the same driver name.
     """
 
     effect: str
@@ -54,12 +54,12 @@ _WITHOUT_AVX = ("nosse", "sse", "sse2", "sse3", "ssse3", "sse4.1")
 
 
 def variables_set() -> dict[str, str]:
-    """Return those of `VARIABLES` that are set to something, and to what."""
+    """Return those of `VARIABLES` that are set and not empty, with their values."""
     return {name: os.environ[name] for name in VARIABLES if os.environ.get(name)}
 
 
 def silent_changes(driver: str) -> list[str]:
-    """Return a sentence for each variable by which a driver draws other pictures without saying so."""
+    """Return a sentence for each variable that silently changes a driver's pictures."""
     if not driver.startswith("llvmpipe"):
         return []
     return [
@@ -70,20 +70,20 @@ def silent_changes(driver: str) -> list[str]:
 
 
 def vector_bits(driver: str) -> int | None:
-    """Return the width of llvmpipe's vectors as its name says it, None of other drivers."""
+    """Return the width of llvmpipe's vectors, which its name contains, or None for other drivers."""
     found = re.match(r"llvmpipe \(.*\b(\d+) bits\)", driver)
     return int(found[1]) if found else None
 
 
 def check_vector_width(driver: str) -> None:
-    """Refuse vectors that are narrower than the processor's: with them llvmpipe overwrites memory.
+    """Refuse vectors that are narrower than the processor's.
 
-    It does so while it draws the first mesh, and crashes there or later.
+    With them llvmpipe overwrites memory while it draws the first mesh, and crashes then or later.
 
     Raises
     ------
     GpuError
-        If the environment asks for them.
+        If LP_NATIVE_VECTOR_WIDTH asks for them.
     """
     asked, bits = os.environ.get("LP_NATIVE_VECTOR_WIDTH"), vector_bits(driver)
     if not asked or bits is None or bits >= 256 or not _has_avx():
@@ -97,7 +97,7 @@ def check_vector_width(driver: str) -> None:
 
 
 def _has_avx() -> bool:
-    """Return whether the processor has AVX; False where the system does not say."""
+    """Return True if the processor has AVX, False also if the system does not say."""
     try:
         return re.search(r"^flags\s*:.*\bavx\b", Path("/proc/cpuinfo").read_text(), re.MULTILINE) is not None
     except OSError:

@@ -1,4 +1,4 @@
-"""What a driver's limit of pixels a side refuses."""
+"""Refuse pictures and textures that are above the driver's limit of pixels a side."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from firefly_sample.plan.frame_plan import FramePlan
 
 
 def check_size_limit(size: tuple[int, int], samples: int, limit: int) -> None:
-    """Refuse a picture with more than `limit` samples a side, at `samples` a pixel across and down.
+    """Refuse a picture with more than `limit` samples a side; a pixel has `samples` across and down.
 
     Raises
     ------
@@ -22,7 +22,7 @@ def check_size_limit(size: tuple[int, int], samples: int, limit: int) -> None:
 
 
 def check_plan_limits(plan: FramePlan, limit: int) -> None:
-    """Refuse a plan whose picture, shadow maps or slices are above `limit` a side.
+    """Refuse a plan whose picture, shadow maps or particle shadow slices are above `limit` a side.
 
     Raises
     ------
@@ -37,6 +37,6 @@ def check_plan_limits(plan: FramePlan, limit: int) -> None:
     if plan.particle_shadow is not None and max(plan.particle_shadow.size) > limit:
         width, height = plan.particle_shadow.size
         raise GpuError(
-            f"the slices of particles' shadow need {width}x{height} texels, above this driver's limit of "
+            f"the particle shadow slices need {width}x{height} texels, above this driver's limit of "
             f"{limit} a side: choose a smaller particle_shadow_tile, or fewer particle_shadow_slices"
         )

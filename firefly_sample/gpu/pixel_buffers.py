@@ -1,7 +1,7 @@
-"""Pixel buffers: the bytes of a frame's targets on their way to the CPU, without anybody waiting for them.
+"""Pixel buffers, through which a frame's textures are read back while the next frame is drawn.
 
-A texture that is read straight into memory makes the CPU wait until the GPU has drawn it, and the GPU wait
-for the next frame then. Copied into a buffer of the GPU, it is read when the next frame is on its way.
+A texture that is read straight into memory makes the CPU wait until the GPU has drawn it, and then the GPU
+wait for the next frame. A copy of it in a buffer on the GPU can be read while the next frame is drawn.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from firefly_sample.errors import GpuError
 from firefly_sample.gpu.device import Device
 
 _ALIGNMENT = 16
-"""Bytes: copies start at a multiple of their numbers' size, which is at most that."""
+"""In bytes: copies must start at a multiple of the size of their numbers, which is at most 16."""
 
 
 @dataclass(frozen=True, eq=False)
 class Copies:
-    """Textures that were copied into a buffer: the offset and the size of each in bytes, by name."""
+    """Textures that were copied into a buffer: the range of each, (offset, size) in bytes, by name."""
 
     buffer: moderngl.Buffer
-    places: Mapping[str, tuple[int, int]]
+    ranges: Mapping[str, tuple[int, int]]
 
     def read(self, name: str) -> bytes:
-        """The bytes of one texture, first row at the bottom; waits until the copy is made."""
-        offset, size = self.places[name]
+        """Wait for the copy of one texture, and return its bytes, first row at the bottom."""
+        offset, size = self.ranges[name]
         return bytes(self.buffer.read(size, offset=offset))
 
 
 class PixelBuffers:
-    """Buffers that are lent to one frame each, and used again by later ones.
+    """Buffers that are lent to one frame each and reused for later ones.
 
-    There are as many as frames are under way at once; one that is too small is replaced.
+    There are as many as frames are in flight at once; a buffer that is too small is replaced.
     """
 
     def __init__(self, device: Device) -> None:
@@ -44,23 +44,23 @@ class PixelBuffers:
         self._idle: list[moderngl.Buffer] = []
 
     def copy(self, textures: Mapping[str, moderngl.Texture]) -> Copies:
-        """Start to copy textures into a buffer, which is lent until it is given back.
+        """Start to copy textures into a buffer, which is lent until `give_back`.
 
         Raises
         ------
         GpuError
             If the driver has no room for the buffer, or reports another error.
         """
-        places, total = {}, 0
+        ranges, total = {}, 0
         for name, texture in textures.items():
             size = math.prod(texture.size) * texture.components * int(texture.dtype[-1])
-            places[name] = total, size
+            ranges[name] = total, size
             total += math.ceil(size / _ALIGNMENT) * _ALIGNMENT
         buffer = self._buffer(max(total, _ALIGNMENT))
-        copies = Copies(buffer, places)
+        copies = Copies(buffer, ranges)
         try:
             for name, texture in textures.items():
-                texture.read_into(buffer, write_offset=places[name][0])
+                texture.read_into(buffer, write_offset=ranges[name][0])
             self._device.check("copying pixels to be read back")
         except Exception:
             self.give_back(copies)
@@ -68,7 +68,7 @@ class PixelBuffers:
         return copies
 
     def _buffer(self, size: int) -> moderngl.Buffer:
-        """An idle buffer of at least `size` bytes."""
+        """Return an idle buffer of at least `size` bytes."""
         if self._idle:
             buffer = self._idle.pop()
             if buffer.size >= size:
@@ -93,7 +93,7 @@ class PixelBuffers:
         )
 
     def give_back(self, copies: Copies) -> None:
-        """Let a later frame have the buffer."""
+        """Make the buffer available to later frames."""
         self._idle.append(copies.buffer)
 
     def release(self) -> None:

@@ -1,4 +1,4 @@
-"""Put pictures on the window: a texture that fills it, and images over that."""
+"""Draw on the window: a texture that fills it, and images over that."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Layer:
     Attributes
     ----------
     pixels : ndarray of uint8, shape (height, width, 3 or 4)
-        Display codes, first row on top; with alpha, colours are multiplied by it already. Not to be
-        changed afterwards: it is uploaded once for as long as it is shown.
+        Display codes, first row on top; colours are already multiplied by alpha, if there is one. The array
+        must not change while it is shown, because it is uploaded once.
     corner : (int, int)
-        Pixels from the window's left and top edge to the image's; what lies outside is cut off.
+        Pixels from the window's left and top edge to the image's, which is cut off at the window's edges.
     """
 
     pixels: NDArray[np.uint8]
@@ -31,11 +31,11 @@ class Layer:
 
 
 class Presenter:
-    """Draws on the framebuffer of the window whose context `gpu` uses."""
+    """Draws on the window whose context `gpu` uses."""
 
     def __init__(self, gpu: Gpu) -> None:
         self._gpu = gpu
-        # the array is kept with its texture, so that its id stays its own
+        # the array is kept with its texture, so that no other array gets its id
         self._uploaded: dict[int, tuple[NDArray[np.uint8], moderngl.Texture]] = {}
 
     def show(self, size: tuple[int, int], picture: moderngl.Texture | None, layers: Iterable[Layer]) -> None:
@@ -57,7 +57,7 @@ class Presenter:
         ctx.enable_only(moderngl.NOTHING)
 
     def _draw(self, texture: moderngl.Texture, corner: tuple[int, int]) -> None:
-        """Draw a whole texture with its bottom left pixel at `corner`, counted from the window's."""
+        """Draw a whole texture; `corner` is its bottom left pixel, from the window's bottom left."""
         program = self._gpu.programs.get("present", Variant(), ("screen",), vertex="fullscreen")
         program.use({"u_corner": corner}, {"u_picture": texture})
         self._gpu.ctx.viewport = (*corner, *texture.size)

@@ -1,9 +1,9 @@
-"""Time of each pass and fragments shaded.
+"""Measure the time of each pass and the number of fragments shaded.
 
-A GPU is asked with timer queries, whose results are read when the frame, or the one after it, is drawn and
-nobody waits for them. On a software driver the CPU's own clock around a `finish` tells the time: llvmpipe's
-timer queries leave out vertices and, in a frame of one pass, nearly everything. Queries are made by raw
-calls because moderngl never frees its own.
+On a GPU this takes timer queries, whose results are read after the frame, or the next one, is drawn, so that
+nothing waits for them. On a software driver it takes the CPU's clock and `finish`: llvmpipe's timer queries
+omit vertices and, in a frame of one pass, nearly everything. Queries are made by raw calls because moderngl
+never frees its own.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from firefly_sample.gpu.raw import SAMPLES_PASSED, TIME_ELAPSED
 
 @dataclass(eq=False)
 class Measured:
-    """What one frame measures.
+    """The measurements of one frame.
 
     Attributes
     ----------
     clocked : dict of str to float
-        Milliseconds by pass, where the CPU's clock tells them.
+        Milliseconds by pass, if the CPU's clock measures them.
     timed : dict of str to int
-        Else the query that knows them.
+        The queries for them by pass, otherwise.
     counted : list of int
-        Queries that know how many fragments were shaded.
+        The queries of the number of fragments shaded.
     """
 
     clocked: dict[str, float] = field(default_factory=dict)
@@ -37,7 +37,7 @@ class Measured:
 
 
 class Timers:
-    """Measures passes. A frame's queries are its own until they are collected or given back."""
+    """Measures passes. A frame keeps its queries until they are collected or given back."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -76,12 +76,12 @@ class Timers:
             self._frame.clocked[name] = (time.perf_counter() - start) * 1e3
 
     def end(self) -> Measured:
-        """What was measured since the last call; nobody waits for it."""
+        """Return the measurements since the last call, without waiting for them."""
         measured, self._frame = self._frame, Measured()
         return measured
 
     def collect(self, measured: Measured) -> tuple[dict[str, float], int | None]:
-        """Milliseconds of each pass of a frame, and its fragments (None if none were counted); waits."""
+        """Wait for a frame's measurements; return milliseconds by pass and fragments, None if not counted."""
         result = self._device.raw.query_result
         times = measured.clocked | {name: result(query) / 1e6 for name, query in measured.timed.items()}
         counts = [result(query) for query in measured.counted]
@@ -89,7 +89,7 @@ class Timers:
         return times, sum(counts) if counts else None
 
     def give_back(self, measured: Measured) -> None:
-        """Let later frames have the queries of one that nobody will collect."""
+        """Make a frame's queries available to later frames, without collecting them."""
         self._idle[TIME_ELAPSED] += measured.timed.values()
         self._idle[SAMPLES_PASSED] += measured.counted
         measured.timed.clear()

@@ -1,4 +1,4 @@
-"""What a conversion leaves out or changes: gathered by kind, and said in one warning each."""
+"""The losses of a conversion: collected by kind, and reported in one warning per kind."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _SHOWN = 8
 
 
 class ConversionWarning(UserWarning):
-    """Something of a scene has no equal in the other library; the message names what, and whose it is."""
+    """A part of a scene has no equal in the other library; the message names it and its owners."""
 
 
 class Losses:
@@ -17,14 +17,14 @@ class Losses:
     def __init__(self) -> None:
         self._names: dict[str, dict[str, None]] = {}
 
-    def add(self, what: str, name: str) -> None:
-        """Note that `what` happened to the thing called `name`."""
-        self._names.setdefault(what, {})[name] = None
+    def add(self, loss: str, name: str) -> None:
+        """Note a loss of the object called `name`."""
+        self._names.setdefault(loss, {})[name] = None
 
     def warn(self, stacklevel: int) -> None:
-        """Raise one `ConversionWarning` for each kind of loss; `stacklevel` counts from the caller, 1."""
-        for what, names in self._names.items():
+        """Issue one `ConversionWarning` for each kind of loss; `stacklevel` 1 is the caller."""
+        for loss, names in self._names.items():
             shown = [repr(name) for name in names]
             if len(shown) > _SHOWN:
                 shown[_SHOWN:] = [f"and {len(shown) - _SHOWN} more"]
-            warnings.warn(f"{what}: {', '.join(shown)}", ConversionWarning, stacklevel=stacklevel + 1)
+            warnings.warn(f"{loss}: {', '.join(shown)}", ConversionWarning, stacklevel=stacklevel + 1)

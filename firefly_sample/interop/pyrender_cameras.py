@@ -1,4 +1,4 @@
-"""Lenses and pyrender's cameras.
+"""Convert lenses to pyrender's cameras and back.
 
 A lens without an offset is a PerspectiveCamera or an OrthographicCamera. One whose film is off centre is an
 IntrinsicsCamera, which measures in pixels of the picture, width w and height h, from its upper left corner:
@@ -27,8 +27,8 @@ Float64 = NDArray[np.float64]
 Size = tuple[int, int]
 
 _ENDLESS = 1e9
-"""How many times farther than the near plane a far plane is that stands for infinity: in float32, in which
-pyrender uploads it, the projection matrix is then that of an infinite one to the last bit."""
+"""Ratio of the far plane that stands for infinity to the near plane. In pyrender's
+float32, the projection matrix is then the one of an infinite far plane, to the last bit."""
 
 
 def camera_to_pyrender(
@@ -41,25 +41,25 @@ def camera_to_pyrender(
     name : str
     lens : Lens
     size : (int, int), optional
-        Of the picture in pixels; the lens takes its shape, as when the Renderer draws.
+        Of the picture in pixels; the lens takes its aspect ratio, as when the Renderer draws.
     losses : Losses
     main : bool
-        Whether this is the camera that is drawn. Another one whose intrinsics are for pictures of another
-        shape becomes a loss: it keeps what it sees, which pyrender stretches to the picture.
+        True for the camera that is drawn. If any other has intrinsics for pictures of another aspect ratio,
+        it keeps its view, which pyrender stretches to the picture, and that is noted as a loss.
 
     Returns
     -------
     pyrender.Camera
     ndarray of float64, shape (4, 4), or None
-        Where it stands in its node's space, ours, for row vectors; None is where the node stands. An
-        orthographic camera is moved if its film is off centre or its near plane is not in front of it; it
-        sees the same.
+        From the camera's space to its node's, in our axes, for row vectors; None is the identity. An
+        orthographic camera is moved if its film is off centre or its near plane is behind it, which does not
+        change its picture.
 
     Raises
     ------
     LensError
         If the film of a perspective lens is off centre and there is no size, or if the main camera's
-        intrinsics are for pictures of another shape.
+        intrinsics are for pictures of another aspect ratio.
     """
     import pyrender
 
@@ -67,13 +67,13 @@ def camera_to_pyrender(
         lens = _for_picture(name, lens, size, losses, main)
     k, near, far = lens.constants(), lens.get_near(), lens.get_far()
     if not k.perspective:
-        # In pyrender a near plane is above 0; the view's own depth is a length that suits every scale.
+        # pyrender needs a near distance above 0; moving by the depth of the view suits every scale
         back = far - 2.0 * near if near <= 0.0 else 0.0
-        place = None
+        matrix = None
         if back or k.x_offset or k.z_offset:
-            place = np.eye(4)
-            place[3, :3] = -k.x_offset / k.a, -back, -k.z_offset / k.c
-        return pyrender.OrthographicCamera(1.0 / k.a, 1.0 / k.c, near + back, far + back, name), place
+            matrix = np.eye(4)
+            matrix[3, :3] = -k.x_offset / k.a, -back, -k.z_offset / k.c
+        return pyrender.OrthographicCamera(1.0 / k.a, 1.0 / k.c, near + back, far + back, name), matrix
     if k.x_offset == 0.0 and k.z_offset == 0.0:
         zfar = far if far < math.inf else None
         yfov = 2.0 * math.atan2(1.0, k.c)
@@ -86,7 +86,7 @@ def camera_to_pyrender(
     width, height = size
     if far == math.inf:
         losses.add(
-            "cameras that are off centre have no infinite far plane in pyrender, it is put at near * 1e9",
+            "off-centre cameras have no infinite far plane in pyrender, so that it is set to near * 1e9",
             name,
         )
         far = near * _ENDLESS
@@ -103,7 +103,7 @@ def camera_to_pyrender(
 
 
 def _for_picture(name: str, lens: Lens, size: Size, losses: Losses, main: bool) -> Lens:
-    """Return the lens that the Renderer would draw with, or as `camera_to_pyrender` says of other cameras."""
+    """Return the lens with the picture's aspect ratio; see `main` of `camera_to_pyrender`."""
     try:
         shaped, contradiction = lens_for_picture(lens, size)
     except LensError as error:
@@ -117,15 +117,15 @@ def _for_picture(name: str, lens: Lens, size: Size, losses: Losses, main: bool) 
 
 
 def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Losses) -> Lens | None:
-    """The lens of a pyrender camera; None, with a loss, for a class of camera that pyrender does not bring.
+    """Return the lens of a pyrender camera, or None, with a loss, for a class that is not pyrender's own.
 
-    As in pyrender, a PerspectiveCamera without an aspect ratio and an OrthographicCamera are as high at every
-    picture's shape; until one is drawn, the first has the shape of `size`, 1 without any.
+    As in pyrender, a PerspectiveCamera without an aspect ratio and an OrthographicCamera keep their height at
+    every aspect ratio of the picture. Until it is drawn, the former has the aspect ratio of `size`, or 1.
 
     Raises
     ------
     LensError
-        If there can be no such lens, or the camera measures in pixels and there is no size.
+        If there is no such lens, or the camera measures in pixels and there is no size.
     """
     import pyrender
 
@@ -158,7 +158,7 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
 
 
 def _from_pixels(camera: Any, far: float, size: Size | None) -> PerspectiveLens:
-    """The lens of an IntrinsicsCamera."""
+    """Return the lens of an IntrinsicsCamera."""
     if size is None:
         raise LensError("it measures in pixels: give the picture's size=(width, height)")
     if not (camera.fx > 0.0 and camera.fy > 0.0):
@@ -169,9 +169,9 @@ def _from_pixels(camera: Any, far: float, size: Size | None) -> PerspectiveLens:
 
 
 def _stretched(camera: Any, size: Size) -> Any:
-    """A camera of an aspect ratio that is not the picture's as one of pixels that are not square.
+    """Return a camera whose aspect ratio is not the picture's as one with pixels that are not square.
 
-    It shows what it would in a picture of its own shape, stretched, as pyrender draws it.
+    Its view is then stretched to the picture, as pyrender draws it.
     """
     import pyrender
 
@@ -182,5 +182,5 @@ def _stretched(camera: Any, size: Size) -> Any:
     fy = 0.5 * height / math.tan(0.5 * camera.yfov)
     fx = fy * (width / height) / aspect
     made = pyrender.IntrinsicsCamera(fx, fy, 0.5 * width, 0.5 * height, camera.znear)
-    made._zfar = camera.zfar  # None, which is infinity, is refused by its setter alone
+    made._zfar = camera.zfar  # the property refuses None, which is infinity
     return made

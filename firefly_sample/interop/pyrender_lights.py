@@ -1,22 +1,23 @@
-"""Lights, ours and pyrender's: their units, how they fade, their cones.
+"""Convert lights to pyrender's and back: their units, attenuation and cones.
 
-The light that a matt surface of base colour c sends back, at the distance d and the angle t to its normal, is
+The radiance of a matt surface of base colour c, at the distance d and the angle t to its normal, is
 
     ours      c cos t * color * fade(d)                 fade: see `firefly_sample.scene.falloff`
-    pyrender  c cos t * color * intensity / (pi d^2)    as glTF has it, whose matt surfaces reflect c/pi
+    pyrender  c cos t * color * intensity / (pi d^2)    as in glTF, whose matt surfaces reflect c/pi
 
-(pyrender's surfaces have a faint highlight too, which takes a little from this). Neither divides by d^2 for a
-directional light. So for light with the attenuation (0, 0, q)
+(pyrender's surfaces also have a faint highlight, which makes this a little smaller). Neither divides by d^2
+for a directional light. So for a light with the attenuation (0, 0, q)
 
     intensity = pi * max(color) / q,    color = color / max(color)
 
 is exact, and so is intensity = pi * max(color) for a directional light; ambient light is c * ambient in both.
-The way back is color = color * intensity / pi with the attenuation (0, 0, 1). A max distance is a range, with
-the window that glTF recommends for it (`Settings.range_falloff`); pyrender draws as if there were none.
+The reverse is color = color * intensity / pi with the attenuation (0, 0, 1). A max distance becomes a range,
+with the falloff that glTF recommends for it (`Settings.range_falloff`); pyrender ignores ranges.
 
-pyrender knows no other fading. Where there is more in an attenuation than q, the light is made equal far
-away; without q, at a distance of one unit; light that fades by (1 - d/R)^2 is made equal at R/2, where
-d^2 (1 - d/R)^2 is largest, so that pyrender's is nowhere the dimmer one. A warning says so.
+pyrender has no other attenuation. A light with more terms than q gets the intensity that is right far away;
+one without q, the intensity that is right at a distance of one unit. A light that fades by (1 - d/R)^2 gets
+the one that is right at R/2, where d^2 (1 - d/R)^2 is largest, so that pyrender's light is nowhere dimmer.
+A warning reports each of these.
 """
 
 from __future__ import annotations
@@ -42,12 +43,12 @@ _WIDEST = 90.0
 
 
 def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> list[tuple[Any, Float64]]:
-    """Each light of a node at `time` in seconds, as a pyrender PointLight and its place in the node's space.
+    """Return each light of a node at `time` (seconds) as a pyrender PointLight and a matrix.
 
     Returns
     -------
     list of (pyrender.PointLight, ndarray of float64, shape (4, 4))
-        The matrices are ours: for row vectors, Z up.
+        The matrices go from the light's space to the node's, in our axes, for row vectors.
     """
     import pyrender
 
@@ -60,18 +61,18 @@ def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> 
     for index, (position, color, end) in enumerate(
         zip(arrays.positions, arrays.colors, arrays.radii.tolist(), strict=True)
     ):
-        place = np.eye(4)
-        place[3, :3] = position
+        matrix = np.eye(4)
+        matrix[3, :3] = position
         strength = _strength(color, _inverse_square(node.name, attenuation, end, losses))
         light = pyrender.PointLight(range=_range(end), name=f"{node.name}[{index}]", **strength)
-        made.append((light, place))
+        made.append((light, matrix))
     return made
 
 
 def light_to_pyrender(
     node: FadingLight | DirectionalLight, net: Float64, losses: Losses
 ) -> tuple[Any, Float64 | None]:
-    """A node of one light as a pyrender light.
+    """Return a node of one light as a pyrender light.
 
     Parameters
     ----------
@@ -84,14 +85,14 @@ def light_to_pyrender(
     -------
     pyrender.Light
     ndarray of float64, shape (4, 4), or None
-        Where it stands in its node's space, ours, for row vectors; None is where the node stands. Elsewhere
-        is a light with a direction of its own, and a spotlight below a scale, by which pyrender would
+        From the light's space to its node's, in our axes, for row vectors; None is the identity. A light with
+        a direction of its own needs one, and so does a spotlight below a scale, by which pyrender would
         multiply the cosine that it compares with the cone's.
 
     Raises
     ------
     LightError
-        If the transform above a spotlight leaves it no direction.
+        If a spotlight's net transform makes the length of its direction 0 or infinite.
     """
     import pyrender
 
@@ -133,7 +134,7 @@ def light_to_pyrender(
 
 
 def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | Spotlight | DirectionalLight:
-    """A node of one light from a pyrender light.
+    """Return a pyrender light as a node of one light.
 
     Raises
     ------
@@ -155,7 +156,7 @@ def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | S
         made = PointLight(name, color)
     made.set_attenuation(_INVERSE_SQUARE)
     if light.range is not None:
-        losses.add("light ends at its range here, beyond which it shines in pyrender", name)
+        losses.add("light ends at its range here, but shines beyond it in pyrender", name)
         made.set_max_distance(light.range)
     return made
 
@@ -167,20 +168,20 @@ _NO_SPECULAR = "specular colours of lights, which pyrender lacks, are left out"
 def _note_shadows(node: ShadowCaster, losses: Losses) -> None:
     if node.is_shadow_caster():
         losses.add(
-            "pyrender casts shadows by RenderFlags and not by light, so who casts them is left out",
+            "pyrender turns shadows on by RenderFlags and not by light, so that shadow casters are left out",
             node.name,
         )
 
 
 def _inverse_square(name: str, attenuation: Attenuation | None, end: float, losses: Losses) -> float:
-    """What a colour is to be multiplied by to be the light's radiant intensity in pyrender."""
+    """Return the factor from a light's colour to its radiant intensity in pyrender."""
     if end == 0.0:
         return 0.0
     if attenuation is None:
         losses.add("light that fades over a radius R fades by 1/d^2 in pyrender, equal at R/2", name)
         return math.pi * (end / 4.0) ** 2
     if end < math.inf:
-        losses.add("pyrender keeps how far lights reach as their range but shines beyond it", name)
+        losses.add("pyrender keeps how far lights reach as their range, but draws them beyond it", name)
     constant, linear, quadratic = attenuation
     if quadratic == 0.0:
         losses.add(
@@ -197,6 +198,6 @@ def _range(end: float) -> float | None:
 
 
 def _strength(color: Float64, factor: float) -> dict[str, Any]:
-    """`color` times `factor` as pyrender's colour, whose largest channel is 1, and intensity."""
+    """Return `color` times `factor` as pyrender's colour, with a largest channel of 1, and intensity."""
     largest = float(color.max())
     return {"color": color / largest if largest > 0.0 else np.ones(3), "intensity": largest * factor}

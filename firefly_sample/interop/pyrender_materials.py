@@ -1,7 +1,8 @@
-"""Materials and textures of pyrender as ours, each made once and shared as it was.
+"""Convert materials and textures to pyrender's and back, each once, so that they stay shared.
 
-Ours are matt: what is metallic, glossy or bumpy is left out. Emission is a factor here, so that an emissive
-texture becomes its mean colour (of linear light), exactly if it has one colour.
+Materials become metallic-roughness ones of metalness 0 and roughness 1. A Phong highlight (specular,
+shininess) has no equal among them and is left out, as are, on the way back, metalness, gloss and bumps.
+Emission is a plain factor here: an emissive texture becomes its mean colour in linear light.
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ from numpy.typing import NDArray
 
 from firefly_sample.interop.losses import Losses
 from firefly_sample.scene.material import AlphaMode, Material, Texture
+from firefly_sample.scene.node import Color
 from firefly_sample.srgb import srgb_to_linear
 
 Float64 = NDArray[np.float64]
 
-CUT_OUT = "pyrender draws whole what its alpha should cut out"
-SQUARED_EMISSION = "pyrender draws the square of emission"
+_CUT_OUT = "pyrender ignores the alpha cut-off of materials and draws their surfaces whole"
+_SQUARED_EMISSION = "pyrender draws the square of emission"
+_NO_GLOSS = "metalness and gloss are left out, materials become matt"
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 _UNREAD_TEXTURES = (
@@ -32,14 +35,68 @@ _BYTES = (0x0DE1, 0x1401)
 """OpenGL's numbers for a texture of two dimensions and for unsigned bytes."""
 
 
-def cuts_out(material: Material) -> bool:
-    """Tell whether a material is a "mask" of which some alpha lies below the cut-off."""
+def _cuts_out(material: Material) -> bool:
+    """Return True for a "mask" with some alpha below its cut-off."""
     alpha = 1.0 if material.texture is None else material.texture.least_alpha()
     return material.alpha_mode == "mask" and bool(material.base_color[3] * alpha < material.alpha_cutoff)
 
 
+class MaterialWriter:
+    """Makes pyrender's materials."""
+
+    def __init__(self, losses: Losses) -> None:
+        self._losses = losses
+        self._materials: dict[tuple[int, Color | None], Any] = {}
+        self._textures: dict[int, Any] = {}
+
+    def material(self, material: Material, color: Color | None) -> Any:
+        """Return a material as a pyrender Material; `color` multiplies its base colour."""
+        import pyrender
+
+        key = (id(material), color)
+        if key not in self._materials:
+            self._note_losses(material)
+            self._materials[key] = pyrender.MetallicRoughnessMaterial(
+                name=material.name,
+                baseColorFactor=material.base_color * (1.0 if color is None else np.array(color)),
+                baseColorTexture=self._texture(material.texture),
+                alphaMode=material.alpha_mode.upper(),
+                alphaCutoff=material.alpha_cutoff,
+                doubleSided=bool(material.double_sided),
+                emissiveFactor=material.emission,
+                metallicFactor=0.0,
+                roughnessFactor=1.0,
+            )
+        return self._materials[key]
+
+    def _note_losses(self, material: Material) -> None:
+        if material.specular.any():
+            self._losses.add(
+                "highlights (specular, shininess) are left out of pyrender's matt materials", material.name
+            )
+        if material.ambient is not None:
+            self._losses.add(
+                "ambient colours of materials, which pyrender lacks, are left out", material.name
+            )
+        if _cuts_out(material):
+            self._losses.add(_CUT_OUT, material.name)
+        if (material.emission != material.emission**2).any():
+            self._losses.add(_SQUARED_EMISSION, material.name)
+
+    def _texture(self, texture: Texture | None) -> Any:
+        import pyrender
+
+        if texture is None:
+            return None
+        if id(texture) not in self._textures:
+            self._textures[id(texture)] = pyrender.Texture(
+                name=texture.name, source=texture.pixels, source_channels="RGBA"
+            )
+        return self._textures[id(texture)]
+
+
 class MaterialReader:
-    """Makes materials of pyrender's."""
+    """Makes materials from pyrender's."""
 
     def __init__(self, losses: Losses) -> None:
         self._losses = losses
@@ -47,7 +104,7 @@ class MaterialReader:
         self._textures: dict[int, Texture | None] = {}
 
     def material(self, source: Any, mesh: str) -> Material:
-        """The material of a pyrender Material; one without a name is called after `mesh`, which shows it.
+        """Return a pyrender Material as a material; one without a name is named after its mesh.
 
         Raises
         ------
@@ -65,7 +122,7 @@ class MaterialReader:
             if getattr(source, attribute, None) is not None:
                 self._losses.add(f"{attribute} of materials is left out", name)
         if source.wireframe:
-            self._losses.add("wireframes are left out, materials made solid", name)
+            self._losses.add("wireframes are left out, materials become solid", name)
         material = Material(
             name,
             color,
@@ -75,26 +132,26 @@ class MaterialReader:
             source.doubleSided,
             emission=self._emission(source, name),
         )
-        if cuts_out(material):
-            self._losses.add(CUT_OUT, name)
+        if _cuts_out(material):
+            self._losses.add(_CUT_OUT, name)
         return material
 
     def _base_color(self, source: Any, name: str) -> tuple[Any, Any]:
-        """A material's factor and pyrender Texture of diffuse colour."""
+        """Return a material's factor and pyrender Texture of diffuse colour."""
         import pyrender
 
         if isinstance(source, pyrender.MetallicRoughnessMaterial):
             if source.metallicFactor != 0.0 or source.roughnessFactor != 1.0:
-                self._losses.add("metalness and gloss are left out, materials made matt", name)
+                self._losses.add(_NO_GLOSS, name)
             return source.baseColorFactor, source.baseColorTexture
         if isinstance(source, pyrender.material.SpecularGlossinessMaterial):
-            self._losses.add("metalness and gloss are left out, materials made matt", name)
+            self._losses.add(_NO_GLOSS, name)
             return source.diffuseFactor, source.diffuseTexture
-        self._losses.add(f"colours of {type(source).__name__} are left out, materials made white", name)
+        self._losses.add(f"colours of {type(source).__name__} are left out, materials become white", name)
         return np.ones(4), None
 
     def _emission(self, source: Any, name: str) -> Float64:
-        """A material's factor times its texture's mean."""
+        """Return a material's factor times its texture's mean."""
         emission = np.asarray(source.emissiveFactor, dtype=np.float64)
         if source.emissiveTexture is not None and emission.any():
             pixels = self._pixels(source.emissiveTexture, name)
@@ -104,7 +161,7 @@ class MaterialReader:
                 self._losses.add("emissive textures become their mean colour", name)
             emission = emission * srgb_to_linear(pixels[..., :3] / 255.0).mean(axis=(0, 1))
         if (emission * (1.0 - source.emissiveFactor)).any():
-            self._losses.add(SQUARED_EMISSION, name)
+            self._losses.add(_SQUARED_EMISSION, name)
         return emission
 
     def _texture(self, source: Any, name: str) -> Texture | None:
@@ -119,7 +176,7 @@ class MaterialReader:
         return self._textures[id(source)]
 
     def _pixels(self, source: Any, name: str) -> NDArray[np.uint8] | None:
-        """A pyrender Texture's image with four channels, as OpenGL fills those that it lacks."""
+        """Return a pyrender Texture's image with four channels; missing ones are 0, and alpha 255."""
         image = source.source
         kind = source.tex_type, source.data_format
         if image is None or image.ndim < 2 or kind != _BYTES:
@@ -133,7 +190,7 @@ class MaterialReader:
 
 
 def _is_plain(sampler: Any) -> bool:
-    """Return whether a pyrender Sampler repeats and filters as all textures do here."""
+    """Return True if a pyrender Sampler repeats and filters as all textures do here."""
     import pyrender
 
     gltf = pyrender.GLTF

@@ -1,11 +1,8 @@
-"""Geoms and materials, and pyrender's meshes, each made once and shared as it was.
+"""Convert Geoms to pyrender's meshes and back, each once, so that they stay shared.
 
-pyrender keeps vertices, normals, texture coordinates and colours as float32. It does not turn the winding of
-triangles under a transform that mirrors, as glTF and this package do, but draws the wrong side: the triangles
-of mirrored instances are turned on the way there and on the way back.
-
-Materials are metallic-roughness ones of metalness 0 and roughness 1. A Phong highlight (specular, shininess)
-has no equal among them and is left out, as is, on the way back, what is metallic or glossy.
+pyrender keeps vertices, normals, texture coordinates and colours as float32. Under a transform that mirrors,
+glTF and this package reverse the winding of triangles; pyrender does not and draws the wrong side. Therefore
+the triangles of mirrored instances are reversed on the way there and on the way back.
 """
 
 from __future__ import annotations
@@ -18,17 +15,17 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.interop.losses import Losses
-from firefly_sample.interop.pyrender_materials import CUT_OUT, SQUARED_EMISSION, MaterialReader, cuts_out
+from firefly_sample.interop.pyrender_materials import MaterialReader, MaterialWriter
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import Color
 from firefly_sample.scene.transforms import vectors_from_gltf, vectors_to_gltf
 
-_LARGEST_INDEX = 2**24
-"""pyrender keeps indices as float32, which tells whole numbers apart up to here."""
+LARGEST_INDEX = 2**24
+"""pyrender keeps indices as float32, in which whole numbers are exact up to here."""
 
 _UNREAD_ATTRIBUTES = ("tangents", "texcoord_1", "joints_0", "weights_0", "targets")
-_TINTED_EMISSION = "pyrender multiplies emission by vertex colours, which are left out of it here"
+_TINTED_EMISSION = "pyrender multiplies emission by vertex colours, this package does not"
 
 Int64 = NDArray[np.int64]
 
@@ -39,14 +36,13 @@ class MeshWriter:
     def __init__(self, losses: Losses) -> None:
         self._losses = losses
         self._arrays: dict[int, dict[str, Any]] = {}
-        self._textures: dict[int, Any] = {}
-        self._materials: dict[tuple[int, Color | None], Any] = {}
+        self._materials = MaterialWriter(losses)
         self._meshes: dict[tuple[Any, ...], Any] = {}
 
     def mesh(
         self, node: GeomNode, material: Material | None, color: Color | None, mirrored: bool, visible: bool
     ) -> Any:
-        """A pyrender Mesh of a node's Geoms, the same for nodes that look the same; None without vertices.
+        """Return a pyrender Mesh of a node's Geoms, shared by nodes that look alike; None without vertices.
 
         Parameters
         ----------
@@ -56,13 +52,13 @@ class MeshWriter:
         color : (r, g, b, a) or None
             Multiplies base colours and replaces vertex colours.
         mirrored : bool
-            Whether its net transform mirrors.
+            True if the node's net transform mirrors.
         visible : bool
 
         Raises
         ------
         SceneError
-            If a Geom has more than 2^24 vertices.
+            If a Geom has more than `LARGEST_INDEX` vertices.
         """
         import pyrender
 
@@ -83,10 +79,10 @@ class MeshWriter:
     def _primitive(self, geom: Geom, material: Material, color: Color | None, mirrored: bool) -> Any:
         import pyrender
 
-        if len(geom.vertices) > _LARGEST_INDEX:
+        if len(geom.vertices) > LARGEST_INDEX:
             raise SceneError(
                 f"geom {geom.name!r}: {len(geom.vertices)} vertices, and pyrender keeps indices as float32: "
-                f"split it into parts of {_LARGEST_INDEX} at most"
+                f"split it into parts of {LARGEST_INDEX} at most"
             )
         if color is None and geom.colors is not None and _tints_emission(geom.colors, material):
             self._losses.add(_TINTED_EMISSION, geom.name)
@@ -96,62 +92,19 @@ class MeshWriter:
                 "normals": vectors_to_gltf(geom.normals).astype(np.float32),
                 "texcoord_0": geom.texcoords.astype(np.float32),
             }
+        colors = geom.colors if color is None else None
+        if colors is not None and geom.alphas is not None:
+            colors = np.column_stack([colors, geom.alphas])
         return pyrender.Primitive(
             **self._arrays[id(geom)],
-            color_0=_vertex_colors(geom) if color is None else None,
+            color_0=colors,
             indices=geom.triangles[:, ::-1] if mirrored else geom.triangles,
-            material=self._material(material, color),
+            material=self._materials.material(material, color),
         )
-
-    def _material(self, material: Material, color: Color | None) -> Any:
-        import pyrender
-
-        key = (id(material), color)
-        if key not in self._materials:
-            self._note_losses(material)
-            self._materials[key] = pyrender.MetallicRoughnessMaterial(
-                name=material.name,
-                baseColorFactor=material.base_color * (1.0 if color is None else np.array(color)),
-                baseColorTexture=self._texture(material.texture),
-                alphaMode=material.alpha_mode.upper(),
-                alphaCutoff=material.alpha_cutoff,
-                doubleSided=bool(material.double_sided),
-                emissiveFactor=material.emission,
-                metallicFactor=0.0,
-                roughnessFactor=1.0,
-            )
-        return self._materials[key]
-
-    def _note_losses(self, material: Material) -> None:
-        for what, there in (
-            (
-                "highlights (specular, shininess) are left out of pyrender's matt materials",
-                material.specular.any(),
-            ),
-            (
-                "ambient colours of materials, which pyrender lacks, are left out",
-                material.ambient is not None,
-            ),
-            (CUT_OUT, cuts_out(material)),
-            (SQUARED_EMISSION, (material.emission != material.emission**2).any()),
-        ):
-            if there:
-                self._losses.add(what, material.name)
-
-    def _texture(self, texture: Texture | None) -> Any:
-        import pyrender
-
-        if texture is None:
-            return None
-        if id(texture) not in self._textures:
-            self._textures[id(texture)] = pyrender.Texture(
-                name=texture.name, source=texture.pixels, source_channels="RGBA"
-            )
-        return self._textures[id(texture)]
 
 
 class Part(NamedTuple):
-    """A Geom of a mesh with its material, and the pyrender transforms of its instances if it has any."""
+    """A Geom of a mesh with its material, and the pyrender transform of an instance, if it is one."""
 
     geom: Geom
     material: Material
@@ -159,7 +112,7 @@ class Part(NamedTuple):
 
 
 class MeshReader:
-    """Makes Geoms and materials of pyrender's meshes."""
+    """Makes Geoms and materials from pyrender's meshes."""
 
     def __init__(self, losses: Losses) -> None:
         self._losses = losses
@@ -168,13 +121,13 @@ class MeshReader:
         self._materials = MaterialReader(losses)
 
     def parts(self, mesh: Any, name: str, net: NDArray[np.float64]) -> Iterable[Part]:
-        """A Part for each primitive of triangles, or for each of its instances if it has such.
+        """Yield a Part for each primitive of triangles, or for each of its instances if it has any.
 
         Parameters
         ----------
         mesh : pyrender.Mesh
         name : str
-            What to call it if it has no name.
+            The name of a mesh that has none.
         net : ndarray of float64, shape (4, 4)
             From the mesh's space to the world's.
 
@@ -186,20 +139,19 @@ class MeshReader:
         name = mesh.name or name
         if mesh.weights is not None:
             self._losses.add("skins and morph weights are left out", name)
-        several = len(mesh.primitives) > 1
         for index, primitive in enumerate(mesh.primitives):
-            called = f"{name}[{index}]" if several else name
-            if primitive.mode not in _CORNERS:
-                self._losses.add("points and lines are left out", called)
+            part_name = f"{name}[{index}]" if len(mesh.primitives) > 1 else name
+            if primitive.mode not in _TRIANGLES:
+                self._losses.add("points and lines are left out", part_name)
                 continue
-            material = self._materials.material(primitive.material, called)
-            self._note_losses(primitive, material, called)
+            material = self._materials.material(primitive.material, part_name)
+            self._note_losses(primitive, material, part_name)
             for pose in (None,) if primitive.poses is None else primitive.poses:
                 upper = net[:3, :3] if pose is None else pose[:3, :3].astype(np.float64) @ net[:3, :3]
                 mirrored = bool(np.linalg.det(upper) < 0)
                 key = (id(primitive), mirrored)
                 if key not in self._of_primitives:
-                    self._of_primitives[key] = self._geom(primitive, mirrored, called)
+                    self._of_primitives[key] = self._geom(primitive, mirrored, part_name)
                 yield Part(self._of_primitives[key], material, pose)
 
     def _note_losses(self, primitive: Any, material: Material, name: str) -> None:
@@ -207,18 +159,21 @@ class MeshReader:
             if getattr(primitive, attribute) is not None:
                 self._losses.add(f"{attribute} of meshes are left out", name)
         if primitive.normals is None:
-            self._losses.add("meshes without normals, which pyrender turns to the eye, get smooth ones", name)
+            self._losses.add(
+                "meshes without normals, which pyrender lights as if they faced the camera, get smooth ones",
+                name,
+            )
         if primitive.color_0 is not None and _tints_emission(primitive.color_0, material):
             self._losses.add(_TINTED_EMISSION, name)
 
     def _geom(self, primitive: Any, mirrored: bool, name: str) -> Geom:
         count = len(primitive.positions)
         indices = np.arange(count) if primitive.indices is None else np.asarray(primitive.indices).ravel()
-        triangles = _CORNERS[primitive.mode](indices.astype(np.int64))
+        triangles = _TRIANGLES[primitive.mode](indices.astype(np.int64))
         if mirrored:
             triangles = triangles[:, ::-1]
         colors = primitive.color_0
-        # The same arrays are the same Geom under whatever material; pyrender copies indices and colours.
+        # Equal arrays are one Geom under whatever material; pyrender copies indices and colours.
         shared = (primitive.positions, primitive.normals, primitive.texcoord_0)
         key = (*map(id, shared), triangles.tobytes(), None if colors is None else colors.tobytes())
         if key not in self._geoms:
@@ -234,15 +189,8 @@ class MeshReader:
 
 
 def _tints_emission(colors: NDArray[Any], material: Material) -> bool:
-    """Return whether vertex colours, multiplied with a material's emission, change it."""
+    """Return True if vertex colours, multiplied with a material's emission, change it."""
     return bool(material.emission.any() and (colors[:, :3] != 1.0).any())
-
-
-def _vertex_colors(geom: Geom) -> Any:
-    """Vertex colours with their alpha, if it has any."""
-    if geom.colors is None or geom.alphas is None:
-        return geom.colors
-    return np.column_stack([geom.colors, geom.alphas])
 
 
 def _of_list(indices: Int64) -> Int64:
@@ -250,17 +198,17 @@ def _of_list(indices: Int64) -> Int64:
 
 
 def _of_strip(indices: Int64) -> Int64:
-    """Each next vertex makes a triangle with the two before it; every second one is turned."""
+    """Make a triangle of each vertex and the two before it; every second one is reversed."""
     triangles = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
     triangles[1::2] = triangles[1::2, [1, 0, 2]]
     return triangles
 
 
 def _of_fan(indices: Int64) -> Int64:
-    """Each next vertex makes a triangle with the one before it and the first of all."""
+    """Make a triangle of each vertex, the one before it and the first of all."""
     first = np.broadcast_to(indices[:1], max(len(indices) - 2, 0))
     return np.stack([first, indices[1:-1], indices[2:]], axis=1)
 
 
-_CORNERS: dict[int, Callable[[Int64], Int64]] = {4: _of_list, 5: _of_strip, 6: _of_fan}
-"""Triangles, shape (m, 3), from the indices of each of glTF's modes that has some."""
+_TRIANGLES: dict[int, Callable[[Int64], Int64]] = {4: _of_list, 5: _of_strip, 6: _of_fan}
+"""By glTF's mode: the function that makes triangles, shape (m, 3), of indices."""

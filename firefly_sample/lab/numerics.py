@@ -1,67 +1,13 @@
-"""The tables of figures that the defaults rest on, each measured again by name."""
+"""The tables of ``firefly measure numerics``, each measured by name."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 
 from firefly_sample.errors import SettingsError, did_you_mean
-from firefly_sample.gpu.device import Device
-from firefly_sample.lab.numerics_angles import cones, highlights
-from firefly_sample.lab.numerics_cost import cost
-from firefly_sample.lab.numerics_depth import depth
-from firefly_sample.lab.numerics_filtering import filtering
-from firefly_sample.lab.numerics_frames import fragments, frames
-from firefly_sample.lab.numerics_gbuffer import albedo, conversions, normals
-from firefly_sample.lab.numerics_lights import accumulation, cutoff, piles
-from firefly_sample.lab.numerics_particles import (
-    particle_order,
-    particle_shadow_cost,
-    particle_shadow_slices,
-    particle_shadows,
-)
-from firefly_sample.lab.numerics_proxies import proxies
-from firefly_sample.lab.numerics_rates import rates
-from firefly_sample.lab.numerics_reach import reach
-from firefly_sample.lab.numerics_shading import far_from_origin, ndc, powers
-from firefly_sample.lab.numerics_table import Table
-from firefly_sample.lab.numerics_volumes import depth_clamp, depth_tests
-from firefly_sample.renderer import Renderer
-
-_NUMBERS: dict[str, Callable[[Device], Table]] = {
-    "depth": depth,
-    "normals": normals,
-    "highlights": highlights,
-    "albedo": albedo,
-    "conversions": conversions,
-    "accumulation": accumulation,
-    "piles": piles,
-    "cutoff": cutoff,
-    "reach": reach,
-    "proxies": proxies,
-    "depth_tests": depth_tests,
-    "depth_clamp": depth_clamp,
-    "cones": cones,
-    "powers": powers,
-    "ndc": ndc,
-    "far_from_origin": far_from_origin,
-    "filtering": filtering,
-    "cost": cost,
-    "rates": rates,
-}
-"""Tables of what a driver does with numbers."""
-_FRAMES: dict[str, Callable[[Renderer], Table]] = {
-    "frames": frames,
-    "fragments": fragments,
-    "particle_shadows": particle_shadows,
-    "particle_shadow_slices": particle_shadow_slices,
-    "particle_shadow_cost": particle_shadow_cost,
-    "particle_order": particle_order,
-}
-"""Tables of what the renderer draws."""
-
-NAMES = (*_NUMBERS, *_FRAMES)
-"""Of all tables, in the order of docs/numerics.md."""
+from firefly_sample.lab.experiments import TABLES
+from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.experiment import Table
 
 
 def measure_numerics(
@@ -71,15 +17,15 @@ def measure_numerics(
     require_gpu: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[str, list[Table]]:
-    """Measure tables of `NAMES` on a driver.
+    """Measure tables of `firefly_sample.lab.experiments.TABLES` on a driver.
 
-    All but "cost", "rates" and "particle_shadow_cost", which are times, give the same figures again on the same
-    machine.
+    All tables but those of times ("cost", "rates" and "particle_shadow_cost") give the same figures again on
+    the same machine.
 
     Parameters
     ----------
     names : sequence of str
-        Of tables; none for all.
+        Tables; all if there is none.
     device : int, optional
         EGL device index.
     require_gpu : bool
@@ -90,7 +36,7 @@ def measure_numerics(
     Returns
     -------
     str, list of Table
-        The GL renderer string, and the tables in the order asked for.
+        The GL renderer string, and the tables in the order of `names`.
 
     Raises
     ------
@@ -100,22 +46,17 @@ def measure_numerics(
         If there is no OpenGL 3.3 or, with `require_gpu`, only a software driver.
     """
     for name in names:
-        if name not in NAMES:
-            what = f"no table {name!r}{did_you_mean(name, NAMES)}" if name else "a table without a name"
-            raise SettingsError(f"there is {what}: choose from {', '.join(NAMES)}")
-    chosen = list(dict.fromkeys(names)) or list(NAMES)
-    with ExitStack() as held:
-        made = Device(device)
-        held.callback(made.release)
-        if require_gpu:
-            made.require_gpu()
-        if _FRAMES.keys() & set(chosen):
-            renderer = held.enter_context(Renderer(device=device, count_fragments=True, reuse=False))
+        if name not in TABLES:
+            wrong = f"no table {name!r}{did_you_mean(name, TABLES)}" if name else "a table without a name"
+            raise SettingsError(f"there is {wrong}: choose from {', '.join(TABLES)}")
+    chosen = list(dict.fromkeys(names)) or list(TABLES)
+    with ExperimentBench(device, require_gpu) as bench:
+        driver = bench.device.renderer
         tables = []
         for done, name in enumerate(chosen):
             if progress is not None:
                 progress(done, len(chosen))
-            tables.append(_FRAMES[name](renderer) if name in _FRAMES else _NUMBERS[name](made))
+            tables.append(TABLES[name].table(bench))
         if progress is not None:
             progress(len(chosen), len(chosen))
-        return made.renderer, tables
+        return driver, tables

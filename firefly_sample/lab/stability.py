@@ -1,18 +1,16 @@
-"""Whether pictures hold at numerical extremes, for every way to find a position.
+"""Cases at numerical extremes, each held to its bound with every position method.
 
-A case draws something whose answer is known, or is found in float64, and gives one number that must not
-exceed the case's bound. Bounds are what accurate methods hold. A coarse method (a standard depth buffer, half
-floats) errs by the law of its own format instead:
+A case measures one number against a known or float64 result; it must not exceed the case's bound, which the
+accurate methods hold. The error of a coarse method (a standard depth buffer, half floats) follows the law of
+its own format instead:
 
-- While that law stays below a display code, it is the method's bound: within it the method passes, and no
-  warning is asked for.
+- While that law stays below a display code, it is the method's bound: within it the method passes, and needs
+  no warning.
 - Where it exceeds a display code, the bound is the case's own. A method that does not hold it fails as
-  expected if `EXPECTED` names it, and only if the frame's plan warned its user of just that.
+  expected if `EXPECTED` names it, and only if the frame's plan warned of that error.
 
-A method errs by another's law where a driver lacks what it needs; it is then judged as that one. Cases that a
-driver cannot draw at all are left out.
-
-No picture may hold a value that is not finite, whatever is expected.
+If a driver lacks what a method needs, the method is judged by the law of its substitute. Cases that a driver
+cannot draw are left out. No picture may hold a value that is not finite, whatever is expected.
 """
 
 from __future__ import annotations
@@ -24,23 +22,24 @@ from fnmatch import fnmatchcase
 from typing import Any, Literal
 
 from firefly_sample.errors import FireflyError, SettingsError, did_you_mean
-from firefly_sample.lab.stability_cases import ALL_CASES
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import Case, error_warning
+from firefly_sample.lab.experiments import CASES
+from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.experiment import Experiment
+from firefly_sample.lab.experiments.position_bounds import error_warning
 
 Verdict = Literal["pass", "fail", "expected"]
 
 
 @dataclass(frozen=True)
 class Expected:
-    """Failures that follow from a method's law.
+    """Failures that follow from a method's error law.
 
     Attributes
     ----------
     cases : str
-        Pattern of the cases' names, as a shell has them.
+        Pattern of the cases' names, as in a shell.
     methods : tuple of str
-        By whose law the method errs.
+        The methods whose law it is.
     reason : str
     """
 
@@ -52,71 +51,58 @@ class Expected:
         return f"{self.cases} with {', '.join(self.methods)}: {self.reason}"
 
 
-_OTHER_DIGITS = "half floats keep three digits, and a place in other units is rounded to other ones"
+_STANDARD = ("depth24", "depth16", "inverse_matrix")
+_HALF = ("stored16f",)
+_FEW_CODES = "a standard depth buffer has few codes or none at 1e5 times the near plane's distance"
+_OTHER_DIGITS = "half floats keep three digits, and a position in other units is rounded to other ones"
+_HALF_END = "half floats end at 65504 units"
 
-EXPECTED: tuple[Expected, ...] = (
-    Expected(
-        "distance, f/n 1000",
-        ("depth16",),
-        "16 bits of depth err by 7.6e-6 y/n of the distance: 4e-3 at y/n 500",
-    ),
-    Expected(
-        "distance, f/n 1e+0[69]",
-        ("depth24", "depth16", "inverse_matrix"),
-        "a standard depth buffer has few codes or none for what is 1e5 times as far away as its near plane",
-    ),
-    Expected(
-        "distance, far infinite, y/n 500000",
-        ("depth24", "depth16", "inverse_matrix"),
-        "a standard depth buffer has few codes or none for what is 1e5 times as far away as its near plane",
-    ),
-    Expected(
-        "distance, f/n 1e+09",
-        ("stored16f",),
-        "half floats end at 65504 units",
-    ),
-    Expected(
-        "distance, fov 179.999",
-        ("stored16f",),
-        "half floats end at 65504 units, and a view this wide reaches a million aside",
-    ),
-    Expected(
-        "moved by 2^[23]0",
-        ("inverse_matrix",),
-        "it goes through float32 coordinates of a world whose origin is far away",
-    ),
-    Expected(
-        "small far light at y/n *",
-        ("depth24", "depth16", "inverse_matrix"),
-        "a standard depth buffer finds the surface elsewhere, out of a small light's reach",
-    ),
-    Expected(
-        "small far light at y/n *",
-        ("stored16f",),
-        "half floats put a surface a thousand units away up to a unit aside, out of a small light's reach",
-    ),
-    Expected(
-        "scaled by 1e-06",
-        ("stored16f",),
-        "half floats step by 6e-8 at least, and the whole scene is 2e-5 units long",
-    ),
-    Expected("scaled by 0.001", ("stored16f",), _OTHER_DIGITS),
-    Expected("scaled by 1000", ("stored16f",), _OTHER_DIGITS),
-    Expected(
-        "scaled by 1e+06",
-        ("stored16f",),
-        "half floats end at 65504 units, and the scene is 2e7 units long",
-    ),
-    Expected(
-        "scaled by 2^*50",
-        ("stored16f",),
-        "half floats hold 6e-8 to 65504 units, and the scene is 2e-14 or 2e16 units long",
-    ),
-    Expected(
-        "time of 1e9 s either way, lightbulbs",
-        ("stored16f",),
-        "half floats move a surface 65 units away by up to 0.06, in or out of what a light's volume covers",
-    ),
+EXPECTED: tuple[Expected, ...] = tuple(
+    Expected(cases, methods, reason)
+    for cases, methods, reason in (
+        (
+            "distance, f/n 1000",
+            ("depth16",),
+            "16 bits of depth have an error of 7.6e-6 y/n of the distance: 4e-3 at y/n 500",
+        ),
+        ("distance, f/n 1e+0[69]", _STANDARD, _FEW_CODES),
+        ("distance, far infinite, y/n 500000", _STANDARD, _FEW_CODES),
+        ("distance, f/n 1e+09", _HALF, _HALF_END),
+        ("distance, fov 179.999", _HALF, f"{_HALF_END}, and a view this wide reaches a million to the side"),
+        (
+            "moved by 2^[23]0",
+            ("inverse_matrix",),
+            "it goes through float32 coordinates of a world whose origin is far away",
+        ),
+        (
+            "small far light at y/n *",
+            _STANDARD,
+            "a standard depth buffer finds the surface elsewhere, out of a small light's reach",
+        ),
+        (
+            "small far light at y/n *",
+            _HALF,
+            "half floats move a surface a thousand units away by up to a unit, out of a small light's reach",
+        ),
+        (
+            "scaled by 1e-06",
+            _HALF,
+            "half floats step by 6e-8 at least, and the whole scene is 2e-5 units long",
+        ),
+        ("scaled by 0.001", _HALF, _OTHER_DIGITS),
+        ("scaled by 1000", _HALF, _OTHER_DIGITS),
+        ("scaled by 1e+06", _HALF, f"{_HALF_END}, and the scene is 2e7 units long"),
+        (
+            "scaled by 2^*50",
+            _HALF,
+            "half floats hold 6e-8 to 65504 units, and the scene is 2e-14 or 2e16 units long",
+        ),
+        (
+            "time of 1e9 s either way, lightbulbs",
+            _HALF,
+            "half floats move a surface 65 units away by up to 0.06, in or out of a light's volume",
+        ),
+    )
 )
 """The only failures that are expected. One that holds its bound after all passes."""
 
@@ -128,15 +114,15 @@ def measure_stability(
     device: int | None = None,
     require_gpu: bool = False,
 ) -> dict[str, Any]:
-    """Measure the cases of `firefly_sample.lab.stability_cases`.
+    """Measure the cases of `firefly_sample.lab.experiments`.
 
     Parameters
     ----------
     cases : sequence of str, optional
-        Names, parts of names, or patterns as a shell has them; all when absent. What is a case's whole name
-        is no part of another's.
+        Names, parts of names, or patterns as in a shell; all if absent. A whole name of a case does not count
+        as a part of another's.
     methods : sequence of str, optional
-        Most cases have one for each choice of `Settings.position`; all when absent.
+        Most cases have one for each choice of `Settings.position`; all if absent.
     progress : callable, optional
         Called with (done, in all).
     device, require_gpu : see `firefly_sample.Renderer`
@@ -144,18 +130,18 @@ def measure_stability(
     Returns
     -------
     dict
-        What ``firefly measure stability --json`` prints: "driver", the GL renderer string, and "cases", one
+        The output of ``firefly measure stability --json``: "driver", the GL renderer string, and "cases", one
         for each case and method, with
 
         "case", "method" : str
         "bound", "measured" : float
-            In the case's own unit. What is measured may be infinite or NaN, which JSON has as text.
+            In the case's own unit. The measured value may be infinite or NaN, which is text in JSON.
         "verdict" : {"pass", "fail", "expected"}
         "warning" : str
-            What the plan says of the method's error; of a case that failed because it could not be drawn,
-            what went wrong; else empty.
+            The plan's warning of the method's error, or the error of a case that could not be drawn; else
+            empty.
         "reason" : str
-            Of expected failures only: which they are, and why.
+            Only of expected failures: which they are, and why.
 
     Raises
     ------
@@ -166,31 +152,33 @@ def measure_stability(
     """
     chosen = _choose(cases, methods)
     rows = []
-    with Bench(device, require_gpu) as bench:
+    with ExperimentBench(device, require_gpu) as bench:
+        driver = bench.renderer.driver
         chosen = [(case, method) for case, method in chosen if bench.can_draw(case.needs)]
         if not chosen:
-            raise SettingsError("this driver can draw none of these cases: firefly doctor says what it lacks")
+            raise SettingsError(
+                "this driver can draw none of these cases: firefly doctor lists what it lacks"
+            )
         for done, (case, method) in enumerate(chosen, 1):
             rows.append(measure_case(bench, case, method))
             if progress is not None:
                 progress(done, len(chosen))
-        driver = bench.renderer.driver
     return {"driver": driver, "cases": rows}
 
 
-def measure_case(bench: Bench, case: Case, method: str) -> dict[str, Any]:
-    """One row of `measure_stability`'s "cases"."""
+def measure_case(bench: ExperimentBench, case: Experiment, method: str) -> dict[str, Any]:
+    """Return one row of `measure_stability`'s "cases"."""
     bench.begin()
     law, error = bench.law_of(method), ""
     bound = case.bound_for(law)
     try:
-        measured = float(case.run(bench, method))
+        measured = float(case.measure(bench, method))
     except FireflyError as wrong:
         measured, error = math.inf, str(wrong)
     if math.isnan(measured):
-        error = "what was measured is no number"
+        error = "the measured value is not a number"
     if bench.not_finite:
-        error = f"{bench.not_finite} values of its pictures are no finite numbers"
+        error = f"{bench.not_finite} values of its pictures are not finite"
     warning = error_warning(bench.warnings, method)
     expected = reason_for(case.name, law) if warning and not error else None
     verdict: Verdict = "fail" if expected is None else "expected"
@@ -210,21 +198,21 @@ def measure_case(bench: Bench, case: Case, method: str) -> dict[str, Any]:
 
 
 def reason_for(case: str, method: str) -> Expected | None:
-    """Why a case may fail with a method; None if it may not."""
+    """Return why a case may fail with a method, or None if it may not."""
     for expected in EXPECTED:
         if method in expected.methods and fnmatchcase(case, expected.cases):
             return expected
     return None
 
 
-def _choose(cases: Sequence[str] | None, methods: Sequence[str] | None) -> list[tuple[Case, str]]:
-    """The cases and methods that are asked for, in their own order."""
-    known = list(dict.fromkeys(method for case in ALL_CASES for method in case.methods))
+def _choose(cases: Sequence[str] | None, methods: Sequence[str] | None) -> list[tuple[Experiment, str]]:
+    """Return the requested cases and methods, in the order of `CASES`."""
+    known = list(dict.fromkeys(method for case in CASES for method in case.rows))
     if methods is not None and not any(methods):
         raise SettingsError(f"no method was named: choose from {', '.join(known)}, or leave it out")
     if cases is not None and not (cases and all(map(str.strip, cases))):
         raise SettingsError(
-            f"no case was named: give a name, or a part of one, such as {ALL_CASES[0].name!r}, or leave the "
+            f"no case was named: give a name, or a part of one, such as {CASES[0].name!r}, or leave the "
             "choice out"
         )
     for method in methods or ():
@@ -233,17 +221,17 @@ def _choose(cases: Sequence[str] | None, methods: Sequence[str] | None) -> list[
                 f"there is no method {method!r}{did_you_mean(method, known)}: choose from {', '.join(known)}"
             )
     for pattern in cases or ():
-        if not any(_matches(pattern, case.name) for case in ALL_CASES):
-            words = {word.strip(",") for case in ALL_CASES for word in (case.name, *case.name.split())}
+        if not any(_matches(pattern, case.name) for case in CASES):
+            words = {word.strip(",") for case in CASES for word in (case.name, *case.name.split())}
             raise SettingsError(
                 f"there is no case {pattern!r}{did_you_mean(pattern, sorted(words))}: "
-                f"give a part of a name, such as {ALL_CASES[0].name!r}, or a pattern, such as 'spot*'"
+                f"give a part of a name, such as {CASES[0].name!r}, or a pattern, such as 'spot*'"
             )
     found = [
         (case, method)
-        for case in ALL_CASES
+        for case in CASES
         if not cases or any(_matches(pattern, case.name) for pattern in cases)
-        for method in case.methods
+        for method in case.rows
         if not methods or method in methods
     ]
     if not found:
@@ -255,7 +243,7 @@ def _choose(cases: Sequence[str] | None, methods: Sequence[str] | None) -> list[
 
 
 def _matches(pattern: str, name: str) -> bool:
-    """Whether a case is meant: by its name or, if no case is called just that, by a part or a pattern."""
-    if any(pattern == case.name for case in ALL_CASES):
+    """Return whether a case is meant: by its whole name or, if no case has that, by a part or a pattern."""
+    if any(pattern == case.name for case in CASES):
         return pattern == name
     return pattern in name or fnmatchcase(name, pattern)

@@ -1,1 +1,1 @@
-"""The window and its controls. OpenGL is left to the renderer; only `glfw_window` knows glfw."""
+"""The window of ``firefly run``. Only the renderer calls OpenGL, and only `glfw_window` calls glfw."""

@@ -1,4 +1,4 @@
-"""Which key does what: the window's own keys, and those that a scene's parameters declare."""
+"""The keys: the window's own, those that a scene's parameters declare, and the help that lists them."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.viewer.overlay import Rows, Section, columns_plate
 
 NAMED_KEYS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right", "escape": "Esc", "f1": "F1"}
-"""Keys that have no letter or digit, and what is printed on them."""
+"""Keys that have no letter or digit, and their labels."""
 
 
 @dataclass(frozen=True)
 class Binding:
-    """A key and what it does.
+    """A key and its action.
 
     Attributes
     ----------
@@ -25,7 +29,7 @@ class Binding:
         A few words.
     act : callable
     repeats : bool
-        Whether it goes on acting while the key is held down.
+        True if the action repeats while the key is held down.
     """
 
     key: str
@@ -40,7 +44,7 @@ def parameter_bindings(
     own: Iterable[Binding],
     step: Callable[[Parameter, KeyStep], None],
 ) -> list[Binding]:
-    """A binding for each key that the parameters declare; `step` is called with parameter and key.
+    """Return a binding for each key that the parameters declare; it calls `step` with parameter and key.
 
     Raises
     ------
@@ -59,14 +63,48 @@ def parameter_bindings(
             if parameter.type is str:
                 raise SceneError(f"{where}, but it is text: keys change numbers and switches")
             if name in taken:
-                raise SceneError(f"{where}, which is taken already ({taken[name]}): choose another")
+                raise SceneError(f"{where}, which is taken already ({taken[name]}): choose a different key")
             taken[name] = key.help or f"change {parameter.name}"
-            # a scene that is built anew takes its time: one press, one scene
+            # building a scene again is slow: one press, one scene
             repeats = parameter.live and parameter.type is not bool
             bindings.append(Binding(name, taken[name], partial(step, parameter, key), repeats))
     return bindings
 
 
 def key_label(key: str) -> str:
-    """What is printed on a key."""
+    """Return the label of a key."""
     return NAMED_KEYS.get(key, key.upper())
+
+
+def help_plate(
+    scene: str,
+    scene_keys: Iterable[Binding],
+    own_keys: Iterable[Binding],
+    driver: str,
+    size: tuple[int, int],
+    scale: float,
+    drag_help: str = "",
+) -> NDArray[np.uint8]:
+    """Return a plate that lists keys, mouse and driver, scaled down to fit a window of `size`.
+
+    `drag_help` says what a drag with the right button does to the scene; empty if it moves the camera.
+    """
+    of_scene: Section = (f"Scene {scene}", _key_rows(scene_keys))
+    window: Section = ("Window", _key_rows(own_keys))
+    mouse: Section = (
+        "Mouse",
+        (
+            ("Left drag", "orbit"),
+            ("Right drag", drag_help or "pan"),
+            ("Middle drag", "pan"),
+            ("Wheel", "zoom in or out"),
+        ),
+    )
+    columns = ((of_scene,), (window, mouse)) if of_scene[1] else ((window,), (mouse,))
+    plate = columns_plate(columns, driver, scale)
+    fit = min(size[0] / plate.shape[1], size[1] / plate.shape[0])
+    return plate if fit >= 1 else columns_plate(columns, driver, scale * fit)
+
+
+def _key_rows(bindings: Iterable[Binding]) -> Rows:
+    return tuple((key_label(binding.key), binding.help) for binding in bindings)

@@ -1,4 +1,4 @@
-"""A window with an OpenGL 3.3 context and what happens to it, by glfw."""
+"""A window with an OpenGL 3.3 context, and its events, by glfw."""
 
 from __future__ import annotations
 
@@ -6,38 +6,28 @@ import os
 import sys
 import warnings
 from types import ModuleType, TracebackType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from firefly_sample.errors import ViewerError
 from firefly_sample.extras import install_command
 
+if TYPE_CHECKING:
+    from firefly_sample.viewer.viewer import Viewer
+
 LARGEST = 16384
-"""Width or height of a window that is still asked for."""
+"""The largest width or height of a window."""
 
 _NAMES = {"UP": "up", "DOWN": "down", "LEFT": "left", "RIGHT": "right", "ESCAPE": "escape", "F1": "f1"}
 _BUTTONS = {"LEFT": "left", "RIGHT": "right", "MIDDLE": "middle"}
 
 
-class Listener(Protocol):
-    """Who is told what happens to a window."""
-
-    def key(self, name: str, repeated: bool) -> None:
-        """A key is pressed: a letter, a digit, or up, down, left, right, escape, f1."""
-
-    def drag(self, button: str, right: float, down: float) -> None:
-        """The mouse moves with a button held ("left", "right", "middle"), in heights of the window."""
-
-    def scroll(self, steps: float) -> None:
-        """The wheel turns; steps above 0 are away from the user."""
-
-
 def check_display() -> None:
-    """See whether there is a chance to open a window, before anything slow is done.
+    """Check that a window can probably be opened, before anything slow is done.
 
     Raises
     ------
     ViewerError
-        If there is no display, or glfw is not installed; it says what works instead.
+        If there is no display, or glfw is not installed; the message names alternatives.
     """
     load_glfw()
     if _needs_x11() and not os.environ.get("DISPLAY"):
@@ -59,24 +49,28 @@ class Window:
     Attributes
     ----------
     uncovered : bool
-        True if the last `wait` brought a part of the window to light that must be drawn again.
+        True if a part of the window was uncovered during the last `wait` and must be drawn again.
 
     Raises
     ------
     ViewerError
-        If there is no display, glfw is not installed, the driver has no OpenGL 3.3, or `size` is absurd.
+        If there is no display, glfw is not installed, the driver has no OpenGL 3.3, or `size` is above
+        `LARGEST`.
     """
 
     def __init__(self, title: str, size: tuple[int, int]) -> None:
         if max(size) > LARGEST:
-            # X11 answers by ending the process
-            raise ViewerError(f"no screen holds a window of {size[0]}x{size[1]}: choose a smaller size")
+            # X11 would end the process
+            raise ViewerError(
+                f"a window of {size[0]}x{size[1]} is above the limit of {LARGEST} pixels a side: "
+                "choose a smaller size"
+            )
         self._glfw: Any = load_glfw()
         self._button: str | None = None
         self._cursor = (0.0, 0.0)
         self._title = title
         self.uncovered = False
-        # glfw's complaints come as warnings, too: here they become one error
+        # glfw reports errors as warnings as well: here they become one error
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             self._handle = self._open(title, size)
@@ -93,7 +87,7 @@ class Window:
             (glfw.CONTEXT_VERSION_MINOR, 3),
             (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
             (glfw.OPENGL_FORWARD_COMPAT, True),
-            # everything is drawn into textures: the window itself needs no depth
+            # the renderer draws into textures of its own, so the window needs no depth
             (glfw.DEPTH_BITS, 0),
             (glfw.STENCIL_BITS, 0),
         ):
@@ -109,15 +103,15 @@ class Window:
         text = self._glfw.get_error()[1]
         return f"glfw says {text.decode(errors='replace')!r}" if text else "glfw does not say why"
 
-    def listen(self, listener: Listener) -> None:
-        """Tell `listener` what happens from now on; its methods are called from within `wait`."""
+    def listen(self, viewer: Viewer) -> None:
+        """Pass keys, drags and the wheel to `viewer` from now on; `wait` calls its methods."""
         glfw = self._glfw
         names = {getattr(glfw, f"KEY_{key}"): name for key, name in _NAMES.items()}
         buttons = {getattr(glfw, f"MOUSE_BUTTON_{button}"): name for button, name in _BUTTONS.items()}
 
         def key(_: Any, code: int, scancode: int, action: int, __: int) -> None:
             if action != glfw.RELEASE:
-                listener.key(names.get(code) or self._letter(code, scancode), action == glfw.REPEAT)
+                viewer.key(names.get(code) or self._letter(code, scancode), action == glfw.REPEAT)
 
         def button(_: Any, code: int, action: int, __: int) -> None:
             name = buttons.get(code)
@@ -127,12 +121,12 @@ class Window:
                 self._button = None
 
         def move(_: Any, x: float, y: float) -> None:
-            # tracked, because glfw.get_cursor_pos is ahead of the events that are still to come
+            # tracked, because glfw.get_cursor_pos is ahead of the events that are not yet handled
             right, down = x - self._cursor[0], y - self._cursor[1]
             self._cursor = x, y
             if self._button is not None:
                 height = max(1, glfw.get_window_size(self._handle)[1])
-                listener.drag(self._button, right / height, down / height)
+                viewer.drag(self._button, right / height, down / height)
 
         def uncover(_: Any) -> None:
             self.uncovered = True
@@ -140,11 +134,11 @@ class Window:
         glfw.set_key_callback(self._handle, key)
         glfw.set_mouse_button_callback(self._handle, button)
         glfw.set_cursor_pos_callback(self._handle, move)
-        glfw.set_scroll_callback(self._handle, lambda _, __, steps: listener.scroll(steps))
+        glfw.set_scroll_callback(self._handle, lambda _, __, steps: viewer.scroll(steps))
         glfw.set_window_refresh_callback(self._handle, uncover)
 
     def _letter(self, code: int, scancode: int) -> str:
-        """What is printed on a key; where that is no Latin letter, what an American keyboard has there."""
+        """Return the label of a key; if that is no Latin letter, the label on an American keyboard."""
         printed = (self._glfw.get_key_name(code, scancode) or "").lower()
         if printed and printed.isascii():
             return printed
@@ -158,29 +152,29 @@ class Window:
 
     @property
     def closed(self) -> bool:
-        """Whether the user wants the window to go."""
+        """True after the user has asked to close the window."""
         return bool(self._glfw.window_should_close(self._handle))
 
     @property
     def hidden(self) -> bool:
-        """Whether nothing of the window can be seen: it is minimised."""
+        """True if the window is minimised."""
         iconified = self._glfw.get_window_attrib(self._handle, self._glfw.ICONIFIED)
         return bool(iconified) or 0 in self.framebuffer_size
 
     @property
     def framebuffer_size(self) -> tuple[int, int]:
-        """Width and height in pixels, which on a fine screen are more than those of the window."""
+        """Width and height in pixels; on a high-density screen they are larger than the window's."""
         width, height = self._glfw.get_framebuffer_size(self._handle)
         return int(width), int(height)
 
     @property
     def scale(self) -> float:
-        """How large text should be, 1 on an ordinary screen."""
+        """Scale of text; 1 on an ordinary screen."""
         across, down = self._glfw.get_window_content_scale(self._handle)
         return max(1.0, float(across), float(down))
 
     def wait(self, seconds: float) -> None:
-        """Report what has happened; with `seconds`, wait that long for something to happen."""
+        """Handle the events so far; with `seconds` above 0, wait at most that long for one."""
         self.uncovered = False
         if seconds > 0:
             self._glfw.wait_events_timeout(seconds)
@@ -194,7 +188,7 @@ class Window:
             self._glfw.swap_interval(int(wait))
 
     def swap(self) -> None:
-        """Show what was drawn."""
+        """Show the drawn frame."""
         self._glfw.swap_buffers(self._handle)
 
     def __enter__(self) -> Window:
@@ -212,10 +206,10 @@ def _needs_x11() -> bool:
 
 
 def load_glfw() -> ModuleType:
-    """Import the module glfw; on Linux it must be its X11 half, because our contexts are GLX.
+    """Import glfw; on Linux in its X11 variant, because our window contexts are GLX.
 
-    While it is imported, glfw looks at libraries in child processes: these must not import what lies in the
-    working folder.
+    During its import, glfw inspects libraries in child processes. PYTHONSAFEPATH keeps these from importing
+    modules of the working folder.
 
     Raises
     ------

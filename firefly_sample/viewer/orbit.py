@@ -1,4 +1,4 @@
-"""A camera that the mouse moves around a pivot, starting from where a scene's own camera is."""
+"""A camera that the mouse moves around a pivot, starting at the scene's own camera."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ from firefly_sample.scene.transforms import rows_from_hpr
 Float64 = NDArray[np.float64]
 
 TURN = 180.0
-"""Degrees that a drag over the window's height turns."""
+"""Degrees by which a drag over the window's height turns."""
 ZOOM = 0.9
-"""What a step of the wheel makes of the distance."""
+"""Factor of the distance per step of the wheel."""
 RANGE = 1e4
-"""How much nearer or farther than at first one can go."""
+"""The largest factor by which zooming can change the first distance."""
 
 
-class SceneSeenBy(Scene):
-    """A scene through another camera than its own, which its `update` may go on moving."""
+class SceneWithCamera(Scene):
+    """A scene with a camera in place of its own, which its `update` may continue to move."""
 
     def __init__(self, scene: Scene, camera: NodePath) -> None:
         super().__init__(scene.root, camera, scene.background, scene.exposure, scene.focus)
         self._scene = scene
 
     def update(self, time: float) -> None:
-        """Update the scene itself."""
+        """Update the original scene."""
         self._scene.update(time)
         self.background, self.exposure = self._scene.background, self._scene.exposure
 
 
 class OrbitCamera:
-    """Heading, pitch and distance from a pivot; roll stays what it was.
+    """A camera with a heading, a pitch and a distance from a pivot; its roll is the scene's camera's.
 
-    The pivot begins on the view axis, as far away as the scene's focus or middle, so that the first picture
-    is the scene's own. Drags are measured in heights of the window, right and down.
+    At first the pivot is on the view axis, at the distance of the scene's focus or centre, so that the first
+    picture is the scene's own. Drags are measured in heights of the window, right and down.
 
     Attributes
     ----------
     path : NodePath
-        To the `Camera`: a root of its own, so that moving it does not change the scene's graph.
+        To the `Camera`. It has a root of its own, so that moving it does not change the scene's graph.
     pivot : ndarray of float64, shape (3,)
         World space.
     """
@@ -64,30 +64,30 @@ class OrbitCamera:
 
     @property
     def distance(self) -> float:
-        """From the camera to the pivot, scene units; always above 0."""
+        """Distance from the camera to the pivot in scene units, always above 0."""
         return self._first_distance * (self._zoom if self._lens.is_perspective() else 1.0)
 
     def turn(self, right: float, down: float) -> None:
-        """Turn the scene with the mouse, never beyond straight up or down."""
+        """Turn around the pivot; the pitch stops at straight up and straight down."""
         self._heading -= TURN * right
         self._pitch = min(max(self._pitch - TURN * down, -90.0), 90.0)
         self._place()
 
-    def pan(self, right: float, down: float, seen: LensConstants) -> None:
-        """Shift the view so that what is as far away as the pivot follows the mouse.
+    def pan(self, right: float, down: float, lens: LensConstants) -> None:
+        """Shift the view so that surfaces at the pivot's distance follow the mouse.
 
-        `seen` is the lens that the window's picture is drawn with.
+        `lens` has the constants of the lens with which the window's picture is drawn.
         """
         across, _, up = self._axes()
-        height = 2.0 / seen.c * (self.distance if seen.perspective else 1.0)
+        height = 2.0 / lens.c * (self.distance if lens.perspective else 1.0)
         self.pivot = self.pivot + height * (down * up - right * across)
         self._place()
 
     def zoom(self, steps: float) -> None:
-        """Go nearer to the pivot (or away from it, where `steps` is negative), never through it.
+        """Move towards the pivot, or away from it if `steps` is negative, but never through it.
 
-        Near and far planes follow, so that coming close does not cut the scene open. Under an orthographic
-        lens, where distance shows nothing, the film shrinks or grows.
+        The near and far planes follow, so that they do not clip the scene. An orthographic lens, for which
+        distance changes nothing, scales its film instead.
         """
         self._zoom = min(max(self._zoom * ZOOM**steps, 1.0 / RANGE), RANGE)
         first = self._first_lens
@@ -100,7 +100,7 @@ class OrbitCamera:
             self._lens.scale_film(factor)
 
     def _axes(self) -> tuple[Float64, Float64, Float64]:
-        """Right, forward and up in world space."""
+        """Return right, forward and up in world space."""
         x, y, z = rows_from_hpr((self._heading, self._pitch, self._roll))
         return np.array(x), np.array(y), np.array(z)
 
@@ -110,7 +110,7 @@ class OrbitCamera:
 
 
 def _pivot_distance(scene: Scene, eye: Float64, forward: Float64) -> float:
-    """How far along the view axis the focus or the middle is; a guess from the lens if it is not ahead."""
+    """Return the distance of the focus or centre along the view axis, or a guess if it is not in front."""
     near, far = scene.lens.get_near(), scene.lens.get_far()
     bounds = scene.root.get_tight_bounds() if scene.focus is None else (scene.focus, scene.focus)
     if bounds is not None:

@@ -1,7 +1,8 @@
-"""Text over the picture: dark translucent plates, drawn with Pillow only when their text changes.
+"""Dark translucent plates of text over the picture, drawn with Pillow.
 
-Every function is cached by its arguments and gives the same read-only array for the same text: uint8, shape
-(height, width, 4), first row on top, colours multiplied by alpha. `scale` is 1 on an ordinary screen.
+The functions that return plates are cached, so that a plate is drawn only when its text changes. A plate is a
+read-only array of uint8, shape (height, width, 4), first row on top, colours multiplied by alpha. `scale` is
+1 on an ordinary screen.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 Pixels = NDArray[np.uint8]
 Rows = tuple[tuple[str, str], ...]
 Section = tuple[str, Rows]
-"""A heading, and rows of (key, what it does)."""
+"""A heading, and rows of (key, action)."""
 
 PLATE = (10, 13, 20, 196)
 DENSE_PLATE = (10, 13, 20, 228)
@@ -29,9 +30,9 @@ DIM = (160, 170, 184, 255)
 WARM = (255, 214, 120, 255)
 SIZE = 14.0
 PADDING, LINE, RADIUS, GAP = 0.8, 1.55, 0.55, 1.2
-"""In sizes of the text: the plate's margin, a line's height, its corners, and space between columns."""
+"""In sizes of the text: the plate's margin, a line's height, the corners' radius, the gap between columns."""
 ROWS_WIDTH = 14.0
-"""The least width of a plate of rows, in sizes of the text, so that it does not jump with every digit."""
+"""The least width of a plate of rows, in sizes of the text, so that it does not change with every digit."""
 
 
 class _Sheet:
@@ -46,17 +47,17 @@ class _Sheet:
         self._draw = ImageDraw.Draw(self._image)
 
     def text(self, x: float, y: float, text: str, fill: tuple[int, ...], anchor: str = "l") -> None:
-        """Text in the line that begins at `y`; `anchor` is "l", "m" or "r", where `x` is in the text."""
-        place = (x * self.unit, (y + 0.5 * LINE) * self.unit)
-        self._draw.text(place, text, font=_font(self.unit), fill=fill, anchor=anchor + "m")
+        """Draw text in the line whose top is `y`; `anchor` l, m or r tells which end of it is at `x`."""
+        point = (x * self.unit, (y + 0.5 * LINE) * self.unit)
+        self._draw.text(point, text, font=_font(self.unit), fill=fill, anchor=anchor + "m")
 
     def cap(self, x: float, y: float, width: float) -> None:
-        """A key's cap in the line that begins at `y`."""
+        """Draw a key's cap in the line whose top is `y`."""
         box = (x, y + 0.14, x + width, y + LINE - 0.14)
         self._draw.rounded_rectangle([side * self.unit for side in box], 0.3 * self.unit, fill=CAP)
 
     def pixels(self) -> Pixels:
-        """The plate with round corners, its colours multiplied by alpha."""
+        """Return the plate with round corners, its colours multiplied by alpha."""
         straight = np.asarray(self._image, dtype=np.float32)
         alpha = straight[..., 3] * _rounded(straight.shape[:2], RADIUS * self.unit)
         straight = np.dstack([straight[..., :3] * (alpha[..., None] / 255.0), alpha])
@@ -66,7 +67,7 @@ class _Sheet:
 
 
 def _rounded(shape: tuple[int, int], radius: float) -> NDArray[np.float32]:
-    """1 inside a rectangle with round corners, 0 outside, smooth on the edge: its signed distance."""
+    """Return 1 inside a rectangle with round corners, 0 outside, and values between on the edge."""
     y, x = (np.abs(np.arange(side, dtype=np.float32) + 0.5 - side / 2) - side / 2 for side in shape)
     beyond = np.hypot(np.maximum(y[:, None] + radius, 0.0), np.maximum(x[None, :] + radius, 0.0))
     return np.asarray(np.clip(radius - beyond + 0.5, 0.0, 1.0))
@@ -80,22 +81,25 @@ def _font(size: float) -> FreeTypeFont | ImageFont:
 
 
 def _width(text: str) -> float:
-    """A text's width in sizes of the text."""
+    """Return a text's width in sizes of the text."""
     return float(_font(SIZE).getlength(text)) / SIZE
 
 
-@lru_cache(maxsize=4)
-def text_plate(text: str, scale: float, widest: int) -> Pixels:
-    """Text in one line, or in as many as a width of `widest` pixels makes of it."""
-    lines = _wrapped(text, widest / (SIZE * scale) - 2 * PADDING)
-    sheet = _Sheet(max(map(_width, lines)) + 2 * PADDING, len(lines) * LINE + 0.6 * PADDING, scale)
+@lru_cache(maxsize=64)
+def text_plate(text: str, scale: float, widest: float = math.inf, title: str = "") -> Pixels:
+    """Return a plate of text, wrapped at a width of `widest` pixels; beside a title, the text is dimmer."""
+    left = _width(title) + (0.6 if title and text else 0.0)
+    lines = _wrapped(text, widest / (SIZE * scale) - left - 2 * PADDING)
+    width, height = left + max(map(_width, lines)) + 2 * PADDING, len(lines) * LINE + 0.6 * PADDING
+    sheet = _Sheet(width, height, scale)
+    sheet.text(PADDING, 0.3 * PADDING, title, WARM)
     for number, line in enumerate(lines):
-        sheet.text(PADDING, 0.3 * PADDING + number * LINE, line, BRIGHT)
+        sheet.text(PADDING + left, 0.3 * PADDING + number * LINE, line, DIM if title else BRIGHT)
     return sheet.pixels()
 
 
 def _wrapped(text: str, widest: float) -> list[str]:
-    """Text in lines that end between words; a word wider than `widest` has a line to itself."""
+    """Split text into lines between words; a word wider than `widest` gets a line of its own."""
     lines = [""]
     for word in text.split():
         longer = f"{lines[-1]} {word}".lstrip()
@@ -106,23 +110,9 @@ def _wrapped(text: str, widest: float) -> list[str]:
     return lines
 
 
-@lru_cache(maxsize=64)
-def title_plate(title: str, note: str, scale: float, widest: int | None = None) -> Pixels:
-    """A title and, dimmer, a note beside it, in one line or as many as a width of `widest` pixels makes."""
-    left = _width(title) + (0.6 if note else 0.0)
-    room = math.inf if widest is None else widest / (SIZE * scale) - left - 2 * PADDING
-    lines = _wrapped(note, room)
-    width, height = left + max(map(_width, lines)) + 2 * PADDING, len(lines) * LINE + 0.6 * PADDING
-    sheet = _Sheet(width, height, scale)
-    sheet.text(PADDING, 0.3 * PADDING, title, WARM)
-    for number, line in enumerate(lines):
-        sheet.text(PADDING + left, 0.3 * PADDING + number * LINE, line, DIM)
-    return sheet.pixels()
-
-
 @lru_cache(maxsize=4)
 def rows_plate(title: str, rows: Rows, footer: str, scale: float) -> Pixels:
-    """A title, rows of (name, value), and a footer."""
+    """Return a plate of a title, rows of (name, value), and a footer."""
     names = max((_width(name) for name, _ in rows), default=0.0)
     values = max((_width(value) for _, value in rows), default=0.0)
     width = max(names + GAP + values, _width(title), _width(footer), ROWS_WIDTH)
@@ -139,7 +129,7 @@ def rows_plate(title: str, rows: Rows, footer: str, scale: float) -> Pixels:
 
 @lru_cache(maxsize=4)
 def columns_plate(columns: tuple[tuple[Section, ...], ...], footer: str, scale: float) -> Pixels:
-    """Columns of sections; the rows of a section are keys, drawn as caps, and what they do."""
+    """Return a plate of columns of sections, whose rows are keys, drawn as caps, and their actions."""
     widths = [_column_width(sections) for sections in columns]
     lines = max(sum(len(rows) + 1 for _, rows in sections) + len(sections) - 1 for sections in columns)
     total = max(sum(width for width, _ in widths) + 2 * GAP * (len(columns) - 1), _width(footer))
@@ -153,7 +143,7 @@ def columns_plate(columns: tuple[tuple[Section, ...], ...], footer: str, scale: 
 
 
 def _column_width(sections: tuple[Section, ...]) -> tuple[float, float]:
-    """The width of a column, and of the key caps in it."""
+    """Return the width of a column and of the key caps in it."""
     rows = [row for _, rows in sections for row in rows]
     caps = max((_width(key) for key, _ in rows), default=0.0) + 0.9
     texts = max((_width(text) for _, text in rows), default=0.0)
@@ -173,7 +163,7 @@ def _draw_column(sheet: _Sheet, x: float, sections: tuple[Section, ...], caps: f
 
 
 def blend(picture: Pixels, plate: Pixels, corner: tuple[int, int]) -> Pixels:
-    """A copy of a picture, shape (height, width, 3), with a plate over it; what lies outside is cut off.
+    """Return a copy of a picture, shape (height, width, 3), with a plate over it, cut off at the edges.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The performance test: the camera goes once around the scene in half a minute, and every frame is counted.
 
-Window and headless form share it, so that they turn and count alike. A frame counts once it is finished:
-`Renderer.draw` waits for the time of each pass, which a driver tells only when the pass is done.
+A frame counts when the GPU has finished it: `Renderer.draw` waits for the time of each pass, which the driver
+reports only when the pass is done.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from firefly_sample.settings import Settings
 from firefly_sample.viewer.orbit import TURN, OrbitCamera
 
 SECONDS = 30.0
-"""How long a test lasts when nobody says otherwise."""
+"""Default duration of a test."""
 LONGEST = 3600.0
 TURN_SECONDS = 30.0
-"""How long the camera takes for one turn around its pivot."""
+"""Duration of one turn of the camera around its pivot."""
 
 
 def check_seconds(seconds: float) -> float:
-    """How long a test is to last.
+    """Return the duration of a test as a float.
 
     Raises
     ------
@@ -42,13 +42,13 @@ def check_seconds(seconds: float) -> float:
 
 @dataclass(frozen=True)
 class PerformanceResult:
-    """What a test has measured.
+    """The results of a performance test.
 
     Attributes
     ----------
     scene : str
     parameters : dict of str to object
-        The scene's, at the end.
+        The scene's values at the end.
     settings : Settings
     size : (int, int)
         Width and height in pixels, at the end.
@@ -57,13 +57,13 @@ class PerformanceResult:
     software : bool
         True if that is a software rasteriser.
     frames : int
-        Frames that were drawn, but for the first: it compiles shaders and uploads the scene.
+        Number of frames without the first, which compiles shaders and uploads the scene.
     seconds : float
         From the end of the first frame to the end of the last.
     lights_in_scene, lights_in_view : int
         Averages over the frames.
     milliseconds : dict of str to float
-        Medians of the time of each pass, over the frames that had it.
+        Median time of each pass over the frames that had it.
     """
 
     scene: str
@@ -80,11 +80,11 @@ class PerformanceResult:
 
     @property
     def frames_per_second(self) -> float:
-        """The average rate; 0 where no frame was counted."""
+        """The average rate; 0 if no frame was counted."""
         return self.frames / self.seconds if self.seconds > 0.0 else 0.0
 
     def line(self) -> str:
-        """The result for people, in one line."""
+        """Return the result as one line of text."""
         frames = "1 frame" if self.frames == 1 else f"{self.frames} frames"
         width, height = self.size
         return (
@@ -94,7 +94,7 @@ class PerformanceResult:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """The result for programs: what ``firefly run --performance-test --json`` prints."""
+        """Return the result as ``firefly run --performance-test --json`` prints it."""
         return {
             "scene": self.scene,
             "parameters": self.parameters,
@@ -111,12 +111,12 @@ class PerformanceResult:
 
 
 class PerformanceTest:
-    """Turns a camera and counts frames, from the first frame on that it is told of.
+    """A running test, which turns a camera and counts frames.
 
     Parameters
     ----------
     seconds : float
-        How long it lasts.
+        Duration, counted from the end of the first frame.
 
     Raises
     ------
@@ -130,18 +130,16 @@ class PerformanceTest:
         self._last = 0.0
         self._frames = 0
         self._in_scene = self._in_view = 0
-        # packed: an hour is a lot of frames
+        # packed, because an hour has many frames
         self._milliseconds: dict[str, array[float]] = {}
 
     def advance(self, now: float, frame: Frame, camera: OrbitCamera) -> None:
-        """Count a frame that is finished, and turn the camera for the next one.
-
-        The first only starts the clock, and turns nothing.
+        """Count a finished frame, and turn the camera for the next one; the first only starts the clock.
 
         Parameters
         ----------
         now : float
-            Seconds of any clock that never goes back.
+            Seconds of any monotonic clock.
         """
         if self._began is None:
             self._began = self._last = now
@@ -157,28 +155,28 @@ class PerformanceTest:
 
     @property
     def began(self) -> bool:
-        """Whether the clock runs."""
+        """True after the first frame."""
         return self._began is not None
 
     @property
     def elapsed(self) -> float:
-        """Seconds until the end of the frame that was counted last."""
+        """Seconds from the end of the first frame to the end of the last one counted."""
         return 0.0 if self._began is None else self._last - self._began
 
     @property
     def done(self) -> bool:
-        """Whether its time is over."""
+        """True when the duration is over."""
         return self.elapsed >= self._limit
 
     @property
-    def text(self) -> str:
-        """How far it is, for people."""
+    def progress(self) -> str:
+        """The progress as text."""
         return f"{math.floor(self.elapsed)} of {self._limit:g} s"
 
     def result(
         self, scene: str, parameters: dict[str, Any], settings: Settings, frame: Frame
     ) -> PerformanceResult:
-        """What was measured so far; `frame` is the last one that was drawn."""
+        """Return the results so far; `frame` is the last one that was drawn."""
         count = self._frames
         return PerformanceResult(
             scene=scene,

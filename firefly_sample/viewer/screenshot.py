@@ -1,4 +1,4 @@
-"""Pictures of the window as files that never overwrite one another."""
+"""Save screenshots, which never overwrite one another."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def save_screenshot(folder: Path, name: str, picture: NDArray[np.uint8]) -> Path
     for number in count(1):
         path = folder / f"{name}_{number:04d}.png"
         try:
-            # exclusive: of two windows that save at once, each gets a name of its own
+            # exclusive, so that two windows that save at the same time get different names
             with path.open("xb") as file:
                 file.write(png.getbuffer())
         except FileExistsError:

@@ -124,11 +124,11 @@ def material(name, **more):
         "alphaCutoff": Follows(cut_out),
         "doubleSided": Follows(True),
         "smooth": Nothing(False),  # nowhere read
-        "wireframe": Named(True, "wireframes are left out, materials made solid", name),
+        "wireframe": Named(True, "wireframes are left out, materials become solid", name),
     } | more
 
 
-MATT = "metalness and gloss are left out, materials made matt"
+MATT = "metalness and gloss are left out, materials become matt"
 SAMPLERS = "samplers are left out, all textures repeat and are filtered"
 CASES: dict[type, dict[str, Any]] = {
     pyrender.Scene: {

@@ -71,13 +71,13 @@ LIGHT: dict[str, Any] = {
     "specular_color": Named(
         ((1, 0, 0),), "specular colours of lights, which pyrender lacks, are left out", "lamp"
     ),
-    "shadow_caster": Named((True,), "pyrender casts shadows by RenderFlags and not by light", "lamp"),
+    "shadow_caster": Named((True,), "pyrender turns shadows on by RenderFlags and not by light", "lamp"),
 }
 FADING: dict[str, Any] = LIGHT | {
     "attenuation": Follows(((0, 0, 4),)),
     "radius": Named((5.0,), "light that fades over a radius R fades by 1/d^2 in pyrender", "lamp"),
     "max_distance": Named(
-        (5.0,), "pyrender keeps how far lights reach as their range but shines beyond", "lamp"
+        (5.0,), "pyrender keeps how far lights reach as their range, but draws them beyond", "lamp"
     ),
 }
 SETTERS: dict[type, dict[str, Any]] = {

@@ -16,7 +16,7 @@ import pyrender
 import pytest
 import trimesh
 
-from firefly_sample.interop import pyrender_writer
+from firefly_sample.interop import pyrender_scenes
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.interop.pyrender_meshes import MeshWriter
@@ -59,7 +59,7 @@ def assert_all_agree(found: list[Agreement]) -> None:
 
 @pytest.mark.parametrize("centred", [True, False])
 @pytest.mark.parametrize("far", [FAR, math.inf])
-@pytest.mark.filterwarnings("ignore:cameras that are off centre")
+@pytest.mark.filterwarnings("ignore:off-centre cameras")
 def test_perspective_pictures_agree(draw_with_pyrender, renderer, centred, far):
     found = []
     for seed in range(100):
@@ -183,11 +183,13 @@ def test_an_orthographic_camera_is_as_high_as_pyrenders(draw_with_pyrender, rend
 
 
 def draw_windings_as_they_are(monkeypatch):
-    primitive = MeshWriter._primitive
+    mesh = MeshWriter.mesh
     monkeypatch.setattr(
         MeshWriter,
-        "_primitive",
-        lambda self, geom, look, color, mirrored: primitive(self, geom, look, color, False),
+        "mesh",
+        lambda self, node, material, color, mirrored, visible: mesh(
+            self, node, material, color, False, visible
+        ),
     )
 
 
@@ -199,10 +201,11 @@ def forget_to_transpose(monkeypatch):
         turned[:3, :3] = turned[:3, :3].T
         return turned
 
-    monkeypatch.setattr(pyrender_writer, "matrix_to_gltf", wrong)
+    monkeypatch.setattr(pyrender_scenes, "matrix_to_gltf", wrong)
 
 
 def turn_axes(turn):
+    # private, because there is no public function that could turn the axes wrongly
     return lambda monkeypatch: monkeypatch.setattr(transforms, "_FROM_GLTF", turn(transforms._FROM_GLTF))
 
 

@@ -105,7 +105,7 @@ def assert_same_material(given: Material, got: Material) -> None:
         np.testing.assert_array_equal(got.texture.pixels, given.texture.pixels)
 
 
-@pytest.mark.filterwarnings("ignore:pyrender draws", "ignore:pyrender multiplies")
+@pytest.mark.filterwarnings("ignore:pyrender (draws|multiplies|ignores)")
 @given(trees())
 def test_trees_come_back(scene):
     """Also mirrored instances, whose triangles pyrender has the other way round."""

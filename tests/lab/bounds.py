@@ -1,6 +1,6 @@
 """Tables whose figures have bounds beside them."""
 
-from firefly_sample.lab.numerics_table import Table
+from firefly_sample.lab.experiments.experiment import Table
 
 
 def holds_its_bounds(table: Table) -> bool:

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from firefly_sample.cli import main
-from firefly_sample.lab.numerics import NAMES
-from firefly_sample.lab.numerics_table import Table
+from firefly_sample.lab.experiments import TABLES
+from firefly_sample.lab.experiments.experiment import Table
 
 DOCS = Path(__file__).parents[2] / "docs" / "numerics.md"
 
@@ -70,11 +70,13 @@ def test_device_and_required_gpu(capsys, device):
 def test_help_names_the_tables_that_there_are(capsys):
     assert main(["measure", "numerics", "--help"]) == 0
     text = " ".join(re.sub("[^\\w.,:]+", " ", capsys.readouterr().out).split())
-    named = re.search(r"Names, separated by spaces or commas: ([\w, ]+)\. All when absent", text)
+    named = re.search(r"Names, separated by spaces or commas: ([\w, ]+)\. All if absent", text)
     assert named is not None
-    assert tuple(named[1].split(", ")) == NAMES
+    assert tuple(named[1].split(", ")) == tuple(TABLES)
 
 
 def test_the_page_has_the_tables_in_order():
-    assert tuple(re.findall(r"^firefly measure numerics (\w+)$", DOCS.read_text(), re.MULTILINE)) == NAMES
-    assert tuple(re.findall(r"^```text\n(\w+): ", DOCS.read_text(), re.MULTILINE)) == NAMES
+    assert tuple(re.findall(r"^firefly measure numerics (\w+)$", DOCS.read_text(), re.MULTILINE)) == tuple(
+        TABLES
+    )
+    assert tuple(re.findall(r"^```text\n(\w+): ", DOCS.read_text(), re.MULTILINE)) == tuple(TABLES)

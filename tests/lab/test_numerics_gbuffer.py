@@ -1,4 +1,4 @@
-"""Formats of normals and colours, against what theory says."""
+"""Formats of normals and colours, and the driver's conversions, against theory."""
 
 from __future__ import annotations
 
@@ -7,21 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from firefly_sample.lab.numerics_gbuffer import (
-    albedo,
-    conversions,
-    degrees_between,
-    normal_bounds,
-    normals,
-    stored_normals,
-)
-from firefly_sample.lab.numerics_table import EPS
+from firefly_sample.lab.experiments import TABLES
+from firefly_sample.lab.experiments.experiment import EPS
+from firefly_sample.lab.experiments.gbuffer import degrees_between, normal_bounds, stored_normals
 from firefly_sample.srgb import linear_to_srgb
 from tests.lab.bounds import holds_its_bounds
 
 
-def test_normals(device):
-    table = normals(device, 200_000)
+def test_normals(bench):
+    table = TABLES["normals"].table(bench, samples=200_000)
     assert holds_its_bounds(table)
     for name, bound in normal_bounds().items():
         largest = math.radians(table.value(name, "max deg"))
@@ -43,13 +37,13 @@ def test_normals_of_any_length_have_an_angle(device):
     assert degrees_between(a, b) == pytest.approx(np.degrees(angle), rel=1e-9)
     # the axes are exact on the octahedron
     axes = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
-    assert (stored_normals(device, axes, "float", "rgba32f") == axes).all()
+    assert (stored_normals(device, axes, "rgba32f") == axes).all()
     if device.capabilities.snorm_targets:
-        assert (stored_normals(device, axes, "oct16", "rg16_snorm") == axes).all()
+        assert (stored_normals(device, axes, "oct16") == axes).all()
 
 
-def test_albedo(device):
-    table = albedo(device, 100_000)
+def test_albedo(bench):
+    table = TABLES["albedo"].table(bench, samples=100_000)
     assert holds_its_bounds(table)
     for name in ("sqrt10", "sqrt8", "rgba8"):
         assert table.value(name, "at 0.01") >= 0.9 * table.value(name, "at 0.01 bound")
@@ -61,12 +55,12 @@ def test_albedo(device):
     assert table.value("rgba32f", "codes") == table.value("rgba32f", "at 0.01") == 0.0
 
 
-def test_conversions(device):
-    table = conversions(device, 200_000)
+def test_conversions(bench):
+    table = TABLES["conversions"].table(bench, samples=200_000)
     for name in ("rgba8", "rg16_snorm", "rgba16"):
         assert table.value(name, "steps") <= 0.5 + 65535 * EPS
         assert table.value(name, "not nearest") == 0.0
-    if device.software:  # what Mesa's llvmpipe does
+    if bench.device.software:  # what Mesa's llvmpipe does
         # floor(1024 x) is not the nearest of 1023 where x and the fraction of 1024 x are half apart
         assert table.value("rgb10_a2", "not nearest") == pytest.approx(0.25, abs=0.01)
         for name in ("rgba16f", "r11f_g11f_b10f"):

@@ -1,47 +1,49 @@
-"""Sums of lights, and where lights end, against what theory says."""
+"""Sums of lights and their reach, against theory."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from firefly_sample.lab import numerics_lights
-from firefly_sample.lab.numerics_reach import exact_reach, reach
+from firefly_sample.lab.experiments import TABLES, lights
+from firefly_sample.lab.experiments.reach import exact_reach
 from firefly_sample.lab.probes.probe import accumulate
 from tests.lab.bounds import holds_its_bounds
 
 
 def test_the_blender_adds_as_numpy_does(device):
     """One pass after the other, each sum rounded once."""
-    _, parts = numerics_lights.seen_lights(500)
+    _, parts = lights.seen_lights(500)
     expected = np.add.accumulate(parts.astype(np.float32), axis=0)[-1]
     found = accumulate(device, np.repeat(parts[..., None], 3, axis=2), "rgba32f")
     assert (found == expected[:, None]).all()
 
 
-def test_accumulation(device):
-    table = numerics_lights.accumulation(device, 2048)
+def test_accumulation(bench):
+    table = TABLES["accumulation"].table(bench, positions=2048)
     assert holds_its_bounds(table)
     largest = [table.value(name, "largest") for name in ("rgba32f", "rgba16f", "r11g11b10f", "rgba8")]
     assert largest == sorted(largest)
     assert largest[0] <= 2e-6
     assert abs(table.value("rgba32f", "bias")) <= 1e-8
-    nearest = table.value(numerics_lights.NEAREST_HALF, "largest")
-    assert 0.01 < nearest < 0.5 * largest[1] or not device.software
+    nearest = table.value(lights.NEAREST_HALF, "largest")
+    assert 0.01 < nearest < 0.5 * largest[1] or not bench.device.software
 
 
-def test_piles(device):
-    table = numerics_lights.piles(device, 64)
+def test_piles(bench):
+    table = TABLES["piles"].table(bench, values=64)
     assert holds_its_bounds(table)
     for count in ("1,000", "10,000"):
-        single, batches = (table.value(f"{count}, {way}", "largest") for way in ("blending", "batches of 64"))
+        single, batches = (
+            table.value(f"{count}, {method}", "largest") for method in ("blending", "batches of 64")
+        )
         assert 8.0 * batches < single
     assert 1e-5 < table.value("1,000, blending", "largest") < 2e-5
     assert 1e-4 < table.value("10,000, blending", "largest") < 2e-4
 
 
-def test_cutoff():
-    table = numerics_lights.cutoff(places=1000)
+def test_cutoff(bench):
+    table = TABLES["cutoff"].table(bench, positions=1000)
     assert holds_its_bounds(table)
     for name, threshold in (
         ("threshold 5/256", 5 / 256),
@@ -56,8 +58,8 @@ def test_cutoff():
     assert table.value("budget 1.5e-4", "codes") <= 0.5
 
 
-def test_reach():
-    table = reach(samples=200)
+def test_reach(bench):
+    table = TABLES["reach"].table(bench, samples=200)
     assert all(row[2] <= 6e-16 for row in table.rows)
     textbook = [row[1] for row in table.rows]
     assert textbook[0] < 1e-14

@@ -4,24 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from firefly_sample.lab.numerics_particles import (
-    METHODS,
-    particle_order,
-    particle_shadow_cost,
-    particle_shadow_slices,
-    particle_shadows,
-)
-from tests.conftest import make_renderer
+from firefly_sample.lab.experiments import TABLES
+from firefly_sample.lab.experiments.particles import METHODS, cost_experiment, slices_experiment
 
 
-@pytest.fixture(scope="module")
-def renderer():
-    with make_renderer((64, 48)) as made:
-        yield made
-
-
-def test_errors_of_each_method(renderer):
-    table = particle_shadows(renderer)
+def test_errors_of_each_method(bench):
+    table = TABLES["particle_shadows"].table(bench)
     assert [row[0] for row in table.rows] == list(METHODS)
     for cloud in ("blob", "sheets", "faint"):
         for row in table.rows:
@@ -36,16 +24,16 @@ def test_errors_of_each_method(renderer):
     assert table.value("blend, 8 bits", "faint max") > 0.9
 
 
-def test_errors_by_slices(renderer):
-    table = particle_shadow_slices(renderer, count=5000, slices=(16, 32))
+def test_errors_by_slices(bench):
+    table = slices_experiment(count=5000, slices=(16, 32)).table(bench)
     first, second = table.rows
     assert first[2] is first[4] is None
     assert second[2] == second[1] / first[1] < 0.6
     assert second[4] == second[3] / first[3] < 0.8
 
 
-def test_costs_are_ratios_of_each_method(renderer):
-    table = particle_shadow_cost(renderer, counts=(50, 100), slices=(8,), rounds=2)
+def test_costs_are_ratios_per_method(bench):
+    table = cost_experiment(counts=(50, 100), slices=(8,), size=(64, 48)).table(bench, rounds=2)
     assert [row[0] for row in table.rows] == [
         *(name for name in METHODS if "stepped" not in name),
         "optical_depth, 8 slices",
@@ -54,8 +42,8 @@ def test_costs_are_ratios_of_each_method(renderer):
     assert all(value > 0.0 for row in table.rows for value in row[1::2])
 
 
-def test_orders_differ_the_less_the_more_depths_are_told_apart(renderer):
-    table = particle_order(renderer, count=1500)
+def test_orders_with_more_distinct_depths_differ_less(bench):
+    table = TABLES["particle_order"].table(bench, count=1500, size=(64, 48))
     fine, coarse, none = (
         table.value(name, "mean") for name in ("view, 4,096 slices", "view, 64 slices", "unsorted")
     )

@@ -1,4 +1,4 @@
-"""Meshes for lights and their depth tests, against what theory says."""
+"""Meshes for lights and their depth tests, against theory."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_cube, circumscribed_icosphere
-from firefly_sample.lab import numerics_volumes
-from firefly_sample.lab.numerics_proxies import proxies
+from firefly_sample.lab.experiments import TABLES, proxies
 
 
 def surface(mesh):
     return 0.5 * np.linalg.norm(np.cross(mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0]), axis=1).sum()
 
 
-def test_proxies():
-    table = proxies(views=5000)
+def test_proxies(bench):
+    table = TABLES["proxies"].table(bench, views=5000)
     meshes = {"cube": circumscribed_cube()} | {f"icosphere{n}": circumscribed_icosphere(n) for n in range(4)}
     for name, mesh in meshes.items():
         # a convex body's mean silhouette is a quarter of its surface (Cauchy)
@@ -41,8 +40,8 @@ def test_proxies():
     )
 
 
-def test_cones():
-    table = proxies(views=5000)
+def test_cones(bench):
+    table = TABLES["proxies"].table(bench, views=5000)
     for row in table.rows[5:]:
         name, tangent = row[0], math.tan(math.radians(float(row[0].split()[1])))
         assert table.value(name, "scale") == pytest.approx(1.0 / math.cos(math.pi / 16), rel=1e-5)
@@ -60,18 +59,18 @@ def test_cones():
 
 
 @pytest.fixture(scope="module")
-def tests_of_depth(device):
-    return numerics_volumes.depth_tests(device, 8)
+def tests_of_depth(bench):
+    return TABLES["depth_tests"].table(bench, lights=8)
 
 
 def test_which_pixels_are_in_reach():
-    """A light that is u before a wall reaches a disc of 1 - u^2, seen at the wall's slant."""
+    """A light at the distance u from a wall reaches a disc of 1 - u^2, seen at the wall's slant."""
     lights = 20
-    half = 0.5 * lights * numerics_volumes.SPACING / numerics_volumes.FAR_AWAY
-    places, in_reach = numerics_volumes.far_lights(half, lights)
-    assert places.shape == (lights**2, 3)
-    slant = 1.0 / math.hypot(1.0, numerics_volumes.SLOPE)
-    expected = math.pi * (1.0 - 0.95**2 / 3.0) * slant / numerics_volumes.SPACING**2
+    half = 0.5 * lights * proxies.SPACING / proxies.FAR_AWAY
+    positions, in_reach = proxies.far_lights(half, lights)
+    assert positions.shape == (lights**2, 3)
+    slant = 1.0 / math.hypot(1.0, proxies.SLOPE)
+    expected = math.pi * (1.0 - 0.95**2 / 3.0) * slant / proxies.SPACING**2
     assert in_reach.mean() == pytest.approx(expected, rel=0.05)
 
 
@@ -84,9 +83,9 @@ def test_depth_tests_of_small_far_lights(tests_of_depth):
         assert set(row) == {0.0}
 
 
-def test_depth_clamp(device):
+def test_depth_clamp(bench):
     side = 200
-    table = numerics_volumes.depth_clamp(device, side)
+    table = TABLES["depth_clamp"].table(bench, side=side)
     for name in ("around the camera", "around all that is seen"):
         assert table.value(name, "clamped") == side**2
     assert table.value("around the camera", "lost") == 0.0
@@ -95,7 +94,7 @@ def test_depth_clamp(device):
     slope = math.tan(math.radians(30.0)) * ((np.arange(side) + 0.5) * 2.0 / side - 1.0)
     ray = np.stack([*np.meshgrid(slope, slope), np.ones((side, side))], axis=-1)
     for name in ("across the near plane", "across the far plane"):
-        (_, away, _), reach = numerics_volumes.CUT[name]
+        (_, away, _), reach = proxies.CUT[name]
         # the mesh lies between two spheres
         within = []
         for radius in (reach, 1.0705 * reach):

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from firefly_sample import SoftwareDriverWarning
 from firefly_sample.cli import main
 from firefly_sample.commands.measure_stability import stability_as_markdown, stability_as_text
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab import stability
+from firefly_sample.lab.experiments import CASES
+from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.experiment import POSITIONS, Experiment
+from firefly_sample.lab.experiments.position_bounds import error_warning
+from firefly_sample.lab.experiments.scenes import wall_scene
 from firefly_sample.lab.stability import EXPECTED, measure_case, measure_stability, reason_for
-from firefly_sample.lab.stability_cases import ALL_CASES
-from firefly_sample.lab.stability_cases.bench import Bench
-from firefly_sample.lab.stability_cases.case import POSITIONS, Case, error_warning
-from firefly_sample.lab.stability_cases.scenes import wall_scene
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.settings import Settings
@@ -28,27 +27,18 @@ from firefly_sample.settings import Settings
 COSTLY = "100,000 lights"
 """Takes as long as ten other cases: drawn here by float32 and by half-float positions alone. Fewer lights are
 drawn by all, and the command draws these by all."""
-assert COSTLY in {case.name for case in ALL_CASES}
+assert COSTLY in {case.name for case in CASES}
 PAIRS = [
     (case, method)
-    for case in ALL_CASES
-    for method in case.methods
+    for case in CASES
+    for method in case.rows
     if case.name != COSTLY or method in ("linear32f", "stored16f")
 ]
 
 
 @pytest.fixture(scope="module")
-def bench():
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SoftwareDriverWarning)
-        made = Bench()
-    with made:
-        yield made
-
-
-@pytest.fixture(scope="module")
 def rows():
-    """What has been measured so far, by case and method."""
+    """The rows measured so far, by case and method."""
     return {}
 
 
@@ -75,10 +65,10 @@ def test_each_expected_failure_occurs(rows):
 
 
 def test_case_names_are_unique_and_those_of_positions_have_every_method():
-    names = [case.name for case in ALL_CASES]
+    names = [case.name for case in CASES]
     assert len(names) == len(set(names))
-    for case in ALL_CASES:
-        assert not set(case.methods) & set(POSITIONS) or case.methods == POSITIONS, case.name
+    for case in CASES:
+        assert not set(case.rows) & set(POSITIONS) or case.rows == POSITIONS, case.name
 
 
 # --- Verdicts ---
@@ -92,14 +82,14 @@ def noise(bench, method):
     return 2.0
 
 
-NOISE = Case("distance, f/n 1e+06", noise, 1.0)
+NOISE = Experiment("distance, f/n 1e+06", noise, bound=1.0)
 
 
 def test_what_is_expected_must_be_warned_of(bench):
     row = measure_case(bench, NOISE, "depth24")
     assert row["verdict"] == "expected"
     assert row["warning"].startswith("position=depth24: at ")
-    silent = replace(NOISE, run=lambda bench, method: 2.0)
+    silent = replace(NOISE, measure=lambda bench, method: 2.0)
     assert measure_case(bench, silent, "depth24")["verdict"] == "fail"
 
 
@@ -118,17 +108,17 @@ def test_a_value_that_is_no_number_fails_whatever_is_expected(bench):
         bench.not_finite += 3
         return 0.0
 
-    row = measure_case(bench, replace(NOISE, run=broken), "depth24")
+    row = measure_case(bench, replace(NOISE, measure=broken), "depth24")
     assert row["verdict"] == "fail"
-    assert row["warning"] == "3 values of its pictures are no finite numbers"
+    assert row["warning"] == "3 values of its pictures are not finite"
 
 
 def test_a_measurement_that_is_no_number_fails_whatever_is_expected(bench):
     def broken(bench, method):
         return math.nan * noise(bench, method)
 
-    row = measure_case(bench, replace(NOISE, run=broken), "depth24")
-    assert (row["verdict"], row["warning"]) == ("fail", "what was measured is no number")
+    row = measure_case(bench, replace(NOISE, measure=broken), "depth24")
+    assert (row["verdict"], row["warning"]) == ("fail", "the measured value is not a number")
 
 
 def test_values_that_are_no_numbers_are_counted(bench, monkeypatch):
@@ -149,18 +139,18 @@ def test_an_error_is_a_failure_and_not_the_end(bench):
     def refused(bench, method):
         raise SettingsError("no")
 
-    row = measure_case(bench, replace(NOISE, run=refused), "depth24")
+    row = measure_case(bench, replace(NOISE, measure=refused), "depth24")
     assert (row["verdict"], row["warning"], row["measured"]) == ("fail", "no", math.inf)
 
 
-def test_only_a_word_on_the_error_is_a_warning():
+def test_a_driver_that_lacks_something_is_no_warning_of_the_error():
     lacks = "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer"
-    errs = "position=depth32f: at 9 units, near plane 1, positions are off by about 1 unit"
+    error = "position=depth32f: at 9 units, near plane 1, the error of a position is about 1 unit"
     ends = "position=stored16f: half floats end at 65504 units"
     assert error_warning([lacks], "depth32f") == ""
-    assert error_warning([lacks, ends, errs], "depth32f") == errs
-    assert error_warning([errs, ends], "stored16f") == ends
-    assert error_warning([errs, ends], "depth24") == ""
+    assert error_warning([lacks, ends, error], "depth32f") == error
+    assert error_warning([error, ends], "stored16f") == ends
+    assert error_warning([error, ends], "depth24") == ""
 
 
 # --- Drivers that lack something ---
@@ -180,10 +170,10 @@ def bench_lacking(bench, monkeypatch):
 
 @pytest.mark.parametrize(
     "case",
-    [case for case in ALL_CASES if "depth32f" in case.methods and case.name != COSTLY],
+    [case for case in CASES if "depth32f" in case.rows and case.name != COSTLY],
     ids=lambda case: case.name,
 )
-def test_depth32f_without_clip_control_errs_by_the_law_of_depth24(bench_lacking, case):
+def test_depth32f_without_clip_control_has_the_law_of_depth24(bench_lacking, case):
     bench = bench_lacking(clip_control=False)
     assert bench.law_of("depth32f") == "depth24"
     row = measure_case(bench, case, "depth32f")
@@ -191,14 +181,14 @@ def test_depth32f_without_clip_control_errs_by_the_law_of_depth24(bench_lacking,
     assert row["verdict"] in ("pass", "expected"), row
     assert row["bound"] == case.bound_for("depth24")
     if row["verdict"] == "expected":
-        assert "errs by" in row["warning"]
+        assert row["warning"].startswith("position=depth32f: at ")
         assert row["reason"] == str(allowed)
         assert f"expected: {allowed}" in stability_as_text({"driver": "", "cases": [row]})
 
 
 @pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWarning")
 def test_what_a_driver_cannot_draw_is_left_out(monkeypatch):
-    monkeypatch.setattr(Bench, "capabilities", Capabilities(float64=False))
+    monkeypatch.setattr(ExperimentBench, "capabilities", Capabilities(float64=False))
     rows = measure_stability(["thin triangles", "NDC, fov 90"])["cases"]
     assert [row["case"] for row in rows] == ["NDC, fov 90"]
     with pytest.raises(SettingsError, match=r"^this driver can draw none of these cases: firefly doctor"):
@@ -206,7 +196,7 @@ def test_what_a_driver_cannot_draw_is_left_out(monkeypatch):
 
 
 def test_normals_without_signed_targets(bench_lacking):
-    case = next(case for case in ALL_CASES if case.name == "normals, a million")
+    case = next(case for case in CASES if case.name == "normals, a million")
     row = measure_case(bench_lacking(snorm_targets=False), case, "oct16")
     assert row["verdict"] == "pass"
     assert row["measured"] > 0.9 * row["bound"]
@@ -217,7 +207,7 @@ def test_normals_without_signed_targets(bench_lacking):
 PAGE = " ".join((Path(__file__).parents[2] / "docs/stability.md").read_text(encoding="utf-8").split())
 
 
-@pytest.mark.parametrize("case", ALL_CASES, ids=lambda case: case.name)
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_the_page_has_each_case(case):
     assert f"| {case.name} |" in PAGE or f" {case.name};" in PAGE or f" {case.name}. " in PAGE
 
@@ -276,8 +266,8 @@ def test_json_has_what_is_no_number_as_text(monkeypatch, capsys):
         (["--case", ""], 1, "no case was named"),
         (["--method", ""], 1, "no method was named"),
         (["--method", ","], 1, "no method was named"),
-        (["spot"], 2, "'spot' is no option: a case is chosen by --case 'spot'"),
-        (["--json", "--markdown"], 2, "--json and --markdown both say how to print"),
+        (["spot"], 2, "'spot' is not an option: choose a case with --case 'spot'"),
+        (["--json", "--markdown"], 2, "--json and --markdown exclude each other"),
     ],
 )
 def test_what_makes_no_sense_is_one_line(capsys, arguments, code, message):
@@ -293,7 +283,7 @@ def test_what_makes_no_sense_is_one_line(capsys, arguments, code, message):
 
 @pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWarning")
 def test_the_measurement_has_the_keys_of_the_contract(monkeypatch):
-    monkeypatch.setattr(stability, "ALL_CASES", (NOISE, replace(NOISE, name="other", methods=("float64",))))
+    monkeypatch.setattr(stability, "CASES", (NOISE, replace(NOISE, name="other", rows=("float64",))))
     told = []
     result = measure_stability(["f/n"], ["depth16", "depth24"], lambda *count: told.append(count))
     assert result.keys() == {"driver", "cases"}
@@ -308,8 +298,8 @@ def test_the_measurement_has_the_keys_of_the_contract(monkeypatch):
 
 def chosen(monkeypatch, names, cases):
     """Names of the cases that are measured of those there are."""
-    there_are = tuple(replace(NOISE, name=name, run=lambda bench, method: 0.0) for name in names)
-    monkeypatch.setattr(stability, "ALL_CASES", there_are)
+    there_are = tuple(replace(NOISE, name=name, measure=lambda bench, method: 0.0) for name in names)
+    monkeypatch.setattr(stability, "CASES", there_are)
     return [row["case"] for row in measure_stability(cases, ["depth24"])["cases"]]
 
 

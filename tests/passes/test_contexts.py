@@ -15,6 +15,7 @@ import pytest
 from firefly_sample.errors import GpuError, OutputError
 from firefly_sample.gpu.device import Device
 from tests.conftest import make_renderer
+from tests.gl_objects import device_of
 from tests.scenes import ball_scene, wall_scene
 
 
@@ -52,9 +53,9 @@ def test_another_context_is_current_again_after_each_call(egl, other):
         renderer.render(scene, 0.0, "nothing")
     with pytest.raises(GpuError, match="limit"):
         renderer.resize((10**6, 10))
-    with renderer._device:
+    with device_of(renderer):
         assert egl.eglGetCurrentContext() != held
-    with pytest.raises(ZeroDivisionError), renderer._device:
+    with pytest.raises(ZeroDivisionError), device_of(renderer):
         raise ZeroDivisionError
     now.append(egl.eglGetCurrentContext())
     renderer.close()
@@ -245,11 +246,11 @@ def test_what_the_garbage_collector_drops_disturbs_no_drawing(egl, render):
             kept.render(wall_scene())
             kept.itself = kept  # a cycle
         del kept
-        with renderer._device:
+        with device_of(renderer) as device:
             held = egl.eglGetCurrentContext()
             gc.collect()
             assert egl.eglGetCurrentContext() == held
-            assert renderer._device.ctx.error == "GL_NO_ERROR"
+            assert device.ctx.error == "GL_NO_ERROR"
         assert np.array_equal(renderer.render(scene).color, alone)
         kept = make_renderer((16, 12))
         kept.itself = kept

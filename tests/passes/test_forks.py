@@ -128,7 +128,7 @@ def test_a_forked_process_draws_or_says_why_not(device, work, threads):
 NAMED = """
 import ctypes, sys, threading
 from firefly_sample import Renderer, Scene
-from firefly_sample.gpu.forks import _was_forked
+from firefly_sample.gpu.forks import was_forked
 
 libc, named, done = ctypes.CDLL(None, use_errno=True), threading.Event(), threading.Event()
 
@@ -142,7 +142,7 @@ thread.start()
 named.wait(600)
 assert libc.prctl(15, b"\\xff) 7") == 0  # the process, with what ends a name in /proc/self/stat
 try:
-    assert not _was_forked()
+    assert not was_forked()
     with Renderer((16, 12)) as renderer:
         renderer.render(Scene())
 finally:

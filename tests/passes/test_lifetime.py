@@ -24,11 +24,16 @@ from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.clouds import cloud_scene, puff
 from tests.conftest import make_renderer
+from tests.gl_objects import count_objects
 from tests.scenes import ball, ball_scene, geom_node, wall_scene
 from tests.shadows import shadowed_scene
 
 
 def test_no_gl_object_lives_after_release():
+    """A renderer's objects can be counted after their release only in a context that outlives it.
+
+    Therefore the test replaces the private device of a renderer by its own.
+    """
     device = Device()
     with device:
         device.unbind()
@@ -64,8 +69,7 @@ def test_models_that_are_gone_free_their_buffers():
     with make_renderer((16, 12)) as renderer:
         scene = wall_scene()
         renderer.render(scene)
-        with renderer._device:
-            before = renderer._device.raw.count_objects()
+        before = count_objects(renderer)
         for i in range(20):
             path = scene.root.attach_new_node(geom_node("ball", ball(1.0, 1), Material(f"m{i}")))
             path.set_pos(0, 8, 0)
@@ -74,8 +78,7 @@ def test_models_that_are_gone_free_their_buffers():
             del path
         gc.collect()
         renderer.render(scene)
-        with renderer._device:
-            after = renderer._device.raw.count_objects()
+        after = count_objects(renderer)
         assert {kind: n for kind, n in after.items() if kind in ("Buffer", "VertexArray", "Texture")} == {
             kind: n for kind, n in before.items() if kind in ("Buffer", "VertexArray", "Texture")
         }
@@ -90,8 +93,7 @@ def test_particles_that_come_and_go_leave_nothing_behind():
             node.set_arrays(node.arrays.positions[: 50 - turn % 3], 0.1, 0.2, (1, 1, 1))
             node.change_shadow(blur=float(turn % 2))
             renderer.render(scene)
-            with renderer._device:
-                counts.append(renderer._device.raw.count_objects())
+            counts.append(count_objects(renderer))
     assert counts[6:12] == counts[12:18]
 
 
@@ -142,8 +144,7 @@ def test_a_thousand_frames_make_no_object_and_keep_memory_flat():
                 scene.root.find("lights").set_x(0.001 * frame)
                 in_view.add(renderer.render(scene, 0.05 * frame, ("color", "depth")).lights.in_view)
             gc.collect()
-            with renderer._device:
-                return renderer._device.raw.count_objects(8192)
+            return count_objects(renderer, 8192)
 
         settled = objects_after(range(200))
         memory = resident_bytes()
@@ -233,6 +234,7 @@ def test_a_pass_may_touch_only_what_it_declares():
     with make_renderer((8, 6)) as renderer:
         plan = renderer.plan(wall_scene(), 0.0, ("color",))
         renderer.draw(plan)
+        # no pass of the package touches more than it declares, so that the error needs the private images
         bound = BoundImages(renderer._gpu.images, plan, plan.passes[-1])
         with pytest.raises(PlanError, match="'resolve' does not declare that it reads 'depth'"):
             bound.read("depth")
@@ -266,8 +268,7 @@ def test_changing_colors_and_cutoffs_do_not_pile_up():
                 scene.root.set_color((i / frames, 0.5, 0.5, 1))
                 material.alpha_cutoff = 0.1 + 0.8 * i / frames
                 renderer.render(scene)
-            with renderer._device:
-                return renderer._device.raw.count_objects()
+            return count_objects(renderer)
 
         settled = objects(300)
         assert objects(300) == settled

@@ -243,7 +243,7 @@ def _states(device):
             found[name] = STATES[name]
             continue
         value = ctypes.c_int(-1)
-        device.raw._call("glGetIntegerv", name, ctypes.byref(value))
+        device.raw.call("glGetIntegerv", name, ctypes.byref(value))
         found[name] = value.value
     return found
 

@@ -11,6 +11,7 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from tests.clouds import cloud_scene, puff
 from tests.conftest import make_renderer
+from tests.gl_objects import count_objects, device_of
 from tests.scenes import ball_scene
 from tests.shadows import shadowed_scene
 
@@ -183,20 +184,15 @@ def test_a_closed_renderer_says_so_and_keeps_nothing():
         next(renderer.render_many(ball_scene(5), TIMES))
 
 
-def objects_of(renderer):
-    with renderer._device:
-        return renderer._device.raw.count_objects()
-
-
 @pytest.mark.parametrize("queries", [False, True])
 def test_no_object_is_made_once_the_ring_is_full(queries, monkeypatch):
     """Also where a GPU's queries tell the time, which are read a frame later as well."""
     counts = []
     with make_renderer((16, 12), count_fragments=True) as renderer:
         if queries:
-            monkeypatch.setattr(renderer._device, "software", False)
+            monkeypatch.setattr(device_of(renderer), "software", False)
         for frame in renderer.render_many(Moving(ball_scene(5)), range(22), ("color", "depth")):
-            counts.append(objects_of(renderer))
+            counts.append(count_objects(renderer))
             assert frame.shaded > 0
             assert "geometry" in frame.milliseconds
     assert counts[1:] == [counts[1]] * 21
@@ -214,7 +210,7 @@ def test_however_it_ends_the_next_run_makes_no_object(end):
                 list(frames)
         else:
             list(frames)
-        return objects_of(renderer)
+        return count_objects(renderer)
 
     with make_renderer((16, 12), count_fragments=True) as renderer:
         first = run(renderer)

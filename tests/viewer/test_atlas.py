@@ -10,8 +10,12 @@ import pytest
 from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.settings import Settings
-from firefly_sample.viewer.atlas import EMPTY, atlas_picture, particle_shadow_picture
-from firefly_sample.viewer.buffers import DARKEST
+from firefly_sample.viewer.buffer_pictures import (
+    DARKEST,
+    EMPTY,
+    particle_shadow_atlas_picture,
+    shadow_atlas_picture,
+)
 from tests.clouds import cloud_scene, puff
 from tests.viewer.workshop import workshop
 
@@ -51,7 +55,7 @@ def test_the_scene_has_a_map_of_either_kind():
 def test_each_map_is_grey_from_its_nearest_to_its_farthest(position):
     plan = plan_of(position=position)
     assert plan.view.reverse is (position != "depth24")
-    picture, note = atlas_picture(atlas_of(plan, 2.0, 4.0, 8.0), plan, plan.shadows.size)
+    picture, note = shadow_atlas_picture(atlas_of(plan, 2.0, 4.0, 8.0), plan, plan.shadows.size)
     assert picture.shape == (*plan.shadows.size[::-1], 3)
     for shadow in plan.shadows.maps:
         tile = tile_of(picture, shadow)
@@ -71,7 +75,7 @@ def test_each_map_is_grey_from_its_nearest_to_its_farthest(position):
 def test_a_map_at_one_distance_is_white_and_an_empty_one_is_empty():
     plan = plan_of()
     for distances, colors in (((3.0,), {(255, 255, 255), EMPTY}), ((), {EMPTY})):
-        picture, _ = atlas_picture(atlas_of(plan, *distances), plan, plan.shadows.size)
+        picture, _ = shadow_atlas_picture(atlas_of(plan, *distances), plan, plan.shadows.size)
         for shadow in plan.shadows.maps:
             assert set(map(tuple, tile_of(picture, shadow).reshape(-1, 3).tolist())) == colors
 
@@ -80,7 +84,7 @@ def test_a_map_at_one_distance_is_white_and_an_empty_one_is_empty():
 def test_it_fits_the_window_with_its_shape_kept(size):
     plan = plan_of()
     across, down = plan.shadows.size
-    picture, _ = atlas_picture(atlas_of(plan), plan, size)
+    picture, _ = shadow_atlas_picture(atlas_of(plan), plan, size)
     assert picture.shape == (size[1], size[0], 3)
     drawn = picture.any(axis=-1)
     if min(size) < 10:
@@ -100,7 +104,7 @@ def test_it_fits_the_window_with_its_shape_kept(size):
 def test_every_pixel_is_a_texel():
     """Nothing is averaged: there are no greys but those of the texels."""
     plan = plan_of()
-    picture, _ = atlas_picture(atlas_of(plan, 2.0, 8.0), plan, (500, 450))
+    picture, _ = shadow_atlas_picture(atlas_of(plan, 2.0, 8.0), plan, (500, 450))
     colors = {tuple(color) for color in np.unique(picture.reshape(-1, 3), axis=0).tolist()}
     greys = colors - {(0, 0, 0), EMPTY, (255, 255, 255)}
     assert all(color == pytest.approx((FARTHEST,) * 3, abs=1) for color in greys)
@@ -112,13 +116,13 @@ def test_a_tile_that_was_not_drawn_for_this_frame_is_black():
     sun, spot = plan.shadows.maps
     maps = (dataclasses.replace(sun, casters=None), spot)
     plan = dataclasses.replace(plan, shadows=dataclasses.replace(plan.shadows, maps=maps))
-    picture, _ = atlas_picture(atlas_of(plan, 2.0, 8.0), plan, plan.shadows.size)
+    picture, _ = shadow_atlas_picture(atlas_of(plan, 2.0, 8.0), plan, plan.shadows.size)
     assert not tile_of(picture, sun).any()
     assert tile_of(picture, spot).all()
 
 
 def test_without_shadows_it_is_black_and_says_why():
-    picture, note = atlas_picture(np.zeros((0, 0), np.float32), plan_of(shadows=False), (80, 60))
+    picture, note = shadow_atlas_picture(np.zeros((0, 0), np.float32), plan_of(shadows=False), (80, 60))
     np.testing.assert_array_equal(picture, np.zeros((60, 80, 3)))
     assert note == "no light casts shadows"
 
@@ -129,17 +133,17 @@ def test_slices_of_shadow_are_white_where_light_comes_through():
     width, height = plan.particle_shadow.size
     taken = np.zeros((height, width, 3), np.float32)
     taken[: height // 2, :, 0] = np.log(2.0)  # the upper half lets half of the red through
-    picture, note = particle_shadow_picture(taken, plan, (80, 60))
+    picture, note = particle_shadow_atlas_picture(taken, plan, (80, 60))
     assert note.startswith("64 slices of 128 texels")
     assert (picture[:, :10] == 0).all()  # as high as fits, in the middle
     assert (picture[31:, 12:68] == 255).all()
     assert (picture[:29, 12:68] == (188, 255, 255)).all()
     blend = build_plan(scene, Settings(particle_shadows="blend"), (80, 60), ("particle_shadow_atlas",))
-    halves, _ = particle_shadow_picture(np.full_like(taken, 0.5), blend, (80, 60))
+    halves, _ = particle_shadow_atlas_picture(np.full_like(taken, 0.5), blend, (80, 60))
     assert (halves[:, 12:68] == 188).all()
 
 
 def test_without_particles_there_are_no_slices():
-    picture, note = particle_shadow_picture(np.zeros((0, 0, 3), np.float32), plan_of(), (8, 6))
+    picture, note = particle_shadow_atlas_picture(np.zeros((0, 0, 3), np.float32), plan_of(), (8, 6))
     assert note == "no particles cast shadows"
     assert not picture.any()

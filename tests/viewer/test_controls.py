@@ -13,12 +13,11 @@ from firefly_sample.errors import FireflyError, ParameterError, SceneError, View
 from firefly_sample.frame import Frame, LightCounts
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scenes import find_scene
-from firefly_sample.viewer.clock import Clock
+from firefly_sample.viewer.clock import PERIOD, Clock, RateMeter
 from firefly_sample.viewer.controls import Binding, key_label, parameter_bindings
 from firefly_sample.viewer.glfw_window import LARGEST, Window, check_display
 from firefly_sample.viewer.screenshot import save_screenshot
-from firefly_sample.viewer.stage import Stage, value_text
-from firefly_sample.viewer.status import PERIOD, Meter, status_rows
+from firefly_sample.viewer.shown_scene import ShownScene, value_text
 from tests.viewer.lamps import lamps
 
 OWN = [Binding("v", "next view", lambda: None)]
@@ -70,44 +69,44 @@ def test_key_labels():
 
 
 @pytest.fixture
-def stage(capsys):
-    made = Stage(lamps, {"lamps": 10, "reach": 3.0, "dusk": True})
+def shown(capsys):
+    made = ShownScene(lamps, {"lamps": 10, "reach": 3.0, "dusk": True})
     capsys.readouterr()
     return made
 
 
-def test_a_live_parameter_keeps_the_scene(stage, capsys):
-    scene = stage.scene
-    assert stage.step(COUNT, UP) == "lamps 11"
-    assert stage.scene is scene
-    assert stage.values == {"lamps": 11, "reach": 3.0, "dusk": True}
+def test_a_live_parameter_keeps_the_scene(shown, capsys):
+    scene = shown.scene
+    assert shown.step(COUNT, UP) == "lamps 11"
+    assert shown.scene is scene
+    assert shown.values == {"lamps": 11, "reach": 3.0, "dusk": True}
     assert json.loads(capsys.readouterr().out) == {"set": "lamps", "value": 11}
 
 
-def test_a_parameter_that_is_not_live_builds_the_scene_anew(stage, capsys):
-    stage.step(COUNT, UP)
+def test_a_parameter_that_is_not_live_builds_the_scene_anew(shown, capsys):
+    shown.step(COUNT, UP)
     capsys.readouterr()
-    scene = stage.scene
-    assert stage.step(DUSK, DUSK.keys[0]) == "dusk off"
-    assert stage.scene is not scene
+    scene = shown.scene
+    assert shown.step(DUSK, DUSK.keys[0]) == "dusk off"
+    assert shown.scene is not scene
     assert json.loads(capsys.readouterr().out) == {"build": {"lamps": 11, "reach": 3.0, "dusk": False}}
 
 
-def test_a_parameter_at_its_limit_says_so(stage, capsys):
-    stage.values["lamps"] = 200
-    assert stage.step(COUNT, UP) == "lamps stays at 200 (between 0 and 200)"
+def test_a_parameter_at_its_limit_says_so(shown, capsys):
+    shown.values["lamps"] = 200
+    assert shown.step(COUNT, UP) == "lamps stays at 200 (between 0 and 200)"
     assert capsys.readouterr().out == ""
 
 
-def test_a_value_that_the_scene_refuses_leaves_everything_as_it_was(stage, monkeypatch):
+def test_a_value_that_the_scene_refuses_leaves_everything_as_it_was(shown, monkeypatch):
     def refuse(*_):
         raise ParameterError("no more lamps")
 
-    monkeypatch.setattr(stage.scene, "set", refuse)
-    before = stage.scene, stage.values
+    monkeypatch.setattr(shown.scene, "set", refuse)
+    before = shown.scene, shown.values
     with pytest.raises(ParameterError, match="no more lamps"):
-        stage.step(COUNT, UP)
-    assert (stage.scene, stage.values) == before
+        shown.step(COUNT, UP)
+    assert (shown.scene, shown.values) == before
 
 
 def test_values_for_people():
@@ -128,7 +127,7 @@ def test_the_clock_follows_the_wall_clock_and_stands_still():
 
 
 def test_the_meter_averages():
-    meter = Meter()
+    meter = RateMeter()
     assert meter.add(0.0, 999.0)
     changes = [meter.add(PERIOD / 4 * i, 10.0 + i % 2) for i in range(1, 5)]
     assert changes == [False, False, False, True]
@@ -138,9 +137,9 @@ def test_the_meter_averages():
     assert meter.text == "1.0 fps, GPU 2.0 ms"
 
 
-def test_the_corner_says_counts_times_and_values(stage):
+def test_the_corner_says_counts_times_and_values(shown):
     frame = Frame({}, 12.34, (640, 480), {}, LightCounts(10, 7, 0), "driver", True)
-    assert status_rows(stage, frame, "24 fps", paused=True) == (
+    assert shown.status_rows(frame, "24 fps", paused=True) == (
         ("time", "12.3 s, paused"),
         ("lights", "7 in view of 10"),
         ("frame", "24 fps"),
@@ -197,10 +196,10 @@ def test_a_window_larger_than_any_screen():
 
 def test_the_corner_of_a_scene_with_many_parameters_has_those_that_differ():
     plugin = find_scene("smoke")
-    stage = Stage(plugin, {p.name: p.default for p in plugin.parameters} | {"particles": 20})
+    shown = ShownScene(plugin, {p.name: p.default for p in plugin.parameters} | {"particles": 20})
     frame = Frame({}, 1.0, (64, 48), {}, LightCounts(1, 1, 0), "driver", True)
-    rows = [name for name, _ in status_rows(stage, frame, "24 fps", paused=False)]
+    rows = [name for name, _ in shown.status_rows(frame, "24 fps", paused=False)]
     assert rows == ["time", "lights", "frame", "picture", "particles"]
-    assert stage.drag(0.1, 0.0)
-    rows = dict(status_rows(stage, frame, "24 fps", paused=False))
+    assert shown.drag(0.1, 0.0)
+    rows = dict(shown.status_rows(frame, "24 fps", paused=False))
     assert rows["light heading"] == "68 degrees"

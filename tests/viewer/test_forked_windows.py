@@ -10,7 +10,7 @@ import ctypes, hashlib, os, traceback, warnings
 from firefly_sample import Renderer
 from firefly_sample.errors import NoGpuError
 from firefly_sample.viewer.glfw_window import Window
-from firefly_sample.gpu.current import current_holder
+from firefly_sample.gpu.current import current_context
 from tests.viewer.hosts import lit_wall
 
 warnings.simplefilter("ignore", UserWarning)
@@ -46,13 +46,13 @@ def drawn():
     os.write(writable, hashlib.sha256(found).digest())
 
 with Window("shared", (64, 48)) as window:
-    held = current_holder()
+    held = current_context()
     readable, writable = os.pipe()
     assert forked(drawn) == 0
     with Renderer((64, 48)) as renderer:  # in the parent all is as before
         own = renderer.render(lit_wall()).color.tobytes()
     assert os.read(readable, 64) == hashlib.sha256(own).digest()
-    assert current_holder() == held
+    assert current_context() == held
     window.swap()
 """
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.scene import Scene
-from firefly_sample.viewer.orbit import RANGE, TURN, OrbitCamera, SceneSeenBy
+from firefly_sample.viewer.orbit import RANGE, TURN, OrbitCamera, SceneWithCamera
 from tests.scenes import ball_scene, orthographic_wall
 
 WINDOW = (640, 480)
@@ -67,7 +67,7 @@ def test_a_scene_may_say_what_to_turn_around():
     scene.focus = tuple(eye + 7.0 * forward + 3.0 * np.cross(forward, (0, 0, 1)))
     camera = OrbitCamera(scene)
     assert camera.distance == pytest.approx(7.0, rel=1e-12)
-    assert SceneSeenBy(scene, camera.path).focus == scene.focus
+    assert SceneWithCamera(scene, camera.path).focus == scene.focus
     scene.focus = tuple(eye - forward)  # behind: no such thing
     assert camera.distance > 0
     assert OrbitCamera(scene).distance > 0
@@ -196,7 +196,7 @@ def test_a_scene_that_moves_its_own_camera_moves_no_other():
 
     scene = Moving(exposure=3.0)
     camera = OrbitCamera(scene)
-    seen = SceneSeenBy(scene, camera.path)
+    seen = SceneWithCamera(scene, camera.path)
     before = camera.path.get_net_mat()
     assert seen.exposure == 3.0
     seen.update(0.5)

@@ -38,6 +38,7 @@ import glfw, warnings
 from firefly_sample.errors import GpuError
 from firefly_sample.renderer import Renderer
 from firefly_sample.viewer.glfw_window import Window
+from tests.gl_objects import device_of
 from tests.viewer.hosts import current, lit_wall
 
 warnings.simplefilter("ignore", UserWarning)
@@ -55,7 +56,7 @@ def in_window(size=(64, 48)):
 
 assert refused("needs a window's OpenGL context, but none is current", in_window)
 alone = Renderer((64, 48))
-with alone._device:
+with device_of(alone):
     assert refused("needs a window's GLX context, but one of EGL", in_window)
 picture = alone.render(scene).color.tobytes()
 with Window("window", (64, 48)) as window:
@@ -66,7 +67,7 @@ with Window("window", (64, 48)) as window:
         assert shown.render(scene).color.tobytes() == picture
         assert alone.render(scene).color.tobytes() == picture
         assert current() == held
-    with alone._device:
+    with device_of(alone):
         assert current()["eglGetCurrentContext"]
         assert shown.render(scene).color.tobytes() == picture
         assert current()["eglGetCurrentContext"]

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
-from firefly_sample.viewer.overlay import (
-    BRIGHT,
-    PLATE,
-    blend,
-    columns_plate,
-    rows_plate,
-    text_plate,
-    title_plate,
-)
+from firefly_sample.viewer.overlay import BRIGHT, PLATE, blend, columns_plate, rows_plate, text_plate
 
 ROWS = (("lights", "489 in view of 500"), ("frame", "24 fps"))
 PLATES = {
     "line": lambda scale=1.0: text_plate("saved forest_0001.png", scale, 1000),
-    "title": lambda scale=1.0: title_plate("depth", "white to dark", scale),
+    "title": lambda scale=1.0: text_plate("white to dark", scale, title="depth"),
     "rows": lambda scale=1.0: rows_plate("forest", ROWS, "F1 shows the keys", scale),
     "columns": lambda scale=1.0: columns_plate(
         ((("Scene", ROWS), ("Mouse", ROWS)), (("Window", ROWS),)), "driver", scale
@@ -83,7 +77,7 @@ def test_long_text_wraps_between_words(widest, scale):
 
 
 def test_a_long_note_wraps_beside_its_title():
-    wide, narrow = title_plate("depth", LONG, 1.0), title_plate("depth", LONG, 1.0, 300)
+    wide, narrow = (text_plate(LONG, 1.0, widest, title="depth") for widest in (math.inf, 300))
     assert narrow.shape[1] <= 300 < wide.shape[1]
     assert narrow.shape[0] > 1.5 * wide.shape[0]
     title = np.abs(narrow[: wide.shape[0] - 12, :40].astype(int) - wide[:-12, :40])

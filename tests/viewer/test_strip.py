@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.viewer.buffers import BUFFERS
-from firefly_sample.viewer.overlay import title_plate
-from firefly_sample.viewer.strip import GAP, LABEL, SHARE, SMALLEST, Grid, buffer_strip, thumbnail_grid
+from firefly_sample.viewer.buffer_pictures import BUFFERS
+from firefly_sample.viewer.overlay import text_plate
+from firefly_sample.viewer.window_views import GAP, LABEL, SHARE, SMALLEST, Grid, buffer_strip, thumbnail_grid
 
 sides = st.integers(1, 3000)
 
@@ -86,8 +86,9 @@ def test_labels_are_of_one_size_and_shrink_together():
     band = buffer_strip(
         {name: np.zeros((45, 60, 3), np.uint8) for name in ("id", "position_world")}, grid, 1.0
     )
-    full = title_plate("id", "", LABEL)
-    label = title_plate("id", "", LABEL * (60 - GAP) / title_plate("position_world", "", LABEL).shape[1])
+    full = text_plate("", LABEL, title="id")
+    longest = text_plate("", LABEL, title="position_world").shape[1]
+    label = text_plate("", LABEL * (60 - GAP) / longest, title="id")
     assert label.shape[0] < full.shape[0]
     top, left = GAP + GAP // 2, GAP + GAP // 2
     seen = band[top : top + label.shape[0], left : left + label.shape[1], :3]

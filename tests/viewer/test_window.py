@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from firefly_sample.lab.trade_bench import PICTURE
-from firefly_sample.viewer.views import draw_view, views_of
+from firefly_sample.viewer.window_views import PICTURE, draw_view, views_of
 from tests.cli.command import environment
 from tests.conftest import make_renderer
 from tests.viewer.driver import BARE, LAMPS, SIZE
@@ -184,7 +183,7 @@ def test_ctrl_c_prints_the_result_so_far(open_window):
 
 def test_a_window_that_closes_during_a_performance_test_prints_the_result_so_far(display, tmp_path):
     code = f"""
-from firefly_sample.viewer.window import run
+from firefly_sample.viewer.main_loop import run
 run({LAMPS!r}, parameters={{}}, size={SIZE}, performance_test=600, max_frames=8)
 """
     done = python(code, display, tmp_path)
@@ -273,7 +272,7 @@ def test_escape_closes_the_help_and_then_the_window(open_window):
 
 def test_it_ends_after_so_many_frames_at_any_size(display, tmp_path):
     code = f"""
-from firefly_sample.viewer.window import run
+from firefly_sample.viewer.main_loop import run
 for size in ((1, 1), (64, 48), (2, 300)):
     run({LAMPS!r}, parameters={{"lamps": 0}}, size=size, max_frames=3)
 """
@@ -290,7 +289,7 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window
-from firefly_sample.viewer.stage import Stage
+from firefly_sample.viewer.shown_scene import ShownScene
 from firefly_sample.viewer.viewer import Viewer
 from tests.viewer.workshop import Workshop
 
@@ -302,7 +301,8 @@ class Pair(Workshop):
 
 sizes = (400, 300), (300, 400), (635, 400)
 with Window("pair", sizes[0]), Renderer(sizes[0], window=True) as renderer:
-    viewer = Viewer(Stage(Pair(), {"shadows": False, "lamps": 2}), renderer, Clock(0.0, 0.0), Path(), print)
+    shown = ShownScene(Pair(), {"shadows": False, "lamps": 2})
+    viewer = Viewer(shown, renderer, Clock(0.0, 0.0), Path(), print)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         for size in sizes:
@@ -328,9 +328,9 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window
-from firefly_sample.viewer.stage import Stage
+from firefly_sample.viewer.shown_scene import ShownScene
 from firefly_sample.viewer.viewer import Viewer
-from firefly_sample.viewer.views import views_of
+from firefly_sample.viewer.window_views import views_of
 from tests.viewer.workshop import workshop
 
 size = (100, 75)
@@ -346,8 +346,8 @@ with Window("leak", size) as window:
     before = live()
     with Renderer(size, Settings(supersample=2), window=True) as renderer:
         gc.freeze()  # what is imported stays
-        stage = Stage(workshop, {"shadows": True, "lamps": 5})
-        viewer = Viewer(stage, renderer, Clock(0.0, 0.0), Path(), print)
+        shown = ShownScene(workshop, {"shadows": True, "lamps": 5})
+        viewer = Viewer(shown, renderer, Clock(0.0, 0.0), Path(), print)
         counts, period = [], 2 * len(views_of("correct"))
         for now in range(3 * period):
             # over a period, each view with and without shadows, and the camera where it was at first

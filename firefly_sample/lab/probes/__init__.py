@@ -1,1 +1,1 @@
-"""Small GL programs of which the laboratory knows what they must give."""
+"""Small GL programs whose exact results are known."""

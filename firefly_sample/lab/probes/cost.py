@@ -1,4 +1,4 @@
-"""Times ways of drawing the same, in turn in each round, so that a busy machine slows all alike."""
+"""Times different methods of drawing, in turn in each round, so that a busy machine slows all alike."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import make_texture
 from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.proxies import proxy_mesh
-from firefly_sample.gpu.shader_source import resolve_source
+from firefly_sample.lab.probes.probe import kept_until, make_program
 
 FULLSCREEN = """#version 330 core
 flat out int v_light;
@@ -37,13 +37,13 @@ void main()
     gl_Position = vec4(place + u_radius * in_position, 1.0);
 }
 """
-"""Spheres all over the view volume, as an orthographic lens sees them."""
+"""Vertex shader of spheres all over the view volume, seen by an orthographic lens."""
 TEXTURE = 512
 
 
 @dataclass(frozen=True)
 class Contender:
-    """One way to draw.
+    """A method of drawing.
 
     Attributes
     ----------
@@ -53,13 +53,13 @@ class Contender:
     vertex : str
         `FULLSCREEN` or `VOLUMES`.
     instances : int
-        Triangles, or spheres.
+        The number of triangles, or spheres.
     calls : int
-        In how many calls they are drawn.
+        The number of draw calls.
     depth_test : str
         "" for none; otherwise moderngl's comparison with a depth buffer that holds 1/2.
     radius : float
-        Of spheres, in NDC.
+        The spheres', in NDC.
     linear : bool
         Filter the texture.
     """
@@ -77,12 +77,12 @@ class Contender:
 def contest(
     device: Device, contenders: Sequence[Contender], rounds: int, size: tuple[int, int]
 ) -> list[list[float]]:
-    """Draw by each way in turn, after a first round that compiles.
+    """Draw with each contender in turn, after a first round that compiles.
 
     Returns
     -------
     list of list of float
-        Milliseconds: of each round, by each contender.
+        Milliseconds by round and contender.
 
     Raises
     ------
@@ -92,15 +92,14 @@ def contest(
     ctx = device.ctx
     times: list[list[float]] = []
     with device, ExitStack() as held:
-        color, depth = (make_texture(device, name, size) for name in ("rgba32f", "depth32f"))
-        framebuffer = ctx.framebuffer([color], depth)
-        noise = np.random.Generator(np.random.PCG64(9)).integers(
-            0, 256, (TEXTURE, TEXTURE, 4), dtype=np.uint8
+        color, depth = (
+            kept_until(held, make_texture(device, name, size)) for name in ("rgba32f", "depth32f")
         )
-        texture = ctx.texture((TEXTURE, TEXTURE), 4, noise.tobytes())
-        mesh = ctx.buffer(np.ascontiguousarray(proxy_mesh("icosphere1")).tobytes())
-        for made in (color, depth, texture, mesh, framebuffer):
-            held.callback(made.release)
+        framebuffer = kept_until(held, ctx.framebuffer([color], depth))
+        rng = np.random.Generator(np.random.PCG64(9))
+        noise = rng.integers(0, 256, (TEXTURE, TEXTURE, 4), dtype=np.uint8)
+        texture = kept_until(held, ctx.texture((TEXTURE, TEXTURE), 4, noise.tobytes()))
+        mesh = kept_until(held, ctx.buffer(np.ascontiguousarray(proxy_mesh("icosphere1")).tobytes()))
         drawn = [_prepare(device, contender, mesh, held) for contender in contenders]
         framebuffer.use()
         ctx.blend_func = moderngl.ONE, moderngl.ONE
@@ -123,16 +122,9 @@ def contest(
 def _prepare(
     device: Device, contender: Contender, mesh: moderngl.Buffer, held: ExitStack
 ) -> tuple[Program, moderngl.VertexArray]:
-    sources = (
-        resolve_source("probe.vert", contender.vertex, {}),
-        resolve_source("probe.frag", contender.fragment, {}),
-    )
-    program = Program(device.ctx, *sources, ("result",))
-    held.callback(program.release)
+    program = make_program(device, held, contender.vertex, contender.fragment, {})
     content = [(mesh, "3f", "in_position")] if contender.vertex == VOLUMES else []
-    array = device.ctx.vertex_array(program.mgl, content)
-    held.callback(array.release)
-    return program, array
+    return program, kept_until(held, device.ctx.vertex_array(program.mgl, content))
 
 
 def _time(

@@ -1,4 +1,4 @@
-"""Draws triangles of view space, and tells what comes back of them from a target or a depth buffer."""
+"""Draws triangles of view space through a lens on the real driver, and reads a target or the depth buffer."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import make_texture
-from firefly_sample.gpu.programs import Program
-from firefly_sample.gpu.shader_source import resolve_source
-from firefly_sample.lab.probes.probe import bind_blocks, run, stored_numbers
+from firefly_sample.lab.probes.probe import bind_blocks, kept_until, make_program, run, stored_numbers
 
-_VERTEX = """#version 330 core
+_LENS_VERTEX = """#version 330 core
 #include "include/lens.glsl"
 in vec3 in_view;
 out vec3 v_view;
@@ -26,7 +24,7 @@ void main()
     v_clip = gl_Position = view_to_clip(in_view);
 }
 """
-_DRAWN = """#version 330 core
+_TRIANGLE_FRAGMENT = """#version 330 core
 #include "include/lens.glsl"
 in vec3 v_view;
 in vec4 v_clip;
@@ -38,7 +36,7 @@ void main()
     o_result = result;
 }
 """
-_READ = """#version 330 core
+_DEPTH_FRAGMENT = """#version 330 core
 #include "include/lens.glsl"
 uniform sampler2D u_depth;
 out vec4 o_result;
@@ -63,7 +61,7 @@ def rasterise(
     reverse: bool = False,
     zero_to_one: bool = False,
 ) -> NDArray[np.float32]:
-    """Draw triangles through a lens, by the same vertex arithmetic as the geometry pass.
+    """Draw triangles through a lens, by the vertex arithmetic of the geometry pass.
 
     Parameters
     ----------
@@ -82,7 +80,7 @@ def rasterise(
     depth : str, optional
         Format of a depth buffer to draw into.
     reverse : bool
-        Depth falls with the distance: what is nearest has most.
+        Depth falls with the distance.
     zero_to_one : bool
         The clip range 0..1 in place of OpenGL's own.
 
@@ -97,28 +95,17 @@ def rasterise(
         If the driver reports an error.
     """
     vertices = np.ascontiguousarray(np.asarray(corners, dtype=np.float32).reshape(-1, 3))
-    ctx = device.ctx
-    defines = {"ORTHOGRAPHIC": 0}
-    fragment = _DRAWN.replace("{BODY}", "" if depth else body)
+    ctx, defines, blocks = device.ctx, {"ORTHOGRAPHIC": 0}, {"View": view}
     with device, ExitStack() as held:
-        kept = make_texture(device, target, size)
-        held.callback(kept.release)
-        buffer = make_texture(device, depth, size) if depth else None
-        if buffer is not None:
-            held.callback(buffer.release)
-        sources = (
-            resolve_source("probe.vert", _VERTEX, defines),
-            resolve_source("probe.frag", fragment, defines),
+        kept = kept_until(held, make_texture(device, target, size))
+        buffer = kept_until(held, make_texture(device, depth, size)) if depth else None
+        program = make_program(
+            device, held, _LENS_VERTEX, _TRIANGLE_FRAGMENT.replace("{BODY}", "" if depth else body), defines
         )
-        program = Program(ctx, *sources, ("result",))
-        held.callback(program.release)
-        points = ctx.buffer(vertices.tobytes())
-        held.callback(points.release)
-        array = ctx.vertex_array(program.mgl, [(points, "3f", "in_view")])
-        held.callback(array.release)
-        framebuffer = ctx.framebuffer([kept], buffer)
-        held.callback(framebuffer.release)
-        bind_blocks(device, {"View": view}, held)
+        points = kept_until(held, ctx.buffer(vertices.tobytes()))
+        array = kept_until(held, ctx.vertex_array(program.mgl, [(points, "3f", "in_view")]))
+        framebuffer = kept_until(held, ctx.framebuffer([kept], buffer))
+        bind_blocks(device, blocks, held)
         if zero_to_one:
             device.raw.set_clip_range(True)
         framebuffer.use()
@@ -132,15 +119,8 @@ def rasterise(
         if zero_to_one:
             device.raw.set_clip_range(False)
         if buffer is not None:
-            run(
-                device,
-                held,
-                _READ.replace("{BODY}", body),
-                kept,
-                {"u_depth": buffer},
-                defines,
-                {"View": view},
-            )
+            fragment = _DEPTH_FRAGMENT.replace("{BODY}", body)
+            run(device, held, fragment, kept, {"u_depth": buffer}, defines, blocks)
         result = stored_numbers(kept, target)
         device.unbind()
     device.check("a probe")

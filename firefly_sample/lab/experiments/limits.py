@@ -1,0 +1,249 @@
+"""Limits of accuracy and of float32: warnings and errors come when they must, and only then.
+
+The cases "warnings late or early" compare a surface near a light, under each lens, with float64. The warning
+of inaccurate positions must be there if a pixel is off by more than a display code, and must not be there if
+none is off by a tenth of one. In between the law, which knows neither how the light fades nor where rounding
+falls, decides either way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.errors import FireflyError
+from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.experiment import FLOAT64, Experiment
+from firefly_sample.lab.experiments.position_bounds import error_warning, positioned
+from firefly_sample.lab.experiments.scenes import geom_node, wall
+from firefly_sample.lab.reference.frame import render_reference
+from firefly_sample.lab.reference.shading import tone_curve
+from firefly_sample.pipeline import build_plan
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.particles import ParticleNode
+from firefly_sample.scene.points import Sprites
+from firefly_sample.scene.scene import Scene, VerticalGradient
+from firefly_sample.settings import Settings
+from firefly_sample.srgb import linear_to_srgb
+
+# --- Warnings of inaccurate positions ---
+
+DISTANCE, FAR, TILT = 50.0, 400.0, 10.0
+RATIOS = [10.0 ** (0.5 * power) for power in range(1, 12)]
+"""The wall's distance over the near plane's."""
+LATE, EARLY = 1.0, 0.1
+"""Display codes: above the first the warning must be there, below the second it must not."""
+
+
+def _beside_a_light(near: float, reach: float, fades: bool, from_origin: float) -> Scene:
+    """Return a wall a quarter of a light's reach behind it, as bright there as a display can show."""
+    scene = Scene()
+    shift = np.array([from_origin, 0.0, 0.0])
+    plaster = Material("plaster", (1.0, 1.0, 1.0, 1.0))
+    path = scene.root.attach_new_node(geom_node("wall", wall(2.5 * reach, 8), plaster))
+    path.set_pos_hpr(*(shift + np.array([0.0, DISTANCE, 0.0])), 0, -TILT, 0)
+    beside = 0.25 * reach
+    light = PointLight("light", radius=reach)
+    strength = 0.95 / 0.75**2
+    if fades:
+        light.set_attenuation((1.0, 0.0, 1.0 / beside**2))
+        strength = 0.95 * 2.0
+    light.set_color((strength,) * 3)
+    scene.root.attach_new_node(light).set_pos(*(shift + np.array([0.0, DISTANCE - beside, 0.0])))
+    scene.camera.set_pos(*shift)
+    fov = 2.0 * math.degrees(math.atan(reach / DISTANCE))
+    scene.camera_node.lens = PerspectiveLens(fov=fov, aspect_ratio=4 / 3, near=near, far=FAR)
+    return scene
+
+
+def _codes_off(bench: ExperimentBench, scene: Scene, settings: Settings) -> float:
+    """Return the largest error of a pixel, in display codes."""
+    drawn = bench.draw(scene, settings, (64, 48), ("radiance", "visibility", "albedo"))
+    visibility = drawn.visibility()
+    reference = render_reference(drawn.plan, visibility, albedo=drawn["albedo"], threads=1)
+    seen = (visibility[..., :1] >= 0) & (reference.radiance <= 1.0)  # a clipped value hides an error
+
+    def codes(radiance: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(255.0 * linear_to_srgb(tone_curve(np.minimum(radiance, 1.0), "none")))
+
+    error = np.abs(codes(drawn["radiance"]) - codes(reference.radiance))
+    return float(np.where(seen, error, 0.0).max())
+
+
+def _warnings(name: str, fades: bool, from_origin: float) -> Experiment:
+    """Return the case of warnings for many near planes and reaches: how many are late or early."""
+
+    def run(bench: ExperimentBench, method: str) -> float:
+        exact = {"normals": "rgba32f", "albedo": "rgba32f", "cutoff_budget": 0.0, "tone": "none"}
+        settings = positioned(method, **exact)
+        wrong = 0
+        for reach, ratio in product((1.0, 8.0, 64.0), RATIOS):
+            bench.warnings.clear()
+            codes = _codes_off(bench, _beside_a_light(DISTANCE / ratio, reach, fades, from_origin), settings)
+            warned = error_warning(bench.warnings, method) != ""
+            wrong += codes < EARLY if warned else codes > LATE
+        bench.warnings.clear()
+        return float(wrong)
+
+    return Experiment(f"warnings late or early, {name}", run, bound=0.0)
+
+
+# --- Numbers and scenes beyond float32 ---
+
+BEYOND = 1e39
+"""More than float32's largest number, 3.4e38."""
+ORDINARY = 1.0
+SIZE = (64, 48)
+
+
+def _lit(scale: float, width: float = 20.0, light: float | None = None) -> Scene:
+    """Return a wall of 20 units ten units away, `scale` times as large and far, under a light at the eye."""
+    scene = Scene()
+    scene.root.attach_new_node(geom_node("wall", wall(width * scale), Material("grey"))).set_y(10.0 * scale)
+    scene.root.attach_new_node(PointLight("lamp", radius=light))
+    scene.camera_node.lens = PerspectiveLens(fov=60.0, near=scale, far=100.0 * scale)
+    return scene
+
+
+def _planned(**changes: Any) -> None:
+    scene = _lit(1.0)
+    for name, value in changes.items():
+        setattr(scene, name, value)
+    build_plan(scene, size=SIZE)
+
+
+def _seen_through(lens: PerspectiveLens | OrthographicLens) -> None:
+    scene = _lit(1.0)
+    scene.camera_node.lens = lens
+    build_plan(scene, size=SIZE)
+
+
+def _grown(factor: float) -> None:
+    """Plan two nested nodes of scales whose product float64 cannot represent."""
+    scene = _lit(1.0)
+    path = scene.root.attach_new_node("outer")
+    path.set_scale(factor)
+    scene.root.find("wall").reparent_to(path)
+    path.find("wall").set_scale(factor)
+    build_plan(scene, size=SIZE)
+
+
+_CORNERS = np.eye(3)
+_ONE = [(0, 1, 2)]
+_GIVEN: tuple[Callable[[float], Any], ...] = (
+    lambda n: Geom(n * _CORNERS, _ONE),
+    lambda n: Geom(_CORNERS, _ONE, normals=n * _CORNERS),
+    lambda n: Geom(_CORNERS, _ONE, texcoords=n * _CORNERS[:, :2]),
+    lambda n: Geom(_CORNERS, _ONE, colors=n * _CORNERS),
+    lambda n: Geom(_CORNERS, np.array([(0, 1, 2 if n == ORDINARY else 2**32 + 2)])),
+    lambda n: Material("m", (n, 0, 0, 1)),
+    lambda n: Material("m", emission=(n, 0, 0)),
+    lambda n: Material("m", specular=(n, 0, 0)),
+    lambda n: Material("m", shininess=n),
+    lambda n: PointLight("l", (n, 0, 0)),
+    lambda n: Spotlight("l").set_attenuation((0, 0, n)),
+    lambda n: Spotlight("l").set_attenuation((0, 0, 1 / n)),
+    lambda n: Spotlight("l").set_specular_color((n, 0, 0)),
+    lambda n: DirectionalLight("l", (n, 0, 0)),
+    lambda n: AmbientLight("l", (n, 0, 0)),
+    lambda n: PointLights("l", n * _CORNERS),
+    lambda n: PointLights("l", _CORNERS, n),
+    lambda n: Sprites("s", n * _CORNERS),
+    lambda n: Sprites("s", _CORNERS, n),
+    lambda n: ParticleNode("p", n * _CORNERS),
+    lambda n: ParticleNode("p", _CORNERS, n),
+    lambda n: ParticleNode("p").set_bounding_sphere(n),
+    lambda n: Settings(exposure=n),
+    lambda n: _planned(background=(0, n, 0)),
+    lambda n: _planned(background=VerticalGradient((0, 0, 0), (n, 0, 0))),
+    lambda n: _planned(exposure=n),
+    lambda n: _seen_through(PerspectiveLens(near=n, far=2 * n)),
+    lambda n: _seen_through(PerspectiveLens(near=1e-7 / n, far=1)),
+    lambda n: _seen_through(OrthographicLens(near=-n, far=n)),
+    lambda n: _grown(n**4),
+)
+
+
+def _accepted(bench: ExperimentBench, method: str) -> float:
+    """Return how many numbers beyond float32 are accepted where an ordinary one is."""
+    accepted = 0
+    for give in _GIVEN:
+        give(ORDINARY)  # if this were refused, the next refusal would prove nothing
+        try:
+            give(BEYOND)
+            accepted += 1
+        except FireflyError:
+            pass
+    return float(accepted)
+
+
+def _scaled(factor: float) -> Scene:
+    scene = _lit(1.0)
+    scene.root.find("wall").set_scale(factor)
+    return scene
+
+
+def _flat(width: float) -> Scene:
+    scene = _lit(1.0, width)
+    scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1.0, far=100.0)
+    return scene
+
+
+_SCENES: tuple[tuple[str, Callable[[], Scene]], ...] = (
+    ("", lambda: _lit(1.0)),
+    ("", lambda: _lit(2.0**-50)),
+    ("light on it is wrong", lambda: _lit(1e-17)),
+    ("light on it is wrong", lambda: _lit(1e-30, light=1.0)),
+    ("", lambda: _lit(2.0**50)),
+    ("do not light it there", lambda: _lit(1e20)),
+    ("", lambda: _lit(1e20, light=10.0)),
+    ("parts of it are not drawn", lambda: _scaled(1e37)),
+    ("", lambda: _lit(1.0, 2e5)),
+    ("lose pixels", lambda: _lit(1.0, 1e8)),
+    ("", lambda: _flat(2e5)),
+    ("lose pixels", lambda: _flat(1e8)),
+)
+"""A part of the warning that a scene must have, or "" if it must have none; and the scene."""
+
+
+def _wrong_warnings(bench: ExperimentBench, method: str) -> float:
+    """Return how many scenes have a needless warning or lack a needed one."""
+    wrong = 0
+    for expected, make in _SCENES:
+        lines = build_plan(make(), size=SIZE).warnings
+        wrong += not any(expected in line for line in lines) if expected else bool(lines)
+    return float(wrong)
+
+
+def _wide(bench: ExperimentBench, method: str) -> float:
+    """Return the largest share of pixels that a wall of 1e4 views does not cover, turned and moved."""
+    rng = np.random.default_rng(5)
+    lost = 0.0
+    for _ in range(8):
+        width, turn = 1e4 * 11.5, rng.uniform(0.0, 360.0)
+        scene = _lit(1.0, width)
+        path = scene.root.find("wall")
+        path.set_r(turn)
+        x, z = rng.uniform(-0.45, 0.45, 2) * width
+        path.set_pos(path, -x, 0.0, -z)
+        drawn = bench.draw(scene, positioned(method), SIZE, ("id", "radiance"))
+        lost = max(lost, float((drawn.frame["id"] < 0).mean()))
+    return lost
+
+
+EXPERIMENTS = (
+    _warnings("lights with a radius", fades=False, from_origin=0.0),
+    _warnings("attenuated lights", fades=True, from_origin=0.0),
+    _warnings("far from the origin", fades=False, from_origin=1e4),
+    Experiment("coverage, a wall of 1e4 views", _wide, bound=0.0),
+    Experiment("numbers beyond float32", _accepted, FLOAT64, bound=0.0),
+    Experiment("scenes beyond float32", _wrong_warnings, FLOAT64, bound=0.0),
+)
