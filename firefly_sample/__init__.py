@@ -8,6 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from firefly_sample.errors import RENAMED
+
 if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
     from firefly_sample.errors import FireflyError, SoftwareDriverWarning
@@ -92,7 +94,12 @@ def __getattr__(name: str) -> Any:
     elif name in _HOMES:
         value = getattr(import_module(f"firefly_sample.{_HOMES[name]}"), name)
     else:
-        raise AttributeError(f"module 'firefly_sample' has no attribute {name!r}")
+        text = f"module 'firefly_sample' has no attribute {name!r}"
+        for new in RENAMED.get(name, ()):
+            if new in __all__:
+                # `from firefly_sample import name` would hide the text of an AttributeError
+                raise ImportError(f"{text}: it is now called {new!r}")
+        raise AttributeError(text)
     globals()[name] = value
     return value
 

@@ -1,4 +1,4 @@
-"""Where the shaders and the models are: in an installed wheel, or in a checkout."""
+"""The folders of shaders and models, in an installed wheel or in a checkout."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from firefly_sample.errors import FireflyError
 
 
 def asset_dir(kind: str) -> Path:
-    """The folder `shaders` or `models`.
+    """Return the folder `shaders` or `models`.
 
     Parameters
     ----------
@@ -31,11 +31,6 @@ def asset_dir(kind: str) -> Path:
     )
 
 
-def shader_path(name: str) -> Path:
-    """The file of the shader `name`, for example ``geometry.frag`` or ``include/lens.glsl``."""
-    return asset_dir("shaders") / name
-
-
 def model_path(name: str) -> Path:
-    """The file of the model `name`, for example ``terrain.glb``."""
+    """Return the file of the model `name`, for example ``terrain.glb``."""
     return asset_dir("models") / name

@@ -1,10 +1,10 @@
 """The command ``firefly``.
 
-Results go to stdout, everything else to stderr. The exit code is 0, 1 after an error (one line says what),
-2 after a command line or a configuration that cannot be understood, 130 after Ctrl-C. A reader of stdout
-that goes away has seen enough, which is no error.
+Results go to stdout, everything else to stderr. The exit code is 0 after success, 1 after an error (which is
+one line), 2 if the command line or the configuration is wrong, 130 after Ctrl-C. It is no error if the reader
+of a pipe closes it early.
 
-All that takes long is imported when it is needed, by when Ctrl-C is answered.
+Libraries that take long are imported late, when the handler of Ctrl-C is in place.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from firefly_sample.commands.streams import safe_streams
 from firefly_sample.commands.terminal import check_stdout, complain
@@ -31,31 +31,31 @@ if TYPE_CHECKING:
 
 Words = tuple[str, ...]
 
-_COMMANDS: dict[Words, str] = {
+COMMANDS: dict[Words, str] = {
     ("capture",): "Render frames of a scene to files.",
     ("run",): "Open a window on a scene.",
-    ("plan",): "Show the passes and targets of a frame, and what asked for each.",
+    ("plan",): "Show the passes and targets of a frame, and why each is needed.",
     ("measure", "speed"): "Time frames with more and more lights, by each method of drawing them.",
-    ("measure", "start"): "How soon the first picture is there, with a cache and without.",
-    ("measure", "trade"): "What each setting costs in time and in error.",
-    ("measure", "stability"): "Draw numerical extremes, and hold each to its bound.",
-    ("measure", "numerics"): "What numbers lose on this driver: the figures that the defaults rest on.",
+    ("measure", "start"): "Time how soon the first picture is drawn, with a cache and without.",
+    ("measure", "trade"): "Measure what each setting costs in time and in accuracy.",
+    ("measure", "stability"): "Draw numerically extreme scenes, and compare each error with its bound.",
+    ("measure", "numerics"): "Measure what number formats and formulas lose on this driver.",
     ("doctor",): "Show driver, devices and versions, and how to install what is missing.",
     ("scenes",): "List the installed scenes and their parameters.",
+    ("completion",): "Print a script that completes commands, options and scenes in a shell.",
 }
-_WITHOUT_SCENE = (
-    ("measure", "start"),
-    ("measure", "stability"),
-    ("measure", "numerics"),
-    ("doctor",),
-    ("scenes",),
-)
-_OPERANDS: dict[Words, str] = {("measure", "numerics"): "[TABLE...] ", ("measure", "start"): "[SCENE] "}
-_WITH_SCENE = [words for words in _COMMANDS if words not in _WITHOUT_SCENE]
+WITH_SCENE = (("capture",), ("run",), ("plan",), ("measure", "speed"), ("measure", "trade"))
+"""Commands that have an option for each parameter of a scene."""
+_OPERANDS: dict[Words, str] = {
+    **dict.fromkeys((*WITH_SCENE, ("measure", "start")), "[SCENE] "),
+    ("measure", "numerics"): "[TABLE...] ",
+    ("completion",): "SHELL ",
+}
+_FULL_HELP = "--help-all"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and give its exit code; errors are printed, not raised.
+    """Run a command line and return its exit code; errors are printed, not raised.
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     own_process = arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if own_process:
         signal.signal(signal.SIGINT, _leave)
-    if os.environ.get("COLUMNS") == "0":  # as in some containers; help cannot be wrapped to that
+    if os.environ.get("COLUMNS") == "0":  # as in some containers; help cannot be that narrow
         del os.environ["COLUMNS"]
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     with safe_streams(), warnings.catch_warnings():
-        if not sys.warnoptions:  # -W and PYTHONWARNINGS come first
+        if not sys.warnoptions:  # -W and PYTHONWARNINGS take precedence
             warnings.simplefilter("once", UserWarning)
         warnings.showwarning = lambda message, *_: complain(f"warning: {message}")
         try:
@@ -86,21 +86,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
             complain(f"{where}{error.strerror or error}")
             code = 1
         except SystemExit as error:
-            complain(f"sys.exit({error.code!r}) was called before the command had done its work")
+            complain(f"sys.exit({error.code!r}) was called before the command was done")
             code = 1
         except KeyboardInterrupt:
             complain("interrupted")
             code = 130
         finally:
-            if own_process:  # there is nothing left to do but to end
+            if own_process:  # only the end of the process is left
                 signal.signal(signal.SIGINT, signal.SIG_DFL)
     return code
 
 
 def _leave(*_: object) -> None:
-    """End the process at once: before a command begins there is nothing to be put in order.
+    """End the process at once, because before a command begins there is nothing to clean up.
 
-    Raising KeyboardInterrupt would not do, since libraries swallow it while they are imported.
+    KeyboardInterrupt would not do, because some libraries swallow it while they are imported.
     """
     try:
         os.write(2, b"firefly: interrupted\n")
@@ -111,36 +111,46 @@ def _leave(*_: object) -> None:
 def _run(tokens: list[str], own_process: bool) -> int:
     from cyclopts import CycloptsError
 
-    from firefly_sample.commands.configuration import named_by_table, read_configuration
+    from firefly_sample.commands.configuration import error_text, read_configuration
 
-    words = next((words for words in _COMMANDS if tuple(tokens[: len(words)]) == words), ())
+    if tokens[:1] == ["__complete"]:  # by the script of firefly completion
+        from firefly_sample.commands.completion import merged
+
+        make_app({_words(tokens[1:])}, [], merged([]))(tokens, result_action="return_value")
+        return 0
+    words = _words(tokens)
     tables: list[Table] = []
     try:
-        tables = read_configuration(_COMMANDS)
-        plugin = _scene_of(words, tokens, tables) if words in _WITH_SCENE else None
-        command = _parse(words, tokens, tables, plugin)
+        tables = read_configuration(COMMANDS)
+        plugin = scene_of(words, tokens, tables) if words in WITH_SCENE else None
+        command = parse(words, tokens, tables, plugin)
         if own_process:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         with _naming(plugin):
             result = command()
     except CycloptsError as error:
         error.verbose = False
-        complain(named_by_table(error, tables, words))
+        complain(error_text(error, tables, words))
         return 2
     return result if isinstance(result, int) else 0
 
 
-def _parse(
+def _words(tokens: Sequence[str]) -> Words:
+    """Return the words of the command that `tokens` begin with; none if there is no such command."""
+    return next((words for words in COMMANDS if tuple(tokens[: len(words)]) == words), ())
+
+
+def parse(
     words: Words, tokens: list[str], tables: list[Table], plugin: ScenePlugin | None
 ) -> Callable[[], object]:
     """Return the function that the command line asks for, ready to be called."""
-    app = _app(words, tables, plugin)
+    app = make_app({words}, tables, plugin, full_help=_FULL_HELP in tokens)
     command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
     return partial(command, *bound.args, **bound.kwargs)
 
 
 def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:
-    """Make errors of a plugin's code name the plugin."""
+    """Return a context in which errors of a plugin's code name the plugin."""
     if plugin is None:
         return nullcontext()
     from firefly_sample.scenes import naming
@@ -148,11 +158,11 @@ def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:
     return naming(plugin)
 
 
-def _scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugin:
+def scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugin:
     """Return the scene whose options `tokens` may use.
 
-    What directly follows the command, if it is no option, is the scene. Otherwise the configuration may
-    name it, or it comes later and is found with the options of the scene that would be drawn without it.
+    The word after the command is the scene, unless it is an option. Otherwise the configuration may name the
+    scene, or it follows options, which are parsed with the default scene or the configuration's.
     """
     from cyclopts import CycloptsError
 
@@ -165,18 +175,24 @@ def _scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlug
     name = DEFAULT_SCENE
     for known in (words, tokens):
         try:
-            _, bound, *_ = _app(words, tables, find_scene(name), allow_unknown=True).parse_known_args(known)
+            _, bound, *_ = make_app({words}, tables, find_scene(name), allow_unknown=True).parse_known_args(
+                known
+            )
         except CycloptsError:
             break  # the real parse says what is wrong
         name = bound.arguments.get("scene", name)
     return find_scene(name)
 
 
-def _app(
-    chosen: Words, tables: list[Table], plugin: ScenePlugin | None = None, allow_unknown: bool = False
+def make_app(
+    chosen: Collection[Words],
+    tables: list[Table],
+    plugin: ScenePlugin | None = None,
+    allow_unknown: bool = False,
+    full_help: bool = True,
 ) -> App:
-    """Make the whole command line, of which only the chosen command is more than its name and summary."""
-    from cyclopts import App, Parameter
+    """Return the command line, in which commands that are not chosen have only a name and a summary."""
+    from cyclopts import App, Group, Parameter
 
     from firefly_sample.commands.configuration import as_sources
 
@@ -186,35 +202,39 @@ def _app(
         help_format="plaintext",
         version=_version,
         default_parameter=Parameter(negative=()),
+        group_parameters=Group("Options", sort_key=0),
         config=as_sources(tables, allow_unknown),
         suppress_keyboard_interrupt=False,
     )
-    groups = {
-        (): app,
-        ("measure",): App(name="measure", help="What frames cost, how far they are off, and what holds."),
-    }
+    groups = {(): app, ("measure",): App(name="measure", help="Measure the cost and the accuracy of frames.")}
     app.command(groups["measure",])
-    for words, summary in _COMMANDS.items():
-        if words == chosen:
-            operands = "[SCENE] " if plugin else _OPERANDS.get(words, "")
-            usage = f"Usage: firefly {' '.join(words)} {operands}[OPTIONS]"
-            groups[words[:-1]].command(_load(words, plugin), name=words[-1], usage=usage)
-        else:
+    for words, summary in COMMANDS.items():
+        if words not in chosen:
             groups[words[:-1]].command(App(name=words[-1], help=summary))
+            continue
+        name = f"firefly {' '.join(words)}"
+        options: dict[str, Any] = {"usage": f"Usage: {name} {_OPERANDS.get(words, '')}[OPTIONS]"}
+        if words in WITH_SCENE:
+            options["help_flags"] = (*app.help_flags, _FULL_HELP)
+            if not full_help:
+                options["help_epilogue"] = (
+                    f"{name} SCENE {_FULL_HELP} shows all options, also those of settings."
+                )
+        groups[words[:-1]].command(_load(words, plugin, full_help), name=words[-1], **options)
     return app
 
 
-def _load(words: Words, plugin: ScenePlugin | None) -> Callable[..., int]:
+def _load(words: Words, plugin: ScenePlugin | None, full_help: bool) -> Callable[..., int]:
     """Return the function of a command, with the options of a scene if it takes one."""
     command: Callable[..., int] = getattr(
         import_module(f"firefly_sample.commands.{'_'.join(words)}"), words[-1]
     )
-    if plugin is None:
+    if plugin is None or words not in WITH_SCENE:
         return command
 
     from firefly_sample.commands.options import with_scene_options
 
-    return with_scene_options(command, plugin)
+    return with_scene_options(command, plugin, full_help)
 
 
 def _version() -> str:

@@ -1,4 +1,4 @@
-"""Every error this package raises on purpose, and the warning that has a class of its own.
+"""The errors that this package raises on purpose, and its own class of warnings.
 
 ::
 
@@ -11,15 +11,15 @@
     │   └── SceneNotFoundError        no such scene plugin
     ├── ModelError                    a model file that is missing or damaged
     ├── SettingsError                 a setting's name, value or combination
-    ├── OutputError                   an output (image) that does not exist or cannot be had so
-    ├── PlanError                     a pass that reads what nobody wrote
+    ├── OutputError                   an output (image) that does not exist or contradicts a setting
+    ├── PlanError                     a pass that reads a target which no pass has written
     ├── MissingPackageError           a package that is optional and not installed
     ├── ViewerError                   no display, or no library, to open a window with
     └── GpuError                      the driver
         ├── NoGpuError                no GL library, no device, or a software driver where a GPU was required
         └── ShaderError               a shader that does not compile; names file and line
 
-    SoftwareDriverWarning             a UserWarning: there is no GPU, pictures are right but come slowly
+    SoftwareDriverWarning             a UserWarning: there is no GPU; pictures are right, but drawing is slow
 
 Each error is also the built-in exception that fits (`ValueError`, `ImportError`,
 `RuntimeError`), so that callers need not import this module to catch them.
@@ -47,15 +47,15 @@ class LightError(SceneError):
 
 
 class LensError(SceneError):
-    """A lens cannot have these values."""
+    """A lens's values are wrong or contradict each other."""
 
 
 class ParameterError(SceneError):
-    """A scene parameter does not exist or is out of its range."""
+    """A scene parameter does not exist, or its value is of the wrong type or out of range."""
 
 
 class SceneNotFoundError(SceneError):
-    """No scene plugin of that name."""
+    """There is no scene plugin of that name."""
 
 
 class ModelError(FireflyError, ValueError):
@@ -63,11 +63,11 @@ class ModelError(FireflyError, ValueError):
 
 
 class SettingsError(FireflyError, ValueError):
-    """A setting does not exist, has no such value, or does not go with another."""
+    """A setting does not exist, may not have that value, or contradicts another one."""
 
 
 class OutputError(FireflyError, ValueError):
-    """An output image does not exist or cannot be had with these settings."""
+    """An output image does not exist, or contradicts the settings."""
 
 
 class PlanError(FireflyError, RuntimeError):
@@ -79,7 +79,7 @@ class MissingPackageError(FireflyError, ImportError):
 
 
 class ViewerError(FireflyError, RuntimeError):
-    """There is no window to be had; the message says what works without one."""
+    """A window cannot be opened; the message says what works without one."""
 
 
 class GpuError(FireflyError, RuntimeError):
@@ -87,7 +87,7 @@ class GpuError(FireflyError, RuntimeError):
 
 
 class NoGpuError(GpuError):
-    """There is no OpenGL to draw with, or not the one that was asked for."""
+    """There is no OpenGL driver, or not the one that was asked for."""
 
 
 class ShaderError(GpuError):
@@ -95,15 +95,51 @@ class ShaderError(GpuError):
 
 
 class SoftwareDriverWarning(UserWarning):
-    """The driver computes on the CPU: right, but slow.
+    """The driver computes on the CPU: pictures are right, but drawing is slow.
 
     ``warnings.filterwarnings("ignore", category=firefly_sample.SoftwareDriverWarning)`` silences it.
     """
 
 
+RENAMED: dict[str, tuple[str, ...]] = {
+    # settings
+    "lights": ("light_method", "counts"),  # the second of measure speed
+    "window": ("range_falloff",),
+    "specular": ("specular_model",),
+    "particle_slices": ("particle_order_depths",),
+    "volume_shadows": ("particle_shadows",),
+    "volume_slices": ("particle_shadow_slices",),
+    "volume_tile": ("particle_shadow_tile",),
+    "volume_format": ("particle_shadow_format",),
+    "volume_reads": ("particle_shadow_reads",),
+    "volume_interpolation": ("particle_shadow_interpolation",),
+    "no_volume_interpolation": ("no_particle_shadow_interpolation",),
+    # a scene's own option
+    "scene_lights": ("lights",),
+    # outputs, classes and modules
+    "volume_atlas": ("particle_shadow_atlas",),
+    "VolumeShadow": ("ParticleShadow",),
+    "firefly_sample.measure": ("firefly_sample.lab",),
+    "firefly_sample.reference": ("firefly_sample.lab.reference",),
+}
+"""The new names for each old one that users may still have in their files; the first that exists counts."""
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """For a message on a name that does not exist: the nearest of those that do, or nothing."""
+    """Return a hint for a message about an unknown name: its new name, or else the nearest of `known`.
+
+    It is empty if there is neither. Options and keys may have dashes.
+    """
     from difflib import get_close_matches
 
-    close = get_close_matches(str(name), list(known), n=1)
+    known = list(known)
+    for new in RENAMED.get(_plain(name), ()):
+        for other in known:
+            if _plain(other) == new:
+                return f" (it is now called {other!r})"
+    close = get_close_matches(str(name), known, n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def _plain(name: object) -> str:
+    return str(name).lstrip("-").replace("-", "_")

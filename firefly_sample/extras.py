@@ -1,4 +1,4 @@
-"""Say how to install the packages that only a part of this one needs."""
+"""Command lines that install packages which only a part of this one needs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Iterable
 def install_command(extra: str) -> str:
     """Return the command line that installs the packages of an extra, for example "measure".
 
-    It runs the Python that runs now, so that it needs no command pip, and names the packages themselves.
+    It calls this process's own Python, so that it needs no command ``pip``, and names each package.
     """
     from importlib.metadata import PackageNotFoundError, requires
 
@@ -28,5 +28,5 @@ def install_command(extra: str) -> str:
 
 
 def pip_install(specs: Iterable[str]) -> str:
-    """Return the command line that installs packages into the Python that runs now."""
+    """Return the command line that installs packages for this process's own Python."""
     return shlex.join([sys.executable, "-m", "pip", "install", *specs])

@@ -1,9 +1,9 @@
-"""What a render gives: named images, each with its space, unit and invalid value, and how it was made."""
+"""A rendered frame: named images, each with its space, unit and invalid value, and how it was made."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ Image = NDArray[np.uint8] | NDArray[np.int32] | NDArray[np.float32]
 
 @dataclass(frozen=True)
 class OutputInfo:
-    """What one image of a `Frame` holds.
+    """The meaning of one image of a `Frame`.
 
     Attributes
     ----------
@@ -26,10 +26,10 @@ class OutputInfo:
         1 means shape (height, width), otherwise (height, width, channels).
     space, unit, invalid : str
         The space of its values, their unit, and the value where nothing was drawn.
-    sampled : bool
-        True if its values are point samples at pixel centres, which no average can replace.
     help : str
         One sentence.
+    sampled : bool
+        True if its values are point samples at pixel centres, which must not be averaged.
     """
 
     dtype: str
@@ -37,8 +37,8 @@ class OutputInfo:
     space: str
     unit: str
     invalid: str
-    sampled: bool
     help: str
+    sampled: bool = True
 
 
 OUTPUTS: dict[str, OutputInfo] = {
@@ -48,8 +48,8 @@ OUTPUTS: dict[str, OutputInfo] = {
         "display",
         "sRGB code",
         "the background",
-        False,
         "the picture after exposure, tone curve and sRGB",
+        sampled=False,
     ),
     "radiance": OutputInfo(
         "float32",
@@ -57,36 +57,20 @@ OUTPUTS: dict[str, OutputInfo] = {
         "scene",
         "linear radiance",
         "the background",
-        False,
         "the picture before exposure and tone curve",
+        sampled=False,
     ),
-    "albedo": OutputInfo(
-        "float32", 3, "surface", "linear reflectance 0..1", "0", True, "diffuse base colour"
-    ),
+    "albedo": OutputInfo("float32", 3, "surface", "linear reflectance 0..1", "0", "diffuse base colour"),
     "normal": OutputInfo(
-        "float32",
-        3,
-        "view",
-        "unit vector",
-        "(0, 0, 0)",
-        True,
-        "normal, turned to the eye on two-sided surfaces",
+        "float32", 3, "view", "unit vector", "(0, 0, 0)", "normal; on two-sided surfaces it faces the eye"
     ),
-    "normal_world": OutputInfo(
-        "float32", 3, "world", "unit vector", "(0, 0, 0)", True, "the same in world space"
-    ),
+    "normal_world": OutputInfo("float32", 3, "world", "unit vector", "(0, 0, 0)", "normal"),
     "depth": OutputInfo(
-        "float32", 1, "view", "scene units", "inf", True, "distance along the view axis (not along the ray)"
+        "float32", 1, "view", "scene units", "inf", "distance along the view axis (not along the ray)"
     ),
-    "position": OutputInfo("float32", 3, "view", "scene units", "NaN", True, "surface position"),
+    "position": OutputInfo("float32", 3, "view", "scene units", "NaN", "surface position"),
     "position_world": OutputInfo(
-        "float32",
-        3,
-        "world",
-        "scene units",
-        "NaN",
-        True,
-        "surface position; float32 is coarse far from the origin",
+        "float32", 3, "world", "scene units", "NaN", "surface position; float32 is coarse far from the origin"
     ),
     "id": OutputInfo(
         "int32",
@@ -94,8 +78,7 @@ OUTPUTS: dict[str, OutputInfo] = {
         "scene",
         "index into Frame.id_names",
         "-1",
-        True,
-        "which geometry instance, counted over what is not hidden",
+        "number of the geometry instance, hidden ones not counted",
     ),
     "visibility": OutputInfo(
         "int32",
@@ -103,54 +86,38 @@ OUTPUTS: dict[str, OutputInfo] = {
         "scene",
         "instance drawn, triangle of its mesh",
         "-1",
-        True,
-        "which triangle of which instance, counted in the frame's drawing order",
+        "numbers of instance and triangle, instances in drawing order",
     ),
-    "specular": OutputInfo(
-        "float32", 3, "surface", "linear reflectance 0..1", "0", True, "colour of highlights"
-    ),
-    "shininess": OutputInfo("float32", 1, "surface", "exponent 0..1e6", "0", True, "exponent of highlights"),
-    "emission": OutputInfo(
-        "float32", 3, "scene", "linear radiance", "0", True, "what surfaces give off by themselves"
-    ),
+    "specular": OutputInfo("float32", 3, "surface", "linear reflectance 0..1", "0", "colour of highlights"),
+    "shininess": OutputInfo("float32", 1, "surface", "exponent 0..1e6", "0", "exponent of highlights"),
+    "emission": OutputInfo("float32", 3, "scene", "linear radiance", "0", "light that surfaces emit"),
     "light": OutputInfo(
         "float32",
         3,
         "scene",
         "linear radiance",
         "0",
-        True,
-        "light alone: what white surfaces without highlights would show",
+        "light alone, as white surfaces without highlights show it",
     ),
     "overdraw": OutputInfo(
         "int32",
         1,
         "screen",
         "fragments",
-        "none: it counts there too",
-        True,
-        "how often the passes of light shade a pixel",
+        "none, it is counted as well",
+        "how often the lighting passes shade a pixel",
     ),
     "volumes": OutputInfo(
-        "uint8",
-        3,
-        "display",
-        "code",
-        "0",
-        True,
-        "light volumes where they shade, as flat colours that add up",
+        "uint8", 3, "display", "code", "0", "light volumes where they shade, as flat colours that are added"
     ),
-    "wireframe": OutputInfo(
-        "uint8", 3, "display", "code", "0", True, "edges of the light volumes that can be seen"
-    ),
+    "wireframe": OutputInfo("uint8", 3, "display", "code", "0", "visible edges of the light volumes"),
     "shadow_atlas": OutputInfo(
         "float32",
         1,
         "light",
         "depth 0..1",
         "0 (1 with position=depth24)",
-        True,
-        "all shadow maps, in a size of their own, 0x0 without any: 1 is near the light (else reversed)",
+        "all shadow maps, 1 near the light (but reversed with position=depth24); 0x0 without any",
     ),
     "particle_shadow_atlas": OutputInfo(
         "float32",
@@ -158,8 +125,7 @@ OUTPUTS: dict[str, OutputInfo] = {
         "light",
         "optical depth, or sum of alphas",
         "0",
-        True,
-        "what particles take of their light up to each slice, in a size of its own, 0x0 without any",
+        "sum of the particles' shadow from the light to each slice; 0x0 without any",
     ),
 }
 """Every output by name, in the order in which they are listed to people."""
@@ -167,16 +133,16 @@ OUTPUTS: dict[str, OutputInfo] = {
 
 @dataclass(frozen=True)
 class LightCounts:
-    """Where a frame's lights went.
+    """How many lights a frame has, and how many of them are drawn.
 
     Attributes
     ----------
     in_scene : int
         Lights that are attached and not hidden.
     in_view : int
-        Those whose volume meets the view and that can change it; these are drawn.
+        Lights that can change a pixel of the view; these are drawn.
     dropped : int
-        Lights in view that were not drawn: 0, always; it is counted so that it can be checked.
+        Lights in view that were not drawn: always 0; it is counted so that it can be checked.
     """
 
     in_scene: int
@@ -189,7 +155,7 @@ class Frame:
     """One rendered frame. Images are arrays whose first row is the top of the picture.
 
     Each image is an attribute and an item: ``frame.color`` and ``frame["color"]``. See `OUTPUTS` for
-    dtype, shape, space, unit and invalid value. All are as large as the picture but the two atlases.
+    dtype, shape, space, unit and invalid value. All but the two atlases have the size of the picture.
 
     Attributes
     ----------
@@ -202,8 +168,8 @@ class Frame:
     milliseconds : dict of str to float
         Time of each pass, in drawing order; see `firefly_sample.gpu.timers`.
     shaded : int or None
-        What the passes of light shaded, where the renderer was told to count: fragments, and of clusters the
-        lights in the lists of all pixels.
+        How much the lighting passes shaded, if the renderer was told to count: fragments, or with clusters
+        the lights in the lists of all pixels.
     lights : LightCounts
         Lights in the scene, in view and dropped.
     driver : str
@@ -211,12 +177,12 @@ class Frame:
     software : bool
         True if that is a software rasteriser.
     draw_calls : int
-        How often OpenGL was told to draw.
+        The number of draw calls.
     id_names : tuple of str
-        The geometry instance behind each value of the output "id": the names from the root down to its
-        node, joined by slashes. The second node of a name below its parent has "#2" after it, the third "#3".
+        The geometry instance of each value of the output "id": the names from the root down to its node,
+        joined by slashes. The second node of one name below a parent has "#2" after it, the third "#3".
     warnings : tuple of str
-        What the plan has to say, for example blended materials that were drawn as cut-outs.
+        Warnings of the plan, for example on blended materials that are drawn as cut-outs.
     """
 
     images: dict[str, Image]
@@ -229,7 +195,7 @@ class Frame:
     shaded: int | None = None
     draw_calls: int = 0
     id_names: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = ()
 
     def __getitem__(self, output: str) -> Image:
         try:
@@ -244,16 +210,16 @@ class Frame:
     def __getattr__(self, name: str) -> Image:
         if name in OUTPUTS:
             return self[name]
-        raise AttributeError(name)
+        raise AttributeError(f"a frame has no attribute {name!r}{did_you_mean(name, OUTPUTS)}")
 
 
 def check_outputs(outputs: Iterable[str], supersample: int = 1) -> tuple[str, ...]:
-    """`outputs` as a tuple without repetitions, in the given order.
+    """Return `outputs` as a tuple without repetitions, in the given order.
 
     Raises
     ------
     OutputError
-        If one does not exist, none is given, or point samples are asked for with supersampling.
+        If one does not exist, none is given, or one of point samples is given with supersampling.
     """
     names = tuple(dict.fromkeys([outputs] if isinstance(outputs, str) else outputs))
     if not names:
@@ -276,12 +242,12 @@ def _check_name(name: str) -> None:
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:
-    """`size` (width, height) as whole numbers.
+    """Return `size` (width, height) as whole numbers.
 
     Raises
     ------
     OutputError
-        If it is not two whole numbers of 1 or more, or a side is above 2^20, which no driver draws.
+        If it is not two whole numbers of 1 or more, or a side is above 2^20, more than any driver draws.
     """
     try:
         width, height = map(to_whole, size)

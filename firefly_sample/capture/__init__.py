@@ -1,1 +1,1 @@
-"""Frame sequences: rendered, written to files, and described by a manifest."""
+"""Sequences of frames: rendered, written to files, and described by a manifest."""

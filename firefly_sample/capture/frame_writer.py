@@ -1,4 +1,4 @@
-"""Frames on their way to disk: encoded, hashed and written by threads while the next ones are drawn."""
+"""Threads that encode, hash and write frames while the next ones are drawn."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import TracebackType
 
@@ -15,34 +15,34 @@ from firefly_sample.capture.writers import file_name, write_image
 from firefly_sample.frame import Frame, Image
 
 _MOST_THREADS = 4
-"""Beyond that, frames under way take more memory than threads save time."""
+"""More threads would save little time, and take the memory of more frames."""
 
 
 @dataclass(frozen=True, eq=False)
 class _UnderWay:
-    """A frame's entry, which lacks the hashes that come when its files are written."""
+    """A frame's entry, which still lacks its hashes, and the threads' results that are these hashes."""
 
     entry: FrameEntry
     hashes: dict[str, Future[str]]
 
 
 class FrameWriter:
-    """Writes frames in threads; zlib and SHA-256 leave the interpreter to others meanwhile.
+    """A context manager that writes frames in threads; zlib and SHA-256 release the interpreter's lock.
 
-    A context manager. When it is left, nothing is being written any more: after an error every frame that was
-    put is written first, after Ctrl-C only what has been begun.
+    On exit it waits until nothing is being written: after an error every frame that was put is written first,
+    after Ctrl-C only the files that were begun.
 
     Parameters
     ----------
     folder : path
-        Where to.
+        The folder to write to.
     threads : int, optional
-        As many as there are processors, at most 4, when absent.
+        The number of processors, at most 4, when absent.
 
     Attributes
     ----------
     bound : int
-        The most frames that are under way at once: one more than threads, so that none of these idles.
+        The most frames in progress at once: one more than threads, so that no thread idles.
     """
 
     def __init__(self, folder: Path, threads: int | None = None) -> None:
@@ -53,12 +53,12 @@ class FrameWriter:
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="frame writer")
 
     def put(self, index: int, frame: Frame) -> list[FrameEntry]:
-        """Begin to write a frame, and wait first until fewer than `bound` are under way.
+        """Wait until fewer than `bound` frames are in progress, then begin to write another one.
 
         Returns
         -------
         list of FrameEntry
-            Of earlier frames that are on disk by now, in the order in which they were put.
+            Earlier frames that are on disk by now, in the order in which they were put.
 
         Raises
         ------
@@ -71,11 +71,7 @@ class FrameWriter:
         entry: FrameEntry = {
             "index": index,
             "time": frame.time,
-            "lights": {
-                "in_scene": frame.lights.in_scene,
-                "in_view": frame.lights.in_view,
-                "dropped": frame.lights.dropped,
-            },
+            "lights": asdict(frame.lights),
             "files": {output: file_name(output, index) for output in frame.images},
             "sha256": {},
         }
@@ -89,7 +85,7 @@ class FrameWriter:
         return written
 
     def finish(self) -> Iterator[FrameEntry]:
-        """Wait for the frames under way, in the order in which they were put.
+        """Yield the frames in progress as they are written, in the order in which they were put.
 
         Raises
         ------
@@ -118,6 +114,6 @@ class FrameWriter:
 
 
 def _write(path: Path, output: str, image: Image) -> str:
-    """Write one image; its hash."""
+    """Write one image and return its hash."""
     write_image(path, output, image)
     return pixel_hash(image)

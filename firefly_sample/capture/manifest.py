@@ -1,4 +1,4 @@
-"""The manifest of a capture: what was rendered, with what, and the hash of every image's pixels."""
+"""The manifest of a capture: scene, settings, driver, files, and the hash of every image's pixels."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class FrameEntry(TypedDict):
     sha256 : dict of str to str
         `pixel_hash` by output.
     id_names : list of str
-        Only where they differ from the manifest's own.
+        Only if they differ from the manifest's own.
     """
 
     index: int
@@ -43,14 +43,14 @@ class FrameEntry(TypedDict):
 
 
 class Manifest(TypedDict):
-    """What a capture made.
+    """The description of a capture.
 
     Attributes
     ----------
     scene : str
-        As it was asked for.
+        The scene's name as given.
     parameters : dict
-        All of the scene's, with the values that were used.
+        All parameters of the scene, with the values that were used.
     settings : dict
         All of `Settings`.
     seed : int or None
@@ -58,15 +58,15 @@ class Manifest(TypedDict):
     driver : str
         The GL renderer string.
     driver_version : str
-        The GL version string, which has the version of Mesa or of the GPU's driver. Both strings together say
-        which machines draw the same bytes.
+        The GL version string, which has the version of Mesa or of the GPU's driver. Machines with the same
+        two strings draw the same bytes.
     software : bool
         True if that is a software rasteriser.
     version : str
-        Of firefly_sample.
+        The version of firefly_sample.
     frames : list of FrameEntry
     id_names : list of str
-        Only with the output "id": the name behind each value.
+        Only with the output "id": the name of each value.
     """
 
     scene: str
@@ -82,31 +82,29 @@ class Manifest(TypedDict):
 
 
 def pixel_hash(image: Image) -> str:
-    """The SHA-256 of an image's raw pixels: C order, little-endian, as hexadecimal digits.
+    """Return the SHA-256 of an image's raw pixels (C order, little-endian) as hexadecimal digits.
 
-    Files are not hashed, because the same pixels compress to other bytes with another zlib.
+    Files are not hashed, because different versions of zlib compress the same pixels to different bytes.
     """
     little = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("<"))
     return hashlib.sha256(little.data).hexdigest()
 
 
 def manifest_as_json(manifest: Manifest) -> str:
-    """The text of a manifest, the same in the file and on stdout."""
+    """Return the text of a manifest, the same in the file and on stdout."""
     return json.dumps(manifest, indent=2, allow_nan=False) + "\n"
 
 
-def write_manifest(folder: Path, manifest: Manifest) -> Path:
-    """Write ``manifest.json`` whole or not at all; its path.
+def write_manifest(folder: Path, manifest: Manifest) -> None:
+    """Write ``manifest.json``, whole or not at all.
 
     Raises
     ------
     FireflyError
         If it cannot be written.
     """
-    path = folder / _NAME
-    with open_whole(path) as file:
+    with open_whole(folder / _NAME) as file:
         file.write(manifest_as_json(manifest).encode())
-    return path
 
 
 def remove_manifest(folder: Path) -> None:

@@ -43,20 +43,20 @@ def capture_frames(
 ) -> Manifest:
     """Render frames of a scene into files, and describe them in ``manifest.json``.
 
-    Every file is written whole or not at all. The manifest comes last and lists only what is there; when
-    the run fails or is interrupted, the frames that are complete stay and there is no manifest. Files are
-    written by a few threads while the next frames are drawn.
+    Every file is written whole or not at all. The manifest is written last. If the run fails or is
+    interrupted, complete frames stay and there is no manifest. Files are written by a few threads while the
+    next frames are drawn.
 
     Parameters
     ----------
     scene : str
         Name of a scene plugin, or "package.module:object".
     folder : path, optional
-        Where to; made if need be. ``captures/<scene>`` when absent. Files of the same names are replaced.
+        Made if need be; ``captures/<scene>`` when absent. Files of the same names are replaced.
     frames : str, int or range
         "FIRST:END" or "FIRST:END:STEP", END not included, or the number of one frame.
     fps : float
-        Frames a second.
+        Frames per second.
     time : float
         Seconds at frame 0: frame i shows ``time + i / fps``.
     size : (int, int)
@@ -74,19 +74,19 @@ def capture_frames(
     Returns
     -------
     Manifest
-        What was written to ``manifest.json``.
+        The content of ``manifest.json``.
 
     Warns
     -----
     UserWarning
-        Once for each thing that a frame has to say, for example blended materials drawn as cut-outs, and
+        Once for each warning of a frame, for example on blended materials that are drawn as cut-outs, and
         for a software driver.
 
     Raises
     ------
     FireflyError
-        If the scene, a parameter, the frames, the size, an output, the folder or the driver is not as it
-        must be; the message says which. A folder that was made for nothing is removed again.
+        If the scene, a parameter, the frames, the size, an output, the folder or the driver is wrong. A
+        folder that was made in vain is removed again.
     """
     from firefly_sample.scene.parameter import resolve_parameters
     from firefly_sample.scenes import build_scene, find_scene
@@ -132,19 +132,19 @@ def capture_frames(
 
 
 def capture_settings(outputs: Iterable[str], **changes: Any) -> Settings:
-    """Settings to capture `outputs` with: 2x2 supersampling for colour alone, none beside data outputs.
+    """Return the settings to capture `outputs` with: supersampled if the only output is color.
 
     Raises
     ------
     SettingsError
-        If one of `changes` does not exist or has no such value.
+        If a setting of `changes` does not exist, may not have that value, or contradicts another one.
     """
     supersample = 2 if tuple(outputs) == ("color",) else 1
     return Settings().with_changes(**({"supersample": supersample} | changes))
 
 
 def frame_times(frames: str | int | range, fps: float, time: float) -> tuple[float, ...]:
-    """Seconds of five of some frames, or of as many as there are: the first, the last, and between."""
+    """Return the times in seconds of at most five of some frames: the first, the last, and some between."""
     numbers = parse_frames(frames)
     _check_clock(fps, time)
     sample = dict.fromkeys(numbers[(len(numbers) - 1) * part // 4] for part in range(5))
@@ -159,7 +159,7 @@ def _check_clock(fps: float, time: float) -> None:
 
 
 def default_folder(scene: str) -> Path:
-    """Where the frames of a scene go when nobody says where: ``captures/<its plugin's name>``.
+    """Return the default folder for the frames of a scene: ``captures/<its plugin's name>``.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def default_folder(scene: str) -> Path:
 
 
 def parse_frames(frames: str | int | range) -> range:
-    """Frame numbers from "FIRST:END", "FIRST:END:STEP" (END is not included) or one number.
+    """Return the frame numbers of "FIRST:END", "FIRST:END:STEP" (END is not included) or one number.
 
     Raises
     ------
@@ -220,7 +220,7 @@ def _new_manifest(scene: str, parameters: dict[str, Any], settings: Settings, re
 
 
 def _add_frame(manifest: Manifest, entry: FrameEntry) -> None:
-    """Append a frame; names behind its ids stand with it only where they differ from those of the first."""
+    """Append a frame; it keeps the names of its ids only if they differ from those of the first frame."""
     if "id_names" in entry and manifest.setdefault("id_names", entry["id_names"]) == entry["id_names"]:
         del entry["id_names"]
     manifest["frames"].append(entry)

@@ -1,4 +1,4 @@
-"""Write images to files that are either whole or not there."""
+"""Image files, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from firefly_sample.frame import OUTPUTS, Image
 
 
 def file_name(output: str, index: int) -> str:
-    """The file of one output of one frame, for example ``color_000012.png``: display codes make pictures."""
+    """Return the file of an output of a frame, for example ``color_000012.png`` or ``depth_000012.npz``."""
     return f"{output}_{index:06d}.{'png' if OUTPUTS[output].dtype == 'uint8' else 'npz'}"
 
 
 def as_folder(folder: str | Path) -> Path:
-    """The path of an output folder.
+    """Return the path of an output folder.
 
     Raises
     ------
     OutputError
-        If it is empty text: that would be the working folder, which is never meant so.
+        If it is empty text, which would be the working folder.
     """
     if folder == "":
         raise OutputError("the output folder must have a name, got ''; the working folder is '.'")
@@ -34,7 +34,7 @@ def as_folder(folder: str | Path) -> Path:
 
 
 def write_image(path: Path, output: str, image: Image) -> None:
-    """Write one image: display codes as PNG, else a compressed ``.npz`` with one array named `output`.
+    """Write one image: display codes as PNG, others as compressed ``.npz`` with one array named `output`.
 
     Raises
     ------
@@ -53,9 +53,9 @@ def write_image(path: Path, output: str, image: Image) -> None:
 
 @contextmanager
 def open_whole(path: Path) -> Iterator[IO[bytes]]:
-    """A file to write, which takes its name only when everything is in it.
+    """Open a file for writing that gets its name only when it is complete.
 
-    It grows under a temporary name in the same folder, so that the last step is a rename, which is atomic.
+    It has a temporary name in the same folder until then, because renaming within a folder is atomic.
 
     Raises
     ------
@@ -77,9 +77,9 @@ def open_whole(path: Path) -> Iterator[IO[bytes]]:
 
 @contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
-    """A folder that exists and can be written; what was made for it goes again if the block fails early.
+    """Make a folder and check that it can be written; if the block fails, remove it again.
 
-    Folders that already existed, or into which something was written, stay.
+    Folders that already existed, or that hold files, stay.
 
     Raises
     ------

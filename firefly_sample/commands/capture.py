@@ -18,7 +18,17 @@ from firefly_sample.capture.sequence import (
     frame_times,
 )
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
-from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Folder, Outputs, SceneName, Size, Time, Whole
+from firefly_sample.commands.options import (
+    DEFAULT_SCENE,
+    Device,
+    Flag,
+    Folder,
+    Outputs,
+    RequireGpu,
+    SceneName,
+    Size,
+    Time,
+)
 from firefly_sample.commands.terminal import complain, print_result, print_summary, progress_bar
 from firefly_sample.frame import check_outputs
 
@@ -35,8 +45,8 @@ def capture(
     time: Time = DEFAULT_TIME,
     size: Size = (800, 600),
     outputs: Outputs = ("color",),
-    device: Whole | None = None,
-    require_gpu: Flag = False,
+    device: Device = None,
+    require_gpu: RequireGpu = False,
     json: Flag = False,
     quiet: Annotated[Flag, Parameter(name=["--quiet", "-q"])] = False,
     max_error: MaxError = None,
@@ -45,30 +55,26 @@ def capture(
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Render frames of a scene to files: PNG for pictures, npz for data, and manifest.json.
+    """Render frames of a scene to files: PNG pictures, npz data, and manifest.json.
 
-    Options also come from the environment (FIREFLY_CAPTURE_SIZE=320x240) and, in
-    the current folder, from the tables [firefly.capture] of firefly.toml and
+    Options are also read from the environment (FIREFLY_CAPTURE_SIZE=320x240), and
+    in the current folder from the tables [firefly.capture] of firefly.toml and
     [tool.firefly.capture] of pyproject.toml.
 
     Parameters
     ----------
     output
-        Folder for the files; made if need be, files of the same names are replaced.
+        Folder for the files, made if need be; files of the same names are replaced.
     frames
-        Frames A to B - 1, or the number of one frame.
+        Frames A to B - 1, or one number.
     fps
-        Frames a second.
+        Frames per second.
     time
-        Seconds at frame 0.
-    device
-        Which EGL device to draw with (see firefly doctor).
-    require_gpu
-        Fail rather than draw with a software driver.
+        The time of frame 0.
     json
         Print the manifest.
     quiet
-        No progress bar and no summary.
+        Print neither a progress bar nor a summary.
     """
     folder = output if output is not None else default_folder(scene)
     asked = capture_settings(outputs, **settings)
@@ -86,7 +92,7 @@ def capture(
         require_gpu=require_gpu,
         quiet=quiet,
     )
-    with progress_bar("frames", show=not quiet) as show, _saying_what_is_left(folder, show) as progress:
+    with progress_bar("frames", show=not quiet) as show, _reporting_whole_frames(folder, show) as progress:
         manifest = capture_frames(
             scene,
             folder,
@@ -111,10 +117,10 @@ def capture(
 
 
 @contextmanager
-def _saying_what_is_left(
+def _reporting_whole_frames(
     folder: Path, show: Callable[[int, int], None]
 ) -> Iterator[Callable[[int, int], None]]:
-    """Give a function of (done, in all) that calls `show`; if the work ends early, print what is done."""
+    """Give a function of (done, in all) that calls `show`; if the work ends early, print how much is done."""
     done = total = 0
 
     def tell(now: int, in_all: int) -> None:

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 from cyclopts import App, ArgumentCollection, CycloptsError, UnknownOptionError
 from cyclopts.config import Dict, Env
 
-from firefly_sample.errors import did_you_mean
+from firefly_sample.errors import RENAMED, did_you_mean
 
 _OURS = "firefly.toml"
 _LARGEST = 2**20
 """Bytes: no configuration is larger."""
 _NO_COMMAND = (
-    "{} belongs to no command: options stand in tables such as [firefly.capture] or [tool.firefly.capture]"
+    "{} belongs to no command: options belong in tables such as [firefly.capture] or [tool.firefly.capture]"
 )
 
 Words = tuple[str, ...]
@@ -31,7 +31,7 @@ class Table(NamedTuple):
     path : str
         The file.
     keys : tuple of str
-        Where the table is in it.
+        The keys that lead to the table.
     content : dict
         The whole file.
     """
@@ -42,15 +42,15 @@ class Table(NamedTuple):
 
 
 def read_configuration(commands: Collection[Words]) -> list[Table]:
-    """Read both files, as far as they are there.
+    """Read both files, if they exist.
 
-    A pyproject.toml belongs to whatever project the working folder is of: where it cannot be read, and does
-    not hold the word firefly, a warning says so and it is left out.
+    A pyproject.toml may belong to any project: if it cannot be read and does not contain the word firefly, it
+    is ignored with a warning.
 
     Parameters
     ----------
     commands : collection of tuple of str
-        The words of every command: what may have a table of options.
+        The words of every command that may have a table of options.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def read_configuration(commands: Collection[Words]) -> list[Table]:
         If a file cannot be read, is not TOML, or has a table that belongs to no command; it names the file.
     """
     try:
-        os.lstat(_OURS)  # not what a link leads to: that is the file's own affair
-    except PermissionError as error:  # the folder's: a file that may not be read still has a state
+        os.lstat(_OURS)  # of the link, if it is one: only the folder matters here
+    except PermissionError as error:
         text = f"no configuration is read: the working folder cannot be searched ({error.strerror})"
         warnings.warn(text, stacklevel=2)
         return []
@@ -72,7 +72,7 @@ def read_configuration(commands: Collection[Words]) -> list[Table]:
 
 
 def _read(name: str, keys: Words) -> Table | None:
-    """Return a file's table; None if it is not there, or the file is somebody else's and cannot be read."""
+    """Return a file's table; None if there is none, or if a pyproject.toml of others cannot be read."""
     path, ours = _path(name), name == _OURS
     try:
         data = _bytes_of(name)
@@ -95,7 +95,7 @@ def _read(name: str, keys: Words) -> Table | None:
 
 
 def as_sources(tables: Iterable[Table], allow_unknown: bool) -> list[Env | Dict]:
-    """Return the environment and the tables as cyclopts takes them; what comes first counts."""
+    """Return the environment and the tables as sources for cyclopts; earlier ones take precedence."""
     environment = Env if allow_unknown else _Environment
     return [
         environment("FIREFLY_", show=False),
@@ -107,7 +107,7 @@ def as_sources(tables: Iterable[Table], allow_unknown: bool) -> list[Env | Dict]
 
 
 class _Environment(Env):
-    """Environment variables as options, with a warning for each that is named like one and is none."""
+    """Environment variables as options; a warning names each that looks like an option and is none."""
 
     def __call__(self, app: App, commands: Words, arguments: ArgumentCollection) -> None:
         super().__call__(app, commands, arguments)
@@ -117,39 +117,47 @@ class _Environment(Env):
         options = {name.lstrip("-") for argument in arguments for name in argument.names}
         known = [prefix + name.replace("-", "_").upper() for name in options]
         for variable in sorted(os.environ):
-            if variable.startswith(prefix) and variable not in known:
-                close = did_you_mean(variable, known)
-                text = f"{variable} names no option of firefly {' '.join(commands)} with this scene{close}"
-                warnings.warn(text, stacklevel=2)
+            if not variable.startswith(prefix) or variable in known:
+                continue
+            for new in RENAMED.get(variable.removeprefix(prefix).lower(), ()):
+                if (renamed := prefix + new.upper()) in known:
+                    raise CycloptsError(f"{variable} is now called {renamed}")
+            close = did_you_mean(variable, known)
+            text = f"{variable} names no option of firefly {' '.join(commands)} with this scene{close}"
+            warnings.warn(text, stacklevel=2)
 
 
-def named_by_table(error: CycloptsError, tables: Iterable[Table], words: Words) -> str:
+def error_text(error: CycloptsError, tables: Iterable[Table], words: Words) -> str:
     """Return the text of an error, in which a key of a file is called by its table and its file."""
     text, token = str(error), getattr(error, "token", None)
+    if token is None:
+        return text
+    key = token.keyword or token.value
+    place, dashes = key, ""
     for table in tables:
-        if token is None or token.source != table.path or not token.keyword:
-            continue
-        start = "".join(f"[{key}]" for key in table.keys)
-        key = token.keyword.removeprefix(start)[1:-1].replace("][", ".")
-        place = f"{key!r} in [{'.'.join((*table.keys, *words))}] of {table.path}"
-        if isinstance(error, UnknownOptionError):
-            known = [name.removeprefix("--") for option in error.argument_collection for name in option.names]
-            return f"Unknown option: {place}{did_you_mean(key, known)}"
-        text = text.replace(token.keyword, place)
+        if token.source == table.path and token.keyword:
+            start = "".join(f"[{key}]" for key in table.keys)
+            key = token.keyword.removeprefix(start)[1:-1].replace("][", ".")
+            place = f"{key!r} in [{'.'.join((*table.keys, *words))}] of {table.path}"
+            text, dashes = text.replace(token.keyword, place), "--"
+    if isinstance(error, UnknownOptionError):
+        names = (name for option in error.argument_collection for name in (*option.names, *option.negatives))
+        known = [name.removeprefix(dashes) for name in names if name.startswith("--")]
+        return f"Unknown option: {place}{did_you_mean(key.partition('=')[0], known)}"
     return text
 
 
 def _bytes_of(name: str) -> bytes | None:
-    """Read a file's bytes, None if there is none; never wait, as for the writer of a pipe."""
+    """Return a file's bytes, None if it does not exist; never wait, for example for the writer of a pipe."""
     try:
         handle = os.open(name, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:
         if os.path.islink(name):
-            raise OSError("it is a link to what does not exist") from None
+            raise OSError("it is a link to a file that does not exist") from None
         return None
     try:
         mode = os.fstat(handle).st_mode
-        if not (stat.S_ISREG(mode) or stat.S_ISCHR(mode)):  # a character device: /dev/null, say
+        if not (stat.S_ISREG(mode) or stat.S_ISCHR(mode)):  # a character device is for example /dev/null
             raise OSError("it is not a file")
         data = b""
         while part := os.read(handle, _LARGEST):
@@ -175,7 +183,7 @@ def _check_table(
     commands: Collection[Words],
     words: Words = (),
 ) -> None:
-    """Raise if a table is none, or holds what no command would ever read: of its own table each decides."""
+    """Raise if `table` is no table, or has a key that leads to no command's table."""
     if not isinstance(table, dict):
         place = ".".join((*keys, *words))
         raise CycloptsError(f"{path}: {place} must be a table, [{place}], got {table!r}")

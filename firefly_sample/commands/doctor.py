@@ -1,4 +1,4 @@
-"""``firefly doctor``: what is here, what is missing, and the line that installs it."""
+"""``firefly doctor``: a report on this machine, and the commands that install what is missing."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _FIXES = {
     "without": "To add what is optional:",
     "note": "To undo what is noted:",
 }
-"""Headings of the commands that follow the table, by the mark of their findings."""
+"""Headings of the lists of commands below the table, by the mark of their findings."""
 APT = "apt-get install --no-install-recommends"
 
 
@@ -41,9 +41,9 @@ class Finding:
     needed : bool
         True if nothing can be captured without it.
     found : str
-        What is there, or what is wrong.
+        What was found, or what is wrong.
     fix : str
-        The line that mends or adds it; empty if there is none.
+        The command that mends or adds it; empty if there is none.
     """
 
     name: str
@@ -54,9 +54,9 @@ class Finding:
 
 
 def doctor(*, json: Flag = False) -> int:
-    """Show driver, devices and versions, what is missing, and the line that installs it.
+    """Show driver, devices and versions, what is missing, and the command that installs it.
 
-    The exit code is 0 if firefly capture can work here, 1 otherwise.
+    The exit code is 0 if firefly capture works here, 1 otherwise.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def doctor(*, json: Flag = False) -> int:
 
 
 def examine() -> list[Finding]:
-    """Return everything that is known about this machine; a failing check is a finding, not an exception."""
+    """Return all findings about this machine; a check that fails is a finding, not an exception."""
     return [
         Finding("Python", True, True, f"{platform.python_version()} ({sys.executable})"),
         Finding("platform", True, True, platform.platform()),
@@ -88,7 +88,7 @@ def examine() -> list[Finding]:
 
 
 def as_text(findings: list[Finding], ready: bool) -> str:
-    """Return the report as lines, and below them the commands that mend, add or undo what was found."""
+    """Return the report as a table, followed by the commands that mend, add or undo things."""
     rows = [(_mark(finding), finding) for finding in findings]
     lines = align([(mark, finding.name, finding.found) for mark, finding in rows]).splitlines()
     for mark, head in _FIXES.items():
@@ -134,7 +134,7 @@ def _assets() -> Iterator[Finding]:
 
 
 def _library(name: str, package: str) -> Finding:
-    """Look for a library as glcontext asks for it, and load it."""
+    """Find a library in the way glcontext does, and load it."""
     import ctypes
     from ctypes.util import find_library
 
@@ -151,7 +151,7 @@ def _library(name: str, package: str) -> Finding:
 
 
 def _variables() -> Iterator[Finding]:
-    """Yield the variables of the environment that change what drivers draw, or keep them from it."""
+    """Yield the environment variables that change what drivers draw, or prevent drawing."""
     for name, value in variables_set().items():
         variable = VARIABLES[name]
         unsaid, fix = (", and call itself the same", f"unset {name}") if variable.silent else ("", "")
@@ -159,7 +159,7 @@ def _variables() -> Iterator[Finding]:
 
 
 def _devices() -> Iterator[Finding]:
-    """Yield every EGL device, and what the one that is used by default can do."""
+    """Yield every EGL device, and the capabilities of the default one."""
     count = _device_count()
     if isinstance(count, Finding):
         yield count
@@ -174,7 +174,7 @@ def _devices() -> Iterator[Finding]:
 
 
 def _device_count() -> int | Finding:
-    """Count the EGL devices; the number is learnt from the refusal of one that does not exist."""
+    """Count the EGL devices; the error for a device that does not exist contains their number."""
     from firefly_sample.gpu.device import Device
 
     try:
@@ -184,7 +184,7 @@ def _device_count() -> int | Finding:
         if match is not None and int(match[1]):
             return int(match[1])
         return Finding("device", False, True, str(error), f"{APT} libegl1 libgl1 libgl1-mesa-dri")
-    return 1  # a driver that does not number its devices
+    return 1  # the driver does not number its devices
 
 
 def _device(index: int, chosen: bool) -> Iterator[Finding]:
@@ -204,37 +204,37 @@ def _device(index: int, chosen: bool) -> Iterator[Finding]:
     if chosen:
         yield Finding("same bytes", True, False, _same_bytes(device))
         can = device.capabilities
-        found = "yes" if can.clip_control else "no: position=depth32f is as coarse as depth24"
+        found = "yes" if can.clip_control else "no; position=depth32f is as coarse as depth24"
         yield Finding("reversed depth", can.clip_control, False, found)
-        found = "yes" if can.snorm_targets else "no: they are stored in RG16"
+        found = "yes" if can.snorm_targets else "no; normals are stored in RG16"
         yield Finding("signed normals", can.snorm_targets, False, found)
         yield Finding("largest picture", True, True, f"{device.max_size} pixels a side")
     device.release()
 
 
 def _same_bytes(device: Device) -> str:
-    """Say on which machines a frame has the same bytes."""
+    """Return on which machines a frame has the same bytes."""
     bits = vector_bits(device.renderer)
     if bits is None:
         return "on this kind of device with this version of the driver"
     processors = "with AVX" if bits >= 256 else "without AVX"
     mesa = device.version.rpartition(" ")[2]
-    return f"wherever the driver is {device.renderer} of Mesa {mesa}, which are processors {processors}"
+    return f"on every machine with {device.renderer} of Mesa {mesa}; these have processors {processors}"
 
 
 def _display() -> Finding:
-    """Find out if a window could be opened."""
+    """Check whether a window can be opened."""
     where = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
     if not where:
-        return Finding("display", False, False, "none: firefly run needs one, firefly capture does not")
+        return Finding("display", False, False, "none; firefly run needs one, firefly capture does not")
     from firefly_sample.viewer.glfw_window import load_glfw
 
     try:
         glfw = load_glfw()
     except ViewerError:
-        return Finding("display", True, False, f"{where}, untried without glfw")
+        return Finding("display", True, False, f"{where}, not tried because glfw is not installed")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # glfw warns where a plain answer is wanted
+        warnings.simplefilter("ignore")  # the result of init() suffices
         opened = bool(glfw.init())
         glfw.terminate()
     return Finding("display", opened, False, where if opened else f"{where} cannot be opened")

@@ -5,16 +5,16 @@ from __future__ import annotations
 import functools
 import inspect
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import fields
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter, Token
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.settings import PRESETS, Settings, preset_with
+from firefly_sample.settings import PRESETS, SETTINGS, Setting, preset_with
 
 if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
@@ -23,71 +23,46 @@ if TYPE_CHECKING:
 DEFAULT_SCENE = "forest"
 COMMAND_OPTIONS = frozenset(
     {
-        *("budget_ms", "device", "dot", "fps", "frames", "fresh", "h", "headless", "help"),
-        *("json", "lights", "longest", "max_codes", "max_error", "methods", "o", "output"),
-        *("outputs", "performance_test", "preset", "q", "quiet", "require_gpu", "rounds"),
-        *("scene", "seconds", "seeds", "size", "sizes", "time", "version"),
+        *(
+            "budget_ms",
+            "counts",
+            "device",
+            "dot",
+            "fps",
+            "frames",
+            "fresh",
+            "h",
+            "headless",
+            "help",
+            "help_all",
+        ),
+        *("json", "longest", "max_codes", "max_error", "methods", "o", "output", "outputs"),
+        *("performance_test", "preset", "q", "quiet", "require_gpu", "rounds", "scene", "seconds", "seeds"),
+        *("size", "sizes", "time", "version"),
     }
 )
 """Names of the options of all commands that take a scene, without those of settings."""
-
-SETTINGS_HELP = {
-    "look": "Correct shading, or classic: as Panda3D's sample shades, to compare with, including its faults "
-    "(wrong normals, light added in 8 bits).",
-    "position": "Where a pixel's position comes from: its own target, or a depth buffer.",
-    "normals": "How normals are stored.",
-    "albedo": "How base colours are stored.",
-    "interpolation": "How normals and distances get from corners to pixels: float64 mends thin triangles.",
-    "accumulation": "What lights are added up in.",
-    "light_method": "Volumes, cells with lists of lights, the cheaper of both, or what is there to be measured.",
-    "volume_proxy": "The mesh drawn for a light's sphere: fewer triangles, or fewer fragments.",
-    "light_resolution": "Light every pixel, or every second one across and down and spread it.",
-    "volume_depth_test": "Shade light volumes only where they end behind the surface.",
-    "cutoff_budget": "Exposed radiance that all lights together may lose at a pixel by being cut off.",
-    "cutoff_threshold": "Cut each light off at this radiance instead, for example 0.0195, which is 5/256.",
-    "range_falloff": "How a light with a max distance ends.",
-    "specular_model": "How highlights are computed.",
-    "clamp_light": "Limit each light to the surface's own colour, and its highlight to 1.",
-    "shadow_taps": "Comparisons with the shadow map at each pixel: 1, 4 or 16.",
-    "shadow_resolution": "Texels along a side of every shadow map, in place of the lights' own.",
-    "shadow_atlas": "Texels along a side that the texture of all shadow maps may have.",
-    "particle_shadows": "How particles shadow each other: sums of optical depths, blended alphas, or a loop.",
-    "particle_shadow_slices": "Slices of a cloud of particles along its light: 8 to 256.",
-    "particle_shadow_tile": "Texels across each slice: 16 to 1024.",
-    "particle_shadow_format": "How a slice's texels are stored.",
-    "particle_shadow_reads": "Slices, the nearest before its own, that particle-shadows=loop adds up for a particle.",
-    "particle_shadow_interpolation": "Shadows between slices by the depth in them, not in steps.",
-    "particle_order": "Draw particles back to front along the view or the half-angle axis, or unsorted.",
-    "particle_order_depths": "Depths that the order of particles tells apart.",
-    "supersample": "2 averages four samples a pixel.",
-    "exposure": "Radiance is multiplied by it.",
-    "tone": "The curve from radiance to display.",
-}
-_OF_FILES = frozenset((".png", ".jpg", ".jpeg", ".exr", ".npz", ".npy", ".json", ".md", ".gif", ".mp4"))
-_SETTINGS_DEFAULT = {
-    "cutoff_threshold": "none, the budget",
-    "shadow_resolution": "each light's own",
-    "tone": "the look's own",
-    "particle_shadow_reads": "all",
-    "particle_order_depths": "all",
-    "supersample": "1; 2 to capture color alone",
-}
+_ONLY_IN_FULL_HELP = frozenset({"budget_ms", "device", "max_codes", "max_error", "require_gpu"})
+"""Options of commands that only --help-all shows, as it does those of settings."""
+_FILE_ENDINGS = frozenset((".png", ".jpg", ".jpeg", ".exr", ".npz", ".npy", ".json", ".md", ".gif", ".mp4"))
 
 
-def _outputs(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
-    return tuple(name.strip() for token in tokens for name in token.value.split(",") if name.strip())
+def _one(convert: Callable[[str], Any]) -> Callable[[Any, Sequence[Token]], Any]:
+    """Return a converter of one value."""
+    return lambda _, tokens: convert(tokens[0].value)
+
+
+def _list(convert: Callable[[str], Any]) -> Callable[[Any, Sequence[Token]], tuple[Any, ...]]:
+    """Return a converter of values that are separated by commas, or stand in several tokens."""
+    return lambda _, tokens: tuple(convert(text) for token in tokens for text in token.value.split(","))
+
+
+def _names(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
+    return tuple(filter(None, _list(str.strip)(_, tokens)))
 
 
 def _patterns(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
     return tuple(token.value for token in tokens)
-
-
-def _size(_: Any, tokens: Sequence[Token]) -> tuple[int, int]:
-    return _to_size(tokens[0].value)
-
-
-def _sizes(_: Any, tokens: Sequence[Token]) -> tuple[tuple[int, int], ...]:
-    return tuple(_to_size(text) for token in tokens for text in token.value.split(","))
 
 
 def _to_size(text: str) -> tuple[int, int]:
@@ -100,28 +75,19 @@ def _to_size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _folder(_: Any, tokens: Sequence[Token]) -> Path:
-    text = tokens[0].value
+def _to_folder(text: str) -> Path:
     if not text.strip() or "\0" in text:
         raise ValueError(f"it must name a folder, got {text!r}; the working folder is '.'")
     folder = Path(text)
-    if folder.suffix.lower() in _OF_FILES and not folder.is_dir():
+    if folder.suffix.lower() in _FILE_ENDINGS and not folder.is_dir():
         raise ValueError(
-            f"it must name a folder, whose files get names of their own; {text!r} is called like a file"
+            f"it must name a folder, whose files get names of their own; {text!r} looks like a file"
         )
     return folder
 
 
-def _whole(_: Any, tokens: Sequence[Token]) -> int:
-    # cyclopts' own conversion rounds 7.6 to 8 without a word
-    return _to_whole(tokens[0].value)
-
-
-def _wholes(_: Any, tokens: Sequence[Token]) -> tuple[int, ...]:
-    return tuple(_to_whole(text) for token in tokens for text in token.value.split(","))
-
-
 def _to_whole(text: str) -> int:
+    # cyclopts' own conversion rounds 7.6 to 8 without saying so
     try:
         number = int(text)
     except ValueError:
@@ -131,17 +97,28 @@ def _to_whole(text: str) -> int:
     return number
 
 
+def _scene_names(_: Any) -> list[str]:
+    """Return the names of the installed scenes, for a shell that completes a command line."""
+    from importlib.metadata import entry_points
+
+    from firefly_sample.scenes import ENTRY_POINT_GROUP
+
+    return sorted(entry_points(group=ENTRY_POINT_GROUP).names)
+
+
 SceneName = Annotated[
     str,
     Parameter(
-        help="A scene by name (see firefly scenes), or package.module:object. Give it before its options."
+        help="The scene by name, or package.module:object.",
+        completer=_scene_names,
     ),
 ]
 Outputs = Annotated[
     tuple[str, ...],
     Parameter(
         help=f"Images to make, separated by commas, from: {', '.join(OUTPUTS)}.",
-        converter=_outputs,
+        converter=_names,
+        completer=lambda _: list(OUTPUTS),
         n_tokens=1,
         metavar="NAMES",
         show_default=",".join,
@@ -152,7 +129,7 @@ Size = Annotated[
     tuple[int, int],
     Parameter(
         help="Width and height in pixels.",
-        converter=_size,
+        converter=_one(_to_size),
         n_tokens=1,
         metavar="WxH",
         show_default=lambda size: "x".join(map(str, size)),
@@ -163,7 +140,7 @@ Sizes = Annotated[
     tuple[tuple[int, int], ...],
     Parameter(
         name=["--sizes", "--size"],
-        converter=_sizes,
+        converter=_list(_to_size),
         n_tokens=1,
         metavar="WxH,...",
         show_default=lambda sizes: ",".join(f"{width}x{height}" for width, height in sizes),
@@ -171,19 +148,25 @@ Sizes = Annotated[
         negative=(),
     ),
 ]
-Folder = Annotated[Path, Parameter(converter=_folder, metavar="DIR")]
-Whole = Annotated[int, Parameter(converter=_whole, metavar="INT")]
-Wholes = Annotated[tuple[int, ...], Parameter(converter=_wholes, n_tokens=1, metavar="INTS", negative=())]
-Names = Annotated[tuple[str, ...], Parameter(converter=_outputs, n_tokens=1, metavar="NAMES", negative=())]
+Folder = Annotated[Path, Parameter(converter=_one(_to_folder), metavar="DIR")]
+Whole = Annotated[int, Parameter(converter=_one(_to_whole), metavar="INT")]
+Wholes = Annotated[
+    tuple[int, ...], Parameter(converter=_list(_to_whole), n_tokens=1, metavar="INTS", negative=())
+]
+Names = Annotated[tuple[str, ...], Parameter(converter=_names, n_tokens=1, metavar="NAMES", negative=())]
 Patterns = Annotated[
     tuple[str, ...], Parameter(converter=_patterns, n_tokens=1, metavar="PATTERN", negative=())
 ]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
 Flag = Annotated[bool, Parameter(show_default=False)]
+Device = Annotated[
+    Whole | None, Parameter(help="The number of the EGL device to draw with (see firefly doctor).")
+]
+RequireGpu = Annotated[Flag, Parameter(help="Fail if the only driver is a software driver.")]
 
 
 def without_settings(*names: str) -> Callable[[Callable[..., int]], Callable[..., int]]:
-    """Decorate a command for which these settings make no sense: `with_scene_options` leaves them out."""
+    """Decorate a command that has no option for these settings, because they make no sense there."""
 
     def mark(command: Callable[..., int]) -> Callable[..., int]:
         command.__dict__["settings_left_out"] = frozenset(names)
@@ -192,8 +175,10 @@ def without_settings(*names: str) -> Callable[[Callable[..., int]], Callable[...
     return mark
 
 
-def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Callable[..., int]:
-    """`command` with an option for each setting and each parameter of a scene.
+def with_scene_options(
+    command: Callable[..., int], plugin: ScenePlugin, full_help: bool = True
+) -> Callable[..., int]:
+    """Return `command` with an option for each setting and each parameter of a scene.
 
     See `scene_options` for the names of a scene's.
 
@@ -202,6 +187,8 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     command : callable
         Takes ``settings`` and ``parameters``, dicts of what was given, as keyword arguments.
     plugin : ScenePlugin
+    full_help : bool
+        False if the help shows only what most people need.
 
     Raises
     ------
@@ -210,23 +197,24 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
     """
     signature = inspect.signature(command, eval_str=True)
     own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
+    if not full_help:
+        own = [_hidden(p) if p.name in _ONLY_IN_FULL_HELP else p for p in own]
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
-    added = _settings_options(left_out) + _scene_parameters(plugin)
+    settings_options = list(_settings_options(left_out))
+    added = [
+        _preset_option(),
+        *(settings_options if full_help else map(_hidden, settings_options)),
+        *_scene_parameters(plugin),
+    ]
 
     @functools.wraps(command)
     def run(*arguments: Any, **options: Any) -> int:
-        settings, parameters, rest = {}, {}, {}
-        preset: str | None = None
+        given: dict[str, dict[str, Any]] = {"settings": {}, "parameters": {}, "": {}}
         for name, value in options.items():
-            kind, _, bare = name.partition("__")
-            if name == "settings__preset":
-                preset = value
-            elif kind == "settings":
-                settings[bare] = value
-            elif kind == "parameters":
-                parameters[bare] = value
-            else:
-                rest[name] = value
+            kind, found, bare = name.partition("__")
+            given[kind if found else ""][bare or name] = value
+        settings, rest = given["settings"], given[""]
+        preset: str | None = settings.pop("preset", None)
         if preset is not None:
             bounds = [name for name in ("max_error", "max_codes", "budget_ms") if rest.get(name) is not None]
             if bounds:
@@ -234,15 +222,19 @@ def with_scene_options(command: Callable[..., int], plugin: ScenePlugin) -> Call
                 raise SettingsError(f"--preset and --{option} both choose settings: leave one of them out")
             chosen = preset_with(preset, settings)
             settings = {name: value for name, value in chosen.items() if name not in left_out}
-        return command(*arguments, settings=settings, parameters=parameters, **rest)
+        return command(*arguments, settings=settings, parameters=given["parameters"], **rest)
 
     run.__signature__ = signature.replace(parameters=own + added)  # type: ignore[attr-defined]
     run.__annotations__ = {p.name: p.annotation for p in own + added}
     return run
 
 
+def _hidden(parameter: inspect.Parameter) -> inspect.Parameter:
+    return parameter.replace(annotation=Annotated[parameter.annotation, Parameter(show=False)])
+
+
 def scene_options(plugin: ScenePlugin) -> list[str]:
-    """The option of each of a scene's parameters, the same in all commands, for example ``--fireflies``.
+    """Return the option of each parameter of a scene, for example ``--fireflies``, the same in all commands.
 
     A parameter whose name is that of another option of any command, say "size", has ``--scene-size``.
 
@@ -251,7 +243,7 @@ def scene_options(plugin: ScenePlugin) -> list[str]:
     SceneError
         If two parameters would have the same option.
     """
-    taken = COMMAND_OPTIONS | {field.name for field in fields(Settings)}
+    taken = COMMAND_OPTIONS | SETTINGS.keys()
     names: list[str] = []
     for p in plugin.parameters:
         name = f"scene_{p.name}" if p.name in taken else p.name
@@ -263,14 +255,16 @@ def scene_options(plugin: ScenePlugin) -> list[str]:
     return ["--" + name.replace("_", "-") for name in names]
 
 
-def _option(key: str, name: str, hint: Any, about: str, default: str, group: Group) -> inspect.Parameter:
-    """A keyword `key` that is absent unless its option is given; `default` is what the help shows."""
+def _option(
+    key: str, name: str, hint: Any, about: str, default: object, group: Group | None = None
+) -> inspect.Parameter:
+    """Return a keyword `key` that is absent unless its option is given; the help shows `default`."""
     option = Parameter(
         name=name,
         help=about,
-        group=group,
-        show_default=lambda _: default,
-        negative=None if hint is bool and default == "True" else (),
+        group=group if group is not None else "Options",
+        show_default=lambda _: str(default),
+        negative=None if default is True else (),
     )
     return inspect.Parameter(
         key,
@@ -280,34 +274,39 @@ def _option(key: str, name: str, hint: Any, about: str, default: str, group: Gro
     )
 
 
-def _settings_options(left_out: frozenset[str]) -> list[inspect.Parameter]:
-    group = Group("Settings", sort_key=1)
-    hints = get_type_hints(Settings)
-    about = "Settings that go together, of which others that are given change some."
-    options = [_option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced", group)]
-    for field in fields(Settings):
-        if field.name in left_out:
-            continue
-        # an optional choice may itself be called "none": keep None out of the hint
-        choices = [part for part in get_args(hints[field.name]) if part is not type(None)]
-        hint = choices[0] if len(choices) == 1 else hints[field.name]
-        default = _SETTINGS_DEFAULT.get(field.name, str(field.default))
-        about = SETTINGS_HELP[field.name]
-        name = "--" + field.name.replace("_", "-")
-        options.append(_option(f"settings__{field.name}", name, hint, about, default, group))
-    return options
+def _preset_option() -> inspect.Parameter:
+    about = "Settings to start from; other options override them."
+    return _option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced")
 
 
-def _scene_parameters(plugin: ScenePlugin) -> list[inspect.Parameter]:
-    group = Group(f"Scene {plugin.name}", sort_key=2)
-    return [
-        _option(f"parameters__{p.name}", name, p.type, parameter_help(p), str(p.default), group)
-        for p, name in zip(plugin.parameters, scene_options(plugin), strict=True)
-    ]
+def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:
+    group = Group("Settings", sort_key=2)
+    for name, setting in SETTINGS.items():
+        if name not in left_out:
+            hint = Literal[setting.choices] if setting.type is str else setting.type
+            default = setting.absent if setting.default is None else setting.default
+            option = "--" + name.replace("_", "-")
+            yield _option(f"settings__{name}", option, hint, _setting_help(setting), default, group)
+
+
+def _setting_help(setting: Setting) -> str:
+    """Return a setting's help, with the numbers that it may be."""
+    if setting.type is not int:
+        return setting.help
+    numbers = ", ".join(map(str, setting.choices)) or " to ".join(map(str, setting.range))
+    return f"{setting.help.rstrip('.')} ({numbers})."
+
+
+def _scene_parameters(plugin: ScenePlugin) -> Iterator[inspect.Parameter]:
+    group = Group(f"Scene {plugin.name}", sort_key=1)
+    for p, name in zip(plugin.parameters, scene_options(plugin), strict=True):
+        yield _option(f"parameters__{p.name}", name, p.type, parameter_help(p), p.default, group)
 
 
 def parameter_help(parameter: SceneParameter) -> str:
-    """A parameter's help with its range and unit, for example "Its height (between 0 and 9 units)."."""
+    """Return a parameter's help with range and unit, for example "Its height (between 0 and 9 units)."."""
+    if parameter.maximum is not None and parameter.maximum >= 2**63 - 1:  # of a seed: no limit for people
+        parameter = replace(parameter, maximum=None)
     ranged = parameter.minimum is not None or parameter.maximum is not None
     about = " ".join(part for part in (parameter.range_text() if ranged else "", parameter.unit) if part)
     return f"{parameter.help.rstrip('.')} ({about})." if about else parameter.help

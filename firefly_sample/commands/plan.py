@@ -11,7 +11,7 @@ from firefly_sample.capture.sequence import DEFAULT_TIME, capture_settings
 from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time
 from firefly_sample.commands.terminal import print_json, print_result
 
-_FORM = Group("Form", validator=mutually_exclusive)
+_ONE_FORM = "Options", Group(validator=mutually_exclusive)
 
 
 def plan(
@@ -20,19 +20,19 @@ def plan(
     time: Time = DEFAULT_TIME,
     size: Size = (800, 600),
     outputs: Outputs = ("color",),
-    json: Annotated[Flag, Parameter(group=_FORM)] = False,
-    dot: Annotated[Flag, Parameter(group=_FORM)] = False,
+    json: Annotated[Flag, Parameter(group=_ONE_FORM)] = False,
+    dot: Annotated[Flag, Parameter(group=_ONE_FORM)] = False,
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Show the passes and targets of one frame, and what in the scene asked for each.
+    """Show the passes and targets of one frame, and why each is needed.
 
-    Nothing is drawn and no driver is needed: the plan is the one for a driver that lacks nothing.
+    Nothing is drawn and no driver is needed; a driver with all capabilities is assumed.
 
     Parameters
     ----------
     time
-        Seconds.
+        The time of the frame.
     json
         Print JSON.
     dot

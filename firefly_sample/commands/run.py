@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
-from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time
+from firefly_sample.commands.options import DEFAULT_SCENE, Flag, RequireGpu, SceneName, Size, Time
 from firefly_sample.commands.terminal import json_text, print_result, progress_bar
 from firefly_sample.errors import SettingsError
 from firefly_sample.settings import Settings
@@ -24,7 +24,7 @@ def run(
     performance_test: Annotated[float | None, Parameter(metavar="SECONDS")] = None,
     headless: Flag = False,
     json: Flag = False,
-    require_gpu: Flag = False,
+    require_gpu: RequireGpu = False,
     max_error: MaxError = None,
     max_codes: MaxCodes = None,
     budget_ms: BudgetMs = None,
@@ -36,30 +36,27 @@ def run(
     Parameters
     ----------
     time
-        Seconds to start at.
+        The time at the start.
     performance_test
-        Turn the camera around the scene for so long (once in 30 seconds, as the
-        key T does), print how many frames that gave, and close. Ctrl-C, T or Esc
-        end it early.
+        Turn the camera around the scene for this long, print how many frames
+        were drawn, and close. Ctrl-C, T or Esc end it early.
     headless
-        Run the performance test without window and display.
+        Run the performance test without a window or a display.
     json
         Print the results of performance tests as JSON.
-    require_gpu
-        Fail rather than draw with a software driver.
     """
 
     def report(result: PerformanceResult) -> None:
         text = json_text(result.as_dict()) if json else result.line()
         if performance_test is not None:
             print_result(text)
-        else:  # the window goes on, also where stdout is lost
+        else:  # the window stays open even if stdout is closed or full
             print(text, flush=True)
 
     if headless and performance_test is None:
         raise SettingsError(
-            "--headless is for performance tests: add --performance-test SECONDS, leave --headless out for "
-            "a window, or use 'firefly capture' for pictures without one"
+            "--headless is for performance tests: add --performance-test SECONDS, or leave --headless out "
+            "for a window; 'firefly capture' draws pictures without one"
         )
     settings = settings_within(
         scene,

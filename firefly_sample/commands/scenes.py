@@ -1,10 +1,12 @@
-"""``firefly scenes``: the scenes that are installed."""
+"""``firefly scenes``: the installed scenes."""
 
 from __future__ import annotations
 
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, parameter_help, scene_options
 from firefly_sample.commands.terminal import print_json, print_result
+
+_KEYS = ("name", "type", "default", "minimum", "maximum", "unit", "live", "help")
 
 
 def scenes(*, json: Flag = False) -> int:
@@ -25,16 +27,7 @@ def scenes(*, json: Flag = False) -> int:
                     "name": plugin.name,
                     "summary": plugin.summary,
                     "parameters": [
-                        {
-                            "name": parameter.name,
-                            "type": parameter.type.__name__,
-                            "default": parameter.default,
-                            "minimum": parameter.minimum,
-                            "maximum": parameter.maximum,
-                            "unit": parameter.unit,
-                            "live": parameter.live,
-                            "help": parameter.help,
-                        }
+                        {key: getattr(parameter, key) for key in _KEYS} | {"type": parameter.type.__name__}
                         for parameter in plugin.parameters
                     ],
                 }

@@ -1,8 +1,7 @@
-"""The process's standard streams while a command works: a failure to write is kept, not raised.
+"""The process's standard streams while a command runs: an error of writing is recorded, not raised.
 
-A log's reader may go away and a disk fill up at any time, also while a library prints or a scene plugin does.
-That must not end the work, so nothing is raised where it happens; `failure_of` says afterwards that a stream
-has failed.
+The reader of a pipe may exit and a disk may fill up at any time, also while a library or a scene plugin
+prints. That must not end the command, so nothing is raised there; `failure_of` returns the error afterwards.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ def safe_streams() -> Iterator[None]:
     """Replace `sys.stdout` and `sys.stderr`, where they are the process's own, by streams that never raise.
 
     A standard descriptor that was closed when the process began is opened on the null device: otherwise the
-    next file, a picture say, would get its number, and what a C library writes to stderr.
+    next file, for example a picture, would get its number, and with it the messages of C libraries.
     """
     before = sys.stdout, sys.stderr
     for descriptor in range(3):
@@ -38,7 +37,7 @@ def safe_streams() -> Iterator[None]:
 
 
 def failure_of(stream: TextIO | None) -> OSError | None:
-    """Flush `stream` and return the first error of writing it, or None."""
+    """Flush `stream` and return the first error of writing to it, or None."""
     if not isinstance(stream, _Stream):
         return None
     stream.flush()
@@ -46,7 +45,7 @@ def failure_of(stream: TextIO | None) -> OSError | None:
 
 
 def was_closed(stream: TextIO | None) -> bool:
-    """Return whether the process began without `stream`, so that nobody reads it."""
+    """Return whether `stream` was closed when the process began."""
     return isinstance(stream, _Stream) and stream.was_closed
 
 
@@ -63,17 +62,17 @@ def _occupy(descriptor: int) -> None:
 
 
 def _safe(stream: TextIO | None, own: TextIO | None, descriptor: int) -> TextIO:
-    """Return a stream that never raises in place of the process's `own`; another stream as it is."""
+    """Return a stream that never raises, if `stream` is the process's `own`; otherwise `stream` itself."""
     if stream is None:
         return _Stream(_Sink(descriptor), was_closed=True, encoding="utf-8", errors="backslashreplace")
     if stream is not own or not isinstance(stream, io.TextIOWrapper):
-        return stream  # a test's or a notebook's
+        return stream  # of a test or a notebook
     with suppress(OSError):
         stream.flush()
     return _Stream(
         _Sink(stream.fileno()),
         encoding=stream.encoding,
-        # a name that the encoding lacks must not end the command either
+        # a character that the encoding lacks must not end the command either
         errors="backslashreplace" if stream.errors == "strict" else stream.errors,
         line_buffering=stream.line_buffering,
         write_through=stream.write_through,
@@ -81,14 +80,14 @@ def _safe(stream: TextIO | None, own: TextIO | None, descriptor: int) -> TextIO:
 
 
 class _Sink(io.FileIO):
-    """A descriptor that takes everything; after the first failure nothing is written any more."""
+    """A file on a descriptor, which ignores everything after the first error."""
 
     def __init__(self, descriptor: int) -> None:
         super().__init__(descriptor, "wb", closefd=False)
         self.failure: OSError | None = None
 
     def write(self, data: Any, /) -> int:
-        """Write all of `data`, or keep why that fails."""
+        """Write all of `data`, or record the error."""
         left = memoryview(data).cast("B")
         size = len(left)
         while left and self.failure is None:
@@ -97,7 +96,7 @@ class _Sink(io.FileIO):
             except OSError as error:
                 self.failure = error
             else:
-                if written is None:  # full, and set not to wait
+                if written is None:  # the pipe is full and does not block
                     select.select((), (self,), ())
                 else:
                     left = left[written:]

@@ -1,4 +1,4 @@
-"""What people see while a command works, all of it on stderr: stdout is for results."""
+"""The output of commands: results on stdout; errors, warnings and progress on stderr."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from firefly_sample.errors import FireflyError
 
 
 def complain(text: str) -> None:
-    """Print one line on stderr, whatever line breaks `text` has."""
+    """Print `text` on stderr, as one line."""
     print("firefly:", " ".join(text.split()), file=sys.stderr)
 
 
 @contextmanager
 def progress_bar(what: str, show: bool = True) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on a terminal, nothing elsewhere; gives a function of (done, in all)."""
+    """Show a progress bar if stderr is a terminal; give a function of (done, in all) that moves it."""
     if not (show and sys.stderr.isatty()):
         yield lambda done, total: None
         return
@@ -26,26 +26,26 @@ def progress_bar(what: str, show: bool = True) -> Iterator[Callable[[int, int], 
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    # lines that are printed meanwhile appear above the bar
+    # lines printed in the meantime appear above the bar
     with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def print_result(text: str, done: str = "") -> None:
-    """Print a command's result on stdout; nothing if its reader has seen enough and gone.
+    """Print a command's result on stdout; it is no error if the reader of a pipe has closed it.
 
     Parameters
     ----------
     text : str
-        Lines; the last line's end is added.
+        Lines; the last one needs no line break.
     done : str
-        What is written even where the result cannot be printed, for example "2 frames in out".
+        For the error message: what was written to files, for example "2 frames in out".
 
     Raises
     ------
     FireflyError
-        If stdout is closed or full; the message says what is done.
+        If stdout is closed or full.
     """
     if was_closed(sys.stdout):
         raise _lost("it is closed", done)
@@ -54,12 +54,12 @@ def print_result(text: str, done: str = "") -> None:
 
 
 def print_summary(text: str, quiet: bool = False) -> None:
-    """Print one line on the files that were written, unless `quiet` or stdout is closed.
+    """Print one line about the files that were written, unless `quiet` or stdout is closed.
 
     Raises
     ------
     FireflyError
-        If stdout is full; the message says what was done.
+        If stdout is full.
     """
     if not quiet and not was_closed(sys.stdout):
         print(text)
@@ -72,14 +72,14 @@ def print_json(value: object, done: str = "") -> None:
 
 
 def json_text(value: object) -> str:
-    """`value` as lines of JSON; keys of objects stay in their own order."""
+    """Return `value` as lines of JSON, with the keys of objects in their own order."""
     import json
 
     return json.dumps(value, indent=2, allow_nan=False)
 
 
 def check_stdout(done: str = "") -> None:
-    """Raise a FireflyError if something printed on stdout is lost and its reader has not simply gone."""
+    """Raise a FireflyError if printing on stdout failed, but not if the reader of a pipe has closed it."""
     failure = failure_of(sys.stdout)
     if failure is not None and not isinstance(failure, ConnectionError):
         raise _lost(failure.strerror or str(failure), done)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import Any
 
 from firefly_sample.columns import align
@@ -18,11 +19,11 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
     -------
     dict
         ``passes`` (name, reads, writes, updates, because) in drawing order, ``targets`` (name, format,
-        bytes_per_pixel, because, and size where it is not the picture's), ``lights`` (drawn, culled),
-        ``culling`` and ``warnings``. What the frame does not have is not mentioned. With supersampling a
-        target's bytes are those of one sample. ``culling`` is how lights find their pixels: ``method``,
-        ``because``, ``shaded`` where the method was chosen (about how many pairs of a pixel and a light each
-        method would shade), and of clusters ``tile``, ``tiles`` and ``slices``.
+        bytes_per_pixel, because, and size if it is not the picture's), ``lights`` (in_scene, in_view,
+        dropped), ``light_method`` and ``warnings``. What the frame does not have is left out. With
+        supersampling a target's bytes are those of one sample. ``light_method`` has ``method``, ``because``,
+        ``estimated_pairs`` if the method was chosen (about how many pairs of a pixel and a light each method
+        would shade), and for clusters ``tile``, ``tiles`` and ``slices``.
     """
     return {
         "passes": [
@@ -49,17 +50,17 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
             )
             for target in plan.targets
         ],
-        "lights": {"drawn": plan.counts.in_view, "culled": plan.counts.in_scene - plan.counts.in_view},
-        **({"culling": _culling(plan)} if plan.counts.in_view else {}),
+        "lights": asdict(plan.counts),
+        **({"light_method": _light_method(plan)} if plan.counts.in_view else {}),
         "warnings": list(plan.warnings),
     }
 
 
-def _culling(plan: FramePlan) -> dict[str, Any]:
+def _light_method(plan: FramePlan) -> dict[str, Any]:
     culling = plan.culling
     told: dict[str, Any] = {"method": culling.method, "because": culling.because}
     if culling.shaded:
-        told["shaded"] = {name: round(pairs) for name, pairs in culling.shaded.items()}
+        told["estimated_pairs"] = {name: round(pairs) for name, pairs in culling.shaded.items()}
     if plan.clusters:
         grid = plan.clusters[0].grid
         told |= {"tile": grid.tile, "tiles": list(grid.tiles), "slices": grid.slices}
@@ -114,7 +115,7 @@ def plan_as_text(plan: FramePlan) -> str:
         align([("TARGET", "FORMAT", f"BYTES A {unit.upper()}", "BECAUSE"), *targets]),
         f"{total:g} bytes a pixel, {total * width * height / 2**20:.1f} MiB at {width}x{height}"
         f"{'' if unit == 'pixel' else f', supersample {plan.settings.supersample}'}{''.join(own)}; "
-        f"lights: {counts.in_view} drawn, {counts.in_scene - counts.in_view} culled{_in_words(plan)}",
+        f"lights: {counts.in_view} in view of {counts.in_scene}{_in_words(plan)}",
         *(f"warning: {warning}" for warning in plan.warnings),
     ]
     return "\n\n".join(parts) + "\n"

@@ -77,6 +77,8 @@ class PerformanceResult:
     lights_in_scene: int
     lights_in_view: int
     milliseconds: dict[str, float]
+    lights_dropped: int = 0
+    """Lights in view that the last frame did not draw."""
 
     @property
     def frames_per_second(self) -> float:
@@ -104,7 +106,11 @@ class PerformanceResult:
             "frames": self.frames,
             "seconds": self.seconds,
             "frames_per_second": self.frames_per_second,
-            "lights": {"in_scene": self.lights_in_scene, "in_view": self.lights_in_view},
+            "lights": {
+                "in_scene": self.lights_in_scene,
+                "in_view": self.lights_in_view,
+                "dropped": self.lights_dropped,
+            },
             "milliseconds": self.milliseconds,
             "settings": self.settings.as_dict(),
         }
@@ -190,4 +196,5 @@ class PerformanceTest:
             lights_in_scene=round(self._in_scene / count) if count else frame.lights.in_scene,
             lights_in_view=round(self._in_view / count) if count else frame.lights.in_view,
             milliseconds={name: statistics.median(values) for name, values in self._milliseconds.items()},
+            lights_dropped=frame.lights.dropped,
         )

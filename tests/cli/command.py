@@ -26,7 +26,7 @@ def environment(**changes: str) -> dict[str, str]:
 
 def firefly(*arguments: object, cwd: Path, env: dict[str, str] | None = None, **options: Any):
     """``firefly ...`` in a process of its own."""
-    return run_python("-m", "firefly_sample.cli", *map(str, arguments), cwd=cwd, env=env, **options)
+    return run_python("-m", "firefly_sample", *map(str, arguments), cwd=cwd, env=env, **options)
 
 
 def run_python(*arguments: str, cwd: Path, env: dict[str, str] | None = None, **options: Any):

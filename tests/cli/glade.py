@@ -79,10 +79,10 @@ class Crowded(Empty):
     name = "crowded"
     parameters = (
         Parameter("size", float, 1.0, "How big."),
-        Parameter("lights", bool, False, "Whether it has any."),
+        Parameter("look", bool, False, "Whether it has one."),
     )
 
-    def build(self, *, size: float, lights: bool) -> Scene:
+    def build(self, *, size: float, look: bool) -> Scene:
         return super().build()
 
 

@@ -19,7 +19,7 @@ USAGE = [
     ([], "", 0),
     (["captur"], 'Did you mean "capture"?', 2),
     (["measure", "sped"], 'Did you mean "speed"?', 2),
-    (["capture", "--firefly", "3"], "Did you mean --fireflies?", 2),
+    (["capture", "--firefly", "3"], "Unknown option: --firefly (did you mean '--fireflies'?)", 2),
     (["capture", "--size", "0x3"], "width and height must be 1 or more", 2),
     (["capture", "--size", "800"], "WIDTHxHEIGHT", 2),
     (["capture", "--size", "-8x6"], "WIDTHxHEIGHT", 2),

@@ -29,7 +29,7 @@ BROKEN = {
     "a folder": (Path.mkdir, "it is not a file"),
     "a pipe": (os.mkfifo, "it is not a file"),
     "a loop": (lambda path: path.symlink_to(path.name), "Too many levels of symbolic links"),
-    "a dead link": (lambda path: path.symlink_to("nowhere"), "a link to what does not exist"),
+    "a dead link": (lambda path: path.symlink_to("nowhere"), "a link to a file that does not exist"),
     "endless": (lambda path: path.symlink_to("/dev/zero"), "more than 1048576 bytes"),
 }
 

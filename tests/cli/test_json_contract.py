@@ -17,7 +17,7 @@ WHOLE = {
         *("scene", "parameters", "settings", "seed", "driver", "driver_version", "software", "version"),
         "frames",
     },
-    "plan": {"passes", "targets", "lights", "culling", "warnings"},
+    "plan": {"passes", "targets", "lights", "light_method", "warnings"},
 }
 
 
@@ -61,9 +61,9 @@ def test_plan(capsys):
         assert step.keys() == {"name", "reads", "writes", "updates", "because"}
     for target in plan["targets"]:
         assert target.keys() == {"name", "format", "bytes_per_pixel", "because"}
-    assert plan["lights"].keys() == {"drawn", "culled"}
-    assert {"method", "because", "shaded"} <= plan["culling"].keys()
-    assert "culling" not in told(capsys, "plan", GLADE, "--fireflies", "0", "--no-dusk")
+    assert plan["lights"].keys() == {"in_scene", "in_view", "dropped"}
+    assert {"method", "because", "estimated_pairs"} <= plan["light_method"].keys()
+    assert "light_method" not in told(capsys, "plan", GLADE, "--fireflies", "0", "--no-dusk")
 
 
 def test_measure_speed(capsys):
@@ -103,7 +103,7 @@ def test_performance_test(capsys):
     }
     assert (result["scene"], result["size"]) == ("glade", [16, 12])
     assert result["parameters"]["fireflies"] == result["lights"]["in_scene"] == 5
-    assert result["lights"].keys() == {"in_scene", "in_view"}
+    assert result["lights"].keys() == {"in_scene", "in_view", "dropped"}
     assert isinstance(result["software"], bool)
     assert isinstance(result["frames"], int)
     assert result["milliseconds"].keys() == {"geometry", "ambient", "point_lights", "resolve"}

@@ -7,14 +7,12 @@ import resource
 import statistics
 import subprocess
 import sys
-from dataclasses import fields
 
 import pytest
 
 import firefly_sample
 from firefly_sample.cli import main
-from firefly_sample.commands.options import SETTINGS_HELP
-from firefly_sample.settings import Settings
+from firefly_sample.settings import SETTINGS, Settings
 from tests.cli.command import GLADE, environment, firefly, manifest_of
 
 
@@ -24,8 +22,8 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def help_of(capsys, *arguments):
-    assert main([*arguments, "--help"]) == 0
+def help_of(capsys, *arguments, flag="--help"):
+    assert main([*arguments, flag]) == 0
     return " ".join(capsys.readouterr().out.replace("│", " ").split())
 
 
@@ -48,8 +46,8 @@ def test_help_shows_a_scenes_parameters_with_range_unit_and_default(capsys):
 
 def test_help_of_the_window_describes_the_performance_test(capsys):
     text = help_of(capsys, "run", GLADE)
-    assert "--performance-test SECONDS Turn the camera around the scene for so long" in text
-    assert "--headless Run the performance test without window and display." in text
+    assert "--performance-test SECONDS Turn the camera around the scene for this long" in text
+    assert "--headless Run the performance test without a window or a display." in text
     assert "--json Print the results of performance tests as JSON." in text
 
 
@@ -61,18 +59,37 @@ def test_each_scene_has_its_own_options(capsys):
 def test_a_parameter_gives_way_to_an_option_of_the_same_name(here, capsys):
     crowded = "tests.cli.glade:crowded"
     assert "--scene-size FLOAT How big. [default: 1.0]" in help_of(capsys, "capture", crowded)
-    options = ("--size", "8x6", "--scene-size", 2, "--scene-lights", "--light-method", "loop")
+    options = ("--size", "8x6", "--scene-size", 2, "--scene-look", "--look", "classic")
     manifest = manifest_of(capsys, crowded, *options)
-    assert manifest["parameters"] == {"size": 2.0, "lights": True}
-    assert manifest["settings"]["light_method"] == "loop"
+    assert manifest["parameters"] == {"size": 2.0, "look": True}
+    assert manifest["settings"]["look"] == "classic"
 
 
-def test_every_setting_is_an_option_with_its_choices(capsys):
-    text = help_of(capsys, "capture", GLADE)
-    for field in fields(Settings):
-        assert f"--{field.name.replace('_', '-')}" in text
+def test_every_setting_is_an_option_with_its_help_and_values(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")
+    text = help_of(capsys, "capture", GLADE, flag="--help-all")
+    for name, setting in SETTINGS.items():
+        assert f"--{name.replace('_', '-')} " in text
+        assert setting.help.rstrip(".") in text
     assert "[choices: rgba32f, rgba16f, r11g11b10f, rgba8] [default: rgba32f]" in text
-    assert SETTINGS_HELP.keys() == {field.name for field in fields(Settings)}
+    assert "Slices of a cloud of particles along its light (8 to 256). [default: 64]" in text
+    assert "[default: each light's own]" in text
+
+
+@pytest.mark.parametrize("command", ["capture", "run", "plan"])
+def test_help_fits_a_screen_and_leaves_settings_to_help_all(capsys, monkeypatch, command):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main([command, "--help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 45
+    text = "\n".join(lines)
+    for option in ("--size", "--preset", "--fireflies", "--mist"):
+        assert option in text
+    for option in ("--position", "--tone", "--require-gpu", "--max-error"):
+        assert option not in text
+    assert lines[-1] == f"firefly {command} SCENE --help-all shows all options, also those of settings."
+    assert main([command, "--help-all"]) == 0
+    assert "--position" in capsys.readouterr().out
 
 
 def test_settings_reach_the_renderer(here, capsys):

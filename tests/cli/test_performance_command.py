@@ -39,21 +39,12 @@ def test_it_prints_one_line(capsys, device):
 
 
 def test_settings_and_parameters_reach_the_frames(capsys):
-    options = (
-        "--performance-test",
-        "0.2",
-        "--supersample",
-        "2",
-        "--light-method",
-        "loop",
-        "--fireflies",
-        "0",
-        "--json",
-    )
+    options = ("--performance-test", "0.2", "--light-method", "loop", "--fireflies", "0", "--json")
+    options += ("--supersample", "2")
     assert main(["run", GLADE, *SMALL, *options]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["settings"]["supersample"], result["settings"]["light_method"]) == (2, "loop")
-    assert result["lights"] == {"in_scene": 0, "in_view": 0}
+    assert result["lights"] == {"in_scene": 0, "in_view": 0, "dropped": 0}
     assert result["milliseconds"].keys() == {"geometry", "ambient", "resolve"}
 
 

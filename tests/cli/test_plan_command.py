@@ -37,17 +37,17 @@ def test_the_dictionary_is_the_plan(plan):
     lights = next(step for step in told["passes"] if step["name"] == "point_lights")
     assert lights["reads"] == ["albedo", "normal", "depth"]
     assert lights["updates"] == ["radiance"]
-    assert told["culling"]["method"] == plan.culling.method == "clustered"
-    assert told["culling"]["shaded"].keys() == {"volumes", "clustered", "fullscreen"}
-    assert (told["culling"]["tiles"], told["culling"]["tile"]) == ([8, 6], 8)
-    assert told["lights"]["drawn"] + told["lights"]["culled"] == 60
+    assert told["light_method"]["method"] == plan.culling.method == "clustered"
+    assert told["light_method"]["estimated_pairs"].keys() == {"volumes", "clustered", "fullscreen"}
+    assert (told["light_method"]["tiles"], told["light_method"]["tile"]) == ([8, 6], 8)
+    assert told["lights"] == {"in_scene": 60, "in_view": plan.counts.in_view, "dropped": 0}
     assert all(entry["because"] for entry in told["passes"] + told["targets"])
 
 
 def test_the_command_prints_what_the_library_says(capsys):
     told = json.loads(printed(capsys, GLADE, "--json", "--no-dusk", "--supersample", "1"))
     assert "ambient" not in [step["name"] for step in told["passes"]]
-    assert told["lights"]["drawn"] + told["lights"]["culled"] == 40
+    assert told["lights"]["in_scene"] == 40
     assert told["warnings"] == []
 
 
@@ -55,7 +55,7 @@ def test_outputs_and_parameters_shape_the_plan(capsys):
     told = json.loads(printed(capsys, GLADE, "--json", "--outputs", "id", "--fireflies", "0", "--glass"))
     assert [step["name"] for step in told["passes"]] == ["geometry"]
     assert {target["name"] for target in told["targets"]} == {"depth", "id"}
-    assert told["lights"] == {"drawn": 0, "culled": 0}
+    assert told["lights"] == {"in_scene": 0, "in_view": 0, "dropped": 0}
     assert "glass" in told["warnings"][0]
 
 

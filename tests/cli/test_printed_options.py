@@ -23,7 +23,7 @@ OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b")
 
 def names_of(words, plugin=None):
     """The options of a command."""
-    app = cli._app(words, [], plugin)
+    app = cli.make_app({words}, [], plugin)
     for word in words:
         app = app[word]
     return {name for argument in app.assemble_argument_collection() for name in argument.names}
@@ -32,9 +32,9 @@ def names_of(words, plugin=None):
 @pytest.fixture(scope="module")
 def known():
     """The options of all commands with all scenes."""
-    names = {"--help", "--version"}
-    for words in cli._COMMANDS:
-        names |= names_of(words, find_scene("forest") if words in cli._WITH_SCENE else None)
+    names = {"--help", "--help-all", "--version"}
+    for words in cli.COMMANDS:
+        names |= names_of(words, find_scene("forest") if words in cli.WITH_SCENE else None)
     for plugin in (*list_scenes(), find_scene("tests.cli.glade:crowded")):
         options = zip(plugin.parameters, scene_options(plugin), strict=True)
         for parameter, option in options:
@@ -69,14 +69,14 @@ def test_scenes_prints_the_options_that_commands_take(capsys):
         part = text.split(f"{plugin.name}: ")[1]
         printed = OPTION.findall("\n".join(line for line in part.splitlines()[1:] if line.startswith("  --")))
         assert printed[: len(plugin.parameters)] == scene_options(plugin)
-    assert "  --scene-lights  256 " in text
+    assert "  --lights  256 " in text
 
 
 def test_no_command_has_an_option_that_a_scene_could_take_from_it():
     plugin = find_scene("tests.cli.glade:empty")
     settings = {name.replace("_", "-") for name in firefly_sample.Settings().as_dict()}
     others = {name.replace("_", "-") for name in COMMAND_OPTIONS}
-    for words in cli._WITH_SCENE:
+    for words in cli.WITH_SCENE:
         own = {
             name.lstrip("-").removeprefix("no-").removeprefix("empty-") for name in names_of(words, plugin)
         }
@@ -95,6 +95,6 @@ COMMANDS = [
 @pytest.mark.parametrize("line", COMMANDS)
 def test_commands_on_the_pages_can_be_understood(line):
     tokens = shlex.split(line)[1:]
-    words = next(words for words in cli._COMMANDS if tuple(tokens[: len(words)]) == words)
-    plugin = cli._scene_of(words, tokens, []) if words in cli._WITH_SCENE else None
-    assert callable(cli._parse(words, tokens, [], plugin))
+    words = next(words for words in cli.COMMANDS if tuple(tokens[: len(words)]) == words)
+    plugin = cli.scene_of(words, tokens, []) if words in cli.WITH_SCENE else None
+    assert callable(cli.parse(words, tokens, [], plugin))

@@ -242,8 +242,8 @@ def test_a_light_before_an_empty_view_is_no_trouble():
     scene.root.attach_new_node(PointLight("lamp", (1, 1, 1), 5.0)).set_pos(0, -5, 0)
     scene.camera.set_h(180.0)
     told = plan_as_dict(build_plan(scene))
-    assert told["culling"]["method"] == "volumes"
-    assert "shaded" not in told["culling"]
+    assert told["light_method"]["method"] == "volumes"
+    assert "estimated_pairs" not in told["light_method"]
 
 
 def test_a_light_that_holds_the_view_is_a_volume_for_auto():

@@ -31,6 +31,8 @@ LAYERS = (
             "derived",
             "cache_files",
             "memo",
+            "measure",  # old names
+            "reference",
         },
     ),
     ({"scene"},),
@@ -41,7 +43,7 @@ LAYERS = (
     ({"renderer"},),
     ({"capture", "viewer", "interop"},),
     ({"lab"},),
-    ({"cli", "commands"},),
+    ({"__main__", "cli", "commands"},),
 )
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other
 know nothing of each other."""
