@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.plan.cluster_lookup import cell_lights, cell_words, list_lengths
+from firefly_sample.plan.lights import clusters as module
 from firefly_sample.plan.lights.bounds import screen_bounds
 from firefly_sample.plan.lights.clusters import find_clusters, make_grid, plan_clusters, slices_of
-from firefly_sample.plan.lights import clusters as module
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.scene.falloff import Falloff
