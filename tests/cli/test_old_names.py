@@ -79,7 +79,7 @@ def test_an_output():
 
 def test_a_class():
     with pytest.raises(ImportError, match="'VolumeShadow': it is now called 'ParticleShadow'"):
-        pass
+        from firefly_sample import VolumeShadow  # noqa: F401
     with pytest.raises(ImportError, match="'ParticleShadow'"):
         _ = firefly_sample.VolumeShadow
     assert not hasattr(firefly_sample, "VolumeLight")

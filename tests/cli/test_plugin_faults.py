@@ -126,7 +126,7 @@ def test_ctrl_c_in_a_plugin_is_ctrl_c(capsys, write):
 
 def test_memory_that_is_not_there_is_one_line(capsys, write, monkeypatch):
     write("pass", "nowhere")
-    monkeypatch.setattr("firefly_sample.plan.build.build_plan", lambda *_: np.empty(2**46))
+    monkeypatch.setattr("firefly_sample.pipeline.build_plan", lambda *_: np.empty(2**46))
     assert main(["plan", "trouble:plugin"]) == 1
     err = capsys.readouterr().err
     assert err.startswith("firefly: out of memory: Unable to allocate 512. TiB")

@@ -34,14 +34,14 @@ def test_each_light_on_each_material_is_what_float64_says(kind, material):
 def test_all_lights_together_at_every_shininess(model, shininess):
     for seed in range(2):
         scene = lit_scene(material="everything", shininess=shininess, seed=seed)
-        compared = compare(scene, Settings(specular=model))
+        compared = compare(scene, Settings(specular_model=model))
         assert compared.error() <= BOUNDS["linear32f"]
 
 
 @pytest.mark.parametrize("position", BOUNDS)
 @pytest.mark.parametrize("model", MODELS)
 def test_all_lights_from_every_position_method(model, position):
-    settings = Settings(specular=model, position=position)
+    settings = Settings(specular_model=model, position=position)
     compared = compare(lit_scene(material="everything"), settings)
     assert compared.error() <= BOUNDS[position]
 
@@ -61,7 +61,7 @@ def test_a_threshold_drops_neither_light_nor_highlights_above_it(render, color):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_all_lights_through_an_orthographic_lens(model):
-    compared = compare(lit_scene(material="everything", orthographic=True), Settings(specular=model))
+    compared = compare(lit_scene(material="everything", orthographic=True), Settings(specular_model=model))
     assert compared.error() <= BOUNDS["linear32f"]
 
 
@@ -141,7 +141,7 @@ def test_a_surface_turned_away_gets_neither_light_nor_highlight(render):
         scene.root.attach_new_node(point).set_pos(0, 12, 1)
         spot = Spotlight("spot")
         scene.root.attach_new_node(spot).set_pos_hpr(0, 12, 0, 180, 0, 0)
-        frame = render(scene, Settings(specular=model), (16, 12), ("radiance",))
+        frame = render(scene, Settings(specular_model=model), (16, 12), ("radiance",))
         assert frame.radiance.max() == 0.0
 
 

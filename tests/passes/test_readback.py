@@ -37,7 +37,7 @@ SETTINGS = {
         position="stored16f",
         normals="rgb10a2",
         albedo="rgba8",
-        particle_shadow_format="oct8",
+        particle_shadow_format="unorm8",
         particle_shadows="blend",
     ),
     "stored32f": Settings(position="stored32f", normals="rgba32f", albedo="rgba16f"),
@@ -243,7 +243,7 @@ def test_every_output_is_what_its_texels_say(settings):
 
 
 @pytest.mark.parametrize(
-    ("form", "method"), [("oct8", "blend"), ("float16", "optical_depth"), ("float32", "optical_depth")]
+    ("form", "method"), [("unorm8", "blend"), ("float16", "optical_depth"), ("float32", "optical_depth")]
 )
 def test_the_slices_of_shadow_are_what_their_texels_say(form, method):
     with make_renderer((13, 7), Settings(particle_shadow_format=form, particle_shadows=method)) as renderer:

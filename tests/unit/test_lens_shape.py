@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import LensError
-from firefly_sample.pipeline import build_plan
+from firefly_sample.pipeline import PASSES, build_plan
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
@@ -139,7 +139,7 @@ def test_planning_a_picture_of_another_shape_names_the_camera_and_both_shapes(le
         assert re.search(said, warning)
         assert plan.view.lens.a == pytest.approx(lens.constants().a, rel=1e-14)
         assert plan.view.lens.c / plan.view.lens.a == pytest.approx(4 / 3, rel=1e-14)
-    in_a_window = Planner(window=True)
+    in_a_window = Planner([kind() for kind in PASSES], window=True)
     for size in ((640, 480), (300, 400)):
         plan = in_a_window.plan(scene, Settings(), size, ("color",), 0.0, Capabilities())
         (warning,) = plan.warnings
