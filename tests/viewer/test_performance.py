@@ -147,7 +147,7 @@ def test_the_result_for_programs():
         "frames": 412,
         "seconds": 30.04,
         "frames_per_second": 412 / 30.04,
-        "lights": {"in_scene": 400, "in_view": 391},
+        "lights": {"in_scene": 400, "in_view": 391, "dropped": 0},
         "milliseconds": {"geometry": 12.5},
         "settings": Settings(supersample=2).as_dict(),
     }
