@@ -1,6 +1,6 @@
 #version 330 core
-// The first light: ambient, from everywhere, and what surfaces give off by themselves.
-// OWN: ambient light has a reflectance of its own, in a target of its own.
+// Writes the first light of each pixel: ambient light and the surface's emission.
+// OWN: the reflectance of ambient light is not the albedo; it is read from a target of its own.
 #include "include/gbuffer.glsl"
 #block Shading
 

@@ -1,5 +1,5 @@
 #version 330 core
-// Adds directional lights, which reach every surface. Where it is matters only for its shadows.
+// Adds directional lights, which reach every surface. The surface's position is needed only for shadows.
 #define PLACED (SHADOW_TAPS > 0 || PARTICLE_SHADOW)
 #define LIGHT_KIND LIGHT_KIND_DIRECTIONAL
 #include "include/surface.glsl"

@@ -1,6 +1,7 @@
 #version 330 core
-// Shades surfaces as they are drawn, seen or not, by all lights of a kind: what deferred shading is measured against.
-// FIRST brings ambient light and emission as well; the lights of other kinds are added to it.
+// Forward shading, for comparison with deferred shading: shades surfaces when they are drawn, even those that are
+// hidden later, by all lights of one kind.
+// FIRST: the first kind of lights writes ambient light and emission as well; the other kinds are added to it.
 #define PLACED 1
 #define ID 0
 #define VISIBILITY 0

@@ -1,5 +1,5 @@
 #version 330 core
-// One triangle over the whole target; needs no vertices.
+// Draws one triangle that covers the whole target; it needs no vertex buffer.
 
 void main()
 {

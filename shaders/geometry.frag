@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the G-buffer: each output exists only where the frame has its target.
+// Writes the G-buffer. Each output is declared only if the frame has its target.
 #include "include/gbuffer.glsl"
 #include "include/material.glsl"
 #include "include/steep.glsl"
@@ -40,14 +40,15 @@ out uvec2 o_visibility;
 #endif
 
 #if INTERPOLATION == INTERPOLATION_FLOAT64
-// Change from a pixel to the next, over the value. Pixels may be up to 1/512 off on a GPU's grid, and less than 1/10,000
-// on llvmpipe: what is less steep than this is interpolated to 2e-6 at worst.
+// Largest relative change of a value from one pixel to the next for which the rasterizer's interpolation is used.
+// Sample positions may be off by up to 1/512 pixel on a GPU, and by less than 1/10,000 on llvmpipe. Below this limit,
+// the error of interpolation is at most 2e-6.
 const float STEEP = 1.0 / 1024.0;
 
 bool is_steep()
 {
     vec3 n = fwidth(v_normal);
-    // what is no number is steep, too
+    // written so that NaN counts as steep
     return !(dot(n, n) <= STEEP * STEEP * dot(v_normal, v_normal) && fwidth(v_view.y) <= STEEP * abs(v_view.y));
 }
 #endif
@@ -55,7 +56,7 @@ bool is_steep()
 void main()
 {
 #if INTERPOLATION == INTERPOLATION_FLOAT64
-    uint steep = is_steep() ? STEEP_BIT : 0u;  // before what is cut out leaves its neighbours without a difference
+    uint steep = is_steep() ? STEEP_BIT : 0u;  // before discard, after which derivatives are undefined
 #endif
     Sample made = sample_material();
 #if NORMAL || DISTANCE || POSITION_TARGET != POSITION_TARGET_NONE
@@ -73,7 +74,7 @@ void main()
 #if POSITION_TARGET == POSITION_TARGET_FLOAT32
     o_position = vec4(view, 1.0);
 #elif POSITION_TARGET == POSITION_TARGET_FLOAT16
-    o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
+    o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // the largest half float
 #endif
 #if AMBIENT
     o_ambient = pack_color(made.ambient);

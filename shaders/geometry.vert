@@ -1,5 +1,5 @@
 #version 330 core
-// Places one instance's vertices in view space. Matrices arrive as columns, made in float64.
+// Transforms an instance's vertices to view space. Matrices are computed in float64 and given as columns.
 #ifndef ID  // the forward pass has neither of them
 #define ID 0
 #define VISIBILITY 0
@@ -35,10 +35,10 @@ in vec3 in_emission;
 in uint in_id;
 #endif
 #if VISIBILITY
-uniform int u_first_instance;  // of this draw, among all of the frame's
+uniform int u_first_instance;  // of this draw: index among all instances of the frame
 #endif
 
-invariant gl_Position;  // passes that draw the same again must find the same depth
+invariant gl_Position;  // passes that draw the same geometry again must compute the same depth
 
 out vec3 v_view;
 out vec3 v_normal;

@@ -1,5 +1,5 @@
 #version 330 core
-// The depth of every second pixel across and down, which light at half resolution tests its volumes against.
+// Copies the depth of every second pixel in each direction: the depth buffer for light volumes at half resolution.
 
 uniform sampler2D u_depth;
 

@@ -1,8 +1,9 @@
 #version 330 core
 #extension GL_ARB_gpu_shader_fp64 : require
-// Finds normals and distances again, in float64, where the geometry pass found them steep: from the corners of the
-// triangle whose number it left, as in a visibility buffer (Burns, Hunt, JCGT 2(2), 2013). A rasterizer makes float32
-// planes of what corners hold, and what it rounds off counts for more the steeper they are.
+// Recomputes normals and distances in float64 at the pixels that the geometry pass marked as steep. They are
+// interpolated between the corners of the triangle whose index it wrote, as in a visibility buffer (Burns, Hunt, JCGT
+// 2(2), 2013). A rasterizer interpolates by planes with float32 coefficients; the steeper the plane, the larger its
+// rounding error.
 // Float64 twin: firefly_sample/lab/reference/surfaces.py
 #define ALBEDO_FORMAT ALBEDO_FORMAT_LINEAR
 #include "include/lens.glsl"
@@ -15,8 +16,8 @@ uniform usampler2D u_visibility;
 // firefly_sample/gpu/corner_tables.py
 const int TABLE_WIDTH = 4096;
 const int INSTANCE_TEXELS = 12;
-uniform usampler2D u_triangles;  // a texel a triangle: numbers of its corners
-uniform sampler2D u_vertices;    // three texels a vertex: place, its rest, normal
+uniform usampler2D u_triangles;  // one texel per triangle: the indices of its vertices
+uniform sampler2D u_vertices;    // three texels per vertex: position, its rounding rest, normal
 uniform sampler2D u_instances;
 
 const float FARTHEST_OUT = 1.0 / 16.0;  // firefly_sample/lab/reference/rays.py
@@ -46,7 +47,7 @@ dvec4 fetch_with_rest(sampler2D table, int index)
     return dvec4(fetch(table, index)) + dvec4(fetch(table, index + 1));
 }
 
-// Shares of the point, on an edge, that is nearest to the ray.
+// Returns the barycentric coordinates of the point on the triangle's edges that is nearest to the pixel's ray.
 vec3 nearest(vec3 x, vec3 z)
 {
     vec3 shares = vec3(0.0);
@@ -77,7 +78,7 @@ void main()
     vec4 of_batch = fetch(u_instances, row + 11);
     int triangle = int(of_batch.x) * TABLE_WIDTH + int(of_batch.y) + int(seen.y & ~STEEP_BIT);
 
-    // dot(p, across) and dot(p, up): how far p lies beside the pixel's ray, in pixels times dot(p, ahead)
+    // dot(p, across) and dot(p, up): the offset of p from the pixel's ray, in pixels, times dot(p, ahead)
     dvec4 ahead = fetch_with_rest(u_instances, row + 4);
     dvec4 across = fetch_with_rest(u_instances, row) - double(gl_FragCoord.x) * ahead;
     dvec4 up = fetch_with_rest(u_instances, row + 2) - double(gl_FragCoord.y) * ahead;
@@ -93,11 +94,12 @@ void main()
         y[i] = dot(place, y_of);
         z[i] = dot(place, up);
     }
-    // a corner's share is the area between the ray and the opposite edge
+    // a corner's barycentric coordinate is proportional to the area of the ray and the opposite edge
     dvec3 areas = x.yzx * z.zxy - z.yzx * x.zxy;
     double whole = areas.x + areas.y + areas.z;
     dvec3 shares = areas / (whole != 0.0 ? whole : 1.0);
-    // A rasterizer's grid gives a triangle pixels that lie beside it; where it is thin, its plane leads anywhere.
+    // The rasterizer snaps corners to a grid, so a triangle may cover pixels outside it. Extrapolating a thin triangle
+    // to them would give arbitrary values; the nearest point on its edges is used instead.
     if (whole == 0.0 || min(min(shares.x, shares.y), shares.z) < -FARTHEST_OUT)
         shares = dvec3(nearest(vec3(x), vec3(z)));
 
@@ -116,6 +118,6 @@ void main()
 #if POSITION_TARGET == POSITION_TARGET_FLOAT32
     o_position = vec4(view, 1.0);
 #elif POSITION_TARGET == POSITION_TARGET_FLOAT16
-    o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // beyond, a half float is infinite
+    o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // the largest half float
 #endif
 }

@@ -23,7 +23,7 @@ out vec4 o_volumes;
 out vec4 o_wireframe;
 #endif
 
-// so that some volumes, or lines, over each other can be told apart
+// faint enough to distinguish several volumes, or lines, over each other
 const float FAINT = 0.12;
 const float LINE = 0.3;
 

@@ -1,6 +1,7 @@
 #version 330 core
-// Lights each particle once, at its middle, by all lights of a kind: a texel a particle. It scatters light evenly.
-// FIRST brings ambient light. FADED: this light fades on particles as their shadow says.
+// Lights each particle once, at its centre, by all lights of one kind: one texel per particle. Particles scatter light
+// equally in all directions.
+// FIRST: adds ambient light as well. FADED: multiplies by the fading that is stored with each particle.
 #define PLACED 1
 #define LIGHT_METHOD LIGHT_METHOD_LOOP
 #define POSITION_METHOD POSITION_METHOD_STORED
@@ -21,7 +22,7 @@
 #endif
 #block Shading
 
-uniform sampler2D u_particles;  // four texels a particle: firefly_sample/gpu/particle_rows.py
+uniform sampler2D u_particles;  // four texels per particle: firefly_sample/gpu/particle_rows.py
 out vec4 o_particle_light;
 
 void main()
@@ -47,14 +48,14 @@ void main()
             s.normal = to_light;
             strength *= shadow(s, to_light, 1.0, light.shadow);
 #endif
-            sum += min(strength * light.color.rgb, 1e30);  // infinity times a colour of 0 would be no number
+            sum += min(strength * light.color.rgb, 1e30);  // infinity times a colour of 0 would be NaN
         }
     }
 #if FADED
     sum *= place.w;
 #endif
 #if PARTICLE_SHADOW
-    if (color.w > 0.0) {  // it takes shadows
+    if (color.w > 0.0) {  // the particle receives shadows
         vec3 shadowed = texelFetch(u_particles, at + ivec2(2, 0), 0).xyz;
         vec3 own = texelFetch(u_particles, at + ivec2(3, 0), 0).rgb;
         sum *= volume_light(shadowed, own);

@@ -1,5 +1,5 @@
 #version 330 core
-// Blurs slices across.
+// Blurs slices horizontally.
 #include "include/particle_shadow_blur.glsl"
 
 uniform sampler2D u_particle_shadow_atlas;

@@ -1,5 +1,5 @@
 #version 330 core
-// Blurs slices up and down.
+// Blurs slices vertically.
 #include "include/particle_shadow_blur.glsl"
 
 uniform sampler2D u_particle_shadow_scratch;

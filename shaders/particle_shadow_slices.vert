@@ -1,5 +1,5 @@
 #version 330 core
-// A square around each particle in the tile of its slice.
+// Draws a square around each particle, in the tile of its slice.
 #include "include/particle_shadow_tiles.glsl"
 
 in vec2 in_corner;
@@ -14,8 +14,9 @@ void main()
     v_disc = in_disc;
     v_strength = in_strength;
     v_corner = vec2(tile_corner(int(in_disc.z)));
-    // no farther than the tile: what leaves it is not drawn
+    // clipped to the tile: no particle may draw into a neighbouring tile
     vec2 at = clamp(in_disc.xy + in_disc.w * in_corner, vec2(0.0), vec2(u_particle_shadow_tiles.x));
-    vec2 size = u_particle_shadow_tiles.x * vec2(u_particle_shadow_tiles.y, ceil(u_particle_shadow_tiles.z / u_particle_shadow_tiles.y));
+    float rows = ceil(u_particle_shadow_tiles.z / u_particle_shadow_tiles.y);
+    vec2 size = u_particle_shadow_tiles.x * vec2(u_particle_shadow_tiles.y, rows);
     gl_Position = vec4((v_corner + at) / size * 2.0 - 1.0, 0.0, 1.0);
 }

@@ -1,5 +1,5 @@
 #version 330 core
-// What one slice has is added to the next.
+// Adds the sum up to one slice to the next slice, by blending.
 uniform sampler2D u_particle_shadow_sum;
 uniform ivec2 u_corner;
 out vec4 o_particle_shadow_atlas;

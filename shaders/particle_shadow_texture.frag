@@ -1,6 +1,6 @@
 #version 330 core
-// The slices of shadow in the picture's lower left corner: white where all light comes through, and dark where the
-// texture has no slice.
+// Shows the atlas of shadow slices in the picture's lower left corner: white where all light passes, dark where the
+// atlas has no slice.
 #include "include/particle_shadow_tiles.glsl"
 #include "include/color.glsl"
 

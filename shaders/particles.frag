@@ -1,7 +1,7 @@
 #version 330 core
-// What a particle, or a dot, sends to the eye, and what it leaves of what is behind: blended one over the other.
-// A particle is a ball: as much of it counts as is before the surface; what planes cut off, its optical depth lacks
-// already. A dot is hidden or not.
+// Writes the light of a particle or dot and its opacity, for blending from back to front. A particle is a ball that
+// fades out as it sinks into a surface (soft particles); its optical depth has been reduced by the part beyond the near
+// and far planes. A dot does not fade: it is either hidden or visible.
 #if SURFACES
 #include "include/lens.glsl"
 #endif

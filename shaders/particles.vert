@@ -1,13 +1,13 @@
 #version 330 core
-// A square that faces the camera around each particle, and around each soft dot among them.
+// Draws a square that faces the camera around each particle, and around each soft dot among them.
 #include "include/lens.glsl"
 
 in vec2 in_corner;
 in vec4 in_dot;         // centre in view space, radius
-in vec4 in_pixel;       // of the centre: two float32 each across and up
-in vec2 in_per_radius;  // one over the radius in pixels, across and up
+in vec4 in_pixel;       // position of the centre: two float32 (number and rest) each across and up
+in vec2 in_per_radius;  // 1 / radius in pixels, across and up
 in vec3 in_color;       // of a dot
-in vec3 in_particle;    // optical depth through the middle; number, -1 for a dot; distance of the middle
+in vec3 in_particle;    // optical depth through the centre; index, -1 for a dot; distance of the centre
 uniform sampler2D u_particle_light;
 flat out vec4 v_pixel;
 flat out vec2 v_per_radius;

@@ -1,5 +1,5 @@
 #version 330 core
-// Puts a picture on the window pixel for pixel; the viewport is the picture's rectangle.
+// Copies a picture to the window, pixel by pixel; the viewport is the picture's rectangle.
 
 uniform sampler2D u_picture;
 uniform ivec2 u_corner;

@@ -1,5 +1,5 @@
 #version 330 core
-// From samples to the picture: background where nothing was drawn, average, exposure, tone curve, sRGB once.
+// Turns samples into the picture: fills in the background, averages, and applies exposure, tone curve and sRGB.
 #include "include/color.glsl"
 #if GRADIENT
 #include "include/lens.glsl"
@@ -52,7 +52,7 @@ vec3 behind_particles(ivec2 texel)
 {
     vec3 value = vec3(0.0);
 #if RADIANCE
-    value = min(texelFetch(u_radiance, texel, 0).rgb, LARGEST);  // a narrow float may be infinite
+    value = min(texelFetch(u_radiance, texel, 0).rgb, LARGEST);  // a target of small floats may hold infinity
 #endif
 #if MASKED
     if (COVERED > 0.0)

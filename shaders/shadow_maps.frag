@@ -1,5 +1,5 @@
 #version 330 core
-// Only depth is written, but for what the alpha of a texture, of vertices or of both cuts out.
+// Writes depth only, and discards what is cut out by the alpha of a texture or of vertices.
 #define CUTOUT (TEXTURED || VERTEX_ALPHA)
 
 #if CUTOUT

@@ -1,5 +1,5 @@
 #version 330 core
-// Places one instance's vertices as a light sees them. Matrices arrive as columns, made in float64.
+// Transforms an instance's vertices to a light's view. Matrices are computed in float64 and given as columns.
 
 in vec3 in_position;
 in vec4 in_clip_x;

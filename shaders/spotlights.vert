@@ -1,5 +1,5 @@
 #version 330 core
-// Where spotlights are shaded; see include/proxy.glsl.
+// Draws the proxies of spotlights: a light is shaded at the pixels that its proxy covers. See include/proxy.glsl.
 #include "include/proxy.glsl"
 #record Spotlight
 

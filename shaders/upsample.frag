@@ -1,8 +1,8 @@
 #version 330 core
-// Spreads light of every second pixel to all. A pixel takes it from up to four neighbours, by their weight in bilinear
-// interpolation, and by how near they lie to the plane of its own surface. After Kopf et al., "Joint Bilateral
-// Upsampling", SIGGRAPH 2007. A pixel that was lit itself keeps what it has. Comparing normals as well would take a
-// fifth off the error, and double the cost.
+// Upsamples light that was computed at every second pixel in each direction (Kopf et al., "Joint Bilateral Upsampling",
+// SIGGRAPH 2007). A pixel averages up to four neighbours, with bilinear weights and weights for their distance from the
+// plane of its own surface. A pixel that was lit itself keeps its value. Comparing normals as well would reduce the
+// error by a fifth, and double the cost.
 #define PLACED 1
 #define LIGHT_RESOLUTION LIGHT_RESOLUTION_FULL
 #define SPECULAR_MODEL SPECULAR_MODEL_NONE
@@ -19,8 +19,8 @@ out vec4 o_radiance;
 out vec4 o_light;
 #endif
 
-const float WIDTH = 2.0;   // pixels at the surface's distance, by which a neighbour may be off its plane
-const float LEAST = 1e-4;  // of a neighbour that fits not at all, so that one that fits best always counts
+const float WIDTH = 2.0;   // typical distance of a neighbour from the plane, in pixels at the surface's distance
+const float LEAST = 1e-4;  // least weight, so that the best of several distant neighbours still counts
 
 float pixel_at(Surface s)
 {

@@ -1,4 +1,4 @@
-// Provides Light and arrives, which says whether a light comes to a surface, from where, and how much of it.
+// Provides Light and arrives: whether a light reaches a surface, from which direction, and with what strength.
 // LIGHT_KIND_DIRECTIONAL, LIGHT_KIND_POINT, LIGHT_KIND_SPOT; diffuse light and highlights fade alike.
 #include "include/phong.glsl"
 #include "include/rests.glsl"

@@ -1,21 +1,21 @@
-// Provides Cell, find_cell, next_light: the lights that may reach what is behind a pixel. For after surface.glsl.
-// A cell has a bit for each light of its depth slice: firefly_sample/plan/lights/clusters.py.
+// Provides Cell, find_cell, next_light: the lights that may reach the surface at a pixel. After surface.glsl.
+// A cell has a bit mask, with a bit per light of its depth slice: firefly_sample/plan/lights/clusters.py.
 // Float64 twin: firefly_sample/plan/cluster_lookup.py
 
-uniform usampler2D u_slices;  // of each slice both edges, its first word and the next one's: gpu/cluster_rows.py
+uniform usampler2D u_slices;  // per slice: both edges, its first word, the next slice's first word
 uniform int u_slice_count;
-uniform usampler2D u_words;   // four to a texel, a row a place
+uniform usampler2D u_words;   // words of bit masks: four per texel; one row per line of tiles
 uniform ivec3 u_tiling;       // samples along a tile's side, tiles across and up
-uniform ivec4 u_places;       // the first of columns of tiles, rows, rising and falling diagonals
-uniform vec4 u_slicing;       // from log2 of the distance, orthographic the distance, to slices; first and last edge
+uniform ivec4 u_places;       // first row of tile columns, tile rows, rising and falling diagonals
+uniform vec4 u_slicing;       // scale, offset from log2(distance) (orthographic: distance) to slice; first, last edge
 
 struct Cell {
-    int word;      // its first
+    int word;      // first word of its slice
     int end;
-    ivec4 places;  // of its tile's column, row, rising and falling diagonal
+    ivec4 places;  // rows of its tile column, tile row, rising and falling diagonal
 };
 
-// Four words of a cell: the bits that all of its lines have.
+// Returns four words of a cell's bit mask: the bitwise AND of its column's, row's and two diagonals'.
 uvec4 words_at(Cell cell, int word)
 {
     int i = word >> 2;
@@ -26,7 +26,7 @@ uvec4 words_at(Cell cell, int word)
 ivec2 tile_of(Surface s)
 {
 #if HAS_PLACE
-    // which need not lie on the way through its pixel
+    // a stored position need not lie on its pixel's ray
     vec4 clip = view_to_clip(s.place);
     vec2 pixel = clip.xy / clip.w * u_size.zw + u_size.zw;
 #else
@@ -39,7 +39,7 @@ Cell find_cell(Surface s)
 {
     int slices = u_slice_count;
     if (!(s.y >= u_slicing.z && s.y <= u_slicing.w))
-        return Cell(0, 0, ivec4(0));  // what no light reaches, and the background
+        return Cell(0, 0, ivec4(0));  // background, or beyond the reach of all lights
 #if ORTHOGRAPHIC
     float guess = s.y * u_slicing.x + u_slicing.y;
 #else
@@ -47,7 +47,7 @@ Cell find_cell(Surface s)
 #endif
     int k = clamp(int(floor(guess)), 0, slices - 1);
     uvec4 slice = texelFetch(u_slices, ivec2(k, 0), 0);
-    // drivers' logarithms differ in their last digits: the edges themselves decide
+    // drivers' logarithms differ in the last digits: compare with the exact edges
     if (s.y < uintBitsToFloat(slice.x))
         --k;
     else if (k + 1 < slices && s.y >= uintBitsToFloat(slice.y))
@@ -58,13 +58,13 @@ Cell find_cell(Surface s)
     return Cell(int(slice.z), int(slice.w), u_places + along);
 }
 
-// The number of the next light of four words, whose bits are taken off one by one.
+// Returns the index of the next light in four words, and clears its bit.
 int next_light(int word, inout uvec4 bits)
 {
     int i = bits.x != 0u ? 0 : bits.y != 0u ? 1 : bits.z != 0u ? 2 : 3;
     uint one = bits.x != 0u ? bits.x : bits.y != 0u ? bits.y : bits.z != 0u ? bits.z : bits.w;
     uint lowest = one & (~one + 1u);
     bits ^= uvec4(equal(ivec4(i), ivec4(0, 1, 2, 3))) * lowest;
-    int bit = int(floatBitsToUint(float(lowest)) >> 23) - 127;  // of a power of two, exactly
+    int bit = int(floatBitsToUint(float(lowest)) >> 23) - 127;  // exact, because lowest is a power of two
     return 32 * (word + i) + bit;
 }

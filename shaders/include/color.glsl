@@ -15,7 +15,7 @@ vec3 tone_curve(vec3 radiance)
     vec3 x = max(radiance, vec3(0.0));
 #if TONE == TONE_EXPONENTIAL
     vec3 small = x * (1.0 - x * (0.5 - x / 6.0));
-    return mix(1.0 - exp(-x), small, lessThan(x, vec3(0.01)));  // chooses: the series overflows
+    return mix(1.0 - exp(-x), small, lessThan(x, vec3(0.01)));  // selects and does not blend: the series may overflow
 #else
     return min(x, vec3(1.0));
 #endif

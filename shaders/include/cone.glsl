@@ -1,10 +1,10 @@
-// Provides opening: 1 - cos of an angle by its cosine and the square of its sine.
+// Provides opening: 1 - cos of an angle, from its cosine and the square of its sine.
 // Provides cone_strength: the strength of a spotlight in a direction. axis.w is 1 - cos of the outer half-angle; cone.x
 // is one over the width of the edge, 0 for a hard one; cone.y is an exponent of the cosine.
 // Float64 twin: firefly_sample/lab/reference/shading.py
 #include "include/phong.glsl"
 
-// 1 - c loses its digits below a degree
+// 1 - c has no correct digits left below a degree
 float opening(float c, float sine2)
 {
     return c > 0.0 ? sine2 / (1.0 + c) : 1.0 - c;

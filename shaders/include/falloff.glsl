@@ -1,7 +1,7 @@
 // Provides falloff: how a light fades with the distance d from it.
 // FALLOFF_RAMP_SQUARED: (1 - d/reach)^2, exactly 0 from the reach on.
 // FALLOFF_ATTENUATION: 1/(x + y*d + z*d^2) of fade, times a window that ends at 1/fade.w; none where that
-// is 0. The fraction is at most 1e30: infinity times a colour of 0 would be no number.
+// is 0. The fraction is at most 1e30: infinity times a colour of 0 would be NaN.
 // RANGE_FALLOFF_KARIS: (1 - (d/R)^4)^2. RANGE_FALLOFF_GLTF: 1 - (d/R)^4.
 // Float64 twin: firefly_sample/lab/reference/shading.py
 

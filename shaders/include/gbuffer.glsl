@@ -1,6 +1,6 @@
-// Provides encode_ and decode_ of albedo, normal and specular, and pack_color, unpack_color: packing beside unpacking.
-// ALBEDO_FORMAT_LINEAR: as it is. _SQRT8: square roots. _SQRT10: square roots in ten bits each of a whole number: exact on
-// every driver, and llvmpipe takes a sixth of the geometry pass to convert for a normalised target of ten bits.
+// Provides encode_ and decode_ of albedo, normal and specular, and pack_color, unpack_color.
+// ALBEDO_FORMAT_LINEAR: the colour itself. _SQRT8: square roots. _SQRT10: square roots, ten bits each of an integer, which
+// every driver stores exactly; for a normalised target of ten bits, llvmpipe takes a sixth of the geometry pass to convert.
 // NORMAL_FORMAT_OCT16, _OCT16_UNORM, _OCT8: octahedral, in signed 16, unsigned 16 and unsigned 8 bits (Cigolle et al.,
 // JCGT 3(2), 2014). _UNORM: n/2 + 1/2. _FLOAT: n. _CLASSIC: the faults of Panda3D's sample: n/2 + 1/2 in OpenGL's view
 // axes (x right, y up, z to the viewer), read as it is, as if it were a normal in view axes with y forward and z up.
@@ -11,7 +11,7 @@
 #define COLOR_TEXEL uint
 #define COLOR_SAMPLER usampler2D
 
-// The two highest bits mark what was drawn.
+// The two highest bits mark pixels where something was drawn.
 uint pack_color(vec3 color)
 {
     uvec3 code = uvec3(sqrt(clamp(color, 0.0, 1.0)) * 1023.0 + 0.5);
@@ -47,7 +47,7 @@ vec3 decode_albedo(vec3 stored)
 #endif
 }
 
-// Alpha marks what was drawn.
+// Alpha marks pixels where something was drawn.
 vec4 pack_color(vec3 color)
 {
     return vec4(encode_albedo(color), 1.0);
@@ -60,7 +60,7 @@ vec3 unpack_color(vec4 texel)
 
 #endif
 
-// Colour by square roots, as albedo; shininess by a logarithm from 0 to 2^20. Sixteen bits each.
+// Stores the square root of the colour, as for albedo, and the logarithm of a shininess from 0 to 2^20; 16 bits each.
 vec4 encode_specular(vec3 color, float shininess)
 {
     return vec4(sqrt(clamp(color, 0.0, 1.0)), log2(1.0 + shininess) / 20.0);
@@ -90,7 +90,7 @@ vec4 encode_normal(vec3 n)
     return vec4(e, 0.0, 0.0);
 }
 
-// The stored numbers are whole numbers over 32767, 65535 or 255. In these units all up to normalize is exact.
+// Stored values are integers divided by 32767, 65535 or 255. In these units, all steps before normalize are exact.
 vec3 decode_normal(vec4 stored)
 {
 #if NORMAL_FORMAT == NORMAL_FORMAT_OCT16

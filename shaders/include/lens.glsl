@@ -1,5 +1,5 @@
 // Provides view_to_clip, ndc_from_pixel, view_from_distance, distance_from_depth, view_from_inverse.
-// View space: X right, Y forward, Z up. The lens is its constants A, B, C, D (docs/unprojection.md).
+// View space: X right, Y forward, Z up. The lens is given by its constants A, B, C, D (docs/unprojection.md).
 // Float64 twin: firefly_sample/scene/lens_constants.py
 #block View
 
@@ -16,7 +16,7 @@ vec4 view_to_clip(vec3 p)
                 w);
 }
 
-// The difference is exact and only the division rounds: 3e-8. pixel * 2 / size - 1 errs by 6e-8.
+// The difference is exact and only the division is rounded: the error is 3e-8, that of pixel * 2 / size - 1 is 6e-8.
 vec2 ndc_from_pixel(vec2 pixel)
 {
     return (pixel - u_size.zw) / u_size.zw;
@@ -42,8 +42,8 @@ float distance_from_depth(float depth)
 #endif
 }
 
-// By the inverse of the view-projection matrix to the world, and from there to the view, all in float32: the way of
-// many tutorials, kept to be measured. The clip range is OpenGL's own.
+// Transforms to the world by the inverse of the view-projection matrix, and from there to view space, all in float32:
+// the method of many tutorials, kept for comparison. The clip range is OpenGL's -1..1.
 vec3 view_from_inverse(vec2 ndc, float depth)
 {
     vec4 world = ndc.x * u_inverse_x + ndc.y * u_inverse_y + (2.0 * depth - 1.0) * u_inverse_z + u_inverse_w;

@@ -1,6 +1,6 @@
 // Provides main of a light's pass, for after arrives. A fragment is shaded by one light;
 // with LIGHT_METHOD_LOOP by all, with LIGHT_METHOD_CLUSTERED by those of its cell.
-// A pixel out of reach adds 0: discard would cost more.
+// A pixel out of a light's reach adds 0; discard would cost more.
 #include "include/light_surface.glsl"
 #if LIGHT_METHOD == LIGHT_METHOD_CLUSTERED
 #include "include/clusters.glsl"
@@ -32,7 +32,7 @@ void main()
             for (int n = 0; n < 32 && bits != uvec4(0u); ++n)
                 light_surface(s, fetch_light(next_light(word, bits)));
             carry_sums();
-        } while (bits != uvec4(0u));  // once where a cell has no more than 32 lights of these four words
+        } while (bits != uvec4(0u));  // one pass of this loop if these four words have at most 32 lights
         if ((word & 28) == 28)
             carry_carried();
     }

@@ -1,4 +1,4 @@
-// Provides light_surface, which adds one light to radiance_sum and light_sum. For after arrives.
+// Provides light_surface, which adds one light to radiance_sum and light_sum. Include it after arrives.glsl.
 #include "include/shine.glsl"
 #if SHADOW_TAPS
 #include "include/shadow.glsl"

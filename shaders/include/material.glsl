@@ -1,4 +1,4 @@
-// Provides Sample and sample_material: what a triangle is made of behind a pixel, which discards what is cut out;
+// Provides Sample; sample_material: the material of a triangle at a pixel, which discards what alpha cuts out;
 // surface_view and surface_normal.
 #include "include/lens.glsl"
 #include "include/unit_normal.glsl"
@@ -52,7 +52,7 @@ Sample sample_material()
     if (base.a < u_alpha_cutoff)
         discard;
 #endif
-    // a surface reflects no more than all light, whatever colours are multiplied
+    // a surface reflects at most all light, even if the product of colours is larger
     vec3 albedo = clamp(base.rgb, 0.0, 1.0);
 #if AMBIENT
     return Sample(albedo, clamp(v_ambient * tint.rgb, 0.0, 1.0));
@@ -61,12 +61,12 @@ Sample sample_material()
 #endif
 }
 
-// A triangle whose corners come out in a line may leave a rasterizer without slopes, and what it interpolates is no
-// number. Such a pixel is as good as any other on the near plane: a number, at least.
+// If a triangle's projected corners lie on a line, a rasterizer may interpolate NaN. Such a pixel gets a position on
+// the near plane instead, so that every later value is a number.
 vec3 surface_view()
 {
 #if INTERPOLATION == INTERPOLATION_FLOAT64
-    // the way through the pixel is exact, and what is no number is steep
+    // the pixel's ray is exact; a NaN counts as steep and is recomputed
     return view_from_distance(ndc_from_pixel(gl_FragCoord.xy), v_view.y);
 #else
     return abs(v_view.y) < 1e37 ? v_view : vec3(0.0, u_pixel.z, 0.0);

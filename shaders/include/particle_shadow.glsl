@@ -1,5 +1,5 @@
-// Provides particle_shadow_position, and volume_light: the share of a light that particles leave, by colour.
-// A position is texels across and up in a slice's tile, and the depth in slices.
+// Provides particle_shadow_position, and volume_light: the share of light that particles let through, by colour.
+// A position is given in texels across and up in a slice's tile, and its depth in slices.
 // Float64 twin: firefly_sample/lab/reference/particle_shadow.py
 #include "include/particle_shadow_tiles.glsl"
 
@@ -16,7 +16,7 @@ vec3 particle_shadow_position(vec3 view)
     return vec3(q.xz / w * u_particle_shadow_scale.x + 0.5 * u_particle_shadow_tiles.x, depth);
 }
 
-// What a slice's tile holds between texels.
+// Samples a slice's tile bilinearly.
 vec3 volume_texels(int slice, ivec2 first, vec2 part)
 {
     ivec2 corner = tile_corner(slice);
@@ -30,12 +30,12 @@ vec3 volume_texels(int slice, ivec2 first, vec2 part)
     return mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
 }
 
-// own: what a lookup finds there of the particle itself, 0 for surfaces.
+// own: the particle's own contribution to this lookup, which is subtracted; 0 for surfaces.
 vec3 volume_light(vec3 place, vec3 own)
 {
     float tile = u_particle_shadow_tiles.x;
     int slices = int(u_particle_shadow_tiles.z);
-    // so that what is no number is not within
+    // written so that NaN is outside
     bool within = place.z > 0.0 && all(greaterThanEqual(place.xy, vec2(0.0)))
         && all(lessThanEqual(place.xy, vec2(tile)));
     if (!within)
@@ -45,7 +45,7 @@ vec3 volume_light(vec3 place, vec3 own)
     float depth = min(place.z, float(slices));
     int slice = min(int(depth), slices - 1);
 
-    // where slices are summed, the one before has all before
+    // if slices are summed, the previous slice holds the sum of all slices up to it
     int reads = int(u_particle_shadow_tiles.w);
     bool summed = reads == 0;
     vec3 before = vec3(0.0);

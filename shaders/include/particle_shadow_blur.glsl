@@ -1,4 +1,4 @@
-// Provides blurred: the mean of texels of a tile to both sides along a step. Nothing lies beyond the tile.
+// Provides blurred: the mean of a tile's texels in both directions along a step. Texels outside the tile count as 0.
 #include "include/particle_shadow_tiles.glsl"
 
 vec3 blurred(sampler2D atlas, ivec2 step)

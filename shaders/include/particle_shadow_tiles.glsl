@@ -1,4 +1,5 @@
-// Provides tile_corner: the first texel of a slice's tile; and texel_in_tile. Slice 0 is lower left, rows go up.
+// Provides tile_corner, the lower left texel of a slice's tile, and texel_in_tile. Slice 0 is at the lower left; rows
+// go up.
 #block ParticleShadow
 
 ivec2 tile_corner(int slice)

@@ -1,9 +1,9 @@
-// Provides power_of_cosine, and highlight: the share of a light that a shiny surface sends to the eye.
+// Provides power_of_cosine, and highlight: the share of a light that a shiny surface reflects to the eye.
 // SPECULAR_MODEL_PHONG or SPECULAR_MODEL_BLINN_PHONG. All vectors are unit vectors.
 // Float64 twin: firefly_sample/lab/reference/shading.py
 
-// cos^m from the cosine and the square of the sine. pow would lose digits where m is large, because only angles
-// near 0 matter then, where a cosine has no digits left: the sine has.
+// Returns cos^m from the cosine and the square of the sine. If m is large, only angles near 0 matter. There the float32
+// cosine is rounded to almost 1, so pow would be inaccurate; the sine is accurate.
 float power_of_cosine(float c, float sine2, float m)
 {
     if (m == 0.0)
@@ -12,7 +12,7 @@ float power_of_cosine(float c, float sine2, float m)
         return 0.0;
     float logarithm;
     if (sine2 < 0.5) {
-        // log(1 - sine2) / 2 as -artanh(z), whose series keeps its relative error where the built-in one does not
+        // log(1 - sine2) / 2 as -artanh(z): its series has a small relative error near 0, unlike the built-in log
         float z = sine2 / (2.0 - sine2);
         float z2 = z * z;
         logarithm = -z * (1.0 + z2 * (1.0 / 3.0 + z2 * (0.2 + z2 * (1.0 / 7.0 + z2 * (1.0 / 9.0 + z2 / 11.0)))));

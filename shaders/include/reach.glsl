@@ -1,4 +1,5 @@
-// Provides in_reach: the way to a light that has a place, and how much of it fading leaves. For after #record.
+// Provides in_reach: the direction to a light that has a position, and its strength after fading. Include it after
+// #record.
 #include "include/falloff.glsl"
 
 bool in_reach(Surface s, Light light, out vec3 to_light, out float strength)
@@ -7,8 +8,8 @@ bool in_reach(Surface s, Light light, out vec3 to_light, out float strength)
     float d2 = dot(way, way);
     if (d2 >= light.place.w * light.place.w)
         return false;
-    float d = sqrt(max(d2, 1e-37));  // a light on the surface stays finite; below, float32 holds no digits
-    to_light = way * (1.0 / d);  // one division and not three
+    float d = sqrt(max(d2, 1e-37));  // keeps a light on the surface finite; float32 has no digits below
+    to_light = way * (1.0 / d);  // one division instead of three
 #if FALLOFF == FALLOFF_RAMP_SQUARED
     strength = falloff(d, light.place.w);
 #else

@@ -1,18 +1,18 @@
-// Provides shadow: the share of a light that reaches a surface, from the atlas of shadow maps. SHADOW_TAPS comparisons: the
-// nearest texel; 2x2 weighted; 4x4 weighted.
+// Provides shadow: the share of a light that reaches a surface, from the atlas of shadow maps.
+// SHADOW_TAPS 1: compares the nearest texel. 4: 2x2 texels, weighted. 16: 4x4 texels, weighted.
 // Each comparison is made at the centre of a texel, with the depth that the surface's plane has there, so that a wide
 // filter needs no more bias than a narrow one: Isidoro, "Shadow Mapping: GPU-based Tips and Techniques", GDC 2006.
-// Only where the plane comes nearer to the light, though: where it falls away, the surface may not, as in a corner.
+// The plane is used only where it comes nearer to the light. Where it recedes, the surface may not, as in a corner.
 // Float64 twin: firefly_sample/lab/reference/shadow.py
 
 uniform sampler2DShadow u_shadow_atlas;
-uniform sampler2D u_shadow_maps;  // five texels a map: firefly_sample/gpu/light_rows.py
+uniform sampler2D u_shadow_maps;  // five texels per map: firefly_sample/gpu/light_rows.py
 
-const float NORMAL_OFFSET = 0.25;  // texels along the normal, where light grazes
-const float LIFT = 0.05;          // texels towards the light, anywhere
-const float ROUNDING = 1e-6;      // of the distances: what float32 may err
+const float NORMAL_OFFSET = 0.25;  // texels along the normal, at grazing angles
+const float LIFT = 0.05;          // texels towards the light, at any angle
+const float ROUNDING = 1e-6;      // relative rounding error of distances in float32
 
-// Which of six maps a direction from the light lies in: +x, -x, +y, -y, +z, -z of the world.
+// Returns the cube map face of a direction from the light: +x, -x, +y, -y, +z, -z of the world.
 int cube_face(vec3 way)
 {
     vec3 d = vec3(dot(way, u_east.xyz), dot(way, u_north.xyz), dot(way, u_up.xyz));
@@ -24,7 +24,7 @@ int cube_face(vec3 way)
     return d.z >= 0.0 ? 4 : 5;
 }
 
-// slope is how much the depth changes with each texel, and nearer which sign of that is towards the light
+// slope: change of the depth per texel. nearer: sign of a change of depth towards the light.
 float lit_texel(vec2 texel, vec4 tile, vec2 from, float depth, vec2 slope, float nearer)
 {
     vec2 inside = clamp(texel, 0.0, tile.z - 1.0) + 0.5;
@@ -32,14 +32,14 @@ float lit_texel(vec2 texel, vec4 tile, vec2 from, float depth, vec2 slope, float
     return texture(u_shadow_atlas, vec3((tile.xy + inside) / vec2(textureSize(u_shadow_atlas, 0)), here));
 }
 
-// entry: the light's first map, and how many it has
+// entry: the index of the light's first map, and the number of its maps
 float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
 {
     int map = int(entry.x) + (entry.y > 1.5 ? cube_face(-to_light) : 0);
     vec4 x_row = texelFetch(u_shadow_maps, ivec2(0, map), 0);
     vec4 y_row = texelFetch(u_shadow_maps, ivec2(1, map), 0);
     vec4 z_row = texelFetch(u_shadow_maps, ivec2(2, map), 0);
-    vec4 scale = texelFetch(u_shadow_maps, ivec2(3, map), 0);  // texels a slope or unit; y_fold, w_fold
+    vec4 scale = texelFetch(u_shadow_maps, ivec2(3, map), 0);  // texels per slope, or per unit; y_fold, w_fold
     vec4 tile = texelFetch(u_shadow_maps, ivec2(4, map), 0);   // corner, side, 1 for perspective
 
     vec4 place = vec4(place_of(s), 1.0);
@@ -53,12 +53,12 @@ float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
     float grazing = sqrt(max(1.0 - n_dot_l * n_dot_l, 0.0));
     q += n * (NORMAL_OFFSET * texel * grazing);
 
-    vec2 from;  // in texels from the tile's corner: in a large atlas, float32 would round a filter's weights
+    vec2 from;  // texels from the tile's corner: from the atlas's corner, float32 would round the filter's weights
     float depth;
-    vec2 slope;  // of the depth along the surface's plane, a texel
+    vec2 slope;  // change of the depth along the surface's plane, per texel
     float lift = LIFT * texel + ROUNDING * (abs(s.y) + abs(q.y));
     if (perspective) {
-        float side = dot(n, q);  // 0 where the plane holds the light
+        float side = dot(n, q);  // 0 if the light lies in the surface's plane
         side = -max(-side, 1e-3 * length(q));
         from = q.xz / q.y * scale.xy;
         depth = scale.z / max(q.y - lift, 1e-6 * q.y) - scale.w;

@@ -5,7 +5,7 @@
 #include "include/phong.glsl"
 
 #if PARTICLE_SHADOW
-#define STRENGTH vec3  // particles may take some colours and leave others
+#define STRENGTH vec3  // particles may absorb each colour channel differently
 #else
 #define STRENGTH float
 #endif

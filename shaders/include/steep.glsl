@@ -1,3 +1,4 @@
-// Provides STEEP_BIT, of the number of a triangle: its values change too much from pixel to pixel for a rasterizer.
+// Provides STEEP_BIT, the bit of a triangle's index that marks pixels where its values change too much from one pixel
+// to the next for a rasterizer to interpolate them accurately.
 
 const uint STEEP_BIT = 0x80000000u;

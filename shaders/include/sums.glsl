@@ -1,6 +1,7 @@
-// Provides the sums of many lights without the error of many roundings. For after shine.glsl.
-// Up to 32 lights are added up, up to 32 such sums, and those: a sum of n rounds n times, this 97 times at 32,768. (A
-// compensated sum would round less still, but compilers may take it apart where nothing forbids it in OpenGL 3.3.)
+// Provides sums of many lights with few roundings. Include it after shine.glsl.
+// Up to 32 lights are added, then up to 32 of these sums, then the sums of those. A plain sum of n lights is rounded n
+// times, this one 97 times for 32,768 lights. (A compensated sum would be more accurate, but OpenGL 3.3 cannot forbid a
+// compiler to simplify it away.)
 
 vec3 radiance_carried = vec3(0.0);
 vec3 radiance_all = vec3(0.0);

@@ -1,5 +1,5 @@
-// Provides Surface, read_place and read_surface: what a light needs to know of what is behind a pixel; and way_to_light.
-// PLACED 0 means that nobody asks where it is. POSITION 0: from its distance. POSITION 1: from the depth buffer.
+// Provides Surface, read_place and read_surface: the surface at a pixel, as lights need it; and way_to_light.
+// PLACED 0: the position is not needed. POSITION 0: from its distance. POSITION 1: from the depth buffer.
 // POSITION 2: from the depth buffer through the inverse of the view-projection matrix. POSITION 3: as stored.
 // LIGHT_RESOLUTION_HALF: a fragment stands for every second pixel across and down.
 #include "include/lens.glsl"
@@ -26,23 +26,24 @@ uniform sampler2D u_depth;
 
 struct Surface {
     vec2 pixel;
-    vec2 ray;       // (x, z) of the way through the pixel at y = 1; orthographic: (x, z) of the place
+    vec2 ray;       // (x, z) of the pixel's ray at y = 1; orthographic: (x, z) of the position
     float y;
 #if HAS_PLACE
-    vec3 place;     // which need not lie on that way exactly
+    vec3 place;     // need not lie exactly on that ray
 #endif
     vec3 normal;    // unit
     vec3 albedo;
     vec4 specular;  // colour, shininess
 };
 
-// An infinite far plane, where nothing is, or a position beyond all numbers: what follows stays a number.
+// Replaces infinity and NaN (from an infinite far plane, the background or an overflow), so that later values are
+// numbers.
 float finite(float value)
 {
     return abs(value) < 1e37 ? value : 1e37;
 }
 
-// All but what the surface is made of.
+// Reads the position only, without the material.
 Surface read_place(ivec2 texel)
 {
     Surface s;
@@ -106,9 +107,10 @@ vec3 way_to_eye(Surface s)
 #endif
 }
 
-// From the surface to a light. Across the view, the light's pixel less this one, both exact, times the width of a
-// pixel at the light's distance leads to the way through this pixel there; the rest leads along that way. The
-// difference of two places would lose what float32 cannot hold of them, all of it where they are near.
+// Returns the vector from the surface to a light. Subtracting two float32 positions would leave mostly rounding error
+// where they are close. So the vector has two parts: from this pixel's ray to the light, at the light's distance, which
+// is the difference of their pixel coordinates, both exact, times the width of a pixel there; and along this pixel's
+// ray.
 vec3 way_to_light(Surface s, vec4 place, vec4 pixel, float rest_of_y)
 {
 #if HAS_PLACE
@@ -119,7 +121,7 @@ vec3 way_to_light(Surface s, vec4 place, vec4 pixel, float rest_of_y)
 #if ORTHOGRAPHIC
     vec2 across = apart * u_pixel.xy;
 #else
-    float distance = max(place.y, u_pixel.z);  // what pixel was made for: firefly_sample/gpu/light_rows.py
+    float distance = max(place.y, u_pixel.z);  // the distance that pixel is for: firefly_sample/gpu/light_rows.py
     vec2 across = apart * (distance * u_pixel.xy) + s.ray * (distance - s.y);
 #endif
     return vec3(across.x, y, across.y);

@@ -1,6 +1,7 @@
-// Provides unit_normal: what a surface keeps of an interpolated normal.
+// Provides unit_normal: normalizes an interpolated normal.
 
-// One without a length faces the eye: a surface must not become a hole. That of a two-sided surface is turned there.
+// A normal of length 0 is replaced by one that faces the eye, so that the surface is lit. The normal of a two-sided
+// surface is turned towards the eye.
 vec3 unit_normal(vec3 normal, vec3 view, bool two_sided)
 {
 #if ORTHOGRAPHIC
@@ -9,7 +10,7 @@ vec3 unit_normal(vec3 normal, vec3 view, bool two_sided)
     vec3 ahead = view;
 #endif
     float length2 = dot(normal, normal);
-    float largest = max(max(abs(ahead.x), abs(ahead.z)), max(ahead.y, 1e-37));  // at every scale
+    float largest = max(max(abs(ahead.x), abs(ahead.z)), max(ahead.y, 1e-37));  // no square overflows
     vec3 n = length2 > 1e-30 ? normal * inversesqrt(length2) : -normalize(ahead / largest);
     return two_sided && dot(n, ahead) > 0.0 ? -n : n;
 }
