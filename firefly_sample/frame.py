@@ -133,7 +133,7 @@ OUTPUTS: dict[str, OutputInfo] = {
 
 @dataclass(frozen=True)
 class LightCounts:
-    """How many lights a frame has, and how many of them are drawn.
+    """Counts of a frame's lights.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""How colours, normals and highlights are encoded into targets, and back, in float64.
+"""Encode colours, normals and highlights as render targets store them, and decode them, in float64.
 
 The twin of ``shaders/include/gbuffer.glsl``; `firefly_sample.plan.variants` names the encodings.
 

@@ -27,7 +27,7 @@ from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows.maps import CasterBatch
 
 KEEP_FRAMES = 120
-"""How many frames unused vertex arrays are kept; it is cheap to make them again."""
+"""Unused vertex arrays are deleted after this many frames; making them again is cheap."""
 
 
 class MeshSource(Protocol):

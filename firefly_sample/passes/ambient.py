@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, get_args
+from typing import get_args
 
-from firefly_sample.passes.base import FullscreenPass
+from firefly_sample.passes.base import FullscreenPass, encodings
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -16,9 +16,9 @@ from firefly_sample.plan.variants import AlbedoFormat, Variant
 
 @dataclass(frozen=True)
 class AmbientVariant(Variant):
-    """What there is: ambient light (`lit`), with colours of its own (`own`), and emission.
+    """The parts of the first light of a pixel, and the targets `radiance` and `light`.
 
-    `radiance` and `light` are the targets.
+    `lit` adds ambient light, `own` takes its reflectance from a target of its own, `emission` adds emission.
     """
 
     lit: bool = True
@@ -52,16 +52,13 @@ class AmbientPass(FullscreenPass):
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the frame's variant."""
-        formats: dict[str, Any] = {}
-        if "albedo" in targets:
-            formats["albedo_format"] = targets["albedo"].encoding
         return AmbientVariant(
             lit=needs.ambient_lit,
             own=needs.own_ambient_lit,
             emission=needs.emits,
             radiance="radiance" in targets,
             light="light" in targets and needs.ambient_lit,
-            **formats,
+            **encodings(targets, "albedo"),
         )
 
     def legal_variants(self) -> Iterator[Variant]:

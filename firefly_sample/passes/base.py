@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
@@ -62,6 +62,11 @@ class Pass:
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
         raise NotImplementedError
+
+
+def encodings(targets: Mapping[str, Target], *names: str) -> dict[str, Any]:
+    """Return how those of the named targets that are there are encoded, as the fields ``<name>_format``."""
+    return {f"{name}_format": targets[name].encoding for name in names if name in targets}
 
 
 class FullscreenPass(Pass):

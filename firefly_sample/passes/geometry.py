@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, get_args
 
-from firefly_sample.passes.base import Pass
+from firefly_sample.passes.base import Pass, encodings
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -121,14 +121,11 @@ class GeometryPass(Pass):
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> GeometryVariant:
         """Return the frame's variant; a draw fills in what its surfaces ask for."""
-        formats: dict[str, Any] = {field: name in targets for name, field in GBUFFER.items()}
-        if "normal" in targets:
-            formats["normal_format"] = targets["normal"].encoding
-        if "albedo" in targets:
-            formats["albedo_format"] = targets["albedo"].encoding
+        written: dict[str, Any] = {field: name in targets for name, field in GBUFFER.items()}
         again = needs.float64 and any(name in targets for name in INTERPOLATED)
         return GeometryVariant(
-            **formats,
+            **written,
+            **encodings(targets, "normal", "albedo"),
             position_target=position_target_of(targets),
             interpolation="float64" if again else "rasterizer",
             orthographic=needs.orthographic,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, get_args
 
-from firefly_sample.passes.base import FullscreenPass
+from firefly_sample.passes.base import FullscreenPass, encodings
 from firefly_sample.passes.geometry import INTERPOLATED, position_target_of
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
@@ -53,14 +53,11 @@ class InterpolationPass(FullscreenPass):
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the variant for the targets that there are."""
-        normal_format: NormalFormat = "oct16"
-        if "normal" in targets:
-            normal_format = targets["normal"].encoding  # type: ignore[assignment]
         return InterpolationVariant(
             normal="normal" in targets,
             distance="distance" in targets,
             position_target=position_target_of(targets),
-            normal_format=normal_format,
+            **encodings(targets, "normal"),
             orthographic=needs.orthographic,
         )
 

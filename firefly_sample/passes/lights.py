@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from firefly_sample.passes.base import Pass
+from firefly_sample.passes.base import Pass, encodings
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet
 from firefly_sample.plan.needs import Needs
@@ -119,9 +119,6 @@ class LightPass(Pass):
         """Return the frame's variant; `variant_for` adds what is a set's own."""
         kind, settings = self.kind, needs.settings
         method = _METHODS[needs.method]
-        formats: dict[str, Any] = {}
-        if "albedo" in targets:
-            formats["albedo_format"] = targets["albedo"].encoding
         return LightVariant(
             light_method="fullscreen" if kind == "directional" and method != "loop" else method,
             range_falloff=settings.range_falloff if kind != "directional" else "karis",
@@ -129,13 +126,12 @@ class LightPass(Pass):
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
             position_method=needs.position_method if needs.is_placed(kind) else "distance",
-            normal_format=targets["normal"].encoding,  # type: ignore[arg-type]
             orthographic=needs.orthographic,
             radiance="radiance" in targets if not needs.half else "half_shine" in targets,
             light="light" in targets or needs.half,
             light_resolution="half" if needs.half else "full",
             particle_shadow=needs.is_clouded(kind),
-            **formats,
+            **encodings(targets, "normal", "albedo"),
         )
 
     def legal_variants(self) -> Iterator[Variant]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, get_args
 
-from firefly_sample.passes.base import FullscreenPass
+from firefly_sample.passes.base import FullscreenPass, encodings
 from firefly_sample.passes.lights import FORMATS, TARGETS
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
@@ -53,17 +53,13 @@ class UpsamplePass(FullscreenPass):
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the frame's variant."""
-        formats: dict[str, Any] = {}
-        if "albedo" in targets:
-            formats["albedo_format"] = targets["albedo"].encoding
         return UpsampleVariant(
             position_method=needs.position_method,
-            normal_format=targets["normal"].encoding,  # type: ignore[arg-type]
             orthographic=needs.orthographic,
             radiance="radiance" in targets,
             light="light" in targets,
             shine="half_shine" in targets,
-            **formats,
+            **encodings(targets, "normal", "albedo"),
         )
 
     def legal_variants(self) -> Iterator[Variant]:

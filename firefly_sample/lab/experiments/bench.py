@@ -96,7 +96,7 @@ class ExperimentBench(ExitStack):
 
     @property
     def capabilities(self) -> Capabilities:
-        """What the driver can do."""
+        """Return the driver's capabilities."""
         return self.device.capabilities
 
     def law_of(self, method: str) -> str:

@@ -1,4 +1,4 @@
-"""What a G-buffer keeps of normals and colours, and surfaces without normals, without area or hardly any.
+"""Errors of normals and colours in the G-buffer, and surfaces with no normals or (almost) no area.
 
 Normals and colours go through the targets themselves: packed and unpacked by the shaders' own functions,
 stored and read by the driver.

@@ -98,8 +98,8 @@ TESTS: dict[str, tuple[bool, float]] = {
     f"greater or equal, {BEHIND:g} steps behind, D24": (False, BEHIND),
     "greater or equal, D32F reversed": (True, 0.0),
 }
-"""Whether depth is reversed, in the clip range 0..1; and how many steps in front of the surface a volume may
-lie."""
+"""True for reversed depth in the clip range 0..1; and the number of depth steps that a volume may lie in
+front of the surface."""
 CUT = {
     "across the far plane": ((0.0, 95.0, 0.0), 20.0),
     "across the near plane": ((0.0, 0.9, 0.0), 0.5),

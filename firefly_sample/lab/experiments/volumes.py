@@ -147,10 +147,10 @@ def _endless(reach: float) -> Experiment:
 
 
 def _below_a_pixel(reach: float) -> Experiment:
-    """Return the case of a light smaller than a pixel: the largest relative difference to float64.
+    """Return the case of a light smaller than a pixel.
 
-    It is infinite if a pixel is lit that must not be, or is not lit that must be, or differs from a
-    full-screen pass.
+    It measures the largest relative difference from the float64 reference. It is infinite if a pixel is lit
+    that must not be, or is not lit that must be, or differs from a full-screen pass.
     """
     before = 0.4 * reach
 
