@@ -342,7 +342,7 @@ class Settings:
     )
     particle_shadow_reads: int | None = _setting(
         None,
-        "How many slices before its own a lookup adds with particle_shadows=loop, the nearest ones first.",
+        "With particle_shadows=loop: how many slices are added up, the nearest ones towards the light.",
         range=(1, 256),
         absent="all",
         limits=(Limit("particle_shadows", ("optical_depth", "blend", "none"), (None,), "has no such loop"),),
@@ -367,7 +367,7 @@ class Settings:
     )
     supersample: int = _setting(
         1,
-        "2 averages four samples per pixel, as firefly capture does if color is the only output.",
+        "2 averages four samples per pixel. firefly capture uses 2 if color is the only output, else 1.",
         """Their linear radiance is averaged: four times the cost, and smooth leaves. Keep 1 for
         measuring.""",
         choices=(1, 2),
