@@ -15,9 +15,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import LightError
 from firefly_sample.scene.arrays import as_colors, as_numbers, read_only
-from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.light import FadingLight, Light, ShadowCaster, light_color
+from firefly_sample.scene.light import (
+    Attenuation,
+    FadingLight,
+    Falloff,
+    Light,
+    ShadowCaster,
+    check_attenuation,
+    light_color,
+)
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
 from firefly_sample.settings import to_number
