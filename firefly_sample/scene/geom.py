@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import (
     LARGEST,
+    Float64,
     ReadOnlyArrays,
     as_colors,
     as_numbers,
@@ -21,8 +22,6 @@ from firefly_sample.scene.arrays import (
 )
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
-
-Float64 = NDArray[np.float64]
 
 _LENGTHS = 1e-6, 1e6
 """Normals with lengths outside this range are normalised here: shaders square lengths to do it."""

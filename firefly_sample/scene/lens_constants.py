@@ -16,18 +16,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LensError
 from firefly_sample.planar import empty_planar
+from firefly_sample.scene.arrays import Float64
 
-Float64 = NDArray[np.float64]
 Clip = Literal["gl", "zero_to_one"]
 
 _DEPTH_RANGE: dict[Clip, tuple[float, float]] = {"gl": (0.5, 0.5), "zero_to_one": (1.0, 0.0)}
+"""Scale and offset from z_ndc to the depth buffer."""
 
 
 class Unprojection(NamedTuple):
@@ -84,12 +85,10 @@ class LensConstants:
     ) -> LensConstants:
         """Return the constants for A and C, offsets in NDC, near and far (infinite in perspective only).
 
-        Raises
-        ------
-        LensError
-            If `clip` is not "gl" or "zero_to_one".
+        Raise LensError if `clip` is neither choice.
         """
-        depth_scale, depth_offset = _depth_range(clip)
+        if not isinstance(clip, str) or clip not in _DEPTH_RANGE:
+            raise LensError(f"clip must be one of {', '.join(map(repr, _DEPTH_RANGE))}; got {clip!r}")
         near, far = planes
         if perspective:
             # depth = far_share - near*far_share/y, or its complement near*far_share/y - near_share.
@@ -106,9 +105,7 @@ class LensConstants:
             in_gl = 2.0 / y_fold, -(far + near) / y_fold
             in_zero_to_one = 1.0 / y_fold, -w_fold
         b, d = in_gl if clip == "gl" else in_zero_to_one
-        return cls(
-            perspective, scales[0], b, scales[1], d, *offsets, depth_scale, depth_offset, y_fold, w_fold
-        )
+        return cls(perspective, scales[0], b, scales[1], d, *offsets, *_DEPTH_RANGE[clip], y_fold, w_fold)
 
     def matrix(self) -> Float64:
         """Return the 4x4 projection matrix for row vectors, laid out as at the top of this module."""
@@ -129,14 +126,24 @@ class LensConstants:
             m[2, 1], m[3, 1], m[3, 3] = 1.0 / self.b, -self.d / self.b, 1.0
         return m
 
-    def unprojection(self) -> Unprojection:
-        """Return the constants of the short form, computed in float64.
+    def side_planes(self) -> list[Float64]:
+        """Return the planes left, right, bottom and top of the view volume, as `Lens.frustum_planes` does."""
+        planes = []
+        # +-ndc <= 1 times w: w*(1 +- offset) +- scale*coordinate >= 0, with w = y or w = 1.
+        w_column = 1 if self.perspective else 3
+        for axis, scale, offset in ((0, self.a, self.x_offset), (2, self.c, self.z_offset)):
+            for sign in (1.0, -1.0):
+                plane = np.zeros(4)
+                plane[axis] = sign * scale
+                plane[w_column] = 1.0 + sign * offset
+                planes.append(plane / math.hypot(*plane[:3]))
+        return planes
 
-        Raises
-        ------
-        LensError
-            For an orthographic lens, a film offset, or the zero-to-one clip range: the short form does not
-            cover them.
+    def unprojection(self) -> Unprojection:
+        """Return the constants of the short form.
+
+        Raise LensError for what it does not cover: an orthographic lens, a film offset, or the zero-to-one
+        clip range.
         """
         for wrong, reason in (
             (not self.perspective, "an orthographic lens"),
@@ -188,17 +195,8 @@ class LensConstants:
 
     def ndc_from_view(self, points: ArrayLike) -> Float64:
         """Return (ndc_x, ndc_y, depth), shape (..., 3), of view-space points, shape (..., 3), y != 0."""
-        p = np.asarray(points, dtype=np.float64)
-        x, y, z = p[..., 0], p[..., 1], p[..., 2]
+        x, y, z = np.moveaxis(np.asarray(points, dtype=np.float64), -1, 0)
         w = y if self.perspective else np.ones_like(y)
         ndc_x = self.a * x / w + self.x_offset
         ndc_y = self.c * z / w + self.z_offset
         return np.stack((ndc_x, ndc_y, self.depth_from_distance(y)), axis=-1)
-
-
-def _depth_range(clip: Clip) -> tuple[float, float]:
-    try:
-        return _DEPTH_RANGE[clip]
-    except (KeyError, TypeError):
-        choices = ", ".join(repr(name) for name in get_args(Clip))
-        raise LensError(f"clip must be one of {choices}; got {clip!r}") from None

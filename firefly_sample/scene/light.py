@@ -6,15 +6,12 @@ import math
 from enum import Enum
 from typing import ClassVar, Literal, NamedTuple
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LightError
-from firefly_sample.scene.arrays import LARGEST, as_color, as_colors, as_numbers
+from firefly_sample.scene.arrays import LARGEST, Float64, as_color, as_colors, as_numbers
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
 from firefly_sample.settings import SHADOW_RESOLUTIONS, to_number, to_whole
-
-Float64 = NDArray[np.float64]
 
 LightKind = Literal["point", "spot", "directional"]
 

@@ -11,10 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LightError
-from firefly_sample.scene.arrays import as_colors, as_numbers, read_only
+from firefly_sample.scene.arrays import Float64, as_colors, as_numbers, read_only
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import (
     Attenuation,
@@ -28,8 +28,6 @@ from firefly_sample.scene.light import (
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
 from firefly_sample.settings import to_number
-
-Float64 = NDArray[np.float64]
 
 
 class PointLights(PointsNode, ShadowCaster):

@@ -15,9 +15,9 @@ from types import FrameType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError, SceneError
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import AlphaMode
 from firefly_sample.scene.model_data import (
     GeomData,
@@ -31,8 +31,6 @@ from firefly_sample.scene.model_data import (
 )
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transforms import matrix_from_gltf, vectors_from_gltf
-
-Float64 = NDArray[np.float64]
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 

@@ -14,9 +14,9 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.transform_state import IDENTITY, TransformState
-from firefly_sample.scene.transforms import Float64
 
 Color = tuple[float, float, float, float]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene import path as paths
-from firefly_sample.scene.arrays import as_color, as_colors, as_numbers
+from firefly_sample.scene.arrays import Float64, as_color, as_colors, as_numbers
 from firefly_sample.scene.find import find_paths
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import (
@@ -29,7 +29,7 @@ from firefly_sample.scene.transform_state import (
     TransformState,
     invert_matrix,
 )
-from firefly_sample.scene.transforms import Float64, Vec3, look_at_quat
+from firefly_sample.scene.transforms import Vec3, look_at_quat
 from firefly_sample.settings import number_or_none, to_whole
 
 _Value = TypeVar("_Value")

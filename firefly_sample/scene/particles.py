@@ -7,16 +7,22 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import SceneError, did_you_mean
-from firefly_sample.scene.arrays import Column, ReadOnlyArrays, as_numbers, checked_rows, outside, read_only
+from firefly_sample.scene.arrays import (
+    Column,
+    Float64,
+    ReadOnlyArrays,
+    as_numbers,
+    checked_rows,
+    outside,
+    read_only,
+)
 from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.random import check_seed
 from firefly_sample.settings import to_number
-
-Float64 = NDArray[np.float64]
 
 ShadowLight = DirectionalLight | Spotlight
 BlurKernel = Literal["box", "gaussian"]

@@ -6,9 +6,9 @@ A node may have several parents, so a path is not a node but a chain of `PathSte
 from __future__ import annotations
 
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.node import PandaNode, PathStep, root_step
 from firefly_sample.scene.transform_state import IDENTITY, TransformState
-from firefly_sample.scene.transforms import Float64
 
 
 def step_to(node: PandaNode) -> PathStep:

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import Column, Fault, ReadOnlyArrays, checked_rows, color_faults
+from firefly_sample.scene.arrays import Column, Fault, Float64, ReadOnlyArrays, checked_rows, color_faults
 from firefly_sample.scene.node import PandaNode
-
-Float64 = NDArray[np.float64]
 
 _NEGATIVE_OR_NAN: Fault = ("radius is negative or no number", lambda r: ~(r >= 0))
 _NEGATIVE_OR_ENDLESS: Fault = ("radius is negative or not finite", lambda r: ~(np.isfinite(r) & (r >= 0)))

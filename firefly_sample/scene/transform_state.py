@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.transforms import (
-    Float64,
     Quat,
     Vec3,
     compose_matrix,

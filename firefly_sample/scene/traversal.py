@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode, inherit
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transform_state import IDENTITY
-from firefly_sample.scene.transforms import Float64
 
 
 class Visit(NamedTuple):
