@@ -326,6 +326,17 @@ def root_step(node: PandaNode) -> PathStep:
     return next((step for step in node._steps if step.parent is None), None) or PathStep(node, None)
 
 
+def step_to(node: PandaNode) -> PathStep:
+    """Return the path down to `node`, through the oldest parent wherever there are several."""
+    nodes = [node]
+    while parents := nodes[-1].parents:
+        nodes.append(parents[0])
+    step = root_step(nodes.pop())
+    while nodes:
+        step = step.child(nodes.pop())
+    return step
+
+
 def _copied_step(node: PandaNode, parent: PathStep | None) -> PathStep:
     return root_step(node) if parent is None else parent.child(node)
 

@@ -10,7 +10,6 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from firefly_sample.errors import NodeError
-from firefly_sample.scene import path as paths
 from firefly_sample.scene.arrays import Float64, as_color, as_colors, as_numbers
 from firefly_sample.scene.find import find_paths
 from firefly_sample.scene.material import Material
@@ -21,6 +20,7 @@ from firefly_sample.scene.node import (
     PandaNode,
     PathStep,
     inherit,
+    step_to,
     tight_bounds,
 )
 from firefly_sample.scene.transform_state import (
@@ -74,7 +74,7 @@ class NodePath:
         self._step = None
         if name_or_node is not None:
             node = name_or_node if isinstance(name_or_node, PandaNode) else PandaNode(name_or_node)
-            self._step = paths.step_to(node)
+            self._step = step_to(node)
 
     def is_empty(self) -> bool:
         """Return whether this path leads to no node."""
@@ -91,7 +91,12 @@ class NodePath:
         """Return whether both lead through the same nodes; two instances of one node are not equal."""
         if not isinstance(other, NodePath):
             return NotImplemented
-        return paths.same_path(self._step, other._step)
+        a, b = self._step, other._step
+        while a is not b:
+            if a is None or b is None or a.node is not b.node:
+                return False
+            a, b = a.parent, b.parent
+        return True
 
     def __hash__(self) -> int:
         # Only the node: a path must stay in its dict when a node above it is moved.
@@ -106,12 +111,12 @@ class NodePath:
     # --- Python's copies ---
 
     def __copy__(self) -> Self:
-        return self._at(None if self._step is None else paths.step_to(copy.copy(self._step.node)))
+        return self._at(None if self._step is None else step_to(copy.copy(self._step.node)))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         if memo or self._step is None:
             return self._at(copy.deepcopy(self._step, memo))
-        return self._at(paths.step_to(copy.deepcopy(self._step.node, memo)))
+        return self._at(step_to(copy.deepcopy(self._step.node, memo)))
 
     # --- Building ---
 
@@ -128,9 +133,15 @@ class NodePath:
         """
         if not isinstance(node, PandaNode):
             node = PandaNode(node)
-        if self._step is None:
-            return self._at(paths.step_to(node))
-        return self._at(paths.attach(self._step, node, sort))
+        above = self._step
+        if above is None:
+            return self._at(step_to(node))
+        roots = [step for step in node._steps if step.parent is None]
+        above.node.add_child(node, sort)
+        if above.known_child(node) is None:
+            for step in roots:  # paths that began at the node now come down through this one
+                step.move_below(above)
+        return self._at(above.child(node))
 
     def reparent_to(self, other: NodePath, sort: int = 0) -> None:
         """Make `other` the parent; the local transform stays, so the node may jump.
@@ -142,11 +153,20 @@ class NodePath:
         NodeError
             On a cycle, or if another instance of the node is below `other` already.
         """
-        step = self._existing()
-        if other._step is None:
-            paths.detach(step)
-        else:
-            paths.reparent(step, other._step, sort)
+        step, above = self._existing(), other._step
+        if above is None:
+            self.detach_node()
+            return
+        node, old = step.node, step.parent
+        moves = old is None or old.node is not above.node
+        if moves and above.node in node.parents:
+            raise NodeError(
+                f"node {str(self)!r} cannot move below {str(other)!r}: another instance of it is there"
+            )
+        above.node.add_child(node, sort)  # this may raise, so it comes first: then nothing has changed
+        if moves and old is not None:
+            old.node.remove_child(node)
+        step.move_below(above)
 
     def wrt_reparent_to(self, other: NodePath, sort: int = 0) -> None:
         """Make `other` the parent and change the local transform so that the net one stays.
@@ -163,12 +183,17 @@ class NodePath:
     def instance_to(self, other: NodePath, sort: int = 0) -> Self:
         """Add the node to the children of `other` as well, and return the path there.
 
+        If it is one of them already, it keeps its sort number, as in Panda3D.
+
         Raises
         ------
         NodeError
             On a cycle.
         """
-        return self._at(paths.instance(other._existing(), self.node(), sort))
+        node, above = self.node(), other._existing()
+        if above.node not in node.parents:
+            above.node.add_child(node, sort)
+        return self._at(above.child(node))
 
     def copy_to(self, other: NodePath, sort: int = 0) -> Self:
         """Add a copy of the node and of everything below it to `other`, and return the path to it.
@@ -176,24 +201,22 @@ class NodePath:
         Each node is copied once, so nodes that are instanced below this one are instanced in the copy too.
         Geoms, textures, materials and lenses are shared.
         """
-        copies: dict[PandaNode, PandaNode] = {}
-        originals = list(self.node().iter_descendants())
-        for original in originals:
-            copies[original] = original.make_copy()
-        for original in originals:
+        copies = {original: original.make_copy() for original in self.node().iter_descendants()}
+        for original, made in copies.items():
             for child in original.children:
-                copies[original].add_child(copies[child], original.get_child_sort(child))
-        if other._step is None:
-            return self._at(paths.step_to(copies[self.node()]))
-        return self._at(paths.instance(other._step, copies[self.node()], sort))
+                made.add_child(copies[child], original.get_child_sort(child))
+        top = self._at(step_to(copies[self.node()]))
+        return top if other._step is None else top.instance_to(other, sort)
 
     def detach_node(self) -> None:
         """Remove the node from its parent; the path now leads to it as a root."""
-        paths.detach(self._existing())
+        step = self._existing()
+        if step.parent is not None:
+            step.parent.node.remove_child(step.node)
 
     def remove_node(self) -> None:
         """Remove the node from its parent and empty this path."""
-        paths.detach(self._existing())
+        self.detach_node()
         self._step = None
 
     # --- Parents and children ---
@@ -223,7 +246,7 @@ class NodePath:
         """Return the path to the lowest node that both lead through; empty if they have different roots."""
         if self._step is None or other._step is None:
             return self._at(None)
-        return self._at(paths.common_ancestor(self._step, other._step))
+        return self._at(_common_step(self._step, other._step))
 
     def get_children(self) -> list[Self]:
         """Return the paths to the children, in order."""
@@ -296,32 +319,27 @@ class NodePath:
 
         A node below may still be shown with `show_through`.
         """
-        node, bits = self.node(), self._bits(camera_mask)
-        node.draw_control |= bits
-        node.draw_show &= ~bits
-        node.mark_changed()
+        self._set_bits(camera_mask, decided=True, shown=False)
 
     def show(self, camera_mask: int | None = None) -> None:
         """Undo `hide` or `show_through` with the same mask; the node is shown where its parent is."""
-        node, bits = self.node(), self._bits(camera_mask)
-        node.draw_control &= ~bits
-        node.draw_show |= bits
-        node.mark_changed()
+        self._set_bits(camera_mask, decided=False, shown=True)
 
     def show_through(self, camera_mask: int | None = None) -> None:
         """Show the node and everything below it even if a node above is hidden with the same mask."""
-        node, bits = self.node(), self._bits(camera_mask)
-        node.draw_control |= bits
-        node.draw_show |= bits
-        node.mark_changed()
+        self._set_bits(camera_mask, decided=True, shown=True)
 
-    def _bits(self, camera_mask: int | None) -> int:
-        if camera_mask is None:
-            return OVERALL_BIT
-        bits = to_whole(camera_mask)
-        if bits is None or not 0 <= bits < 2**32:
-            raise self._error(f"a camera mask is a whole number of 32 bits, got {camera_mask!r}")
-        return bits & ALL_CAMERAS
+    def _set_bits(self, camera_mask: int | None, decided: bool, shown: bool) -> None:
+        """Set the bits of a mask, or the overall bit, in the node's `draw_control` and `draw_show`."""
+        node, bits = self.node(), OVERALL_BIT
+        if camera_mask is not None:
+            whole = to_whole(camera_mask)
+            if whole is None or not 0 <= whole < 2**32:
+                raise self._error(f"a camera mask is a whole number of 32 bits, got {camera_mask!r}")
+            bits = whole & ALL_CAMERAS
+        node.draw_control = node.draw_control | bits if decided else node.draw_control & ~bits
+        node.draw_show = node.draw_show | bits if shown else node.draw_show & ~bits
+        node.mark_changed()
 
     def is_hidden(self, camera_mask: int = ALL_CAMERAS) -> bool:
         """Return whether this node or one above it is hidden from all cameras of the mask.
@@ -467,18 +485,18 @@ class NodePath:
             return self.node().transform
         common = None
         if self._step is not None and other._step is not None:
-            common = paths.common_ancestor(self._step, other._step)
+            common = _common_step(self._step, other._step)
             if common is None:
                 raise self._error(f"has no common root with {str(other)!r}; attach both to one tree first")
-        down = paths.transform_between(common, self._step)
+        down = _transform_between(common, self._step)
         try:
-            return paths.transform_between(common, other._step).invert_compose(down)
+            return _transform_between(common, other._step).invert_compose(down)
         except SingularTransformError:
             raise other._flattened() from None
 
     def get_net_transform(self) -> TransformState:
         """Return the transform from this node's space to the world."""
-        return paths.transform_between(None, self._step)
+        return _transform_between(None, self._step)
 
     def get_mat(self, other: NodePath | None = None) -> Float64:
         """Return the 4x4 matrix to the parent's space, or to that of `other`; row vectors."""
@@ -486,7 +504,12 @@ class NodePath:
 
     def get_net_mat(self) -> Float64:
         """Return the 4x4 matrix from this node's space to the world; row vectors."""
-        return np.array(paths.net_matrix(self._step))
+        result: Float64 | None = None
+        for step in self._step.upwards() if self._step is not None else ():
+            transform = step.node.transform
+            if not transform.is_identity:
+                result = transform.get_mat() if result is None else result @ transform.get_mat()
+        return np.array(IDENTITY.get_mat() if result is None else result)
 
     def set_transform(self, *arguments: Any) -> None:
         """Set the transform: ``set_transform([other,] transform)`` with a TransformState."""
@@ -816,3 +839,26 @@ class NodePath:
 def _move(point: Float64, transform: TransformState) -> Float64:
     matrix = transform.get_mat()
     return np.asarray(point @ matrix[:3, :3] + matrix[3, :3])
+
+
+def _common_step(a: PathStep, b: PathStep) -> PathStep | None:
+    """Return the lowest step that both paths go through, None if they have different roots."""
+    common = None
+    for step_a, step_b in zip(reversed(list(a.upwards())), reversed(list(b.upwards())), strict=False):
+        if step_a.node is not step_b.node:
+            break
+        common = step_a
+    return common
+
+
+def _transform_between(top: PathStep | None, step: PathStep | None) -> TransformState:
+    """Return the transform from the space of `step` to that of `top` above it; None is the world."""
+    chain: list[TransformState] = []
+    while step is not None and (top is None or step.node is not top.node):
+        if not step.node.transform.is_identity:
+            chain.append(step.node.transform)
+        step = step.parent
+    result = IDENTITY
+    for transform in reversed(chain):
+        result = result.compose(transform)
+    return result
