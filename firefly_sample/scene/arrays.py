@@ -43,21 +43,8 @@ def as_numbers(
 ) -> Float64:
     """Return numbers as a float64 array of their own.
 
-    Parameters
-    ----------
-    what : str
-        The beginning of a message: the object and its numbers.
-    values : array_like
-        See the module.
-    error : type of SceneError
-        The error to raise.
-    expected : str
-        The expected kind of value, for a message.
-
-    Raises
-    ------
-    SceneError
-        `error`, if they are not numbers.
+    A message begins with `what`, the object and its numbers, and says that they must be `expected`. Raise
+    `error` if they are not numbers.
     """
     return np.array(_given(what, values, error, "iuf", expected), dtype=np.float64, order="C")
 
@@ -85,24 +72,13 @@ def as_color(
     largest: float = 1.0,
     error: type[SceneError] = SceneError,
 ) -> Float64:
-    """Return one colour, read-only, shape (channels,), each of 0 to `largest`.
-
-    Raises
-    ------
-    SceneError
-        `error`, if the shape or a number is wrong.
-    """
+    """Return one colour, read-only, shape (channels,), each of 0 to `largest`, or raise `error`."""
     expected = f"{_COUNTS[channels]} numbers in 0..{largest:g}"
     given = as_colors(what, color, error, expected)
-    if given.shape != (channels,) or not in_range(given, largest):
+    if given.shape != (channels,) or outside(given, largest).any():
         hint = hint_above_one(given) if largest <= 1.0 else ""
         raise error(f"{what} must be {expected}, got {color!r}{hint}")
     return read_only(np.clip(given, 0.0, largest))
-
-
-def in_range(shares: Float64, largest: float = 1.0) -> bool:
-    """Return whether all numbers are 0 to `largest`, up to rounding; False with a NaN."""
-    return not outside(shares, largest).any()
 
 
 def outside(shares: Float64, largest: float = 1.0) -> NDArray[np.bool_]:
@@ -127,7 +103,7 @@ def as_codes(what: str, values: ArrayLike, error: type[SceneError] = SceneError)
             raise error(f"{what} of a signed type must be 0 to 255, got {_described(array)}")
         return array.astype(np.uint8, order="C")
     if array.dtype.kind == "f":
-        if not in_range(array):
+        if outside(array).any():
             raise error(f"{what} of floats must be 0 to 1, got {_described(array)}{hint_above_one(array)}")
         shares = np.clip(array.astype(np.float64), 0.0, 1.0)
     else:
@@ -195,10 +171,7 @@ _NUMBERS = itertools.count()
 
 
 def new_serial() -> int:
-    """Return a number that identifies an object for the life of this process.
-
-    Unlike an id, it is not used again when the object is gone, so GPU copies are cached by it.
-    """
+    """Return a number by which the GPU copies of an object are cached; unlike an id, it is never reused."""
     return next(_NUMBERS)
 
 
@@ -206,35 +179,20 @@ Fault = tuple[str, Callable[[Float64], NDArray[np.bool_]]]
 """A description of a fault, and a function that returns a mask of the numbers that have it."""
 
 
+_POSITION_FAULTS: tuple[Fault, ...] = (  # the GPU computes in float32, and squares distances
+    ("position is not finite", lambda p: ~np.isfinite(p)),
+    ("position is beyond 1e18", lambda p: np.abs(p) > 1e18),
+)
+
+
 class Column(NamedTuple):
-    """A column of numbers, for the rows of one node.
+    """A column of numbers for the rows of one node, with the faults that it may have."""
 
-    Attributes
-    ----------
-    name : str
-        Plural, for messages: "radii".
-    given : array_like
-        Shape (n, width) or (width,); (n,) or () where `width` is 0.
-    width : int
-    faults : sequence of (str, callable)
-        Descriptions, and functions that return masks.
-    colors : bool
-        Whether they are colours: see `firefly_sample.scene.arrays`.
-    """
-
-    name: str
-    given: ArrayLike
+    name: str  # plural, for messages: "radii"
+    given: ArrayLike  # shape (n, width) or (width,); (n,) or () where `width` is 0
     width: int
     faults: Sequence[Fault]
-    colors: bool = False
-
-
-def color_faults() -> tuple[Fault, ...]:
-    """Return the possible faults of linear colours."""
-    return (
-        ("color is negative or not finite", lambda c: ~(np.isfinite(c) & (c >= 0))),
-        ("color is above 1e30", lambda c: c > LARGEST),
-    )
+    colors: bool = False  # whether integers stand for colours
 
 
 def checked_rows(
@@ -242,23 +200,15 @@ def checked_rows(
 ) -> tuple[Float64, ...]:
     """Return positions, shape (n, 3), and each column with n rows; copies, read-only.
 
-    Raises
-    ------
-    SceneError
-        `error`, if shapes disagree or a number is wrong. The message begins with `where` and gives the index
-        of the first bad entry.
+    Raise `error` if shapes disagree or a number is wrong. The message begins with `where` and gives the index
+    of the first bad entry.
     """
     points = as_numbers(f"{where}: positions", positions, error)
     if points.size == 0:
         points = points.reshape(0, 3)
     if points.ndim != 2 or points.shape[1] != 3:
         raise error(f"{where}: positions must have shape (n, 3), got {points.shape}")
-    # the GPU computes in float32, and squares distances
-    faults: tuple[Fault, ...] = (
-        ("position is not finite", lambda p: ~np.isfinite(p)),
-        ("position is beyond 1e18", lambda p: np.abs(p) > 1e18),
-    )
-    _check(where, error, points, faults)
+    _check(where, error, points, _POSITION_FAULTS)
     rows, n = [points], len(points)
     for column in columns:
         values = (as_colors if column.colors else as_numbers)(f"{where}: {column.name}", column.given, error)

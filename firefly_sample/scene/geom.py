@@ -16,8 +16,8 @@ from firefly_sample.scene.arrays import (
     as_numbers,
     as_whole,
     hint_above_one,
-    in_range,
     new_serial,
+    outside,
     read_only,
 )
 from firefly_sample.scene.material import Material
@@ -100,13 +100,12 @@ class Geom(ReadOnlyArrays):
         if given.ndim != 2 or given.shape[1] != 3:
             raise SceneError(f"geom {self.name!r}: triangles must have shape (m, 3), got {given.shape}")
         # checked in the type that was given: a narrower one would wrap around
-        outside = (given < 0) | (given >= vertices)
-        if outside.any():
-            row = int(np.argmax(outside.any(axis=1)))
-            index = given[row][np.argmax(outside[row])]
+        wrong = (given < 0) | (given >= vertices)
+        if wrong.any():
+            row, column = np.argwhere(wrong)[0]
             raise SceneError(
                 f"geom {self.name!r}: a triangle index lies outside 0..{vertices - 1}: "
-                f"triangle {row} has {int(index)}"
+                f"triangle {row} has {int(given[row, column])}"
             )
         return read_only(given.astype(np.int32, order="C"))
 
@@ -178,7 +177,7 @@ class Geom(ReadOnlyArrays):
             raise SceneError(
                 f"geom {self.name!r}: colors must have shape ({n}, 3) or ({n}, 4), got {given.shape}"
             )
-        if not in_range(given):
+        if outside(given).any():
             raise SceneError(
                 f"geom {self.name!r}: colors must be 0 to 1, got {given.min():g} to {given.max():g}"
                 f"{hint_above_one(given)}"

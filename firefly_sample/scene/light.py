@@ -15,8 +15,6 @@ from firefly_sample.settings import SHADOW_RESOLUTIONS, to_number, to_whole
 
 LightKind = Literal["point", "spot", "directional"]
 
-SHADOW_RESOLUTION = 1024
-
 
 class Falloff(Enum):
     """The function by which a light fades with the distance d."""
@@ -56,24 +54,14 @@ class Attenuation(_Coefficients):
     INVERSE_SQUARE: ClassVar[Attenuation]
 
 
-COEFFICIENTS = (1e-30, 1e30)
-"""The range of the largest coefficient; float32 holds few numbers outside it."""
-
 Attenuation.ENDLESS = Attenuation(1.0, 0.0, 0.0)
 Attenuation.FIFTY_UNITS = Attenuation(1.0, 0.09, 0.032)
 Attenuation.INVERSE_SQUARE = Attenuation(1.0, 0.0, 1.0)
 
 
 def check_attenuation(light: str, value: ArrayLike) -> Attenuation:
-    """Return `value` as an `Attenuation`.
-
-    Raises
-    ------
-    LightError
-        If it is not three numbers of 0 or more, or the largest is outside `COEFFICIENTS`; the message names
-        the light.
-    """
-    low, high = COEFFICIENTS
+    """Return `value` as an `Attenuation`, or raise LightError; the message names the light."""
+    low, high = 1e-30, 1e30  # float32 holds few numbers outside
     what = f"light {light!r}: attenuation"
     expected = (
         f"three numbers of 0 or more (constant, linear, quadratic), the largest of them {low:g} to {high:g}"
@@ -84,8 +72,21 @@ def check_attenuation(light: str, value: ArrayLike) -> Attenuation:
     return Attenuation(*given.tolist())
 
 
+def light_color(name: str, color: ArrayLike) -> Float64:
+    """Return a light's colour, shape (3,), or raise LightError; the message names the light.
+
+    The numbers are 0 to 1e30; a fourth one, Panda3D's alpha, is ignored.
+    """
+    what = f"light {name!r}: color"
+    rgb = as_colors(what, color, LightError, "three numbers of 0 or more")
+    return as_color(what, rgb[:3] if rgb.shape == (4,) else rgb, 3, LARGEST, LightError)
+
+
 class ShadowCaster(PandaNode):
     """A node of one or more lights that may cast shadows.
+
+    The setters of all lights raise LightError if a value is out of its range, and then leave the light as it
+    was.
 
     Attributes
     ----------
@@ -102,22 +103,13 @@ class ShadowCaster(PandaNode):
         super().__init__(name)
         self.camera_mask = ALL_CAMERAS
         self._casts = False
-        self._resolution = SHADOW_RESOLUTION
+        self._resolution = 1024
 
     def set_shadow_caster(self, caster: bool, resolution: int | None = None) -> None:
         """Choose whether the light casts shadows.
 
-        Parameters
-        ----------
-        caster : bool
-        resolution : int, optional
-            Texels along each side of the shadow map, 16 to 16384; unchanged when absent, 1024 at first. A
-            point light has six such maps.
-
-        Raises
-        ------
-        LightError
-            If the resolution is out of range.
+        `resolution` is the number of texels along each side of the shadow map, 16 to 16384; unchanged when
+        absent, 1024 at first. A point light has six such maps.
         """
         if resolution is not None:
             low, high = SHADOW_RESOLUTIONS
@@ -223,17 +215,8 @@ class FadingLight(Light):
     def set_attenuation(self, attenuation: ArrayLike) -> None:
         """Let the light fade by 1/(constant + linear*d + quadratic*d^2).
 
-        A max distance is kept; a radius is dropped.
-
-        Parameters
-        ----------
-        attenuation : sequence of 3 floats
-            (constant, linear, quadratic); `Attenuation` has well-known ones.
-
-        Raises
-        ------
-        LightError
-            If a number is negative, or the largest is not within 1e-30 to 1e30.
+        `attenuation` is (constant, linear, quadratic), none of them negative, the largest 1e-30 to 1e30;
+        `Attenuation` has well-known ones. A max distance is kept; a radius is dropped.
         """
         checked = check_attenuation(self.name, attenuation)
         if self._attenuation is None:
@@ -248,12 +231,8 @@ class FadingLight(Light):
     def set_max_distance(self, distance: float) -> None:
         """Let the light end at a distance in scene units, with a smooth window (`Settings.range_falloff`).
 
-        Infinity removes the window.
-
-        Raises
-        ------
-        LightError
-            If the distance is not a number of 0 or more, or the light fades over a radius, where it ends.
+        The distance is 0 or more; infinity removes the window. A light that fades over a radius ends there,
+        and refuses it.
         """
         if self._attenuation is None:
             raise LightError(
@@ -272,17 +251,3 @@ class FadingLight(Light):
         if not length >= 0.0:
             raise LightError(f"light {self.name!r}: {what} must be a number of 0 or more, got {value!r}")
         return length
-
-
-def light_color(name: str, color: ArrayLike) -> Float64:
-    """Return a light's checked colour, shape (3,).
-
-    Raises
-    ------
-    LightError
-        If it is not three (or, with Panda3D's alpha, four) numbers from 0 to 1e30; the message names the
-        light.
-    """
-    what = f"light {name!r}: color"
-    rgb = as_colors(what, color, LightError, "three numbers of 0 or more")
-    return as_color(what, rgb[:3] if rgb.shape == (4,) else rgb, 3, LARGEST, LightError)

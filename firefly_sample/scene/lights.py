@@ -104,10 +104,7 @@ class PointLights(PointsNode, ShadowCaster):
     def specular_colors_of(self, arrays: PointArrays) -> Float64:
         """Return the linear colours of the highlights of lights that `evaluate` returned, shape (n, 3).
 
-        Raises
-        ------
-        LightError
-            If the number of specular colours is neither one nor the number of lights.
+        Raise LightError if the number of specular colours is neither one nor the number of lights.
         """
         if self._specular is None:
             return arrays.colors
@@ -121,17 +118,7 @@ class PointLights(PointsNode, ShadowCaster):
 
 
 class PointLight(FadingLight):
-    """A point light at its node's origin. See `FadingLight`.
-
-    Parameters
-    ----------
-    name : str
-        The node's name.
-    color : sequence of 3 floats
-        Linear.
-    radius : float, optional
-        Reach in scene units; when absent, the light is Panda3D's, with attenuation (1, 0, 0).
-    """
+    """A point light at its node's origin. `FadingLight` has its parameters."""
 
     kind = "point"
 
@@ -151,13 +138,7 @@ class DirectionalLight(Light):
         self._shadow_distance = math.inf
 
     def set_direction(self, direction: ArrayLike) -> None:
-        """Set the direction in which the light shines, in the node's space; of any length but 0.
-
-        Raises
-        ------
-        LightError
-            If it is not three finite numbers, or all are 0.
-        """
+        """Set the direction in which the light shines, in the node's space; of any length but 0."""
         what, expected = f"light {self.name!r}: direction", "three finite numbers, not all 0"
         given = as_numbers(what, direction, LightError, expected)
         if given.shape != (3,) or not np.isfinite(given).all() or not given.any():
@@ -173,13 +154,9 @@ class DirectionalLight(Light):
     def set_shadow_distance(self, distance: float) -> None:
         """Set the distance from the camera, along its view axis, up to which there are shadows.
 
-        A single map covers the whole view, so a shorter distance gives sharper shadows. Surfaces beyond it
-        may be lit without shadows. Infinity, the default, includes all geometry in view. In scene units.
-
-        Raises
-        ------
-        LightError
-            If it is not a number above 0.
+        In scene units, above 0. A single map covers the whole view, so a shorter distance gives sharper
+        shadows. Surfaces beyond it may be lit without shadows. Infinity, the default, includes all geometry
+        in view.
         """
         given = to_number(distance)
         if not given > 0.0:
@@ -195,15 +172,7 @@ class DirectionalLight(Light):
 
 
 class AmbientLight(PandaNode):
-    """Light that comes from everywhere. Several of them are added up.
-
-    Parameters
-    ----------
-    name : str
-        The node's name.
-    color : sequence of 3 floats
-        Linear radiance scale; black ones are skipped.
-    """
+    """Light that comes from everywhere, with a linear radiance scale. Several are added up."""
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
         super().__init__(name)
@@ -221,9 +190,6 @@ class AmbientLight(PandaNode):
 
 SMALLEST_CONE = 0.01
 """The narrowest half-angle in degrees: below it, float32 cannot distinguish inside from outside."""
-
-DEFAULT_FOV = 30.0
-DEFAULT_EXPONENT = 50.0
 
 
 class Cone(NamedTuple):
@@ -249,29 +215,19 @@ class Spotlight(FadingLight):
     As in Panda3D, a lens defines the width of the cone, which has a hard edge at half of the lens's
     horizontal field of view (30 degrees by default), and an exponent (50) defines how the light fades off its
     axis. `set_cone` gives it a smooth edge between two angles instead. Diffuse light and highlights fade
-    alike.
-
-    Parameters
-    ----------
-    name, color, radius : see `FadingLight`
+    alike. `FadingLight` has its parameters.
     """
 
     kind = "spot"
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0), radius: float | None = None) -> None:
         super().__init__(name, color, radius)
-        self._lens = PerspectiveLens(fov=DEFAULT_FOV)
-        self._exponent = DEFAULT_EXPONENT
+        self._lens = PerspectiveLens(fov=30.0)
+        self._exponent = 50.0
         self._edge: tuple[float, float] | None = None
 
     def set_lens(self, lens: PerspectiveLens) -> None:
-        """Make the cone as wide as a lens's view, with a hard edge; later changes of the lens count too.
-
-        Raises
-        ------
-        LightError
-            If it is not a `PerspectiveLens`.
-        """
+        """Make the cone as wide as a lens's view, with a hard edge; later changes of the lens count too."""
         if not isinstance(lens, PerspectiveLens):
             raise LightError(f"light {self.name!r}: a spotlight's lens is a PerspectiveLens, got {lens!r}")
         self._lens, self._edge = lens, None
@@ -282,13 +238,7 @@ class Spotlight(FadingLight):
         return self._lens
 
     def set_exponent(self, exponent: float) -> None:
-        """Set the exponent of a lens's cone, which fades by cos(angle)^exponent; 0 is no fading.
-
-        Raises
-        ------
-        LightError
-            If it is not a number from 0 to 1e6.
-        """
+        """Set the exponent of a lens's cone, 0 to 1e6, which fades by cos(angle)^exponent; 0 is no fading."""
         given = to_number(exponent)
         if not 0.0 <= given <= 1e6:
             raise LightError(f"light {self.name!r}: exponent must be a number of 0 to 1e6, got {exponent!r}")
@@ -302,18 +252,8 @@ class Spotlight(FadingLight):
     def set_cone(self, inner: float, outer: float) -> None:
         """Set a soft edge: full strength up to the inner angle, a smooth fall to 0 at the outer one.
 
-        Lens and exponent are ignored then, until `set_lens` is called.
-
-        Parameters
-        ----------
-        inner, outer : float
-            Half-angles in degrees, 0 <= inner <= outer <= 180, outer at least 0.01. The light-volume
-            slides' are 20 and 30.
-
-        Raises
-        ------
-        LightError
-            If the angles are out of range.
+        The angles are half-angles in degrees, 0 <= inner <= outer <= 180, outer at least 0.01; the
+        light-volume slides' are 20 and 30. Lens and exponent are ignored then, until `set_lens` is called.
         """
         angles = to_number(inner), to_number(outer)
         if not (0.0 <= angles[0] <= angles[1] <= 180.0 and angles[1] >= SMALLEST_CONE):
@@ -327,10 +267,7 @@ class Spotlight(FadingLight):
     def get_cone(self) -> Cone:
         """Return the cone that `set_cone` set, or the lens's with the exponent.
 
-        Raises
-        ------
-        LightError
-            If the lens's field of view is below 0.02 degrees.
+        Raise LightError if the lens's field of view is below 0.02 degrees.
         """
         if self._edge is not None:
             return Cone(*self._edge, 0.0)

@@ -64,47 +64,28 @@ class Texture(ReadOnlyArrays):
     def from_file(
         cls, decode: Callable[[], NDArray[np.uint8]], size: tuple[int, int], digest: str | None, name: str
     ) -> Texture:
-        """Return a texture whose pixels are decoded on first use; with cached mipmaps they are not needed.
+        """Return a texture whose pixels, of this size, are decoded when they are first needed.
 
-        Parameters
-        ----------
-        decode : callable
-            Returns the pixels, of this size; called at most once.
-        size : (int, int)
-            Width and height.
-        digest, name : see the class
+        `decode` is called at most once; with cached mipmaps the pixels are not needed.
         """
         texture = cls.__new__(cls)
-        texture.name = name
-        texture.serial = new_serial()
-        texture.revision = 1
-        texture.digest = digest
-        texture.size = size
-        texture._pixels = None
-        texture._decode = decode
+        texture.name, texture.size, texture.digest = name, size, digest
+        texture.serial, texture.revision = new_serial(), 1
+        texture._pixels, texture._decode = None, decode
         return texture
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
         """The image, read-only."""
-        if self._pixels is None:
-            assert self._decode is not None
-            self._pixels = self._checked(self._decode())
-            self._decode = None
+        if self._decode is not None:
+            self._pixels, self._decode = self._checked(self._decode()), None
+        assert self._pixels is not None
         return self._pixels
 
     def set_pixels(self, pixels: ArrayLike) -> None:
-        """Replace the image, of any size; `pixels` is copied and then read-only.
-
-        Raises
-        ------
-        SceneError
-            If the shape is wrong.
-        """
+        """Replace the image, of any size; `pixels` is copied and then read-only."""
         image = self._checked(pixels)
-        self._pixels = image
-        self._decode = None
-        self._least_alpha = None
+        self._pixels, self._decode, self._least_alpha = image, None, None
         self.digest = None
         self.size = (image.shape[1], image.shape[0])
         self.revision += 1
@@ -180,7 +161,7 @@ class Material(ReadOnlyArrays):
     Raises
     ------
     SceneError
-        If a number is not finite or out of its range.
+        Also by the setters, if a number is not finite or out of its range.
     """
 
     def __init__(

@@ -39,22 +39,15 @@ WIDEST_BLUR = 32.0
 class ParticleArrays(ReadOnlyArrays):
     """The state of n particles at one time.
 
-    Attributes
-    ----------
-    positions : ndarray of float64, shape (n, 3)
-        In the node's space.
-    radii : ndarray of float64, shape (n,)
-        Scene units, 0 or more; the node's scale does not change them.
-    alphas : ndarray of float64, shape (n,)
-        Opacity through the centre, 0 to 1.
-    colors : ndarray of float64, shape (n, 3)
-        Linear: the fraction of light that is scattered, 0 to 1.
+    Positions are in the node's space. Radii are in scene units, 0 or more; the node's scale does not change
+    them. Alphas are the opacity through the centre, 0 to 1. Colours are linear: the fraction of light that is
+    scattered, 0 to 1.
     """
 
-    positions: Float64
-    radii: Float64
-    alphas: Float64
-    colors: Float64
+    positions: Float64  # shape (n, 3)
+    radii: Float64  # shape (n,)
+    alphas: Float64  # shape (n,)
+    colors: Float64  # shape (n, 3)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -124,15 +117,15 @@ class ParticleShadow:
                     f"{high:g}, got {getattr(self, name)!r}"
                 )
             object.__setattr__(self, name, value)
-        choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
-            ("kernel", get_args(BlurKernel)),
-            ("attenuation", get_args(Fading)),
-            *((name, (True, False)) for name in ("interpolate", "show_texture", "enabled")),
-        )
-        for name, names in choices:
+        choices: dict[str, tuple[Any, ...]] = {
+            "kernel": get_args(BlurKernel),
+            "attenuation": get_args(Fading),
+            **dict.fromkeys(("interpolate", "show_texture", "enabled"), (True, False)),
+        }
+        for name, allowed in choices.items():
             value = getattr(self, name)
-            if value not in names or type(value) is not type(names[0]):
-                shown = ", ".join(map(str, names))
+            if value not in allowed or type(value) is not type(allowed[0]):
+                shown = ", ".join(map(str, allowed))
                 raise SceneError(
                     f"particle shadow of light {self.light.name!r}: {name} must be one of {shown}, "
                     f"got {value!r}"
@@ -162,8 +155,8 @@ class ParticleNode(PandaNode):
     Raises
     ------
     SceneError
-        If shapes disagree or a number is out of range; the message names the node and the index of the first
-        bad entry.
+        Also by the setters, if shapes disagree or a number is out of range; the message names the node and
+        the index of the first bad entry.
     """
 
     def __init__(
@@ -204,13 +197,7 @@ class ParticleNode(PandaNode):
         return self._checked(*given)
 
     def set_shadow(self, shadow: ParticleShadow | None) -> None:
-        """Set the shadows of the particles; None turns them off.
-
-        Raises
-        ------
-        SceneError
-            If it is not a `ParticleShadow`.
-        """
+        """Set the shadows of the particles; None turns them off."""
         if shadow is not None and not isinstance(shadow, ParticleShadow):
             raise SceneError(f"particles {self.name!r}: a shadow is a ParticleShadow or None, got {shadow!r}")
         self._shadow = shadow
@@ -221,13 +208,7 @@ class ParticleNode(PandaNode):
         return self._shadow
 
     def change_shadow(self, **changes: Any) -> None:
-        """Change some of the shadow's attributes.
-
-        Raises
-        ------
-        SceneError
-            If there is no shadow, no such attribute, or a value is out of its range.
-        """
+        """Change some of the shadow's attributes; there must be a shadow."""
         if self._shadow is None:
             raise SceneError(f"particles {self.name!r} cast no shadows: give them some with set_shadow")
         known = [field.name for field in fields(ParticleShadow)]
@@ -244,25 +225,15 @@ class ParticleNode(PandaNode):
 
         The slices of the shadow divide this sphere, so a fixed one keeps them in place while particles move.
         A sphere that is too large wastes slices; particles outside it are shadowed as if they were on its
-        surface, with a warning.
-
-        Parameters
-        ----------
-        radius : float, optional
-            Above 0, in scene units, as the particles' radii.
-        center : array_like, shape (3,)
-            In the node's space.
-
-        Raises
-        ------
-        SceneError
-            If a number is out of range.
+        surface, with a warning. The radius is above 0, in scene units, as the particles' radii; `center`,
+        shape (3,), is in the node's space.
         """
         if radius is None:
             self._sphere = None
         else:
             what = f"particles {self.name!r}: the bounding sphere's center"
-            middle = as_numbers(what, center, SceneError, "three numbers up to 1e18")
+            expected = "three numbers up to 1e18"
+            middle = as_numbers(what, center, SceneError, expected)
             size = to_number(radius)
             if not 0.0 < size <= 1e18:
                 raise SceneError(
@@ -270,7 +241,7 @@ class ParticleNode(PandaNode):
                     f"got {radius!r}"
                 )
             if middle.shape != (3,) or not (np.abs(middle) <= 1e18).all():
-                raise SceneError(f"{what} must be three numbers up to 1e18, got {center!r}")
+                raise SceneError(f"{what} must be {expected}, got {center!r}")
             x, y, z = middle.tolist()
             self._sphere = (x, y, z), size
         self.mark_changed()
