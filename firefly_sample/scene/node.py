@@ -11,8 +11,6 @@ from bisect import bisect, bisect_right
 from collections.abc import Iterator, Sequence
 from typing import Any, Self, TypeVar
 
-import numpy as np
-
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
@@ -54,6 +52,11 @@ class PandaNode:
         Grows with each change of the node itself.
     subtree_revision : int
         Grows with each change of the node or any node below it: transforms, attributes, contents, children.
+
+    Raises
+    ------
+    NodeError
+        By methods, if a node is not a child of this one, or if adding a child would make a cycle.
 
     Notes
     -----
@@ -107,13 +110,7 @@ class PandaNode:
         return [parent for reference in self._parents if (parent := reference()) is not None]
 
     def get_child_sort(self, child: PandaNode) -> int:
-        """Return the sort number with which `child` was added.
-
-        Raises
-        ------
-        NodeError
-            If it is not a child of this node.
-        """
+        """Return the sort number with which `child` was added."""
         return self._sorts[self._index_of(child)]
 
     def add_child(self, child: PandaNode, sort: int = 0) -> None:
@@ -121,11 +118,6 @@ class PandaNode:
 
         A node that is a child already is moved to its new position among them. Paths that begin at `child`
         still do so afterwards; `NodePath.attach_new_node` makes them continue through this node.
-
-        Raises
-        ------
-        NodeError
-            If `child` is this node or above it, which would make a cycle.
         """
         if child is self or (child._children and child in self.iter_ancestors()):
             raise NodeError(
@@ -141,13 +133,7 @@ class PandaNode:
         self.mark_changed()
 
     def remove_child(self, child: PandaNode) -> None:
-        """Remove a child. Paths through this node to `child` now begin at `child`.
-
-        Raises
-        ------
-        NodeError
-            If it is not a child of this node.
-        """
+        """Remove a child. Paths through this node to `child` now begin at `child`."""
         self._unlink(child)
         for step in list(child._steps):
             if step.parent is not None and step.parent.node is self:
@@ -307,7 +293,7 @@ class PathStep:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle all steps above too, so that paths into one tree lead into one copy of it."""
-        return _copied_step, (self.node, self.parent)
+        return step_at, (self.node, self.parent)
 
     def upwards(self) -> Iterator[PathStep]:
         """Yield this step, the one above it, and so on up to the root."""
@@ -321,8 +307,10 @@ class PathStep:
         return "/".join(step.node.name for step in reversed(list(self.upwards())))
 
 
-def root_step(node: PandaNode) -> PathStep:
-    """Return the step of a path that begins at `node`."""
+def step_at(node: PandaNode, parent: PathStep | None = None) -> PathStep:
+    """Return the step to a node from a parent step, or that of a path which begins at the node."""
+    if parent is not None:
+        return parent.child(node)
     return next((step for step in node._steps if step.parent is None), None) or PathStep(node, None)
 
 
@@ -331,14 +319,10 @@ def step_to(node: PandaNode) -> PathStep:
     nodes = [node]
     while parents := nodes[-1].parents:
         nodes.append(parents[0])
-    step = root_step(nodes.pop())
+    step = step_at(nodes.pop())
     while nodes:
         step = step.child(nodes.pop())
     return step
-
-
-def _copied_step(node: PandaNode, parent: PathStep | None) -> PathStep:
-    return root_step(node) if parent is None else parent.child(node)
 
 
 def inherit(
@@ -351,28 +335,3 @@ def inherit(
     if own is None or (above is not None and above_priority > own_priority):
         return above, above_priority
     return own, own_priority
-
-
-def tight_bounds(top: PandaNode, matrix: Float64) -> tuple[Float64, Float64] | None:
-    """Return the axis-aligned box (minimum, maximum) of all vertices at and below `top`; None without any.
-
-    Parameters
-    ----------
-    top : PandaNode
-        Hidden nodes count, as in Panda3D.
-    matrix : ndarray of float64, shape (4, 4)
-        From the space of `top` to the space of the box.
-    """
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    waiting = [(top, matrix)]
-    while waiting:
-        node, net = waiting.pop()
-        for points in node.iter_local_points():
-            if len(points):
-                moved = points @ net[:3, :3] + net[3, :3]
-                low = np.minimum(low, moved.min(axis=0))
-                high = np.maximum(high, moved.max(axis=0))
-        for child in node.children:
-            local = child.transform
-            waiting.append((child, net if local.is_identity else local.get_mat() @ net))
-    return (low, high) if np.isfinite(low).all() else None

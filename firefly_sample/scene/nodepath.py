@@ -21,7 +21,6 @@ from firefly_sample.scene.node import (
     PathStep,
     inherit,
     step_to,
-    tight_bounds,
 )
 from firefly_sample.scene.transform_state import (
     IDENTITY,
@@ -62,8 +61,9 @@ class NodePath:
     Raises
     ------
     NodeError
-        By most methods if the path is empty; by transforms if a number is not finite, if the two nodes have
-        no common root, or if a singular matrix would have to be inverted. The message names the node.
+        By most methods if the path is empty; by those that move a node if it would come below itself; by
+        transforms if a number is not finite, if the two nodes have no common root, or if a singular matrix
+        would have to be inverted. The message names the node.
     """
 
     __slots__ = ("_step",)
@@ -125,11 +125,6 @@ class NodePath:
 
         Children are ordered by `sort`, and those of equal `sort` by when they were added. A node that has
         another parent keeps it: it is instanced. For an empty path the node becomes a root.
-
-        Raises
-        ------
-        NodeError
-            If `node` is this node or above it.
         """
         if not isinstance(node, PandaNode):
             node = PandaNode(node)
@@ -146,12 +141,7 @@ class NodePath:
     def reparent_to(self, other: NodePath, sort: int = 0) -> None:
         """Make `other` the parent; the local transform stays, so the node may jump.
 
-        An empty `other` detaches the node.
-
-        Raises
-        ------
-        NodeError
-            On a cycle, or if another instance of the node is below `other` already.
+        An empty `other` detaches the node. Another instance of the node must not be below `other` already.
         """
         step, above = self._existing(), other._step
         if above is None:
@@ -169,13 +159,7 @@ class NodePath:
         step.move_below(above)
 
     def wrt_reparent_to(self, other: NodePath, sort: int = 0) -> None:
-        """Make `other` the parent and change the local transform so that the net one stays.
-
-        Raises
-        ------
-        NodeError
-            As `reparent_to`, or if the two have no common root or `other` flattens space.
-        """
+        """Make `other` the parent and change the local transform so that the net one stays."""
         transform = self.get_transform(other)
         self.reparent_to(other, sort)
         self.node().set_transform(transform)
@@ -184,11 +168,6 @@ class NodePath:
         """Add the node to the children of `other` as well, and return the path there.
 
         If it is one of them already, it keeps its sort number, as in Panda3D.
-
-        Raises
-        ------
-        NodeError
-            On a cycle.
         """
         node, above = self.node(), other._existing()
         if above.node not in node.parents:
@@ -258,13 +237,7 @@ class NodePath:
         return len(self.node().children)
 
     def get_child(self, index: int) -> Self:
-        """Return the path to the child number `index`, from 0.
-
-        Raises
-        ------
-        NodeError
-            If there is no such child.
-        """
+        """Return the path to the child number `index`, from 0."""
         step = self._existing()
         if not 0 <= index < len(step.node.children):
             raise self._error(f"has {len(step.node.children)} children, there is no number {index}")
@@ -280,13 +253,7 @@ class NodePath:
         return self._at(next(find_paths(self._existing(), pattern), None))
 
     def find_all_matches(self, pattern: str) -> list[Self]:
-        """Return all paths that begin here and match a pattern; see `firefly_sample.scene.find`.
-
-        Raises
-        ------
-        NodeError
-            If the pattern has an element that is not supported; the message names the element.
-        """
+        """Return all paths that begin here and match a pattern; see `firefly_sample.scene.find`."""
         return [self._at(step) for step in find_paths(self._existing(), pattern)]
 
     def get_tight_bounds(self, other: NodePath | None = None) -> tuple[Float64, Float64] | None:
@@ -294,7 +261,19 @@ class NodePath:
 
         In the parent's space, or in that of `other`; None if there are no vertices.
         """
-        return tight_bounds(self.node(), self.get_transform(other).get_mat())
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        waiting = [(self.node(), self.get_transform(other).get_mat())]
+        while waiting:
+            node, net = waiting.pop()
+            for points in node.iter_local_points():
+                if len(points):
+                    moved = points @ net[:3, :3] + net[3, :3]
+                    low = np.minimum(low, moved.min(axis=0))
+                    high = np.maximum(high, moved.max(axis=0))
+            for child in node.children:
+                local = child.transform
+                waiting.append((child, net if local.is_identity else local.get_mat() @ net))
+        return (low, high) if np.isfinite(low).all() else None
 
     # --- Name and visibility ---
 
@@ -472,10 +451,7 @@ class NodePath:
 
     def find_net_tag(self, key: str) -> Self:
         """Return the path to the nearest node that has the key, here or above; empty if none has."""
-        for step in self._existing().upwards():
-            if key in step.node.tags:
-                return self._at(step)
-        return self._at(None)
+        return self._at(next((step for step in self._existing().upwards() if key in step.node.tags), None))
 
     # --- Transforms ---
 
