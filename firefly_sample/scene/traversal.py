@@ -13,26 +13,16 @@ from firefly_sample.scene.transform_state import IDENTITY
 
 
 class Visit(NamedTuple):
-    """A node that a camera sees.
+    """A node that a camera sees, once for each path down to it.
 
-    Attributes
-    ----------
-    node : PandaNode
-        An instanced node is visited once for each path down to it.
-    net : ndarray of float64, shape (4, 4)
-        From the node's space to the root's, for row vectors. Shared between visits and cached: read only.
-    color : (r, g, b, a) or None
-        The colour at the node, after inheriting.
-    material : Material or None
-        The material that replaces those of the node's Geoms, after inheriting.
-    path : str
-        Names from the root down, joined by slashes. If several children of one parent have the same name,
-        "#2" is added to the second, "#3" to the third, so that paths differ (unless names contain slashes).
-        Hidden nodes are counted, so hiding one renames no other.
+    Colour and material are those after inheriting; the material, if any, replaces those of the node's Geoms.
+    The path is the names from the root down, joined by slashes. If several children of one parent have the
+    same name, "#2" is added to the second, "#3" to the third, so that paths differ (unless names contain
+    slashes). Hidden nodes are counted, so hiding one renames no other.
     """
 
     node: PandaNode
-    net: Float64
+    net: Float64  # shape (4, 4), from the node's space to the root's; shared between visits and cached
     color: Color | None
     material: Material | None
     path: str
@@ -41,18 +31,12 @@ class Visit(NamedTuple):
 def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Visit]:
     """Yield every node at and below `root` that a camera with this mask sees; depth first, children in order.
 
-    Transforms, colours, materials and masks above `root` are inherited.
-
-    Raises
-    ------
-    NodeError
-        If `root` is empty.
+    Transforms, colours, materials and masks above `root`, which must not be empty, are inherited.
     """
-    state = _START
     top = root.node()
-    for path in reversed(root.get_ancestors()):
-        node = path.node()
-        above, state = state, _enter(state, node, node.name)
+    above = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
+    for path in reversed(root.get_ancestors()[1:]):
+        above = _enter(above, path.node(), path.get_name())
     waiting = [(top, above, top.name)]
     while waiting:
         node, above, label = waiting.pop()
@@ -76,9 +60,6 @@ class _State(NamedTuple):
     material: Material | None
     material_priority: int
     path: str
-
-
-_START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
 
 
 def _enter(above: _State, node: PandaNode, label: str) -> _State:
