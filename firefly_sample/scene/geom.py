@@ -23,9 +23,6 @@ from firefly_sample.scene.arrays import (
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 
-_LENGTHS = 1e-6, 1e6
-"""Normals with lengths outside this range are normalised here: shaders square lengths to do it."""
-
 
 class Geom(ReadOnlyArrays):
     """Indexed triangles in model space. For instancing, one Geom is used by many nodes.
@@ -51,9 +48,8 @@ class Geom(ReadOnlyArrays):
 
     Attributes
     ----------
-    colors : ndarray of float64, shape (n, 3), or None
     alphas : ndarray of float64, shape (n,), or None
-        Alpha of the vertex colours; None if it is 1 everywhere.
+        Alpha of the vertex colours, which `colors`, shape (n, 3), has not; None if it is 1 everywhere.
     serial : int
         A number that no other object of this process ever has, not even a copy.
     revision : int
@@ -96,9 +92,10 @@ class Geom(ReadOnlyArrays):
         self.serial = new_serial()
 
     def _indices(self, triangles: ArrayLike, vertices: int) -> NDArray[np.int32]:
-        given = as_whole(f"geom {self.name!r}: triangles", triangles)
+        what = f"geom {self.name!r}: triangles"
+        given = as_whole(what, triangles)
         if given.ndim != 2 or given.shape[1] != 3:
-            raise SceneError(f"geom {self.name!r}: triangles must have shape (m, 3), got {given.shape}")
+            raise SceneError(f"{what} must have shape (m, 3), got {given.shape}")
         # checked in the type that was given: a narrower one would wrap around
         wrong = (given < 0) | (given >= vertices)
         if wrong.any():
@@ -110,22 +107,21 @@ class Geom(ReadOnlyArrays):
         return read_only(given.astype(np.int32, order="C"))
 
     def _floats(self, what: str, values: ArrayLike, rows: int | None, columns: int) -> Float64:
-        array = as_numbers(f"geom {self.name!r}: {what}", values)
+        what = f"geom {self.name!r}: {what}"
+        array = as_numbers(what, values)
         if array.ndim != 2 or array.shape[1] != columns or (rows is not None and len(array) != rows):
             expected = f"({'n' if rows is None else rows}, {columns})"
-            raise SceneError(f"geom {self.name!r}: {what} must have shape {expected}, got {array.shape}")
+            raise SceneError(f"{what} must have shape {expected}, got {array.shape}")
         if not np.isfinite(array).all():
-            raise SceneError(f"geom {self.name!r}: {what} has a number that is not finite")
+            raise SceneError(f"{what} has a number that is not finite")
         if np.abs(array).max(initial=0.0) > LARGEST:
-            raise SceneError(
-                f"geom {self.name!r}: {what} has a number above {LARGEST:g}, which float32 may not hold"
-            )
+            raise SceneError(f"{what} has a number above {LARGEST:g}, which float32 may not hold")
         return read_only(array)
 
     def _normals(self, normals: ArrayLike, rows: int) -> Float64:
         given = self._floats("normals", normals, rows, 3)
         length = np.abs(given).max(axis=1, initial=0.0, keepdims=True)
-        extreme = (length > 0.0) & ((length < _LENGTHS[0]) | (length > _LENGTHS[1]))
+        extreme = (length > 0.0) & ((length < 1e-6) | (length > 1e6))  # shaders square lengths to normalise
         return read_only(np.where(extreme, given / np.where(extreme, length, 1.0), given))
 
     def _vertex_normals(self) -> Float64:
@@ -144,11 +140,8 @@ class Geom(ReadOnlyArrays):
     def bounds(self) -> tuple[Float64, Float64]:
         """The axis-aligned box (minimum, maximum) in model space; NaN without vertices."""
         if self._bounds is None:
-            if len(self.vertices):
-                low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
-            else:
-                low, high = np.full(3, np.nan), np.full(3, np.nan)
-            self._bounds = read_only(low), read_only(high)
+            points = self.vertices if len(self.vertices) else np.full((1, 3), np.nan)
+            self._bounds = read_only(points.min(axis=0)), read_only(points.max(axis=0))
         return self._bounds
 
     def set_vertices(self, vertices: ArrayLike) -> None:
@@ -171,17 +164,13 @@ class Geom(ReadOnlyArrays):
         """Return colours without alpha, and alpha if it is not 1 everywhere."""
         if colors is None:
             return None, None
-        given = as_colors(f"geom {self.name!r}: colors", colors)
-        n = len(self.vertices)
+        what, n = f"geom {self.name!r}: colors", len(self.vertices)
+        given = as_colors(what, colors)
         if given.ndim != 2 or len(given) != n or given.shape[1] not in (3, 4):
-            raise SceneError(
-                f"geom {self.name!r}: colors must have shape ({n}, 3) or ({n}, 4), got {given.shape}"
-            )
+            raise SceneError(f"{what} must have shape ({n}, 3) or ({n}, 4), got {given.shape}")
         if outside(given).any():
-            raise SceneError(
-                f"geom {self.name!r}: colors must be 0 to 1, got {given.min():g} to {given.max():g}"
-                f"{hint_above_one(given)}"
-            )
+            hint = hint_above_one(given)
+            raise SceneError(f"{what} must be 0 to 1, got {given.min():g} to {given.max():g}{hint}")
         given = np.clip(given, 0.0, 1.0)
         alphas = None if given.shape[1] == 3 or (given[:, 3] == 1.0).all() else read_only(given[:, 3].copy())
         return read_only(np.ascontiguousarray(given[:, :3])), alphas

@@ -46,8 +46,6 @@ class LensConstants:
 
     Attributes
     ----------
-    perspective : bool
-        True if w_clip is the distance y; for an orthographic lens it is 1.
     a, b, c, d : float
         The entries A, B, C, D of the projection matrix.
     x_offset, z_offset : float
@@ -158,10 +156,7 @@ class LensConstants:
         return Unprojection(self.y_fold / self.a, self.y_fold, self.y_fold / self.c, self.w_fold)
 
     def distance_from_depth(self, depth: ArrayLike) -> Float64:
-        """Convert depth-buffer values of any shape to distances along the view axis, in scene units.
-
-        The depth of an infinite far plane gives infinity.
-        """
+        """Return distances along the view axis of depth-buffer values, of any shape; infinity at infinity."""
         shifted = np.asarray(depth, dtype=np.float64) + self.w_fold
         if not self.perspective:
             return np.asarray(self.y_fold * shifted)
@@ -169,7 +164,7 @@ class LensConstants:
         return np.asarray(np.where(at_infinity, np.inf, self.y_fold / np.where(at_infinity, 1.0, shifted)))
 
     def depth_from_distance(self, y: ArrayLike) -> Float64:
-        """Convert distances along the view axis, of any shape, to depth-buffer values; nothing is clamped."""
+        """Return depth-buffer values of distances along the view axis, of any shape; nothing is clamped."""
         distance = np.asarray(y, dtype=np.float64)
         if self.perspective:
             return np.asarray(self.y_fold / distance - self.w_fold)

@@ -138,7 +138,6 @@ class Light(ShadowCaster):
     Parameters
     ----------
     name : str
-        The node's name.
     color : sequence of 3 floats
         Linear radiance scale; finite numbers of 0 or more, which may exceed 1. A fourth number, Panda3D's
         alpha, is ignored.

@@ -89,13 +89,11 @@ class PointLights(PointsNode, ShadowCaster):
 
     def set_specular_colors(self, colors: ArrayLike | None) -> None:
         """Set the linear colours of highlights, shape (n, 3) or (3,); None is the lights' own."""
-        given = None
+        given, what = None, f"light {self.name!r}: specular colors"
         if colors is not None:
-            given = read_only(as_colors(f"light {self.name!r}: specular colors", colors, LightError))
+            given = read_only(as_colors(what, colors, LightError))
             if given.ndim not in (1, 2) or given.shape[-1] != 3:
-                raise LightError(
-                    f"light {self.name!r}: specular colors must have shape (n, 3) or (3,), got {given.shape}"
-                )
+                raise LightError(f"{what} must have shape (n, 3) or (3,), got {given.shape}")
             for row in given.reshape(-1, 3):
                 light_color(self.name, row)
         self._specular = given
@@ -195,13 +193,9 @@ SMALLEST_CONE = 0.01
 class Cone(NamedTuple):
     """The fading of a spotlight with the angle from its axis.
 
-    Attributes
-    ----------
-    inner, outer : float
-        Half-angles in degrees: full strength within `inner`, none from `outer` on, a smooth step of
-        1 - cos(angle) between. Equal ones cut hard.
-    exponent : float
-        The strength is also multiplied by cos(angle)^exponent.
+    `inner` and `outer` are half-angles in degrees: full strength within `inner`, none from `outer` on, a
+    smooth step of 1 - cos(angle) between. Equal ones cut hard. The strength is also multiplied by
+    cos(angle)^exponent.
     """
 
     inner: float

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import (
     LARGEST,
+    Float64,
     ReadOnlyArrays,
     as_codes,
     as_color,
@@ -139,13 +140,11 @@ class Material(ReadOnlyArrays):
     base_color : sequence of 4 floats
         Linear diffuse reflectance in 0..1, and opacity; multiplies the texture.
     texture : Texture, optional
-        Base colour texture.
     alpha_mode : {"opaque", "mask", "blend"}
         "mask" cuts out fragments whose alpha, the product of those of base colour, texture and vertex
         colours, is below `alpha_cutoff`. Deferred shading stores one surface per pixel, so "blend" is drawn
         as "mask" and the plan warns about it.
     alpha_cutoff : float
-        The alpha below which "mask" cuts out.
     double_sided : bool
         Draw both sides, and turn the normal towards the eye.
     ambient : sequence of 3 floats, optional
@@ -198,7 +197,7 @@ class Material(ReadOnlyArrays):
 
     def set_base_color(self, color: ArrayLike) -> None:
         """Set the linear base colour (r, g, b, a), each in 0..1."""
-        self.base_color = self._color("base_color", color, 4, 1.0)
+        self.base_color = self._color("base_color", color, 4)
         self.revision += 1
 
     def set_diffuse(self, color: ArrayLike) -> None:
@@ -208,17 +207,17 @@ class Material(ReadOnlyArrays):
 
     def set_ambient(self, color: ArrayLike | None) -> None:
         """Set the linear reflectance of ambient light (r, g, b); None is the base colour."""
-        self.ambient = None if color is None else self._color("ambient", color, 3, 1.0)
+        self.ambient = None if color is None else self._color("ambient", color)
         self.revision += 1
 
     def set_emission(self, color: ArrayLike) -> None:
         """Set the linear radiance (r, g, b) that the surface emits."""
-        self.emission = self._color("emission", color, 3, LARGEST)
+        self.emission = self._color("emission", color, largest=LARGEST)
         self.revision += 1
 
     def set_specular(self, color: ArrayLike) -> None:
         """Set the linear reflectance of highlights (r, g, b)."""
-        self.specular = self._color("specular", color, 3, 1.0)
+        self.specular = self._color("specular", color)
         self.revision += 1
 
     def set_shininess(self, shininess: float) -> None:
@@ -232,7 +231,7 @@ class Material(ReadOnlyArrays):
         self.shininess = exponent
         self.revision += 1
 
-    def _color(self, what: str, color: ArrayLike, channels: int, largest: float) -> NDArray[np.float64]:
+    def _color(self, what: str, color: ArrayLike, channels: int = 3, largest: float = 1.0) -> Float64:
         return as_color(f"material {self.name!r}: {what}", color, channels, largest)
 
     def __repr__(self) -> str:
