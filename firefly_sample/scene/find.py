@@ -56,23 +56,19 @@ def find_paths(start: PathStep, pattern: str) -> Iterator[PathStep]:
 def _after(node: PandaNode, reached: set[int], tests: list[_Test | None]) -> set[int]:
     """Return how many elements may be matched after one more node; `reached` is how many before it."""
     used = set()
-    for index in reached:
-        if index < len(tests):
-            test = tests[index]
-            if test is None:
-                used.add(index)
-            elif test(node):
-                used.add(index + 1)
+    for index in reached - {len(tests)}:
+        test = tests[index]
+        if test is None or test(node):
+            used.add(index if test is None else index + 1)
     return _with_skipped(used, tests)
 
 
 def _with_skipped(reached: set[int], tests: list[_Test | None]) -> set[int]:
     """Also count a ``**`` that comes next as matched, because it may match no node."""
     for index in sorted(reached):
-        following = index
-        while following < len(tests) and tests[following] is None:
-            following += 1
-            reached.add(following)
+        while index < len(tests) and tests[index] is None:
+            index += 1
+            reached.add(index)
     return reached
 
 

@@ -308,14 +308,9 @@ class Lens(ABC):
     def project(self, point: ArrayLike) -> Any:
         """Return the NDC of view-space points of shape (3,) or (..., 3).
 
-        As in Panda3D, near and far do not matter: a point is off the film only behind the eye or outside its
-        edges.
-
-        Returns
-        -------
-        tuple of 2 floats, or None, or ndarray of shape (..., 2)
-            Of one point, None if it is off the film; of many points an array, with NaN for those that are off
-            the film.
+        One point gives a tuple of two floats, or None if it is off the film; many give an array of shape
+        (..., 2), with NaN for those that are off the film. As in Panda3D, near and far do not matter: a point
+        is off the film only behind the eye or outside its edges.
         """
         p = _points(point, 3)
         in_front = p[..., 1] > 0.0 if self._PERSPECTIVE else np.ones(p.shape[:-1], dtype=bool)

@@ -68,15 +68,11 @@ class PointLights(PointsNode, ShadowCaster):
     ) -> None:
         self._attenuation = None if attenuation is None else check_attenuation(name, attenuation)
         self._specular: Float64 | None = None
+        self.endless = attenuation is not None
         if radii is None:
-            radii = 1.0 if attenuation is None else math.inf
+            radii = math.inf if self.endless else 1.0
         super().__init__(name, positions, colors, radii, function)
         self.set_specular_colors(specular_colors)
-
-    @property
-    def endless(self) -> bool:
-        """True if a radius may be infinite."""
-        return self._attenuation is not None
 
     @property
     def falloff(self) -> Falloff:

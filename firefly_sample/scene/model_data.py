@@ -117,20 +117,18 @@ VERSION = 1
 
 def model_key(name: str, data: bytes) -> str | None:
     """Return the cache key of a model from its name and its file's bytes; None if the cache is off."""
-    return f"model-{fingerprint(VERSION, name, data, _readers())}" if derived_folder() else None
+    if derived_folder() is None:
+        return None
+    readers = _version("trimesh"), _version("pillow")  # they parse files and decode images
+    return f"model-{fingerprint(VERSION, name, data, readers)}"
 
 
 @cache
-def _readers() -> tuple[str, ...]:
-    """Return the versions of the packages that parse files and decode images."""
-    return tuple(f"{package} {_version(package)}" for package in ("trimesh", "pillow"))
-
-
 def _version(package: str) -> str:
     try:
-        return metadata.version(package)
+        return f"{package} {metadata.version(package)}"
     except metadata.PackageNotFoundError:  # there, but not installed as a package
-        return "unknown"
+        return f"{package} unknown"
 
 
 def load_kept(key: str, parse: Callable[[], ModelData]) -> NodePath | None:

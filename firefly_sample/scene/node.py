@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 import weakref
 from bisect import bisect, bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Self, TypeVar
 
 from firefly_sample.errors import NodeError
@@ -152,26 +152,12 @@ class PandaNode:
             raise NodeError(f"node {child.name!r} is not a child of {self.name!r}") from None
 
     def iter_ancestors(self) -> Iterator[PandaNode]:
-        """Yield every node above this one, by any path, each once."""
-        seen: set[PandaNode] = set()
-        waiting = self.parents
-        while waiting:
-            node = waiting.pop()
-            if node not in seen:
-                seen.add(node)
-                yield node
-                waiting.extend(node.parents)
+        """Return an iterator over every node above this one, by any path, each once."""
+        return _each_once(self.parents, lambda node: node.parents)
 
     def iter_descendants(self) -> Iterator[PandaNode]:
-        """Yield every node at and below this one, depth first, each once."""
-        seen: set[PandaNode] = set()
-        waiting = [self]
-        while waiting:
-            node = waiting.pop()
-            if node not in seen:
-                seen.add(node)
-                yield node
-                waiting.extend(reversed(node._children))
+        """Return an iterator over every node at and below this one, depth first, each once."""
+        return _each_once([self], lambda node: reversed(node._children))
 
     def set_transform(self, transform: TransformState) -> None:
         """Set the transform to the parents' space."""
@@ -253,6 +239,18 @@ class PandaNode:
     def iter_local_points(self) -> list[Float64]:
         """Return arrays of shape (n, 3): points in this node's space whose hull contains its own contents."""
         return []
+
+
+def _each_once(
+    waiting: list[PandaNode], following: Callable[[PandaNode], Iterable[PandaNode]]
+) -> Iterator[PandaNode]:
+    seen: set[PandaNode] = set()
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            yield node
+            waiting.extend(following(node))
 
 
 class PathStep:

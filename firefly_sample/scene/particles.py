@@ -142,7 +142,6 @@ class ParticleNode(PandaNode):
     Parameters
     ----------
     name : str
-        The node's name.
     positions, radii, alphas, colors : array_like
         Shapes (n, 3), (n,) or (), (n,) or (), and (n, 3) or (3,); a single value is used for every particle.
         Copied.

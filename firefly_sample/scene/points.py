@@ -49,7 +49,6 @@ class PointsNode(PandaNode):
     Parameters
     ----------
     name : str
-        The node's name.
     positions, colors, radii : array_like
         Shapes (n, 3), (n, 3) or (3,), and (n,) or (); a single value is used for every point. Copied.
     function : callable, optional
@@ -65,6 +64,8 @@ class PointsNode(PandaNode):
 
     NOUN: ClassVar = "points"
     ERROR: type[SceneError] = SceneError
+    endless = False
+    """True if a radius may be infinite."""
 
     def __init__(
         self,
@@ -77,11 +78,6 @@ class PointsNode(PandaNode):
         super().__init__(name)
         self.function = function
         self.arrays = self._checked(positions, colors, radii)
-
-    @property
-    def endless(self) -> bool:
-        """True if a radius may be infinite."""
-        return False
 
     def set_arrays(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> None:
         """Replace all points; their number may change."""
