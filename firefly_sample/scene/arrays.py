@@ -66,11 +66,7 @@ def as_colors(
 
 
 def as_color(
-    what: str,
-    color: ArrayLike,
-    channels: int,
-    largest: float = 1.0,
-    error: type[SceneError] = SceneError,
+    what: str, color: ArrayLike, channels: int, largest: float = 1.0, error: type[SceneError] = SceneError
 ) -> Float64:
     """Return one colour, read-only, shape (channels,), each of 0 to `largest`, or raise `error`."""
     expected = f"{_COUNTS[channels]} numbers in 0..{largest:g}"

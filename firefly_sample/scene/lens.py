@@ -232,12 +232,7 @@ class OrthographicLens(Lens):
         if film_size is not None and film_height is not None:
             raise LensError("film_size and film_height set the same thing: give one of them")
         self._set_given(
-            near,
-            far,
-            film_offset,
-            film_size=film_size,
-            film_height=film_height,
-            aspect_ratio=aspect_ratio,
+            near, far, film_offset, film_size=film_size, film_height=film_height, aspect_ratio=aspect_ratio
         )
 
     def set_film_height(self, height: float) -> None:

@@ -14,15 +14,7 @@ from firefly_sample.errors import NodeError
 from firefly_sample.scene.arrays import Float64, as_color, as_colors, as_numbers
 from firefly_sample.scene.find import find_paths
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.node import (
-    ALL_CAMERAS,
-    OVERALL_BIT,
-    Color,
-    PandaNode,
-    PathStep,
-    inherit,
-    step_to,
-)
+from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode, PathStep, inherit, step_to
 from firefly_sample.scene.transform_state import (
     IDENTITY,
     SingularTransformError,
