@@ -115,9 +115,9 @@ class ShadowCaster(PandaNode):
             low, high = SHADOW_RESOLUTIONS
             texels = to_whole(resolution)
             if texels is None or not low <= texels <= high:
-                raise LightError(
-                    f"light {self.name!r}: a shadow map's resolution must be a whole number of {low} to "
-                    f"{high} texels, got {resolution!r}"
+                raise self._error(
+                    f"a shadow map's resolution must be a whole number of {low} to {high} texels, "
+                    f"got {resolution!r}"
                 )
             self._resolution = texels
         self._casts = bool(caster)
@@ -130,6 +130,24 @@ class ShadowCaster(PandaNode):
     def get_shadow_resolution(self) -> int:
         """Return the texels along each side of the light's shadow map."""
         return self._resolution
+
+    def _error(self, message: str) -> LightError:
+        return LightError(f"light {self.name!r}: {message}")
+
+
+class FadingNode(ShadowCaster):
+    """A node of one or more lights that fade with the distance from them."""
+
+    _attenuation: Attenuation | None
+
+    @property
+    def falloff(self) -> Falloff:
+        """The function by which the lights fade."""
+        return Falloff.RAMP_SQUARED if self._attenuation is None else Falloff.ATTENUATION
+
+    def get_attenuation(self) -> Attenuation | None:
+        """Return (constant, linear, quadratic), or None if the lights fade over their radii."""
+        return self._attenuation
 
 
 class Light(ShadowCaster):
@@ -176,7 +194,7 @@ class Light(ShadowCaster):
         self.mark_changed()
 
 
-class FadingLight(Light):
+class FadingLight(Light, FadingNode):
     """A light that shines from a position and fades with the distance from it.
 
     By default it is Panda3D's, with attenuation (1, 0, 0) and no end. With a radius it fades as the fireflies
@@ -191,23 +209,16 @@ class FadingLight(Light):
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0), radius: float | None = None) -> None:
         super().__init__(name, color)
-        self._attenuation: Attenuation | None = Attenuation.ENDLESS
+        self._attenuation = Attenuation.ENDLESS
         self._end = math.inf
         if radius is not None:
             self.set_radius(radius)
-
-    @property
-    def falloff(self) -> Falloff:
-        """The function by which the light fades."""
-        return Falloff.RAMP_SQUARED if self._attenuation is None else Falloff.ATTENUATION
 
     def set_radius(self, radius: float) -> None:
         """Let the light fade by (1 - d/radius)^2; the radius is in scene units, finite and 0 or more."""
         end = self._length("radius", radius)
         if math.isinf(end):
-            raise LightError(
-                f"light {self.name!r}: radius must be finite: for a light without an end use set_attenuation"
-            )
+            raise self._error("radius must be finite: for a light without an end use set_attenuation")
         self._attenuation, self._end = None, end
         self.mark_changed()
 
@@ -222,10 +233,6 @@ class FadingLight(Light):
             self._end = math.inf
         self._attenuation = checked
         self.mark_changed()
-
-    def get_attenuation(self) -> Attenuation | None:
-        """Return (constant, linear, quadratic), or None if the light fades over its radius."""
-        return self._attenuation
 
     def set_max_distance(self, distance: float) -> None:
         """Let the light end at a distance in scene units, with a smooth window (`Settings.range_falloff`).
@@ -248,5 +255,5 @@ class FadingLight(Light):
     def _length(self, what: str, value: float) -> float:
         length = to_number(value)
         if not length >= 0.0:
-            raise LightError(f"light {self.name!r}: {what} must be a number of 0 or more, got {value!r}")
+            raise self._error(f"{what} must be a number of 0 or more, got {value!r}")
         return length

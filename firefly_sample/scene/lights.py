@@ -17,11 +17,9 @@ from firefly_sample.errors import LightError
 from firefly_sample.scene.arrays import Float64, as_colors, as_numbers, read_only
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import (
-    Attenuation,
     FadingLight,
-    Falloff,
+    FadingNode,
     Light,
-    ShadowCaster,
     check_attenuation,
     light_color,
 )
@@ -30,7 +28,7 @@ from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
 from firefly_sample.settings import to_number
 
 
-class PointLights(PointsNode, ShadowCaster):
+class PointLights(PointsNode, FadingNode):
     """Any number of point lights in one node.
 
     Parameters
@@ -74,22 +72,13 @@ class PointLights(PointsNode, ShadowCaster):
         super().__init__(name, positions, colors, radii, function)
         self.set_specular_colors(specular_colors)
 
-    @property
-    def falloff(self) -> Falloff:
-        """The function by which all lights of the node fade."""
-        return Falloff.RAMP_SQUARED if self._attenuation is None else Falloff.ATTENUATION
-
-    def get_attenuation(self) -> Attenuation | None:
-        """Return (constant, linear, quadratic), or None if the lights fade over their radii."""
-        return self._attenuation
-
     def set_specular_colors(self, colors: ArrayLike | None) -> None:
         """Set the linear colours of highlights, shape (n, 3) or (3,); None is the lights' own."""
-        given, what = None, f"light {self.name!r}: specular colors"
+        given = None
         if colors is not None:
-            given = read_only(as_colors(what, colors, LightError))
+            given = read_only(as_colors(f"light {self.name!r}: specular colors", colors, LightError))
             if given.ndim not in (1, 2) or given.shape[-1] != 3:
-                raise LightError(f"{what} must have shape (n, 3) or (3,), got {given.shape}")
+                raise self._error(f"specular colors must have shape (n, 3) or (3,), got {given.shape}")
             for row in given.reshape(-1, 3):
                 light_color(self.name, row)
         self._specular = given
@@ -105,9 +94,9 @@ class PointLights(PointsNode, ShadowCaster):
         try:
             return np.broadcast_to(self._specular, (len(arrays), 3))
         except ValueError:
-            raise LightError(
-                f"light {self.name!r}: {len(self._specular)} specular colors for {len(arrays)} lights: "
-                "give one for each, or one for all"
+            raise self._error(
+                f"{len(self._specular)} specular colors for {len(arrays)} lights: give one for each, or one "
+                "for all"
             ) from None
 
 
@@ -154,9 +143,7 @@ class DirectionalLight(Light):
         """
         given = to_number(distance)
         if not given > 0.0:
-            raise LightError(
-                f"light {self.name!r}: shadow distance must be a number above 0, got {distance!r}"
-            )
+            raise self._error(f"shadow distance must be a number above 0, got {distance!r}")
         self._shadow_distance = given
         self.mark_changed()
 
@@ -219,7 +206,7 @@ class Spotlight(FadingLight):
     def set_lens(self, lens: PerspectiveLens) -> None:
         """Make the cone as wide as a lens's view, with a hard edge; later changes of the lens count too."""
         if not isinstance(lens, PerspectiveLens):
-            raise LightError(f"light {self.name!r}: a spotlight's lens is a PerspectiveLens, got {lens!r}")
+            raise self._error(f"a spotlight's lens is a PerspectiveLens, got {lens!r}")
         self._lens, self._edge = lens, None
         self.mark_changed()
 
@@ -231,7 +218,7 @@ class Spotlight(FadingLight):
         """Set the exponent of a lens's cone, 0 to 1e6, which fades by cos(angle)^exponent; 0 is no fading."""
         given = to_number(exponent)
         if not 0.0 <= given <= 1e6:
-            raise LightError(f"light {self.name!r}: exponent must be a number of 0 to 1e6, got {exponent!r}")
+            raise self._error(f"exponent must be a number of 0 to 1e6, got {exponent!r}")
         self._exponent = given
         self.mark_changed()
 
@@ -247,9 +234,9 @@ class Spotlight(FadingLight):
         """
         angles = to_number(inner), to_number(outer)
         if not (0.0 <= angles[0] <= angles[1] <= 180.0 and angles[1] >= SMALLEST_CONE):
-            raise LightError(
-                f"light {self.name!r}: a cone's half-angles must be 0 <= inner <= outer <= 180 degrees with "
-                f"outer at least {SMALLEST_CONE:g}, got {inner!r} and {outer!r}"
+            raise self._error(
+                "a cone's half-angles must be 0 <= inner <= outer <= 180 degrees with outer at least "
+                f"{SMALLEST_CONE:g}, got {inner!r} and {outer!r}"
             )
         self._edge = angles
         self.mark_changed()
@@ -264,8 +251,7 @@ class Spotlight(FadingLight):
         half = 0.5 * self._lens.get_hfov()
         # half of twice the smallest angle may come out an ulp below it
         if half < SMALLEST_CONE * (1.0 - 1e-9):
-            raise LightError(
-                f"light {self.name!r}: its lens sees {2.0 * half:g} degrees: a spotlight needs "
-                f"{2.0 * SMALLEST_CONE:g} or more"
+            raise self._error(
+                f"its lens sees {2.0 * half:g} degrees: a spotlight needs {2.0 * SMALLEST_CONE:g} or more"
             )
         return Cone(half, half, self._exponent)

@@ -109,13 +109,12 @@ class ParticleShadow:
                 "a particle shadow's light must be a DirectionalLight or a Spotlight, got "
                 f"{type(self.light).__name__}"
             )
+        where = f"particle shadow of light {self.light.name!r}"
         for name, high in (("blur", WIDEST_BLUR), ("darkness", 1e6), ("tint", 1.0), ("power", 16.0)):
             value = to_number(getattr(self, name))
             if not 0.0 <= value <= high:
-                raise SceneError(
-                    f"particle shadow of light {self.light.name!r}: {name} must be a number of 0 to "
-                    f"{high:g}, got {getattr(self, name)!r}"
-                )
+                given = getattr(self, name)
+                raise SceneError(f"{where}: {name} must be a number of 0 to {high:g}, got {given!r}")
             object.__setattr__(self, name, value)
         choices: dict[str, tuple[Any, ...]] = {
             "kernel": get_args(BlurKernel),
@@ -126,10 +125,7 @@ class ParticleShadow:
             value = getattr(self, name)
             if value not in allowed or type(value) is not type(allowed[0]):
                 shown = ", ".join(map(str, allowed))
-                raise SceneError(
-                    f"particle shadow of light {self.light.name!r}: {name} must be one of {shown}, "
-                    f"got {value!r}"
-                )
+                raise SceneError(f"{where}: {name} must be one of {shown}, got {value!r}")
 
 
 class ParticleNode(PandaNode):
@@ -170,7 +166,7 @@ class ParticleNode(PandaNode):
     ) -> None:
         super().__init__(name)
         if function is not None and not callable(function):
-            raise SceneError(f"particles {name!r}: function must be callable, got {function!r}")
+            raise self._error(f"function must be callable, got {function!r}")
         self.function, self.seed = function, check_seed(seed)
         self.arrays = self._checked(positions, radii, alphas, colors)
         self._shadow: ParticleShadow | None = None
@@ -189,16 +185,15 @@ class ParticleNode(PandaNode):
             return self.arrays
         given = self.function(self.seed, time)
         if not (isinstance(given, tuple) and len(given) == 4):
-            raise SceneError(
-                f"particles {self.name!r}: its function must return (positions, radii, alphas, colors), "
-                f"got {type(given).__name__}"
+            raise self._error(
+                f"its function must return (positions, radii, alphas, colors), got {type(given).__name__}"
             )
         return self._checked(*given)
 
     def set_shadow(self, shadow: ParticleShadow | None) -> None:
         """Set the shadows of the particles; None turns them off."""
         if shadow is not None and not isinstance(shadow, ParticleShadow):
-            raise SceneError(f"particles {self.name!r}: a shadow is a ParticleShadow or None, got {shadow!r}")
+            raise self._error(f"a shadow is a ParticleShadow or None, got {shadow!r}")
         self._shadow = shadow
         self.mark_changed()
 
@@ -213,10 +208,8 @@ class ParticleNode(PandaNode):
         known = [field.name for field in fields(ParticleShadow)]
         for name in changes:
             if name not in known:
-                raise SceneError(
-                    f"particles {self.name!r}: a particle shadow has no {name!r}{did_you_mean(name, known)}: "
-                    f"it has {', '.join(known)}"
-                )
+                hint = did_you_mean(name, known)
+                raise self._error(f"a particle shadow has no {name!r}{hint}: it has {', '.join(known)}")
         self.set_shadow(replace(self._shadow, **changes))
 
     def set_bounding_sphere(self, radius: float | None, center: ArrayLike = (0.0, 0.0, 0.0)) -> None:
@@ -235,10 +228,7 @@ class ParticleNode(PandaNode):
             middle = as_numbers(what, center, SceneError, expected)
             size = to_number(radius)
             if not 0.0 < size <= 1e18:
-                raise SceneError(
-                    f"particles {self.name!r}: bounding radius must be a number above 0, at most 1e18, "
-                    f"got {radius!r}"
-                )
+                raise self._error(f"bounding radius must be a number above 0, at most 1e18, got {radius!r}")
             if middle.shape != (3,) or not (np.abs(middle) <= 1e18).all():
                 raise SceneError(f"{what} must be {expected}, got {center!r}")
             x, y, z = middle.tolist()
@@ -248,6 +238,9 @@ class ParticleNode(PandaNode):
     def get_bounding_sphere(self) -> tuple[tuple[float, float, float], float] | None:
         """Return the center and radius of the sphere that was set, None if it is computed for each frame."""
         return self._sphere
+
+    def _error(self, message: str) -> SceneError:
+        return SceneError(f"particles {self.name!r}: {message}")
 
     def _checked(
         self, positions: ArrayLike, radii: ArrayLike, alphas: ArrayLike, colors: ArrayLike
