@@ -101,10 +101,8 @@ class PerspectiveLens(Lens):
 
         Parameters
         ----------
-        fx, fy : float
-            Focal length in widths and in heights of a pixel.
-        cx, cy : float
-            Image coordinates of the principal point.
+        fx, fy, cx, cy : float
+            Focal length in widths and in heights of a pixel; image coordinates of the principal point.
         width, height : int
             Size in pixels of the pictures that these numbers belong to.
         near, far : float, optional
@@ -112,11 +110,6 @@ class PerspectiveLens(Lens):
         pixel_center : float
             Image coordinate of the first pixel's centre: 0 in OpenCV, where (u, v) are a pixel's column and
             row; 0.5 in COLMAP, OpenGL and pyrender, where (0, 0) is the picture's corner.
-
-        Raises
-        ------
-        LensError
-            If a number is impossible.
         """
         fx, fy = finite("fx", fx, above=0.0), finite("fy", fy, above=0.0)
         width, height = _pixels("width", width), _pixels("height", height)

@@ -22,8 +22,6 @@ from firefly_sample.settings import number_or_none
 
 _SAME_SHAPE = 1e-5
 """Relative difference up to which a lens keeps its aspect ratio: two angles may have been rounded."""
-_LARGEST_PICTURE = 1e9
-"""Longest side in pixels of a picture that a message recommends."""
 
 
 class Shape(NamedTuple):
@@ -49,7 +47,7 @@ class Shape(NamedTuple):
         """Return the message for a picture of a different shape, with both shapes and the way out."""
         picture = self.picture
         size = (width, width / picture) if width >= picture else (height * picture, height)
-        draw = f"draw {round(size[0])}x{round(size[1])}, or " if max(size) <= _LARGEST_PICTURE else ""
+        draw = f"draw {round(size[0])}x{round(size[1])}, or " if max(size) <= 1e9 else ""
         return (
             f"its {self.fixed_by} fixes the picture's aspect ratio at {picture:.5g}, but a picture of "
             f"{width}x{height} has {width / height:.5g}: {draw}let the picture decide by one angle or one "
@@ -169,12 +167,7 @@ class Lens(ABC):
 
         The lens takes the picture's aspect ratio and keeps the measure that was set for one side, as in
         Panda3D's window. If the lens's shape is fixed, the picture must have that shape, to the nearest whole
-        pixel; then this very lens is returned.
-
-        Raises
-        ------
-        LensError
-            If the picture's shape differs from a fixed one; the message names both.
+        pixel; then this very lens is returned. The LensError for a different shape names both.
         """
         if self.shape.fixed_by:
             if not self.shape.fits(width, height):
@@ -324,10 +317,7 @@ class Lens(ABC):
     def extrude(self, point: ArrayLike) -> tuple[Float64, Float64]:
         """Return the view-space points on the near and the far plane at NDC of shape (2,) or (..., 2).
 
-        Raises
-        ------
-        LensError
-            If the far plane is at infinity.
+        Raise LensError if the far plane is at infinity.
         """
         if math.isinf(self._far):
             raise LensError(

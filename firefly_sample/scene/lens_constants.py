@@ -26,9 +26,9 @@ from firefly_sample.planar import empty_planar
 from firefly_sample.scene.arrays import Float64
 
 Clip = Literal["gl", "zero_to_one"]
+Pair = tuple[float, float]
 
-_DEPTH_RANGE: dict[Clip, tuple[float, float]] = {"gl": (0.5, 0.5), "zero_to_one": (1.0, 0.0)}
-"""Scale and offset from z_ndc to the depth buffer."""
+_DEPTH_RANGE: dict[Clip, Pair] = {"gl": (0.5, 0.5), "zero_to_one": (1.0, 0.0)}
 
 
 class Unprojection(NamedTuple):
@@ -51,7 +51,7 @@ class LensConstants:
     x_offset, z_offset : float
         NDC of the view axis: 0 unless the film is off centre.
     depth_scale, depth_offset : float
-        From z_ndc to the depth buffer: (0.5, 0.5) for OpenGL's own clip range, (1, 0) for zero-to-one.
+        From z_ndc to the depth buffer.
     y_fold, w_fold : float
         The depth mapping solved for the distance: y = y_fold / (depth + w_fold) in perspective and
         y = y_fold * (depth + w_fold) otherwise. In perspective they equal depth_scale*D and
@@ -73,13 +73,7 @@ class LensConstants:
 
     @classmethod
     def of(
-        cls,
-        perspective: bool,
-        scales: tuple[float, float],
-        offsets: tuple[float, float],
-        planes: tuple[float, float],
-        clip: Clip,
-        reverse: bool,
+        cls, perspective: bool, scales: Pair, offsets: Pair, planes: Pair, clip: Clip, reverse: bool
     ) -> LensConstants:
         """Return the constants for A and C, offsets in NDC, near and far (infinite in perspective only).
 

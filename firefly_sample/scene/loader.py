@@ -43,16 +43,7 @@ def load_model(path: str | Path) -> NodePath:
     Base colour, its texture, cut-out alpha, sidedness and vertex colours are read; other properties of glTF
     materials are ignored.
 
-    Files are cached and not parsed twice: see `firefly_sample.derived`.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    NodePath
-        A root named after the file.
+    Files are cached and not parsed twice: see `firefly_sample.derived`. The root is named after the file.
 
     Raises
     ------
@@ -258,10 +249,9 @@ def _base_color(source: Any, header: dict[str, Any]) -> Float64:
 
 def _vertex_colors(mesh: Any) -> Float64 | None:
     """Return linear vertex colours in 0..1, from either of trimesh's two attributes."""
-    if mesh.visual.kind == "vertex":
-        stored = mesh.visual.vertex_colors
-    else:
-        stored = getattr(mesh.visual, "vertex_attributes", {}).get("color")
+    visual = mesh.visual
+    by_vertex = visual.kind == "vertex"
+    stored = visual.vertex_colors if by_vertex else getattr(visual, "vertex_attributes", {}).get("color")
     if stored is None:
         return None
     colors = np.asarray(stored)

@@ -29,12 +29,7 @@ _Value = TypeVar("_Value")
 
 
 class PandaNode:
-    """A node with a transform, a name, attributes that children inherit, and any number of parents.
-
-    Parameters
-    ----------
-    name : str
-        Need not be unique.
+    """A node with a name, which need not be unique, a transform, attributes, and any number of parents.
 
     Attributes
     ----------
@@ -47,11 +42,9 @@ class PandaNode:
     draw_control, draw_show : int
         Camera bits that this node decides, and of those the ones that see it; see `NodePath.hide`.
     tags : dict of str to str
-        Text by key.
-    revision : int
-        Grows with each change of the node itself.
-    subtree_revision : int
-        Grows with each change of the node or any node below it: transforms, attributes, contents, children.
+    revision, subtree_revision : int
+        Grow with each change of the node itself, and of it or any node below it: transforms, attributes,
+        contents, children.
 
     Raises
     ------

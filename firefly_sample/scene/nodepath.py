@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
+from functools import reduce
 from operator import methodcaller
 from typing import Any, Self, TypeVar
 
@@ -359,13 +360,13 @@ class NodePath:
         see `firefly_sample.scene.arrays`. The colour nearest to the geometry counts, except that a higher
         priority above wins over a lower one below.
         """
+        what = f"node {str(self)!r}: set_color's color"
         numbers, rest = arguments[:4], arguments[4:]
         if arguments and number_or_none(arguments[0]) is None:
-            what = f"node {str(self)!r}: set_color's color"
             given = as_colors(what, arguments[0], NodeError)
             numbers, rest = tuple(given.tolist()) if given.ndim == 1 else (), arguments[1:]
         numbers = self._numbers("set_color", 4, (*numbers, 1.0) if len(numbers) == 3 else numbers)
-        r, g, b, a = as_color(f"node {str(self)!r}: set_color's color", numbers, 4, 1.0, NodeError).tolist()
+        r, g, b, a = as_color(what, numbers, 4, 1.0, NodeError).tolist()
         priority = to_whole(rest[0]) if len(rest) == 1 else 0
         if len(rest) > 1 or priority is None:
             raise self._error("set_color takes a colour, then a whole number as priority")
@@ -495,12 +496,10 @@ class NodePath:
 
     def get_net_mat(self) -> Float64:
         """Return the 4x4 matrix from this node's space to the world; row vectors."""
-        result: Float64 | None = None
-        for step in self._step.upwards() if self._step is not None else ():
-            transform = step.node.transform
-            if not transform.is_identity:
-                result = transform.get_mat() if result is None else result @ transform.get_mat()
-        return np.array(IDENTITY.get_mat() if result is None else result)
+        steps = self._step.upwards() if self._step is not None else ()
+        transforms = [step.node.transform for step in steps if not step.node.transform.is_identity]
+        matrices = [transform.get_mat() for transform in transforms]
+        return np.array(reduce(np.matmul, matrices) if matrices else IDENTITY.get_mat())
 
     def set_transform(self, *arguments: Any) -> None:
         """Set the transform: ``set_transform([other,] transform)`` with a TransformState."""
@@ -512,9 +511,8 @@ class NodePath:
     def set_mat(self, *arguments: Any) -> None:
         """Set the matrix: ``set_mat([other,] matrix)``, 4x4, with the last column (0, 0, 0, 1)."""
         other, rest = self._split(arguments)
-        matrix = as_numbers(
-            f"node {str(self)!r}: set_mat's matrix", rest[0] if len(rest) == 1 else (), NodeError
-        )
+        given = rest[0] if len(rest) == 1 else ()
+        matrix = as_numbers(f"node {str(self)!r}: set_mat's matrix", given, NodeError)
         if matrix.shape != (4, 4):
             raise self._error(
                 "set_mat takes one matrix of shape (4, 4), and a NodePath before it if relative"
@@ -753,12 +751,8 @@ def _common_step(a: PathStep, b: PathStep) -> PathStep | None:
 
 def _transform_between(top: PathStep | None, step: PathStep | None) -> TransformState:
     """Return the transform from the space of `step` to that of `top` above it; None is the world."""
-    chain: list[TransformState] = []
+    chain = []
     while step is not None and (top is None or step.node is not top.node):
-        if not step.node.transform.is_identity:
-            chain.append(step.node.transform)
+        chain.append(step.node.transform)
         step = step.parent
-    result = IDENTITY
-    for transform in reversed(chain):
-        result = result.compose(transform)
-    return result
+    return reduce(TransformState.compose, reversed(chain), IDENTITY)

@@ -48,11 +48,8 @@ class Camera(PandaNode):
         self.camera_mask = camera_mask
 
     def set_transform(self, transform: TransformState) -> None:
-        """Set the transform to the parents' space.
-
-        A camera itself is not drawn: if it has no children, the revisions above it do not change.
-        """
-        if self._children:
+        """Set the transform to the parents' space."""
+        if self._children:  # a camera itself is not drawn, so without children nothing above it changes
             super().set_transform(transform)
         else:
             self.transform = transform

@@ -145,10 +145,9 @@ class TransformState:
     def get_mat(self) -> Float64:
         """Return the 4x4 float64 matrix, child to parent; read-only, computed once."""
         if self._mat is None:
-            assert self._scale is not None
             # from the rotation as it was given: reading the other form before must not change a digit
             rows = rows_from_quat(self.get_quat()) if self.quat_given else rows_from_hpr(self.get_hpr())
-            self._mat = read_only(compose_matrix(self._pos, rows, self._scale, self._shear))
+            self._mat = read_only(compose_matrix(self._pos, rows, self.get_scale(), self._shear))
         return self._mat
 
     def _decompose(self) -> None:
@@ -159,8 +158,7 @@ class TransformState:
     def set_pos(self, pos: Vec3) -> TransformState:
         """Return the state with a different position."""
         if self.components_given:
-            assert self._scale is not None
-            return TransformState(pos, *self._rotation(), self._scale, self._shear)
+            return TransformState(pos, *self._rotation(), self.get_scale(), self._shear)
         matrix = np.array(self.get_mat())
         matrix[3, :3] = pos
         return self.make_mat(matrix)
