@@ -114,13 +114,18 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 class ReadOnlyArrays:
-    """Base of classes with read-only arrays: NumPy and pickle would make those of copies writeable."""
+    """Base of classes with read-only arrays: NumPy and pickle would make those of copies writeable.
+
+    A copy of an object with a `serial` has a different one.
+    """
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
             if isinstance(value, np.ndarray):
                 read_only(value)
         self.__dict__.update(state)
+        if "serial" in state:
+            self.__dict__["serial"] = new_serial()
 
 
 def _white(what: str, array: NDArray[Any], error: type[SceneError]) -> int:

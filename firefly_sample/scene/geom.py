@@ -89,7 +89,6 @@ class Geom(ReadOnlyArrays):
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
         self._bounds = None  # a copy's arrays could be written to
-        self.serial = new_serial()
 
     def _indices(self, triangles: ArrayLike, vertices: int) -> NDArray[np.int32]:
         what = f"geom {self.name!r}: triangles"

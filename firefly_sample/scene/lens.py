@@ -1,9 +1,7 @@
 """Lenses, perspective and orthographic, with Panda3D's names and rules, in float64.
 
-A lens defines the width of the view, and the picture defines its shape. A single number, an angle or a film
-size, is kept for pictures of every shape and the other side follows, as in Panda3D's window. Two numbers, an
-aspect ratio or intrinsics fix the shape: a picture of a different shape gives a warning, and with intrinsics
-an error.
+A single number, an angle or a film size, is kept for pictures of every shape, and the other side follows. Two
+numbers, an aspect ratio or intrinsics fix the shape: ``docs/lenses.md`` has the rules.
 """
 
 from __future__ import annotations

@@ -18,10 +18,9 @@ import numpy as np
 
 from firefly_sample.errors import ModelError, SceneError
 from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.material import AlphaMode
+from firefly_sample.scene.material import AlphaMode, Texture
 from firefly_sample.scene.model_data import (
     GeomData,
-    ImageData,
     MaterialData,
     ModelData,
     NodeData,
@@ -234,7 +233,7 @@ class _Reader:
                     f"model {self.path}: the texture of material {name!r} is damaged ({_one_line(error)})"
                 ) from error
             self.images[key] = len(self.model.images)
-            self.model.images.append(ImageData(name, pixels.shape[1::-1], lambda: pixels))
+            self.model.images.append(Texture.from_file(lambda: pixels, pixels.shape[1::-1], None, name))
         return self.images[key]
 
 

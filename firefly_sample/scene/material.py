@@ -109,10 +109,6 @@ class Texture(ReadOnlyArrays):
         """Return the state with decoded pixels: another process may lack the function that decodes them."""
         return self.__dict__ | {"_pixels": self.pixels, "_decode": None}
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        super().__setstate__(state)
-        self.serial = new_serial()
-
     def __copy__(self) -> Texture:
         twin = type(self).__new__(type(self))
         twin.__dict__.update(self.__dict__)

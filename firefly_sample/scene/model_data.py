@@ -25,16 +25,6 @@ from firefly_sample.scene.nodepath import NodePath
 
 
 @dataclass
-class ImageData:
-    """An image: a function that returns its pixels and, if known, their hash."""
-
-    name: str
-    size: tuple[int, int]
-    decode: Callable[[], NDArray[np.uint8]]
-    digest: str | None = None
-
-
-@dataclass
 class MaterialData:
     """The arguments of a `Material`; `image` is an index into the model's images."""
 
@@ -73,26 +63,23 @@ class ModelData:
     nodes: list[NodeData] = field(default_factory=list)
     geoms: list[GeomData] = field(default_factory=list)
     materials: list[MaterialData] = field(default_factory=list)
-    images: list[ImageData] = field(default_factory=list)
+    images: list[Texture] = field(default_factory=list)
 
     def as_tree(self, digests: bool = True) -> NodePath:
-        """Return new nodes, geoms, materials and textures; what several nodes use is shared.
+        """Return new nodes, geoms and materials, and the textures; what several nodes use is shared.
 
         With `digests`, the hashes of images that have none are computed. Raise SceneError if a number or an
         array is wrong.
         """
         if digests:
-            for image in self.images:
-                if image.digest is None:
-                    image.digest = fingerprint(image.decode())
-        textures = [
-            Texture.from_file(image.decode, image.size, image.digest, image.name) for image in self.images
-        ]
+            for texture in self.images:
+                if texture.digest is None:
+                    texture.digest = fingerprint(texture.pixels)
         materials = []
         for made in self.materials:
             arguments = asdict(made)
             image = arguments.pop("image")
-            materials.append(Material(**arguments, texture=None if image is None else textures[image]))
+            materials.append(Material(**arguments, texture=None if image is None else self.images[image]))
         geoms = [(Geom(**geom.arrays, name=geom.name), materials[geom.material]) for geom in self.geoms]
         root = NodePath(self.name)
         paths: list[NodePath] = []
@@ -132,10 +119,7 @@ def _version(package: str) -> str:
 
 
 def load_kept(key: str, parse: Callable[[], ModelData]) -> NodePath | None:
-    """Return the tree of the model that is cached under `key`; None if it is missing or damaged.
-
-    `parse` is called if an image's pixels are needed.
-    """
+    """Return the tree cached under `key`, None if missing or damaged; `parse` is called for pixels."""
     kept = load_derived(key)
     if kept is None:
         return None
@@ -172,7 +156,7 @@ def _decoder(parse: Callable[[], ModelData]) -> Callable[[int], NDArray[np.uint8
     def decode(number: int) -> NDArray[np.uint8]:
         with lock:
             model = parsed()
-        return model.images[number].decode()
+        return model.images[number].pixels
 
     return decode
 
@@ -210,11 +194,11 @@ def _unpacked(kept: Kept, decode: Callable[[int], NDArray[np.uint8]]) -> ModelDa
         ],
         [MaterialData(**made) for made in about["materials"]],
         [
-            ImageData(
-                _text(name),
-                (_index(width, 2**16, 1), _index(height, 2**16, 1)),
+            Texture.from_file(
                 partial(decode, number),
+                (_index(width, 2**16, 1), _index(height, 2**16, 1)),
                 digest,
+                _text(name),
             )
             for number, (name, (width, height), digest) in enumerate(about["images"])
         ],

@@ -310,9 +310,8 @@ class NodePath:
 
         With a mask, a camera no longer sees the node once all of the camera's own bits are hidden. A new
         `Camera` has all bits and, as in Panda3D, still sees a node of which only some are hidden: to hide
-        nodes from some cameras, give each camera a mask of one bit.
-
-        A node below may still be shown with `show_through`.
+        nodes from some cameras, give each camera a mask of one bit. A node below may still be shown with
+        `show_through`.
         """
         self._set_bits(camera_mask, decided=True, shown=False)
 
