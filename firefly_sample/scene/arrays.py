@@ -35,7 +35,6 @@ LARGEST = 1e30
 """Largest number that is sent to the GPU as float32; products of it still fit."""
 ROUNDING = 1e-6
 """Tolerance for computed floats just below 0 or just above 1, which are taken as 0 or 1."""
-_COUNTS = {3: "three", 4: "four"}
 
 
 def as_numbers(
@@ -49,11 +48,11 @@ def as_numbers(
     return np.array(_given(what, values, error, "iuf", expected), dtype=np.float64, order="C")
 
 
-def as_whole(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[Any]:
+def as_whole(what: str, values: ArrayLike) -> NDArray[Any]:
     """Return whole numbers as an array of their own type; the caller checks their range."""
-    array = _given(what, values, error, "iuf", "whole numbers")
+    array = _given(what, values, SceneError, "iuf", "whole numbers")
     if array.dtype.kind == "f" and not (np.isfinite(array) & (array == np.floor(array))).all():
-        raise error(f"{what} must be whole numbers, got {_described(array)}")
+        raise SceneError(f"{what} must be whole numbers, got {_described(array)}")
     return array
 
 
@@ -69,7 +68,7 @@ def as_color(
     what: str, color: ArrayLike, channels: int, largest: float = 1.0, error: type[SceneError] = SceneError
 ) -> Float64:
     """Return one colour, read-only, shape (channels,), each of 0 to `largest`, or raise `error`."""
-    expected = f"{_COUNTS[channels]} numbers in 0..{largest:g}"
+    expected = f"{'three' if channels == 3 else 'four'} numbers in 0..{largest:g}"
     given = as_colors(what, color, error, expected)
     if given.shape != (channels,) or outside(given, largest).any():
         hint = hint_above_one(given) if largest <= 1.0 else ""
@@ -89,21 +88,22 @@ def hint_above_one(values: NDArray[Any]) -> str:
     return ""
 
 
-def as_codes(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[np.uint8]:
+def as_codes(what: str, values: ArrayLike) -> NDArray[np.uint8]:
     """Return pixels of 8 bits as an array of their own; see the module for what other types mean."""
-    array = _given(what, values, error, "iufb", "numbers")
+    array = _given(what, values, SceneError, "iufb", "numbers")
     if array.dtype == np.uint8:
         return np.array(array, order="C")
     if array.dtype.kind == "i":
         if not ((array >= 0) & (array <= 255)).all():
-            raise error(f"{what} of a signed type must be 0 to 255, got {_described(array)}")
+            raise SceneError(f"{what} of a signed type must be 0 to 255, got {_described(array)}")
         return array.astype(np.uint8, order="C")
     if array.dtype.kind == "f":
         if outside(array).any():
-            raise error(f"{what} of floats must be 0 to 1, got {_described(array)}{hint_above_one(array)}")
+            hint = hint_above_one(array)
+            raise SceneError(f"{what} of floats must be 0 to 1, got {_described(array)}{hint}")
         shares = np.clip(array.astype(np.float64), 0.0, 1.0)
     else:
-        shares = array / _white(what, array, error)
+        shares = array / _white(what, array, SceneError)
     return np.rint(shares * 255.0).astype(np.uint8, order="C")
 
 

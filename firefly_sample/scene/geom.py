@@ -41,7 +41,6 @@ class Geom(ReadOnlyArrays):
         Linear vertex colours and alpha in 0..1, which multiply the material's base colour and alpha; white
         when absent. In uint8, 255 is 1, and in uint16, 65535.
     name : str
-        Used in messages.
 
     `firefly_sample.scene.arrays` lists the accepted types. The arrays are copied and read-only: replace them
     with `set_vertices`, `set_normals` and `set_colors`.

@@ -137,17 +137,18 @@ class LensConstants:
         Raise LensError for what it does not cover: an orthographic lens, a film offset, or the zero-to-one
         clip range.
         """
-        for wrong, reason in (
-            (not self.perspective, "an orthographic lens"),
-            (self.x_offset != 0 or self.z_offset != 0, "a film offset"),
-            (self.depth_scale != 0.5, 'clip "zero_to_one"'),
-        ):
-            if wrong:
-                raise LensError(
-                    f"x_proj, y_proj, z_proj and w_proj are not defined for {reason}: "
-                    "use the general form, LensConstants.view_from_depth"
-                )
-        return Unprojection(self.y_fold / self.a, self.y_fold, self.y_fold / self.c, self.w_fold)
+        if not self.perspective:
+            reason = "an orthographic lens"
+        elif self.x_offset != 0 or self.z_offset != 0:
+            reason = "a film offset"
+        elif self.depth_scale != 0.5:
+            reason = 'clip "zero_to_one"'
+        else:
+            return Unprojection(self.y_fold / self.a, self.y_fold, self.y_fold / self.c, self.w_fold)
+        raise LensError(
+            f"x_proj, y_proj, z_proj and w_proj are not defined for {reason}: "
+            "use the general form, LensConstants.view_from_depth"
+        )
 
     def distance_from_depth(self, depth: ArrayLike) -> Float64:
         """Return distances along the view axis of depth-buffer values, of any shape; infinity at infinity."""

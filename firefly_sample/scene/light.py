@@ -98,12 +98,9 @@ class ShadowCaster(PandaNode):
     """
 
     kind: ClassVar[LightKind]
-
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.camera_mask = ALL_CAMERAS
-        self._casts = False
-        self._resolution = 1024
+    camera_mask = ALL_CAMERAS
+    _casts = False
+    _resolution = 1024
 
     def set_shadow_caster(self, caster: bool, resolution: int | None = None) -> None:
         """Choose whether the light casts shadows.
@@ -150,8 +147,8 @@ class FadingNode(ShadowCaster):
         return self._attenuation
 
 
-class Light(ShadowCaster):
-    """One light, of one colour.
+class ColoredNode(PandaNode):
+    """A node of light of one colour.
 
     Parameters
     ----------
@@ -164,7 +161,6 @@ class Light(ShadowCaster):
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
         super().__init__(name)
         self._color = light_color(name, color)
-        self._specular: Float64 | None = None
 
     def set_color(self, color: ArrayLike) -> None:
         """Set the linear colour (r, g, b)."""
@@ -174,6 +170,12 @@ class Light(ShadowCaster):
     def get_color(self) -> Float64:
         """Return the linear colour, shape (3,)."""
         return self._color.copy()
+
+
+class Light(ColoredNode, ShadowCaster):
+    """One light, which has a position or a direction."""
+
+    _specular: Float64 | None = None
 
     def set_specular_color(self, color: ArrayLike) -> None:
         """Set the linear colour of highlights, which otherwise have the light's colour."""

@@ -17,13 +17,13 @@ from firefly_sample.errors import LightError
 from firefly_sample.scene.arrays import Float64, as_colors, as_numbers, read_only
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import (
+    ColoredNode,
     FadingLight,
     FadingNode,
     Light,
     check_attenuation,
     light_color,
 )
-from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
 from firefly_sample.settings import to_number
 
@@ -114,11 +114,8 @@ class DirectionalLight(Light):
     """
 
     kind = "directional"
-
-    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
-        super().__init__(name, color)
-        self._direction = np.array([0.0, 1.0, 0.0])
-        self._shadow_distance = math.inf
+    _direction: Float64 = read_only(np.array([0.0, 1.0, 0.0]))
+    _shadow_distance = math.inf
 
     def set_direction(self, direction: ArrayLike) -> None:
         """Set the direction in which the light shines, in the node's space; of any length but 0."""
@@ -152,21 +149,8 @@ class DirectionalLight(Light):
         return self._shadow_distance
 
 
-class AmbientLight(PandaNode):
-    """Light that comes from everywhere, with a linear radiance scale. Several are added up."""
-
-    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
-        super().__init__(name)
-        self.set_color(color)
-
-    def set_color(self, color: ArrayLike) -> None:
-        """Set the linear colour (r, g, b), each finite and 0 or more."""
-        self._light_color = light_color(self.name, color)
-        self.mark_changed()
-
-    def get_color(self) -> Float64:
-        """Return the linear colour, shape (3,)."""
-        return self._light_color.copy()
+class AmbientLight(ColoredNode):
+    """Light that comes from everywhere. Several are added up; black ones are skipped."""
 
 
 SMALLEST_CONE = 0.01
@@ -196,12 +180,12 @@ class Spotlight(FadingLight):
     """
 
     kind = "spot"
+    _exponent = 50.0
+    _edge: tuple[float, float] | None = None
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0), radius: float | None = None) -> None:
         super().__init__(name, color, radius)
         self._lens = PerspectiveLens(fov=30.0)
-        self._exponent = 50.0
-        self._edge: tuple[float, float] | None = None
 
     def set_lens(self, lens: PerspectiveLens) -> None:
         """Make the cone as wide as a lens's view, with a hard edge; later changes of the lens count too."""

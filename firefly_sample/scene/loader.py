@@ -57,7 +57,7 @@ def load_model(path: str | Path) -> NodePath:
         return kept
     model = _parse(path, data, header)
     try:
-        root = model.as_tree(digests=key is not None)
+        root = model.as_tree()
     except SceneError as error:
         raise ModelError(f"model {path}: {error}") from error
     if key:

@@ -36,7 +36,6 @@ class Texture(ReadOnlyArrays):
         sRGB colour and linear alpha (coverage) in 8 bits; the first row is the top of the picture. uint16,
         floats of 0 to 1 and bool are rounded to 8 bits: see `firefly_sample.scene.arrays`.
     name : str
-        Used in messages and in the plan.
 
     Attributes
     ----------
@@ -132,7 +131,6 @@ class Material(ReadOnlyArrays):
     Parameters
     ----------
     name : str
-        Used in messages and in the plan.
     base_color : sequence of 4 floats
         Linear diffuse reflectance in 0..1, and opacity; multiplies the texture.
     texture : Texture, optional

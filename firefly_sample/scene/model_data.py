@@ -65,16 +65,8 @@ class ModelData:
     materials: list[MaterialData] = field(default_factory=list)
     images: list[Texture] = field(default_factory=list)
 
-    def as_tree(self, digests: bool = True) -> NodePath:
-        """Return new nodes, geoms and materials, and the textures; what several nodes use is shared.
-
-        With `digests`, the hashes of images that have none are computed. Raise SceneError if a number or an
-        array is wrong.
-        """
-        if digests:
-            for texture in self.images:
-                if texture.digest is None:
-                    texture.digest = fingerprint(texture.pixels)
+    def as_tree(self) -> NodePath:
+        """Return new nodes, geoms and materials; raise SceneError if a number or an array is wrong."""
         materials = []
         for made in self.materials:
             arguments = asdict(made)
@@ -124,12 +116,14 @@ def load_kept(key: str, parse: Callable[[], ModelData]) -> NodePath | None:
     if kept is None:
         return None
     with suppress(Exception):  # a damaged file may raise anything
-        return _unpacked(kept, _decoder(parse)).as_tree(digests=False)
+        return _unpacked(kept, _decoder(parse)).as_tree()
     return None
 
 
 def save_kept(key: str, model: ModelData) -> None:
-    """Cache a model, whose images must have their hashes."""
+    """Cache a model, and give its images their hashes."""
+    for image in model.images:
+        image.digest = fingerprint(image.pixels)
     arrays = {
         f"{number} {what}": np.asarray(array, dtype=_DTYPES[what])
         for number, geom in enumerate(model.geoms)

@@ -223,11 +223,11 @@ class PandaNode:
     def __deepcopy__(self, memo: dict[int, Any]) -> PandaNode:
         # one by one, not by recursion, so that no tree is too deep
         originals = [node for node in self.iter_descendants() if id(node) not in memo]
-        copies: list[PandaNode] = [type(node).__new__(type(node)) for node in originals]
-        memo.update((id(node), made) for node, made in zip(originals, copies, strict=True))
-        for node, made in zip(originals, copies, strict=True):
+        copies = {node: type(node).__new__(type(node)) for node in originals}
+        memo.update({id(node): made for node, made in copies.items()})
+        for node, made in copies.items():
             made.__setstate__(copy.deepcopy(node.__getstate__(), memo))
-        return copies[0]
+        return copies[self]
 
     def iter_local_points(self) -> list[Float64]:
         """Return arrays of shape (n, 3): points in this node's space whose hull contains its own contents."""

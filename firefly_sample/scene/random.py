@@ -16,7 +16,6 @@ from firefly_sample.settings import to_whole
 
 UInt64 = NDArray[np.uint64]
 
-_ROUNDS = 10
 _MULTIPLIERS = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _KEY_STEPS = 0x9E3779B9, 0xBB67AE85
 _LOW_32_BITS = 0xFFFFFFFF
@@ -40,7 +39,7 @@ def philox4x32(
     """
     c0, c1, c2, c3 = counter
     k0, k1 = key
-    for _ in range(_ROUNDS):
+    for _ in range(10):
         high0, low0 = _halves(c0 * _MULTIPLIERS[0])
         high1, low1 = _halves(c2 * _MULTIPLIERS[1])
         c0, c1, c2, c3 = high1 ^ c1 ^ np.uint64(k0), low1, high0 ^ c3 ^ np.uint64(k1), low0
