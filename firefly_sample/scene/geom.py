@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -77,29 +78,26 @@ class Geom(ReadOnlyArrays):
         self.revision = 0
         self.vertices = self._floats("vertices", vertices, None, 3)
         n = len(self.vertices)
-        self.triangles = self._indices(triangles, n)
-        self.normals = self._vertex_normals() if normals is None else self._normals(normals, n)
-        self.texcoords = (
-            read_only(np.zeros((n, 2))) if texcoords is None else self._floats("texcoords", texcoords, n, 2)
-        )
+        self.triangles = self._indices(triangles)
+        self.normals = self._vertex_normals() if normals is None else self._normals(normals)
+        self.texcoords = self._floats("texcoords", np.zeros((n, 2)) if texcoords is None else texcoords, n, 2)
         self.colors, self.alphas = self._colors(colors)
-        self._bounds: tuple[Float64, Float64] | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
-        self._bounds = None  # a copy's arrays could be written to
+        self.__dict__.pop("bounds", None)  # a copy's arrays could be written to
 
-    def _indices(self, triangles: ArrayLike, vertices: int) -> NDArray[np.int32]:
+    def _indices(self, triangles: ArrayLike) -> NDArray[np.int32]:
         what = f"geom {self.name!r}: triangles"
         given = as_whole(what, triangles)
         if given.ndim != 2 or given.shape[1] != 3:
             raise SceneError(f"{what} must have shape (m, 3), got {given.shape}")
         # checked in the type that was given: a narrower one would wrap around
-        wrong = (given < 0) | (given >= vertices)
+        wrong = (given < 0) | (given >= len(self.vertices))
         if wrong.any():
             row, column = np.argwhere(wrong)[0]
             raise SceneError(
-                f"geom {self.name!r}: a triangle index lies outside 0..{vertices - 1}: "
+                f"geom {self.name!r}: a triangle index lies outside 0..{len(self.vertices) - 1}: "
                 f"triangle {row} has {int(given[row, column])}"
             )
         return read_only(given.astype(np.int32, order="C"))
@@ -116,8 +114,8 @@ class Geom(ReadOnlyArrays):
             raise SceneError(f"{what} has a number above {LARGEST:g}, which float32 may not hold")
         return read_only(array)
 
-    def _normals(self, normals: ArrayLike, rows: int) -> Float64:
-        given = self._floats("normals", normals, rows, 3)
+    def _normals(self, normals: ArrayLike) -> Float64:
+        given = self._floats("normals", normals, len(self.vertices), 3)
         length = np.abs(given).max(axis=1, initial=0.0, keepdims=True)
         extreme = (length > 0.0) & ((length < 1e-6) | (length > 1e6))  # shaders square lengths to normalise
         return read_only(np.where(extreme, given / np.where(extreme, length, 1.0), given))
@@ -134,23 +132,21 @@ class Geom(ReadOnlyArrays):
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
         return read_only(np.where(length > 0, normals / np.where(length > 0, length, 1.0), up))
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[Float64, Float64]:
         """The axis-aligned box (minimum, maximum) in model space; NaN without vertices."""
-        if self._bounds is None:
-            points = self.vertices if len(self.vertices) else np.full((1, 3), np.nan)
-            self._bounds = read_only(points.min(axis=0)), read_only(points.max(axis=0))
-        return self._bounds
+        points = self.vertices if len(self.vertices) else np.full((1, 3), np.nan)
+        return read_only(points.min(axis=0)), read_only(points.max(axis=0))
 
     def set_vertices(self, vertices: ArrayLike) -> None:
         """Move the vertices, whose number must stay. Normals are not changed."""
         self.vertices = self._floats("vertices", vertices, len(self.vertices), 3)
-        self._bounds = None
+        self.__dict__.pop("bounds", None)
         self.revision += 1
 
     def set_normals(self, normals: ArrayLike) -> None:
         """Replace the normals, shape (n, 3)."""
-        self.normals = self._normals(normals, len(self.vertices))
+        self.normals = self._normals(normals)
         self.revision += 1
 
     def set_colors(self, colors: ArrayLike | None) -> None:
