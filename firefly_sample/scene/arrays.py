@@ -22,7 +22,7 @@ from __future__ import annotations
 import itertools
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -184,16 +184,11 @@ _POSITION_FAULTS: tuple[Fault, ...] = (  # the GPU computes in float32, and squa
     ("position is not finite", lambda p: ~np.isfinite(p)),
     ("position is beyond 1e18", lambda p: np.abs(p) > 1e18),
 )
+Column = tuple[str, ArrayLike, int, Sequence[Fault]]
+"""Numbers for the rows of a node: their name in the plural, the numbers, the width, and possible faults.
 
-
-class Column(NamedTuple):
-    """A column of numbers for the rows of one node, with the faults that it may have."""
-
-    name: str  # plural, for messages: "radii"
-    given: ArrayLike  # shape (n, width) or (width,); (n,) or () where `width` is 0
-    width: int
-    faults: Sequence[Fault]
-    colors: bool = False  # whether integers stand for colours
+Their shape is (n, width) or (width,), and they are colours; or (n,) or () where the width is 0.
+"""
 
 
 def checked_rows(
@@ -211,16 +206,14 @@ def checked_rows(
         raise error(f"{where}: positions must have shape (n, 3), got {points.shape}")
     _check(where, error, points, _POSITION_FAULTS)
     rows, n = [points], len(points)
-    for column in columns:
-        values = (as_colors if column.colors else as_numbers)(f"{where}: {column.name}", column.given, error)
-        shape = (n, column.width) if column.width else (n,)
+    for name, given, width, faults in columns:
+        values = (as_colors if width else as_numbers)(f"{where}: {name}", given, error)
+        shape = (n, width) if width else (n,)
         try:
             row = values if values.shape == shape else np.array(np.broadcast_to(values, shape))
         except ValueError:
-            raise error(
-                f"{where}: {n} positions need {column.name} of shape {shape}, got {values.shape}"
-            ) from None
-        _check(where, error, row, column.faults)
+            raise error(f"{where}: {n} positions need {name} of shape {shape}, got {values.shape}") from None
+        _check(where, error, row, faults)
         rows.append(row)
     return tuple(map(read_only, rows))
 

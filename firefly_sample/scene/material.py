@@ -97,11 +97,10 @@ class Texture(ReadOnlyArrays):
         return self._least_alpha
 
     def _checked(self, pixels: ArrayLike) -> NDArray[np.uint8]:
-        image = as_codes(f"texture {self.name!r}: pixels", pixels)
+        what = f"texture {self.name!r}: pixels"
+        image = as_codes(what, pixels)
         if image.ndim != 3 or image.shape[2] != 4 or 0 in image.shape:
-            raise SceneError(
-                f"texture {self.name!r}: pixels must have shape (height, width, 4), got {image.shape}"
-            )
+            raise SceneError(f"{what} must have shape (height, width, 4), got {image.shape}")
         return read_only(image)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -293,10 +293,6 @@ class PathStep:
             yield step
             step = step.parent
 
-    def names(self) -> str:
-        """Return the nodes' names from the root down to here, joined by slashes."""
-        return "/".join(step.node.name for step in reversed(list(self.upwards())))
-
 
 def step_at(node: PandaNode, parent: PathStep | None = None) -> PathStep:
     """Return the step to a node from a parent step, or that of a path which begins at the node."""

@@ -119,7 +119,9 @@ class NodePath:
         return 0 if self._step is None else hash(self._step.node)
 
     def __str__(self) -> str:
-        return "(empty)" if self._step is None else self._step.names()
+        if self._step is None:
+            return "(empty)"
+        return "/".join(step.node.name for step in reversed(list(self._step.upwards())))
 
     def __repr__(self) -> str:
         return f"NodePath({self})"
@@ -610,7 +612,7 @@ class NodePath:
         point = np.array(self._vec3("look_at", rest[0:1] or ((0.0, 0.0, 0.0),)))
         up = self._vec3("look_at's up", rest[1:2] or ((0.0, 0.0, 1.0),))
         if other is not None:
-            point = _move(point, other.get_transform(self._above()))
+            point = _move(point, other.get_transform(self.get_parent()))
         x, y, z = (point - self.node().transform.get_pos()).tolist()
         self.set_quat(look_at_quat((x, y, z), up))
 
@@ -689,9 +691,6 @@ class NodePath:
             )
         return [self._vec3(what, (vector,)) for vector in arguments]
 
-    def _above(self) -> NodePath:
-        return NodePath._at(self._existing().parent)
-
     def _split(self, arguments: tuple[Any, ...]) -> tuple[NodePath | None, tuple[Any, ...]]:
         """Return (other, the rest) if the first argument is a NodePath, else (None, all)."""
         if arguments and isinstance(arguments[0], NodePath):
@@ -700,7 +699,7 @@ class NodePath:
 
     def _in_parent(self, other: NodePath, transform: TransformState) -> TransformState:
         """Convert a transform from the space of `other` to the parent's."""
-        result = other.get_transform(self._above()).compose(transform)
+        result = other.get_transform(self.get_parent()).compose(transform)
         if not np.isfinite(result.get_mat()).all():
             raise self._error(
                 f"what was given relative to {str(other)!r} is too large a number in the parent's space"

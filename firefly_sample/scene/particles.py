@@ -244,10 +244,10 @@ class ParticleNode(PandaNode):
     def _checked(
         self, positions: ArrayLike, radii: ArrayLike, alphas: ArrayLike, colors: ArrayLike
     ) -> ParticleArrays:
-        columns = (
-            Column("radii", radii, 0, (("radius is not 0 to 1e18", lambda r: ~((r >= 0.0) & (r <= 1e18))),)),
-            Column("alphas", alphas, 0, (("alpha is not 0 to 1", outside),)),
-            Column("colors", colors, 3, (("color is not 0 to 1", outside),), True),
+        columns: tuple[Column, ...] = (
+            ("radii", radii, 0, (("radius is not 0 to 1e18", lambda r: ~((r >= 0.0) & (r <= 1e18))),)),
+            ("alphas", alphas, 0, (("alpha is not 0 to 1", outside),)),
+            ("colors", colors, 3, (("color is not 0 to 1", outside),)),
         )
         places, sizes, *shares = checked_rows(f"particles {self.name!r}", SceneError, positions, columns)
         return ParticleArrays(places, sizes, *(read_only(np.clip(share, 0.0, 1.0)) for share in shares))

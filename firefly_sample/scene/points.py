@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import LARGEST, Column, Fault, Float64, ReadOnlyArrays, checked_rows
+from firefly_sample.scene.arrays import LARGEST, Fault, Float64, ReadOnlyArrays, checked_rows
 from firefly_sample.scene.node import PandaNode
 
 _COLOR_FAULTS: tuple[Fault, ...] = (
@@ -99,8 +99,8 @@ class PointsNode(PandaNode):
     def _checked(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> PointArrays:
         where = f"{self.NOUN} {self.name!r}"
         columns = (
-            Column("colors", colors, 3, _COLOR_FAULTS, colors=True),
-            Column("radii", radii, 0, (_NEGATIVE_OR_NAN if self.endless else _NEGATIVE_OR_ENDLESS,)),
+            ("colors", colors, 3, _COLOR_FAULTS),
+            ("radii", radii, 0, (_NEGATIVE_OR_NAN if self.endless else _NEGATIVE_OR_ENDLESS,)),
         )
         return PointArrays(*checked_rows(where, self.ERROR, positions, columns))
 

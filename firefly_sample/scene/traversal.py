@@ -43,8 +43,8 @@ def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
         here = _enter(above, node, label)
         if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
             yield Visit(node, here.net, here.color, here.material, here.path)
-        elif not _shows_through(node):
-            continue
+        elif not any(below.draw_control & below.draw_show for below in node.iter_descendants()):
+            continue  # `show_through` was called for none of them
         if children := node.children:
             labels = _labels(children)
             waiting.extend([(child, here, labels.pop()) for child in reversed(children)])
@@ -94,8 +94,3 @@ def _labels(children: Sequence[PandaNode]) -> list[str]:
                 counts[name] += 1
         labels.append(label)
     return labels
-
-
-def _shows_through(node: PandaNode) -> bool:
-    """Return whether a node at or below a hidden one may be shown by `show_through`."""
-    return any(below.draw_control & below.draw_show for below in node.iter_descendants())
