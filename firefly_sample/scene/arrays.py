@@ -40,11 +40,7 @@ ROUNDING = 1e-6
 def as_numbers(
     what: str, values: ArrayLike, error: type[SceneError] = SceneError, expected: str = "numbers"
 ) -> Float64:
-    """Return numbers as a float64 array of their own.
-
-    A message begins with `what`, the object and its numbers, and says that they must be `expected`. Raise
-    `error` if they are not numbers.
-    """
+    """Return numbers as a float64 array of their own, or raise `error`: "{what} must be {expected}"."""
     return np.array(_given(what, values, error, "iuf", expected), dtype=np.float64, order="C")
 
 
@@ -114,10 +110,7 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 class ReadOnlyArrays:
-    """Base of classes with read-only arrays: NumPy and pickle would make those of copies writeable.
-
-    A copy of an object with a `serial` has a different one.
-    """
+    """Base of classes whose copies have read-only arrays, too, and a `serial` of their own, if any."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():

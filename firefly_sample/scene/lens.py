@@ -1,7 +1,8 @@
 """Lenses, perspective and orthographic, with Panda3D's names and rules, in float64.
 
 A single number, an angle or a film size, is kept for pictures of every shape, and the other side follows. Two
-numbers, an aspect ratio or intrinsics fix the shape: ``docs/lenses.md`` has the rules.
+numbers, an aspect ratio or intrinsics fix the shape; otherwise each picture has its own, with square pixels.
+``docs/lenses.md`` has the rules.
 """
 
 from __future__ import annotations
@@ -19,16 +20,13 @@ class PerspectiveLens(Lens):
     Field of view, film width and focal length depend on each other: width = 2 * focal * tan(fov/2). As in
     Panda3D, the two that were set last are kept, and the third follows.
 
-    The aspect ratio is the picture's, with square pixels, unless `set_aspect_ratio`, `set_film_size` with a
-    height, `set_fov` with two angles or `from_intrinsics` has fixed another.
-
     Parameters
     ----------
     fov : float or (float, float), optional
         Horizontal angle, kept for pictures of every shape, or horizontal and vertical, in degrees. When
         absent, the narrower side has Panda3D's 30 degrees, unless film size and focal length are both given.
     aspect_ratio : float, optional
-        Width over height; the picture's when absent.
+        Width over height; the picture's when absent, unless two angles or sizes fix it.
     near, far : float, optional
         Clipping planes in scene units; `far` may be ``math.inf``. Panda3D's 1 and 100,000 when absent.
     film_size : float or (float, float), optional
@@ -131,8 +129,7 @@ class PerspectiveLens(Lens):
         shape = None
         if vertical is not None:
             ratio = _cot_half("the vertical field of view", vertical) / a
-            fixed_by = f"field of view of {horizontal:g} x {vertical:g} degrees"
-            shape = Shape(ratio, fixed_by, measure="fov")
+            shape = Shape(ratio, f"field of view of {horizontal:g} x {vertical:g} degrees", measure="fov")
         self._set_measure("fov", float(horizontal), shape)
 
     def set_vfov(self, vertical: float) -> None:
@@ -194,8 +191,7 @@ class OrthographicLens(Lens):
     aspect_ratio : float, optional
         Width over height; the picture's when absent.
     near, far : float, optional
-        Clipping planes in scene units, both finite; `near` may be negative. Panda3D's 1 and 100,000 when
-        absent.
+        Clipping planes in scene units, both finite; `near` may be negative. 1 and 100,000 when absent.
     film_offset : (float, float)
         Offset of the film's centre, right and up.
     film_height : float, optional

@@ -75,10 +75,7 @@ class LensConstants:
     def of(
         cls, perspective: bool, scales: Pair, offsets: Pair, planes: Pair, clip: Clip, reverse: bool
     ) -> LensConstants:
-        """Return the constants for A and C, offsets in NDC, near and far (infinite in perspective only).
-
-        Raise LensError if `clip` is neither choice.
-        """
+        """Return the constants for A and C, offsets in NDC, near and far, or raise LensError for `clip`."""
         if not isinstance(clip, str) or clip not in _DEPTH_RANGE:
             raise LensError(f"clip must be one of {', '.join(map(repr, _DEPTH_RANGE))}; got {clip!r}")
         near, far = planes
@@ -132,11 +129,7 @@ class LensConstants:
         return planes
 
     def unprojection(self) -> Unprojection:
-        """Return the constants of the short form.
-
-        Raise LensError for what it does not cover: an orthographic lens, a film offset, or the zero-to-one
-        clip range.
-        """
+        """Return the constants of the short form, or raise LensError where it does not hold."""
         if not self.perspective:
             reason = "an orthographic lens"
         elif self.x_offset != 0 or self.z_offset != 0:

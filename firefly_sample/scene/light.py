@@ -73,10 +73,7 @@ def check_attenuation(light: str, value: ArrayLike) -> Attenuation:
 
 
 def light_color(name: str, color: ArrayLike) -> Float64:
-    """Return a light's colour, shape (3,), or raise LightError; the message names the light.
-
-    The numbers are 0 to 1e30; a fourth one, Panda3D's alpha, is ignored.
-    """
+    """Return a light's colour, shape (3,), or raise LightError; Panda3D's alpha is ignored."""
     what = f"light {name!r}: color"
     rgb = as_colors(what, color, LightError, "three numbers of 0 or more")
     return as_color(what, rgb[:3] if rgb.shape == (4,) else rgb, 3, LARGEST, LightError)
@@ -85,8 +82,7 @@ def light_color(name: str, color: ArrayLike) -> Float64:
 class ShadowCaster(PandaNode):
     """A node of one or more lights that may cast shadows.
 
-    The setters of all lights raise LightError if a value is out of its range, and then leave the light as it
-    was.
+    The setters of all lights raise LightError if a value is out of its range, and then change nothing.
 
     Attributes
     ----------

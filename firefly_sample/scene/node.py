@@ -158,10 +158,7 @@ class PandaNode:
         self.mark_changed()
 
     def mark_changed(self) -> None:
-        """Raise the revisions of this node and of all its ancestors.
-
-        Subclasses call this when their contents change.
-        """
+        """Raise the revisions of this node and its ancestors; subclasses call this when they change."""
         self.revision += 1
         node = self
         while True:  # nodes with one parent need no sets

@@ -63,11 +63,7 @@ class Parameter:
     live: bool = True
 
     def check(self, value: Any, scene: str) -> Any:
-        """Return `value` as this parameter's type.
-
-        Raise ParameterError if it is not of that type, not finite, or out of range; the message gives the
-        range.
-        """
+        """Return `value` as this parameter's type; raise ParameterError if it is not one, or out of range."""
         where = f"scene {scene!r}: {self.name}"
         if self.type is bool:
             if not isinstance(value, bool) and getattr(value, "dtype", None) != "bool":
@@ -129,8 +125,7 @@ def _exact(bound: float) -> str:
 def resolve_parameters(scene: str, declared: tuple[Parameter, ...], given: dict[str, Any]) -> dict[str, Any]:
     """Return the value of every declared parameter: the given one, checked, or the default.
 
-    Raise ParameterError if a given name is not declared (the message lists those that are) or a value is
-    wrong.
+    Raise ParameterError if a given name is not declared or a value is wrong.
     """
     known = {parameter.name: parameter for parameter in declared}
     for name in given:

@@ -1,7 +1,4 @@
-"""Many points in one node, lights or dots: positions, colours and radii as arrays or a function of time.
-
-Walking ten thousand nodes would be too slow in Python.
-"""
+"""Many points in one node, lights or dots, as arrays or a function of time: ten thousand nodes are slow."""
 
 from __future__ import annotations
 
