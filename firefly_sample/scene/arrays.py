@@ -110,14 +110,14 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 class ReadOnlyArrays:
-    """Base of classes whose copies have read-only arrays, too, and a `serial` of their own, if any."""
+    """Base of classes with read-only arrays, which NumPy and pickle would make writeable in copies."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
             if isinstance(value, np.ndarray):
                 read_only(value)
         self.__dict__.update(state)
-        if "serial" in state:
+        if "serial" in state:  # a copy has one of its own
             self.__dict__["serial"] = new_serial()
 
 

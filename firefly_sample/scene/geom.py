@@ -49,7 +49,7 @@ class Geom(ReadOnlyArrays):
     Attributes
     ----------
     alphas : ndarray of float64, shape (n,), or None
-        Alpha of the vertex colours, which `colors`, shape (n, 3), has not; None if it is 1 everywhere.
+        Alpha of the vertex colours, None if it is 1 everywhere; `colors`, shape (n, 3), has the rest.
     serial : int
         A number that no other object of this process ever has, not even a copy.
     revision : int

@@ -75,7 +75,7 @@ class LensConstants:
     def of(
         cls, perspective: bool, scales: Pair, offsets: Pair, planes: Pair, clip: Clip, reverse: bool
     ) -> LensConstants:
-        """Return the constants for A and C, offsets in NDC, near and far, or raise LensError for `clip`."""
+        """Return the constants for A, C, offsets in NDC, near and far; raise LensError if `clip` is wrong."""
         if not isinstance(clip, str) or clip not in _DEPTH_RANGE:
             raise LensError(f"clip must be one of {', '.join(map(repr, _DEPTH_RANGE))}; got {clip!r}")
         near, far = planes

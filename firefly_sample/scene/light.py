@@ -169,7 +169,7 @@ class ColoredNode(PandaNode):
 
 
 class Light(ColoredNode, ShadowCaster):
-    """One light, which has a position or a direction."""
+    """One light, which has a position or a direction. `ColoredNode` has its parameters."""
 
     _specular: Float64 | None = None
 
@@ -200,7 +200,7 @@ class FadingLight(Light, FadingNode):
 
     Parameters
     ----------
-    name, color : see `Light`
+    name, color : see `ColoredNode`
     radius : float, optional
         Reach in scene units, finite and 0 or more.
     """
@@ -235,8 +235,8 @@ class FadingLight(Light, FadingNode):
     def set_max_distance(self, distance: float) -> None:
         """Let the light end at a distance in scene units, with a smooth window (`Settings.range_falloff`).
 
-        The distance is 0 or more; infinity removes the window. A light that fades over a radius ends there,
-        and refuses it.
+        The distance is 0 or more; infinity removes the window. Raise LightError if the light fades over a
+        radius, where it ends.
         """
         if self._attenuation is None:
             raise LightError(

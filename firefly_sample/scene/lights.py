@@ -150,7 +150,7 @@ class DirectionalLight(Light):
 
 
 class AmbientLight(ColoredNode):
-    """Light that comes from everywhere. Several are added up; black ones are skipped."""
+    """Light that comes from everywhere; several are added up. `ColoredNode` has its parameters."""
 
 
 SMALLEST_CONE = 0.01

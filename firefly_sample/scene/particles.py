@@ -70,7 +70,7 @@ class ParticleShadow:
         Factor of each particle's optical depth, 0 or more; 1 is what its alpha says. If the setting
         `particle_shadows` adds alphas, it is a factor of the alpha.
     tint : float
-        Fraction of a particle's colour that is left in its shadow, 0 to 1; at 1, a red one absorbs no red.
+        Fraction of a particle's colour left in its shadow, 0 to 1; at 1, a red particle absorbs no red.
     attenuation : {"none", "point", "plane"}
         Fade the light on particles, but not on surfaces, with their distance from the light, or from the
         plane through it across its direction: 1 / max(distance^power, 1), in addition to the light's own

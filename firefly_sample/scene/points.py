@@ -1,4 +1,4 @@
-"""Many points in one node, lights or dots, as arrays or a function of time: ten thousand nodes are slow."""
+"""Many points in one node, lights or dots, as arrays or a function of time: as many nodes would be slow."""
 
 from __future__ import annotations
 
