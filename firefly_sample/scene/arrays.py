@@ -161,26 +161,24 @@ def _described(array: NDArray[Any]) -> str:
     return f"{first}{', ...' if array.size > 3 else ''} ({array.dtype} of shape {array.shape})"
 
 
-_NUMBERS = itertools.count()
+_SERIALS = itertools.count()
 
 
 def new_serial() -> int:
     """Return a number by which the GPU copies of an object are cached; unlike an id, it is never reused."""
-    return next(_NUMBERS)
+    return next(_SERIALS)
 
 
 Fault = tuple[str, Callable[[Float64], NDArray[np.bool_]]]
 """A description of a fault, and a function that returns a mask of the numbers that have it."""
-
-
 _POSITION_FAULTS: tuple[Fault, ...] = (  # the GPU computes in float32, and squares distances
     ("position is not finite", lambda p: ~np.isfinite(p)),
     ("position is beyond 1e18", lambda p: np.abs(p) > 1e18),
 )
 Column = tuple[str, ArrayLike, int, Sequence[Fault]]
-"""Numbers for the rows of a node: their name in the plural, the numbers, the width, and possible faults.
+"""Numbers for the rows of a node: a plural for messages, the numbers, their width, and possible faults.
 
-Their shape is (n, width) or (width,), and they are colours; or (n,) or () where the width is 0.
+Colours have the shape (n, width) or (width,); other numbers have the width 0 and the shape (n,) or ().
 """
 
 
