@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from firefly_sample.frame import Frame
     from firefly_sample.pipeline import build_plan
     from firefly_sample.renderer import Renderer
-    from firefly_sample.scene.falloff import Attenuation
     from firefly_sample.scene.geom import Geom, GeomNode
     from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+    from firefly_sample.scene.light import Attenuation
     from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
     from firefly_sample.scene.loader import load_model
     from firefly_sample.scene.material import Material, Texture
@@ -69,9 +69,9 @@ _MODULES = {
     "frame": ("Frame",),
     "pipeline": ("build_plan",),
     "renderer": ("Renderer",),
-    "scene.falloff": ("Attenuation",),
     "scene.geom": ("Geom", "GeomNode"),
     "scene.lens": ("OrthographicLens", "PerspectiveLens"),
+    "scene.light": ("Attenuation",),
     "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights", "Spotlight"),
     "scene.loader": ("load_model",),
     "scene.material": ("Material", "Texture"),

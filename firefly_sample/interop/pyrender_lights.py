@@ -2,7 +2,7 @@
 
 The radiance of a matt surface of base colour c, at the distance d and the angle t to its normal, is
 
-    ours      c cos t * color * fade(d)                 fade: see `firefly_sample.scene.falloff`
+    ours      c cos t * color * fade(d)                 fade: see `firefly_sample.scene.light`
     pyrender  c cos t * color * intensity / (pi d^2)    as in glTF, whose matt surfaces reflect c/pi
 
 (pyrender's surfaces also have a faint highlight, which makes this a little smaller). Neither divides by d^2
@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import LightError
 from firefly_sample.interop.losses import Losses
-from firefly_sample.scene.falloff import Attenuation
-from firefly_sample.scene.light import FadingLight, ShadowCaster
+from firefly_sample.scene.light import Attenuation, FadingLight, ShadowCaster
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.transforms import look_at_quat, rows_from_quat
 

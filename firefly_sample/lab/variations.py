@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.scene.falloff import Falloff
+from firefly_sample.scene.light import Falloff
 from firefly_sample.settings import CHOICES, NOT_FORWARD, PRESETS, Settings
 
 Group = Literal["default", "alone", "baseline", "preset", "combination", "look"]

@@ -22,7 +22,7 @@ from __future__ import annotations
 import itertools
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,38 +35,20 @@ LARGEST = 1e30
 """Largest number that is sent to the GPU as float32; products of it still fit."""
 ROUNDING = 1e-6
 """Tolerance for computed floats just below 0 or just above 1, which are taken as 0 or 1."""
-_COUNTS = {3: "three", 4: "four"}
 
 
 def as_numbers(
     what: str, values: ArrayLike, error: type[SceneError] = SceneError, expected: str = "numbers"
 ) -> Float64:
-    """Return numbers as a float64 array of their own.
-
-    Parameters
-    ----------
-    what : str
-        The beginning of a message: the object and its numbers.
-    values : array_like
-        See the module.
-    error : type of SceneError
-        The error to raise.
-    expected : str
-        The expected kind of value, for a message.
-
-    Raises
-    ------
-    SceneError
-        `error`, if they are not numbers.
-    """
+    """Return numbers as a float64 array of their own, or raise `error`: "{what} must be {expected}"."""
     return np.array(_given(what, values, error, "iuf", expected), dtype=np.float64, order="C")
 
 
-def as_whole(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[Any]:
+def as_whole(what: str, values: ArrayLike) -> NDArray[Any]:
     """Return whole numbers as an array of their own type; the caller checks their range."""
-    array = _given(what, values, error, "iuf", "whole numbers")
+    array = _given(what, values, SceneError, "iuf", "whole numbers")
     if array.dtype.kind == "f" and not (np.isfinite(array) & (array == np.floor(array))).all():
-        raise error(f"{what} must be whole numbers, got {_described(array)}")
+        raise SceneError(f"{what} must be whole numbers, got {_described(array)}")
     return array
 
 
@@ -79,30 +61,15 @@ def as_colors(
 
 
 def as_color(
-    what: str,
-    color: ArrayLike,
-    channels: int,
-    largest: float = 1.0,
-    error: type[SceneError] = SceneError,
+    what: str, color: ArrayLike, channels: int, largest: float = 1.0, error: type[SceneError] = SceneError
 ) -> Float64:
-    """Return one colour, read-only, shape (channels,), each of 0 to `largest`.
-
-    Raises
-    ------
-    SceneError
-        `error`, if the shape or a number is wrong.
-    """
-    expected = f"{_COUNTS[channels]} numbers in 0..{largest:g}"
+    """Return one colour, read-only, shape (channels,), each of 0 to `largest`, or raise `error`."""
+    expected = f"{'three' if channels == 3 else 'four'} numbers in 0..{largest:g}"
     given = as_colors(what, color, error, expected)
-    if given.shape != (channels,) or not in_range(given, largest):
+    if given.shape != (channels,) or outside(given, largest).any():
         hint = hint_above_one(given) if largest <= 1.0 else ""
         raise error(f"{what} must be {expected}, got {color!r}{hint}")
     return read_only(np.clip(given, 0.0, largest))
-
-
-def in_range(shares: Float64, largest: float = 1.0) -> bool:
-    """Return whether all numbers are 0 to `largest`, up to rounding; False with a NaN."""
-    return not outside(shares, largest).any()
 
 
 def outside(shares: Float64, largest: float = 1.0) -> NDArray[np.bool_]:
@@ -117,21 +84,22 @@ def hint_above_one(values: NDArray[Any]) -> str:
     return ""
 
 
-def as_codes(what: str, values: ArrayLike, error: type[SceneError] = SceneError) -> NDArray[np.uint8]:
+def as_codes(what: str, values: ArrayLike) -> NDArray[np.uint8]:
     """Return pixels of 8 bits as an array of their own; see the module for what other types mean."""
-    array = _given(what, values, error, "iufb", "numbers")
+    array = _given(what, values, SceneError, "iufb", "numbers")
     if array.dtype == np.uint8:
         return np.array(array, order="C")
     if array.dtype.kind == "i":
         if not ((array >= 0) & (array <= 255)).all():
-            raise error(f"{what} of a signed type must be 0 to 255, got {_described(array)}")
+            raise SceneError(f"{what} of a signed type must be 0 to 255, got {_described(array)}")
         return array.astype(np.uint8, order="C")
     if array.dtype.kind == "f":
-        if not in_range(array):
-            raise error(f"{what} of floats must be 0 to 1, got {_described(array)}{hint_above_one(array)}")
+        if outside(array).any():
+            hint = hint_above_one(array)
+            raise SceneError(f"{what} of floats must be 0 to 1, got {_described(array)}{hint}")
         shares = np.clip(array.astype(np.float64), 0.0, 1.0)
     else:
-        shares = array / _white(what, array, error)
+        shares = array / _white(what, array, SceneError)
     return np.rint(shares * 255.0).astype(np.uint8, order="C")
 
 
@@ -142,13 +110,15 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 class ReadOnlyArrays:
-    """Base of classes with read-only arrays: NumPy and pickle would make those of copies writeable."""
+    """Base of classes with read-only arrays, which NumPy and pickle would make writeable in copies."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
             if isinstance(value, np.ndarray):
                 read_only(value)
         self.__dict__.update(state)
+        if "serial" in state:  # a copy has one of its own
+            self.__dict__["serial"] = new_serial()
 
 
 def _white(what: str, array: NDArray[Any], error: type[SceneError]) -> int:
@@ -191,50 +161,25 @@ def _described(array: NDArray[Any]) -> str:
     return f"{first}{', ...' if array.size > 3 else ''} ({array.dtype} of shape {array.shape})"
 
 
-_NUMBERS = itertools.count()
+_SERIALS = itertools.count()
 
 
 def new_serial() -> int:
-    """Return a number that identifies an object for the life of this process.
-
-    Unlike an id, it is not used again when the object is gone, so GPU copies are cached by it.
-    """
-    return next(_NUMBERS)
+    """Return a number by which the GPU copies of an object are cached; unlike an id, it is never reused."""
+    return next(_SERIALS)
 
 
 Fault = tuple[str, Callable[[Float64], NDArray[np.bool_]]]
 """A description of a fault, and a function that returns a mask of the numbers that have it."""
+_POSITION_FAULTS: tuple[Fault, ...] = (  # the GPU computes in float32, and squares distances
+    ("position is not finite", lambda p: ~np.isfinite(p)),
+    ("position is beyond 1e18", lambda p: np.abs(p) > 1e18),
+)
+Column = tuple[str, ArrayLike, int, Sequence[Fault]]
+"""Numbers for the rows of a node: a plural for messages, the numbers, their width, and possible faults.
 
-
-class Column(NamedTuple):
-    """A column of numbers, for the rows of one node.
-
-    Attributes
-    ----------
-    name : str
-        Plural, for messages: "radii".
-    given : array_like
-        Shape (n, width) or (width,); (n,) or () where `width` is 0.
-    width : int
-    faults : sequence of (str, callable)
-        Descriptions, and functions that return masks.
-    colors : bool
-        Whether they are colours: see `firefly_sample.scene.arrays`.
-    """
-
-    name: str
-    given: ArrayLike
-    width: int
-    faults: Sequence[Fault]
-    colors: bool = False
-
-
-def color_faults() -> tuple[Fault, ...]:
-    """Return the possible faults of linear colours."""
-    return (
-        ("color is negative or not finite", lambda c: ~(np.isfinite(c) & (c >= 0))),
-        ("color is above 1e30", lambda c: c > LARGEST),
-    )
+Colours have the shape (n, width) or (width,); other numbers have the width 0 and the shape (n,) or ().
+"""
 
 
 def checked_rows(
@@ -242,34 +187,24 @@ def checked_rows(
 ) -> tuple[Float64, ...]:
     """Return positions, shape (n, 3), and each column with n rows; copies, read-only.
 
-    Raises
-    ------
-    SceneError
-        `error`, if shapes disagree or a number is wrong. The message begins with `where` and gives the index
-        of the first bad entry.
+    Raise `error` if shapes disagree or a number is wrong. The message begins with `where` and gives the index
+    of the first bad entry.
     """
     points = as_numbers(f"{where}: positions", positions, error)
     if points.size == 0:
         points = points.reshape(0, 3)
     if points.ndim != 2 or points.shape[1] != 3:
         raise error(f"{where}: positions must have shape (n, 3), got {points.shape}")
-    # the GPU computes in float32, and squares distances
-    faults: tuple[Fault, ...] = (
-        ("position is not finite", lambda p: ~np.isfinite(p)),
-        ("position is beyond 1e18", lambda p: np.abs(p) > 1e18),
-    )
-    _check(where, error, points, faults)
+    _check(where, error, points, _POSITION_FAULTS)
     rows, n = [points], len(points)
-    for column in columns:
-        values = (as_colors if column.colors else as_numbers)(f"{where}: {column.name}", column.given, error)
-        shape = (n, column.width) if column.width else (n,)
+    for name, given, width, faults in columns:
+        values = (as_colors if width else as_numbers)(f"{where}: {name}", given, error)
+        shape = (n, width) if width else (n,)
         try:
             row = values if values.shape == shape else np.array(np.broadcast_to(values, shape))
         except ValueError:
-            raise error(
-                f"{where}: {n} positions need {column.name} of shape {shape}, got {values.shape}"
-            ) from None
-        _check(where, error, row, column.faults)
+            raise error(f"{where}: {n} positions need {name} of shape {shape}, got {values.shape}") from None
+        _check(where, error, row, faults)
         rows.append(row)
     return tuple(map(read_only, rows))
 

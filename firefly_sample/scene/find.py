@@ -33,12 +33,7 @@ def find_paths(start: PathStep, pattern: str) -> Iterator[PathStep]:
     """Yield every path that begins at `start` and matches the pattern, each once.
 
     The shortest paths come first, and among equally long ones those of earlier children (Panda3D defines no
-    order).
-
-    Raises
-    ------
-    NodeError
-        If the pattern has an element or a flag that is not in the language; the message names it.
+    order). Raise NodeError for an element or a flag that is not in the language; the message names it.
     """
     tests, skips_hidden = _parse(pattern)
     level = {start: _with_skipped({0}, tests)}
@@ -61,23 +56,19 @@ def find_paths(start: PathStep, pattern: str) -> Iterator[PathStep]:
 def _after(node: PandaNode, reached: set[int], tests: list[_Test | None]) -> set[int]:
     """Return how many elements may be matched after one more node; `reached` is how many before it."""
     used = set()
-    for index in reached:
-        if index < len(tests):
-            test = tests[index]
-            if test is None:
-                used.add(index)
-            elif test(node):
-                used.add(index + 1)
+    for index in reached - {len(tests)}:
+        test = tests[index]
+        if test is None or test(node):
+            used.add(index if test is None else index + 1)
     return _with_skipped(used, tests)
 
 
 def _with_skipped(reached: set[int], tests: list[_Test | None]) -> set[int]:
     """Also count a ``**`` that comes next as matched, because it may match no node."""
     for index in sorted(reached):
-        following = index
-        while following < len(tests) and tests[following] is None:
-            following += 1
-            reached.add(following)
+        while index < len(tests) and tests[index] is None:
+            index += 1
+            reached.add(index)
     return reached
 
 
@@ -89,14 +80,9 @@ def _parse(pattern: str) -> tuple[list[_Test | None], bool]:
     given = re.findall(r"[+-][his]", flags)
     if "".join(given) != flags:
         raise NodeError(f"path pattern {pattern!r}: flags {flags!r} must be made of +i -i +h -h +s -s")
-    ignores_case, skips_hidden = False, False
-    for sign, flag in given:
-        if flag == "i":
-            ignores_case = sign == "+"
-        elif flag == "h":
-            skips_hidden = sign == "-"
-    tests = [_test(element, ignores_case, pattern) for element in elements.split("/")]
-    return tests, skips_hidden
+    signs = {flag: sign for sign, flag in given}  # the last of equal flags counts
+    tests = [_test(element, signs.get("i") == "+", pattern) for element in elements.split("/")]
+    return tests, signs.get("h") == "-"
 
 
 def _test(element: str, ignores_case: bool, pattern: str) -> _Test | None:
@@ -124,12 +110,10 @@ def _test(element: str, ignores_case: bool, pattern: str) -> _Test | None:
 
 
 def _node_class(element: str, pattern: str) -> type[PandaNode]:
-    classes: dict[str, type[PandaNode]] = {}
-    waiting: list[type[PandaNode]] = [PandaNode]
-    while waiting:
-        kind = waiting.pop()
-        classes[kind.__name__] = kind
-        waiting.extend(kind.__subclasses__())
+    kinds = [PandaNode]
+    for kind in kinds:  # the list grows meanwhile
+        kinds.extend(kind.__subclasses__())
+    classes = {kind.__name__: kind for kind in kinds}
     found = classes.get(element[1:])
     if found is None:
         raise NodeError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,22 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import (
     LARGEST,
+    Float64,
     ReadOnlyArrays,
     as_colors,
     as_numbers,
     as_whole,
     hint_above_one,
-    in_range,
     new_serial,
+    outside,
     read_only,
 )
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
-
-Float64 = NDArray[np.float64]
-
-_LENGTHS = 1e-6, 1e6
-"""Normals with lengths outside this range are normalised here: shaders square lengths to do it."""
 
 
 class Geom(ReadOnlyArrays):
@@ -45,16 +42,14 @@ class Geom(ReadOnlyArrays):
         Linear vertex colours and alpha in 0..1, which multiply the material's base colour and alpha; white
         when absent. In uint8, 255 is 1, and in uint16, 65535.
     name : str
-        Used in messages.
 
     `firefly_sample.scene.arrays` lists the accepted types. The arrays are copied and read-only: replace them
     with `set_vertices`, `set_normals` and `set_colors`.
 
     Attributes
     ----------
-    colors : ndarray of float64, shape (n, 3), or None
     alphas : ndarray of float64, shape (n,), or None
-        Alpha of the vertex colours; None if it is 1 everywhere.
+        Alpha of the vertex colours, None if it is 1 everywhere; `colors`, shape (n, 3), has the rest.
     serial : int
         A number that no other object of this process ever has, not even a copy.
     revision : int
@@ -83,51 +78,46 @@ class Geom(ReadOnlyArrays):
         self.revision = 0
         self.vertices = self._floats("vertices", vertices, None, 3)
         n = len(self.vertices)
-        self.triangles = self._indices(triangles, n)
-        self.normals = self._vertex_normals() if normals is None else self._normals(normals, n)
-        self.texcoords = (
-            read_only(np.zeros((n, 2))) if texcoords is None else self._floats("texcoords", texcoords, n, 2)
-        )
+        self.triangles = self._indices(triangles)
+        self.normals = self._vertex_normals() if normals is None else self._normals(normals)
+        self.texcoords = self._floats("texcoords", np.zeros((n, 2)) if texcoords is None else texcoords, n, 2)
         self.colors, self.alphas = self._colors(colors)
-        self._bounds: tuple[Float64, Float64] | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
-        self._bounds = None  # a copy's arrays could be written to
-        self.serial = new_serial()
+        self.__dict__.pop("bounds", None)  # a copy's arrays could be written to
 
-    def _indices(self, triangles: ArrayLike, vertices: int) -> NDArray[np.int32]:
-        given = as_whole(f"geom {self.name!r}: triangles", triangles)
+    def _indices(self, triangles: ArrayLike) -> NDArray[np.int32]:
+        what = f"geom {self.name!r}: triangles"
+        given = as_whole(what, triangles)
         if given.ndim != 2 or given.shape[1] != 3:
-            raise SceneError(f"geom {self.name!r}: triangles must have shape (m, 3), got {given.shape}")
+            raise SceneError(f"{what} must have shape (m, 3), got {given.shape}")
         # checked in the type that was given: a narrower one would wrap around
-        outside = (given < 0) | (given >= vertices)
-        if outside.any():
-            row = int(np.argmax(outside.any(axis=1)))
-            index = given[row][np.argmax(outside[row])]
+        wrong = (given < 0) | (given >= len(self.vertices))
+        if wrong.any():
+            row, column = np.argwhere(wrong)[0]
             raise SceneError(
-                f"geom {self.name!r}: a triangle index lies outside 0..{vertices - 1}: "
-                f"triangle {row} has {int(index)}"
+                f"geom {self.name!r}: a triangle index lies outside 0..{len(self.vertices) - 1}: "
+                f"triangle {row} has {int(given[row, column])}"
             )
         return read_only(given.astype(np.int32, order="C"))
 
     def _floats(self, what: str, values: ArrayLike, rows: int | None, columns: int) -> Float64:
-        array = as_numbers(f"geom {self.name!r}: {what}", values)
+        what = f"geom {self.name!r}: {what}"
+        array = as_numbers(what, values)
         if array.ndim != 2 or array.shape[1] != columns or (rows is not None and len(array) != rows):
             expected = f"({'n' if rows is None else rows}, {columns})"
-            raise SceneError(f"geom {self.name!r}: {what} must have shape {expected}, got {array.shape}")
+            raise SceneError(f"{what} must have shape {expected}, got {array.shape}")
         if not np.isfinite(array).all():
-            raise SceneError(f"geom {self.name!r}: {what} has a number that is not finite")
+            raise SceneError(f"{what} has a number that is not finite")
         if np.abs(array).max(initial=0.0) > LARGEST:
-            raise SceneError(
-                f"geom {self.name!r}: {what} has a number above {LARGEST:g}, which float32 may not hold"
-            )
+            raise SceneError(f"{what} has a number above {LARGEST:g}, which float32 may not hold")
         return read_only(array)
 
-    def _normals(self, normals: ArrayLike, rows: int) -> Float64:
-        given = self._floats("normals", normals, rows, 3)
+    def _normals(self, normals: ArrayLike) -> Float64:
+        given = self._floats("normals", normals, len(self.vertices), 3)
         length = np.abs(given).max(axis=1, initial=0.0, keepdims=True)
-        extreme = (length > 0.0) & ((length < _LENGTHS[0]) | (length > _LENGTHS[1]))
+        extreme = (length > 0.0) & ((length < 1e-6) | (length > 1e6))  # shaders square lengths to normalise
         return read_only(np.where(extreme, given / np.where(extreme, length, 1.0), given))
 
     def _vertex_normals(self) -> Float64:
@@ -142,26 +132,21 @@ class Geom(ReadOnlyArrays):
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
         return read_only(np.where(length > 0, normals / np.where(length > 0, length, 1.0), up))
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[Float64, Float64]:
         """The axis-aligned box (minimum, maximum) in model space; NaN without vertices."""
-        if self._bounds is None:
-            if len(self.vertices):
-                low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
-            else:
-                low, high = np.full(3, np.nan), np.full(3, np.nan)
-            self._bounds = read_only(low), read_only(high)
-        return self._bounds
+        points = self.vertices if len(self.vertices) else np.full((1, 3), np.nan)
+        return read_only(points.min(axis=0)), read_only(points.max(axis=0))
 
     def set_vertices(self, vertices: ArrayLike) -> None:
         """Move the vertices, whose number must stay. Normals are not changed."""
         self.vertices = self._floats("vertices", vertices, len(self.vertices), 3)
-        self._bounds = None
+        self.__dict__.pop("bounds", None)
         self.revision += 1
 
     def set_normals(self, normals: ArrayLike) -> None:
         """Replace the normals, shape (n, 3)."""
-        self.normals = self._normals(normals, len(self.vertices))
+        self.normals = self._normals(normals)
         self.revision += 1
 
     def set_colors(self, colors: ArrayLike | None) -> None:
@@ -173,17 +158,13 @@ class Geom(ReadOnlyArrays):
         """Return colours without alpha, and alpha if it is not 1 everywhere."""
         if colors is None:
             return None, None
-        given = as_colors(f"geom {self.name!r}: colors", colors)
-        n = len(self.vertices)
+        what, n = f"geom {self.name!r}: colors", len(self.vertices)
+        given = as_colors(what, colors)
         if given.ndim != 2 or len(given) != n or given.shape[1] not in (3, 4):
-            raise SceneError(
-                f"geom {self.name!r}: colors must have shape ({n}, 3) or ({n}, 4), got {given.shape}"
-            )
-        if not in_range(given):
-            raise SceneError(
-                f"geom {self.name!r}: colors must be 0 to 1, got {given.min():g} to {given.max():g}"
-                f"{hint_above_one(given)}"
-            )
+            raise SceneError(f"{what} must have shape ({n}, 3) or ({n}, 4), got {given.shape}")
+        if outside(given).any():
+            hint = hint_above_one(given)
+            raise SceneError(f"{what} must be 0 to 1, got {given.min():g} to {given.max():g}{hint}")
         given = np.clip(given, 0.0, 1.0)
         alphas = None if given.shape[1] == 3 or (given[:, 3] == 1.0).all() else read_only(given[:, 3].copy())
         return read_only(np.ascontiguousarray(given[:, :3])), alphas

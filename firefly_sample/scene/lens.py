@@ -1,9 +1,8 @@
 """Lenses, perspective and orthographic, with Panda3D's names and rules, in float64.
 
-A lens defines the width of the view, and the picture defines its shape. A single number, an angle or a film
-size, is kept for pictures of every shape and the other side follows, as in Panda3D's window. Two numbers, an
-aspect ratio or intrinsics fix the shape: a picture of a different shape gives a warning, and with intrinsics
-an error.
+A single number, an angle or a film size, is kept for pictures of every shape, and the other side follows. Two
+numbers, an aspect ratio or intrinsics fix the shape; otherwise each picture has its own, with square pixels.
+``docs/lenses.md`` has the rules.
 """
 
 from __future__ import annotations
@@ -12,8 +11,7 @@ import math
 from typing import Self
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.lens_base import Lens, Measures
-from firefly_sample.scene.lens_values import Shape, cot_half, film_size, finite, pixels, positive
+from firefly_sample.scene.lens_base import Lens, Shape, finite, number
 
 
 class PerspectiveLens(Lens):
@@ -22,16 +20,13 @@ class PerspectiveLens(Lens):
     Field of view, film width and focal length depend on each other: width = 2 * focal * tan(fov/2). As in
     Panda3D, the two that were set last are kept, and the third follows.
 
-    The aspect ratio is the picture's, with square pixels, unless `set_aspect_ratio`, `set_film_size` with a
-    height, `set_fov` with two angles or `from_intrinsics` has fixed another.
-
     Parameters
     ----------
     fov : float or (float, float), optional
         Horizontal angle, kept for pictures of every shape, or horizontal and vertical, in degrees. When
         absent, the narrower side has Panda3D's 30 degrees, unless film size and focal length are both given.
     aspect_ratio : float, optional
-        Width over height; the picture's when absent.
+        Width over height; the picture's when absent, unless two angles or sizes fix it.
     near, far : float, optional
         Clipping planes in scene units; `far` may be ``math.inf``. Panda3D's 1 and 100,000 when absent.
     film_size : float or (float, float), optional
@@ -49,6 +44,7 @@ class PerspectiveLens(Lens):
         If a value is impossible, or two of them set the same thing.
     """
 
+    _PERSPECTIVE = True
     _EXCLUSIVE = ("fov", "min_fov", "vfov")
 
     def __init__(
@@ -62,7 +58,7 @@ class PerspectiveLens(Lens):
         focal_length: float | None = None,
         vfov: float | None = None,
     ) -> None:
-        super().__init__({"min_fov": 30.0, "film_width": 1.0})
+        super().__init__(min_fov=30.0, film_width=1.0)
         if fov is not None and vfov is not None:
             raise LensError("fov and vfov set the same thing: give one of them")
         angle = "fov" if fov is not None else "vfov"
@@ -101,10 +97,8 @@ class PerspectiveLens(Lens):
 
         Parameters
         ----------
-        fx, fy : float
-            Focal length in widths and in heights of a pixel.
-        cx, cy : float
-            Image coordinates of the principal point.
+        fx, fy, cx, cy : float
+            Focal length in widths and in heights of a pixel; image coordinates of the principal point.
         width, height : int
             Size in pixels of the pictures that these numbers belong to.
         near, far : float, optional
@@ -112,14 +106,9 @@ class PerspectiveLens(Lens):
         pixel_center : float
             Image coordinate of the first pixel's centre: 0 in OpenCV, where (u, v) are a pixel's column and
             row; 0.5 in COLMAP, OpenGL and pyrender, where (0, 0) is the picture's corner.
-
-        Raises
-        ------
-        LensError
-            If a number is impossible.
         """
-        fx, fy = positive("fx", fx), positive("fy", fy)
-        width, height = pixels("width", width), pixels("height", height)
+        fx, fy = finite("fx", fx, above=0.0), finite("fy", fy, above=0.0)
+        width, height = _pixels("width", width), _pixels("height", height)
         corner = 0.5 - finite("pixel_center", pixel_center)
         cx, cy = finite("cx", cx) + corner, finite("cy", cy) + corner
         pixel_height = fx / fy  # the film is measured in widths of a pixel
@@ -131,36 +120,31 @@ class PerspectiveLens(Lens):
             focal_length=fx,
         )
         fixed_by = f"calibration for pictures of {width}x{height}"
-        lens._shape = Shape(lens._shape.ratio, fixed_by, 1.0 / pixel_height, calibrated=True)
+        lens.shape = Shape(lens.shape.ratio, fixed_by, 1.0 / pixel_height, calibrated=True)
         return lens
-
-    def is_perspective(self) -> bool:
-        """Return True."""
-        return True
 
     def set_fov(self, horizontal: float, vertical: float | None = None) -> None:
         """Set the horizontal field of view in degrees and, with `vertical`, fix the aspect ratio too."""
-        a = cot_half("the horizontal field of view", horizontal)
+        a = _cot_half("the horizontal field of view", horizontal)
         shape = None
         if vertical is not None:
-            ratio = cot_half("the vertical field of view", vertical) / a
-            fixed_by = f"field of view of {horizontal:g} x {vertical:g} degrees"
-            shape = Shape(ratio, fixed_by, measure="fov")
+            ratio = _cot_half("the vertical field of view", vertical) / a
+            shape = Shape(ratio, f"field of view of {horizontal:g} x {vertical:g} degrees", measure="fov")
         self._set_measure("fov", float(horizontal), shape)
 
     def set_vfov(self, vertical: float) -> None:
         """Set the vertical field of view in degrees, kept for every aspect ratio; not in Panda3D."""
-        cot_half("the vertical field of view", vertical)
+        _cot_half("the vertical field of view", vertical)
         self._set_measure("vfov", float(vertical))
 
     def set_min_fov(self, angle: float) -> None:
         """Set the field of view of the narrower side in degrees, kept for every aspect ratio."""
-        cot_half("the field of view", angle)
+        _cot_half("the field of view", angle)
         self._set_measure("min_fov", float(angle))
 
     def set_focal_length(self, focal_length: float) -> None:
         """Set the distance from eye to film, in the film's unit."""
-        self._set_measure("focal_length", positive("focal length", focal_length))
+        self._set_measure("focal_length", finite("focal length", focal_length, above=0.0))
 
     def get_fov(self) -> tuple[float, float]:
         """Return the horizontal and vertical field of view in degrees."""
@@ -179,39 +163,22 @@ class PerspectiveLens(Lens):
         """Return the field of view of the narrower side in degrees."""
         return min(self.get_fov())
 
-    def get_film_size(self) -> tuple[float, float]:
-        """Return the width and height of the film."""
-        width = self._measures.get("film_width")
-        if width is None:
-            width = 2.0 * self._measures["focal_length"] / self._scales()[0]
-        return width, width / self._shape.ratio
-
     def get_focal_length(self) -> float:
         """Return the distance from eye to film, in the film's unit."""
         focal = self._measures.get("focal_length")
         return 0.5 * self._measures["film_width"] * self._scales()[0] if focal is None else focal
 
-    @staticmethod
-    def _scales_of(measures: Measures, ratio: float) -> tuple[float, float]:
+    def _scales(self) -> tuple[float, float]:
         """Return the cotangents of half the horizontal and half the vertical field of view."""
-        if "vfov" in measures:
-            c = cot_half("the field of view", measures["vfov"])
-            return c / ratio, c
-        if "fov" in measures:
-            a = cot_half("the field of view", measures["fov"])
-        elif "min_fov" in measures:
-            cot = cot_half("the field of view", measures["min_fov"])
-            return (cot / ratio, cot) if ratio >= 1.0 else (cot, cot * ratio)
+        measures, ratio = self._measures, self.shape.ratio
+        angle = next((name for name in self._EXCLUSIVE if name in measures), None)
+        if angle is None:
+            scale = 2.0 * measures["focal_length"] / measures["film_width"]
         else:
-            a = 2.0 * measures["focal_length"] / measures["film_width"]
-        return a, a * ratio
-
-    def _check_planes(self, near: float, far: float) -> None:
-        if near <= 0.0:
-            raise LensError(
-                f"near of a perspective lens must be above 0, got {near:g}: move the near plane in front "
-                "of the eye, or use an OrthographicLens"
-            )
+            scale = _cot_half("the field of view", measures[angle])
+        if angle == "vfov" or (angle == "min_fov" and ratio >= 1.0):
+            return scale / ratio, scale
+        return scale, scale * ratio
 
 
 class OrthographicLens(Lens):
@@ -224,8 +191,7 @@ class OrthographicLens(Lens):
     aspect_ratio : float, optional
         Width over height; the picture's when absent.
     near, far : float, optional
-        Clipping planes in scene units, both finite; `near` may be negative. Panda3D's 1 and 100,000 when
-        absent.
+        Clipping planes in scene units, both finite; `near` may be negative. 1 and 100,000 when absent.
     film_offset : (float, float)
         Offset of the film's centre, right and up.
     film_height : float, optional
@@ -237,6 +203,7 @@ class OrthographicLens(Lens):
         If a value is impossible, or two of them set the same thing.
     """
 
+    _PERSPECTIVE = False
     _EXCLUSIVE = ("film_width", "film_height")
 
     def __init__(
@@ -248,33 +215,45 @@ class OrthographicLens(Lens):
         film_offset: tuple[float, float] = (0.0, 0.0),
         film_height: float | None = None,
     ) -> None:
-        super().__init__({"film_width": 1.0})
+        super().__init__(film_width=1.0)
         if film_size is not None and film_height is not None:
             raise LensError("film_size and film_height set the same thing: give one of them")
-        given = {"film_size": film_size, "film_height": film_height, "aspect_ratio": aspect_ratio}
-        self._set_given(near, far, film_offset, **given)
-
-    def is_perspective(self) -> bool:
-        """Return False."""
-        return False
+        self._set_given(
+            near, far, film_offset, film_size=film_size, film_height=film_height, aspect_ratio=aspect_ratio
+        )
 
     def set_film_height(self, height: float) -> None:
         """Set the height of the view in scene units, kept for every aspect ratio; not in Panda3D."""
-        self._set_measure("film_height", positive("film height", height))
+        self._set_measure("film_height", finite("film height", height, above=0.0))
 
     def scale_film(self, factor: float) -> None:
         """Multiply the size of the view; its shape stays."""
         ((name, length),) = self._measures.items()
-        self._set_measure(name, length * positive("factor", factor))
+        self._set_measure(name, length * finite("factor", factor, above=0.0))
 
-    @staticmethod
-    def _scales_of(measures: Measures, ratio: float) -> tuple[float, float]:
-        width, height = film_size(measures, ratio)
+    def _scales(self) -> tuple[float, float]:
+        width, height = self.get_film_size()
         return 2.0 / width, 2.0 / height
 
-    def _check_planes(self, near: float, far: float) -> None:
-        if not math.isfinite(far - near):
-            raise LensError(
-                "the depth of an orthographic lens is linear from near to far, so both must be finite; got "
-                f"near {near:g} and far {far:g}: give a finite far"
-            )
+
+def _cot_half(name: str, degrees: float) -> float:
+    """Return the cotangent of half an angle between 0 and 180 degrees, accurate to a few ulp."""
+    degrees = number(name, degrees)
+    if not 0.0 < degrees < 180.0:
+        raise LensError(
+            f"{name} must be above 0 and below 180 degrees, got {degrees:g}: for parallel rays use an "
+            "OrthographicLens, for more than half a turn several cameras"
+        )
+    if degrees > 90.0:
+        # 180 - degrees is exact here; the tangent near its pole would lose digits.
+        return math.tan(math.radians(180.0 - degrees) / 2.0)
+    tangent = math.tan(math.radians(degrees) / 2.0)
+    return 1.0 / tangent if tangent > 0.0 else math.inf
+
+
+def _pixels(name: str, value: int) -> int:
+    """Return `value` as a whole number of 1 or more."""
+    found = finite(name, value, above=0.0)
+    if found != int(found):
+        raise LensError(f"{name} must be a whole number of pixels, got {found:g}")
+    return int(found)

@@ -10,34 +10,49 @@ from __future__ import annotations
 import copy
 import math
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.arrays import as_numbers
+from firefly_sample.scene.arrays import Float64, as_numbers
 from firefly_sample.scene.lens_constants import Clip, LensConstants
-from firefly_sample.scene.lens_values import (
-    Shape,
-    film_shape,
-    film_size,
-    finite,
-    is_pair,
-    number,
-    pair,
-    positive,
-    ratio_shape,
-)
+from firefly_sample.settings import number_or_none
 
-Float64 = NDArray[np.float64]
-Measures = dict[str, float]
-"""Angles and lengths that were set, by name, the older first."""
-
-NEAR, FAR = 1.0, 100000.0
-"""Panda3D's default planes."""
 _SAME_SHAPE = 1e-5
 """Relative difference up to which a lens keeps its aspect ratio: two angles may have been rounded."""
+
+
+class Shape(NamedTuple):
+    """Width over height of a lens's film, and the setting that fixed it."""
+
+    ratio: float = 1.0
+    fixed_by: str = ""  # in words; empty if each picture's shape decides
+    pixel: float = 1.0  # width over height of one pixel on the film
+    calibrated: bool = False  # True for intrinsics, which are meaningless for a picture of a different shape
+    measure: str = ""  # the measure that `fixed_by` quotes: the words are true as long as it stays
+
+    @property
+    def picture(self) -> float:
+        """Width over height, in pixels, of the pictures that it fits."""
+        return self.ratio / self.pixel
+
+    def fits(self, width: int, height: int) -> bool:
+        """Return True if a picture of this size has this shape, rounded to whole pixels."""
+        picture = self.picture
+        return min(abs(width / picture - height), abs(height * picture - width)) <= 0.5 + 1e-9
+
+    def refusal(self, width: int, height: int) -> str:
+        """Return the message for a picture of a different shape, with both shapes and the way out."""
+        picture = self.picture
+        size = (width, width / picture) if width >= picture else (height * picture, height)
+        draw = f"draw {round(size[0])}x{round(size[1])}, or " if max(size) <= 1e9 else ""
+        return (
+            f"its {self.fixed_by} fixes the picture's aspect ratio at {picture:.5g}, but a picture of "
+            f"{width}x{height} has {width / height:.5g}: {draw}let the picture decide by one angle or one "
+            "film size alone, or set_aspect_ratio(None)"
+        )
 
 
 class Lens(ABC):
@@ -47,20 +62,24 @@ class Lens(ABC):
 
     Attributes
     ----------
+    shape : Shape
+        Width over height, and the setting that fixed it.
     revision : int
         Grows with each change.
     near_given, far_given : bool
         True once this plane has been set.
     """
 
+    _PERSPECTIVE: ClassVar[bool]
     _EXCLUSIVE: ClassVar[tuple[str, ...]]
     """The measures that replace each other."""
 
-    def __init__(self, measures: Measures) -> None:
+    def __init__(self, **measures: float) -> None:
         self.revision = 0
         self.near_given = self.far_given = False
-        self._near, self._far = NEAR, FAR
-        self._measures, self._shape = measures, Shape()
+        self._near, self._far = 1.0, 100000.0  # as in Panda3D
+        self._measures = measures  # angles and lengths that were set, by name, the older first
+        self.shape = Shape()
         self._film_offset = (0.0, 0.0)
 
     def _set_given(
@@ -71,47 +90,48 @@ class Lens(ABC):
         **given: float | tuple[float, float] | None,
     ) -> None:
         """Call the setters of what a constructor was given, in this order; refuse two aspect ratios."""
-        pairs = {name for name in ("fov", "film_size") if is_pair(given.get(name))}
-        fixing = [name for name in given if name in pairs]
-        fixing += ["aspect_ratio"] if given["aspect_ratio"] is not None else []
+        given = {name: value for name, value in given.items() if value is not None}
+        pairs = [
+            name for name in ("fov", "film_size") if isinstance(given.get(name), tuple | list | np.ndarray)
+        ]
+        fixing = [name for name in given if name in pairs or name == "aspect_ratio"]
         if len(fixing) > 1:
             raise LensError(
                 f"{' and '.join(fixing)} each fix the aspect ratio: give one pair alone, "
                 "or single numbers and the ratio"
             )
         for name, value in given.items():
-            if value is not None:
-                getattr(self, f"set_{name}")(*(pair(name, value) if name in pairs else (value,)))
-        self.set_film_offset(*pair("film_offset", film_offset))
+            getattr(self, f"set_{name}")(*(_pair(name, value) if name in pairs else (value,)))
+        self.set_film_offset(*_pair("film_offset", film_offset))
         self._set_planes(near, far)
 
-    @abstractmethod
     def is_perspective(self) -> bool:
         """Return whether things shrink with distance."""
+        return self._PERSPECTIVE
 
     def is_orthographic(self) -> bool:
         """Return whether things keep their size at every distance."""
-        return not self.is_perspective()
-
-    @staticmethod
-    @abstractmethod
-    def _scales_of(measures: Measures, ratio: float) -> tuple[float, float]:
-        """Return A and C, the scales of x and z in clip space."""
-
-    @abstractmethod
-    def _check_planes(self, near: float, far: float) -> None:
-        """Raise LensError if this kind of lens cannot have these planes."""
+        return not self._PERSPECTIVE
 
     # --- Film and shape ---
 
     def set_film_size(self, width: float, height: float | None = None) -> None:
         """Set the film's width and, with `height`, fix the aspect ratio too."""
-        width = positive("film width", width)
-        self._set_measure("film_width", width, None if height is None else film_shape(width, height))
+        width, shape = finite("film width", width, above=0.0), None
+        if height is not None:
+            ratio = width / finite("film height", height, above=0.0)
+            shape = Shape(ratio, f"film size of {width:g} x {height:g}", measure="film_width")
+        self._set_measure("film_width", width, shape)
 
     def get_film_size(self) -> tuple[float, float]:
         """Return the width and height of the film."""
-        return film_size(self._measures, self._shape.ratio)
+        measures, ratio = self._measures, self.shape.ratio
+        if "film_height" in measures:
+            return measures["film_height"] * ratio, measures["film_height"]
+        width = measures.get("film_width")
+        if width is None:
+            width = 2.0 * measures["focal_length"] / self._scales()[0]
+        return width, width / ratio
 
     def set_film_offset(self, x: float, y: float) -> None:
         """Move the film's centre off the view axis, right and up, in units of the film size."""
@@ -127,17 +147,14 @@ class Lens(ABC):
 
         None lets each picture's shape decide again; until then the lens keeps its ratio.
         """
-        fixed = None if aspect_ratio is None else ratio_shape(positive("aspect ratio", aspect_ratio))
-        self._commit(self._measures, fixed or Shape(self._shape.ratio))
+        shape = Shape(self.shape.ratio)
+        if aspect_ratio is not None:
+            shape = _ratio_shape(finite("aspect ratio", aspect_ratio, above=0.0))
+        self._commit(self._measures, shape)
 
     def get_aspect_ratio(self) -> float:
         """Return width over height."""
-        return self._shape.ratio
-
-    @property
-    def shape(self) -> Shape:
-        """Width over height, and the setting that fixed it."""
-        return self._shape
+        return self.shape.ratio
 
     def with_aspect_ratio(self, aspect_ratio: float) -> Self:
         """Return a copy after `set_aspect_ratio`."""
@@ -150,26 +167,22 @@ class Lens(ABC):
 
         The lens takes the picture's aspect ratio and keeps the measure that was set for one side, as in
         Panda3D's window. If the lens's shape is fixed, the picture must have that shape, to the nearest whole
-        pixel; then this very lens is returned.
-
-        Raises
-        ------
-        LensError
-            If the picture's shape differs from a fixed one; the message names both.
+        pixel; then this very lens is returned. The LensError for a different shape names both.
         """
-        if self._shape.fixed_by:
-            if not self._shape.fits(width, height):
-                raise LensError(self._shape.refusal(width, height))
+        if self.shape.fixed_by:
+            if not self.shape.fits(width, height):
+                raise LensError(self.shape.refusal(width, height))
             return self
         ratio = width / height
-        if abs(self._shape.ratio / ratio - 1.0) < _SAME_SHAPE:
+        if abs(self.shape.ratio / ratio - 1.0) < _SAME_SHAPE:
             return self
         lens = self.make_copy()
         lens._commit(lens._measures, Shape(ratio))
         return lens
 
+    @abstractmethod
     def _scales(self) -> tuple[float, float]:
-        return self._scales_of(self._measures, self._shape.ratio)
+        """Return A and C, the scales of x and z in clip space."""
 
     def _set_measure(self, name: str, value: float, shape: Shape | None = None) -> None:
         """Set one measure; if there are three then, the one that was set longest ago is dropped."""
@@ -178,21 +191,27 @@ class Lens(ABC):
         measures[name] = value
         if len(measures) == 3:
             del measures[next(iter(measures))]
-        self._commit(measures, shape or self._shape.after(self._measures, measures))
+        if shape is None:
+            quoted = self.shape.measure
+            stays = measures.get(quoted) == self._measures.get(quoted)
+            shape = self.shape if stays else _ratio_shape(self.shape.ratio)
+        self._commit(measures, shape)
 
-    def _commit(self, measures: Measures, shape: Shape) -> None:
+    def _commit(self, measures: dict[str, float], shape: Shape) -> None:
         """Take measures and a shape, or raise LensError if float64 cannot hold their scales."""
+        before = self._measures, self.shape
+        self._measures, self.shape = measures, shape
         try:
-            scales = self._scales_of(measures, shape.ratio)
+            scales = self._scales()
         except ZeroDivisionError:  # a size that is too small for float64
             scales = math.inf, math.inf
         if not all(math.isfinite(scale) and scale > 0.0 for scale in scales):
+            self._measures, self.shape = before
             given = ", ".join(f"{name} {value:g}" for name, value in measures.items())
             raise LensError(
                 f"this lens is too extreme for float64 ({given}, aspect ratio {shape.ratio:g}): "
                 "choose a less extreme value"
             )
-        self._measures, self._shape = measures, shape
         self.revision += 1
 
     # --- Near and far ---
@@ -200,12 +219,8 @@ class Lens(ABC):
     def set_near_far(self, near: float, far: float) -> None:
         """Set both clipping planes, as distances along the view axis in scene units.
 
-        Parameters
-        ----------
-        near : float
-            Above 0 for a perspective lens; any finite number for an orthographic one.
-        far : float
-            Beyond `near`; may be ``math.inf`` for a perspective lens.
+        `far` is beyond `near`. `near` is above 0 for a perspective lens, whose `far` may be ``math.inf``; an
+        orthographic lens takes any finite numbers.
         """
         self._set_planes(number("near", near), number("far", far))
 
@@ -219,16 +234,23 @@ class Lens(ABC):
 
     def _set_planes(self, near_given: float | None, far_given: float | None) -> None:
         """Set the planes that are given; None leaves one as it is."""
-        near = self._near if near_given is None else number("near", near_given)
+        near = self._near if near_given is None else finite("near", near_given)
         far = self._far if far_given is None else number("far", far_given)
-        if not math.isfinite(near):
-            raise LensError(f"near must be a finite number, got {near:g}")
         if not far > near:
             raise LensError(
                 f"far must be beyond near, got near {near:g} and far {far:g}: "
                 "set both at once with set_near_far(near, far)"
             )
-        self._check_planes(near, far)
+        if self._PERSPECTIVE and near <= 0.0:
+            raise LensError(
+                f"near of a perspective lens must be above 0, got {near:g}: move the near plane in front "
+                "of the eye, or use an OrthographicLens"
+            )
+        if not self._PERSPECTIVE and not math.isfinite(far - near):
+            raise LensError(
+                "the depth of an orthographic lens is linear from near to far, so both must be finite; got "
+                f"near {near:g} and far {far:g}: give a finite far"
+            )
         self._near, self._far = near, far
         self.near_given |= near_given is not None
         self.far_given |= far_given is not None
@@ -270,30 +292,21 @@ class Lens(ABC):
         # `0.0 -` keeps a centred film at +0, not -0.
         offsets = (0.0 - 2.0 * x / width, 0.0 - 2.0 * y / height)
         planes = self._near, self._far
-        return LensConstants.of(self.is_perspective(), self._scales(), offsets, planes, clip, reverse)
+        return LensConstants.of(self._PERSPECTIVE, self._scales(), offsets, planes, clip, reverse)
 
     def get_projection_mat(self, clip: Clip = "gl", reverse: bool = False) -> Float64:
         """Return the 4x4 matrix from view to clip space for row vectors; the default is Panda3D's."""
         return self.constants(clip, reverse).matrix()
 
     def project(self, point: ArrayLike) -> Any:
-        """Project view-space points onto the film.
+        """Return the NDC of view-space points of shape (3,) or (..., 3).
 
-        As in Panda3D, near and far do not matter: a point is off the film only behind the eye or outside its
-        edges.
-
-        Parameters
-        ----------
-        point : array_like, shape (3,) or (..., 3)
-
-        Returns
-        -------
-        tuple of 2 floats, or None, or ndarray of shape (..., 2)
-            NDC of the one point, None if it is off the film; for many points an array, with NaN for those
-            that are off the film.
+        One point gives a tuple of two floats, or None if it is off the film; many give an array of shape
+        (..., 2), with NaN for those that are off the film. As in Panda3D, near and far do not matter: a point
+        is off the film only behind the eye or outside its edges.
         """
         p = _points(point, 3)
-        in_front = p[..., 1] > 0.0 if self.is_perspective() else np.ones(p.shape[:-1], dtype=bool)
+        in_front = p[..., 1] > 0.0 if self._PERSPECTIVE else np.ones(p.shape[:-1], dtype=bool)
         safe = np.where(in_front[..., None], p, (0.0, 1.0, 0.0))
         ndc = self.constants().ndc_from_view(safe)[..., :2]
         seen = in_front & (np.abs(ndc) <= 1.0).all(axis=-1)
@@ -304,10 +317,7 @@ class Lens(ABC):
     def extrude(self, point: ArrayLike) -> tuple[Float64, Float64]:
         """Return the view-space points on the near and the far plane at NDC of shape (2,) or (..., 2).
 
-        Raises
-        ------
-        LensError
-            If the far plane is at infinity.
+        Raise LensError if the far plane is at infinity.
         """
         if math.isinf(self._far):
             raise LensError(
@@ -329,29 +339,21 @@ class Lens(ABC):
     def frustum_planes(self) -> Float64:
         """Return the view volume's planes: left, right, bottom, top, near and, unless infinite, far.
 
-        Returns
-        -------
-        ndarray of float64, shape (6, 4) or (5, 4)
-            Rows (nx, ny, nz, d) with a unit normal; nx*x + ny*y + nz*z + d >= 0 inside, in view space.
+        Rows (nx, ny, nz, d), shape (6, 4) or (5, 4), with a unit normal; inside, in view space,
+        nx*x + ny*y + nz*z + d >= 0.
         """
-        k = self.constants()
-        rows = []
-        # +-ndc <= 1 times w: w*(1 +- offset) +- scale*coordinate >= 0, with w = y or w = 1.
-        w_column = 1 if k.perspective else 3
-        for axis, scale, offset in ((0, k.a, k.x_offset), (2, k.c, k.z_offset)):
-            for sign in (1.0, -1.0):
-                row = np.zeros(4)
-                row[axis] = sign * scale
-                row[w_column] = 1.0 + sign * offset
-                rows.append(row / math.hypot(*row[:3]))
-        rows.append(np.array([0.0, 1.0, 0.0, -self._near]))
+        planes = [*self.constants().side_planes(), (0.0, 1.0, 0.0, -self._near)]
         if math.isfinite(self._far):
-            rows.append(np.array([0.0, -1.0, 0.0, self._far]))
-        return np.array(rows)
+            planes.append((0.0, -1.0, 0.0, self._far))
+        return np.array(planes)
 
     def make_copy(self) -> Self:
         """Return an independent lens with the same values."""
         return copy.deepcopy(self)
+
+
+def _ratio_shape(ratio: float) -> Shape:
+    return Shape(ratio, f"aspect ratio of {ratio:.5g}")
 
 
 def _points(value: ArrayLike, size: int) -> Float64:
@@ -359,3 +361,30 @@ def _points(value: ArrayLike, size: int) -> Float64:
     if points.ndim == 0 or points.shape[-1] != size:
         raise LensError(f"points must have shape ({size},) or (..., {size}), got {points.shape}")
     return points
+
+
+def _pair(name: str, value: Any) -> tuple[Any, Any]:
+    """Return `value` as two numbers, still unchecked."""
+    try:
+        first, second = value
+    except (TypeError, ValueError):
+        raise LensError(f"{name} must be two numbers, got {value!r}") from None
+    return first, second
+
+
+def number(name: str, value: float) -> float:
+    """Return `value` as a float, which may be infinite or NaN."""
+    found = number_or_none(value)
+    if found is None:
+        raise LensError(f"{name} must be a number, got {value!r}")
+    return found
+
+
+def finite(name: str, value: float, above: float = -math.inf) -> float:
+    """Return `value` as a finite float above a bound."""
+    found = number(name, value)
+    if not math.isfinite(found):
+        raise LensError(f"{name} must be a finite number, got {found:g}")
+    if found <= above:
+        raise LensError(f"{name} must be above {above:g}, got {found:g}")
+    return found

@@ -16,18 +16,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LensError
 from firefly_sample.planar import empty_planar
+from firefly_sample.scene.arrays import Float64
 
-Float64 = NDArray[np.float64]
 Clip = Literal["gl", "zero_to_one"]
+Pair = tuple[float, float]
 
-_DEPTH_RANGE: dict[Clip, tuple[float, float]] = {"gl": (0.5, 0.5), "zero_to_one": (1.0, 0.0)}
+_DEPTH_RANGE: dict[Clip, Pair] = {"gl": (0.5, 0.5), "zero_to_one": (1.0, 0.0)}
 
 
 class Unprojection(NamedTuple):
@@ -45,14 +46,12 @@ class LensConstants:
 
     Attributes
     ----------
-    perspective : bool
-        True if w_clip is the distance y; for an orthographic lens it is 1.
     a, b, c, d : float
         The entries A, B, C, D of the projection matrix.
     x_offset, z_offset : float
         NDC of the view axis: 0 unless the film is off centre.
     depth_scale, depth_offset : float
-        From z_ndc to the depth buffer: (0.5, 0.5) for OpenGL's own clip range, (1, 0) for zero-to-one.
+        From z_ndc to the depth buffer.
     y_fold, w_fold : float
         The depth mapping solved for the distance: y = y_fold / (depth + w_fold) in perspective and
         y = y_fold * (depth + w_fold) otherwise. In perspective they equal depth_scale*D and
@@ -74,22 +73,11 @@ class LensConstants:
 
     @classmethod
     def of(
-        cls,
-        perspective: bool,
-        scales: tuple[float, float],
-        offsets: tuple[float, float],
-        planes: tuple[float, float],
-        clip: Clip,
-        reverse: bool,
+        cls, perspective: bool, scales: Pair, offsets: Pair, planes: Pair, clip: Clip, reverse: bool
     ) -> LensConstants:
-        """Return the constants for A and C, offsets in NDC, near and far (infinite in perspective only).
-
-        Raises
-        ------
-        LensError
-            If `clip` is not "gl" or "zero_to_one".
-        """
-        depth_scale, depth_offset = _depth_range(clip)
+        """Return the constants for A, C, offsets in NDC, near and far; raise LensError if `clip` is wrong."""
+        if not isinstance(clip, str) or clip not in _DEPTH_RANGE:
+            raise LensError(f"clip must be one of {', '.join(map(repr, _DEPTH_RANGE))}; got {clip!r}")
         near, far = planes
         if perspective:
             # depth = far_share - near*far_share/y, or its complement near*far_share/y - near_share.
@@ -106,9 +94,7 @@ class LensConstants:
             in_gl = 2.0 / y_fold, -(far + near) / y_fold
             in_zero_to_one = 1.0 / y_fold, -w_fold
         b, d = in_gl if clip == "gl" else in_zero_to_one
-        return cls(
-            perspective, scales[0], b, scales[1], d, *offsets, depth_scale, depth_offset, y_fold, w_fold
-        )
+        return cls(perspective, scales[0], b, scales[1], d, *offsets, *_DEPTH_RANGE[clip], y_fold, w_fold)
 
     def matrix(self) -> Float64:
         """Return the 4x4 projection matrix for row vectors, laid out as at the top of this module."""
@@ -129,32 +115,36 @@ class LensConstants:
             m[2, 1], m[3, 1], m[3, 3] = 1.0 / self.b, -self.d / self.b, 1.0
         return m
 
-    def unprojection(self) -> Unprojection:
-        """Return the constants of the short form, computed in float64.
+    def side_planes(self) -> list[Float64]:
+        """Return the planes left, right, bottom and top of the view volume, as `Lens.frustum_planes` does."""
+        planes = []
+        # +-ndc <= 1 times w: w*(1 +- offset) +- scale*coordinate >= 0, with w = y or w = 1.
+        w_column = 1 if self.perspective else 3
+        for axis, scale, offset in ((0, self.a, self.x_offset), (2, self.c, self.z_offset)):
+            for sign in (1.0, -1.0):
+                plane = np.zeros(4)
+                plane[axis] = sign * scale
+                plane[w_column] = 1.0 + sign * offset
+                planes.append(plane / math.hypot(*plane[:3]))
+        return planes
 
-        Raises
-        ------
-        LensError
-            For an orthographic lens, a film offset, or the zero-to-one clip range: the short form does not
-            cover them.
-        """
-        for wrong, reason in (
-            (not self.perspective, "an orthographic lens"),
-            (self.x_offset != 0 or self.z_offset != 0, "a film offset"),
-            (self.depth_scale != 0.5, 'clip "zero_to_one"'),
-        ):
-            if wrong:
-                raise LensError(
-                    f"x_proj, y_proj, z_proj and w_proj are not defined for {reason}: "
-                    "use the general form, LensConstants.view_from_depth"
-                )
-        return Unprojection(self.y_fold / self.a, self.y_fold, self.y_fold / self.c, self.w_fold)
+    def unprojection(self) -> Unprojection:
+        """Return the constants of the short form, or raise LensError where it does not hold."""
+        if not self.perspective:
+            reason = "an orthographic lens"
+        elif self.x_offset != 0 or self.z_offset != 0:
+            reason = "a film offset"
+        elif self.depth_scale != 0.5:
+            reason = 'clip "zero_to_one"'
+        else:
+            return Unprojection(self.y_fold / self.a, self.y_fold, self.y_fold / self.c, self.w_fold)
+        raise LensError(
+            f"x_proj, y_proj, z_proj and w_proj are not defined for {reason}: "
+            "use the general form, LensConstants.view_from_depth"
+        )
 
     def distance_from_depth(self, depth: ArrayLike) -> Float64:
-        """Convert depth-buffer values of any shape to distances along the view axis, in scene units.
-
-        The depth of an infinite far plane gives infinity.
-        """
+        """Return distances along the view axis of depth-buffer values, of any shape; infinity at infinity."""
         shifted = np.asarray(depth, dtype=np.float64) + self.w_fold
         if not self.perspective:
             return np.asarray(self.y_fold * shifted)
@@ -162,7 +152,7 @@ class LensConstants:
         return np.asarray(np.where(at_infinity, np.inf, self.y_fold / np.where(at_infinity, 1.0, shifted)))
 
     def depth_from_distance(self, y: ArrayLike) -> Float64:
-        """Convert distances along the view axis, of any shape, to depth-buffer values; nothing is clamped."""
+        """Return depth-buffer values of distances along the view axis, of any shape; nothing is clamped."""
         distance = np.asarray(y, dtype=np.float64)
         if self.perspective:
             return np.asarray(self.y_fold / distance - self.w_fold)
@@ -188,17 +178,8 @@ class LensConstants:
 
     def ndc_from_view(self, points: ArrayLike) -> Float64:
         """Return (ndc_x, ndc_y, depth), shape (..., 3), of view-space points, shape (..., 3), y != 0."""
-        p = np.asarray(points, dtype=np.float64)
-        x, y, z = p[..., 0], p[..., 1], p[..., 2]
+        x, y, z = np.moveaxis(np.asarray(points, dtype=np.float64), -1, 0)
         w = y if self.perspective else np.ones_like(y)
         ndc_x = self.a * x / w + self.x_offset
         ndc_y = self.c * z / w + self.z_offset
         return np.stack((ndc_x, ndc_y, self.depth_from_distance(y)), axis=-1)
-
-
-def _depth_range(clip: Clip) -> tuple[float, float]:
-    try:
-        return _DEPTH_RANGE[clip]
-    except (KeyError, TypeError):
-        choices = ", ".join(repr(name) for name in get_args(Clip))
-        raise LensError(f"clip must be one of {choices}; got {clip!r}") from None

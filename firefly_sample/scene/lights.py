@@ -11,21 +11,24 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LightError
-from firefly_sample.scene.arrays import as_colors, as_numbers, read_only
-from firefly_sample.scene.falloff import Attenuation, Falloff, check_attenuation
+from firefly_sample.scene.arrays import Float64, as_colors, as_numbers, read_only
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.light import FadingLight, Light, ShadowCaster, light_color
-from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.light import (
+    ColoredNode,
+    FadingLight,
+    FadingNode,
+    Light,
+    check_attenuation,
+    light_color,
+)
 from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
 from firefly_sample.settings import to_number
 
-Float64 = NDArray[np.float64]
 
-
-class PointLights(PointsNode, ShadowCaster):
+class PointLights(PointsNode, FadingNode):
     """Any number of point lights in one node.
 
     Parameters
@@ -63,24 +66,11 @@ class PointLights(PointsNode, ShadowCaster):
     ) -> None:
         self._attenuation = None if attenuation is None else check_attenuation(name, attenuation)
         self._specular: Float64 | None = None
+        self.endless = attenuation is not None
         if radii is None:
-            radii = 1.0 if attenuation is None else math.inf
+            radii = math.inf if self.endless else 1.0
         super().__init__(name, positions, colors, radii, function)
         self.set_specular_colors(specular_colors)
-
-    @property
-    def endless(self) -> bool:
-        """True if a radius may be infinite."""
-        return self._attenuation is not None
-
-    @property
-    def falloff(self) -> Falloff:
-        """The function by which all lights of the node fade."""
-        return Falloff.RAMP_SQUARED if self._attenuation is None else Falloff.ATTENUATION
-
-    def get_attenuation(self) -> Attenuation | None:
-        """Return (constant, linear, quadratic), or None if the lights fade over their radii."""
-        return self._attenuation
 
     def set_specular_colors(self, colors: ArrayLike | None) -> None:
         """Set the linear colours of highlights, shape (n, 3) or (3,); None is the lights' own."""
@@ -88,9 +78,7 @@ class PointLights(PointsNode, ShadowCaster):
         if colors is not None:
             given = read_only(as_colors(f"light {self.name!r}: specular colors", colors, LightError))
             if given.ndim not in (1, 2) or given.shape[-1] != 3:
-                raise LightError(
-                    f"light {self.name!r}: specular colors must have shape (n, 3) or (3,), got {given.shape}"
-                )
+                raise self._error(f"specular colors must have shape (n, 3) or (3,), got {given.shape}")
             for row in given.reshape(-1, 3):
                 light_color(self.name, row)
         self._specular = given
@@ -99,34 +87,21 @@ class PointLights(PointsNode, ShadowCaster):
     def specular_colors_of(self, arrays: PointArrays) -> Float64:
         """Return the linear colours of the highlights of lights that `evaluate` returned, shape (n, 3).
 
-        Raises
-        ------
-        LightError
-            If the number of specular colours is neither one nor the number of lights.
+        Raise LightError if the number of specular colours is neither one nor the number of lights.
         """
         if self._specular is None:
             return arrays.colors
         try:
             return np.broadcast_to(self._specular, (len(arrays), 3))
         except ValueError:
-            raise LightError(
-                f"light {self.name!r}: {len(self._specular)} specular colors for {len(arrays)} lights: "
-                "give one for each, or one for all"
+            raise self._error(
+                f"{len(self._specular)} specular colors for {len(arrays)} lights: give one for each, or one "
+                "for all"
             ) from None
 
 
 class PointLight(FadingLight):
-    """A point light at its node's origin. See `FadingLight`.
-
-    Parameters
-    ----------
-    name : str
-        The node's name.
-    color : sequence of 3 floats
-        Linear.
-    radius : float, optional
-        Reach in scene units; when absent, the light is Panda3D's, with attenuation (1, 0, 0).
-    """
+    """A point light at its node's origin. `FadingLight` has its parameters."""
 
     kind = "point"
 
@@ -139,20 +114,11 @@ class DirectionalLight(Light):
     """
 
     kind = "directional"
-
-    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
-        super().__init__(name, color)
-        self._direction = np.array([0.0, 1.0, 0.0])
-        self._shadow_distance = math.inf
+    _direction: Float64 = read_only(np.array([0.0, 1.0, 0.0]))
+    _shadow_distance = math.inf
 
     def set_direction(self, direction: ArrayLike) -> None:
-        """Set the direction in which the light shines, in the node's space; of any length but 0.
-
-        Raises
-        ------
-        LightError
-            If it is not three finite numbers, or all are 0.
-        """
+        """Set the direction in which the light shines, in the node's space; of any length but 0."""
         what, expected = f"light {self.name!r}: direction", "three finite numbers, not all 0"
         given = as_numbers(what, direction, LightError, expected)
         if given.shape != (3,) or not np.isfinite(given).all() or not given.any():
@@ -168,19 +134,13 @@ class DirectionalLight(Light):
     def set_shadow_distance(self, distance: float) -> None:
         """Set the distance from the camera, along its view axis, up to which there are shadows.
 
-        A single map covers the whole view, so a shorter distance gives sharper shadows. Surfaces beyond it
-        may be lit without shadows. Infinity, the default, includes all geometry in view. In scene units.
-
-        Raises
-        ------
-        LightError
-            If it is not a number above 0.
+        In scene units, above 0. A single map covers the whole view, so a shorter distance gives sharper
+        shadows. Surfaces beyond it may be lit without shadows. Infinity, the default, includes all geometry
+        in view.
         """
         given = to_number(distance)
         if not given > 0.0:
-            raise LightError(
-                f"light {self.name!r}: shadow distance must be a number above 0, got {distance!r}"
-            )
+            raise self._error(f"shadow distance must be a number above 0, got {distance!r}")
         self._shadow_distance = given
         self.mark_changed()
 
@@ -189,48 +149,20 @@ class DirectionalLight(Light):
         return self._shadow_distance
 
 
-class AmbientLight(PandaNode):
-    """Light that comes from everywhere. Several of them are added up.
-
-    Parameters
-    ----------
-    name : str
-        The node's name.
-    color : sequence of 3 floats
-        Linear radiance scale; black ones are skipped.
-    """
-
-    def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
-        super().__init__(name)
-        self.set_color(color)
-
-    def set_color(self, color: ArrayLike) -> None:
-        """Set the linear colour (r, g, b), each finite and 0 or more."""
-        self._light_color = light_color(self.name, color)
-        self.mark_changed()
-
-    def get_color(self) -> Float64:
-        """Return the linear colour, shape (3,)."""
-        return self._light_color.copy()
+class AmbientLight(ColoredNode):
+    """Light that comes from everywhere; several are added up. `ColoredNode` has its parameters."""
 
 
 SMALLEST_CONE = 0.01
 """The narrowest half-angle in degrees: below it, float32 cannot distinguish inside from outside."""
 
-DEFAULT_FOV = 30.0
-DEFAULT_EXPONENT = 50.0
-
 
 class Cone(NamedTuple):
     """The fading of a spotlight with the angle from its axis.
 
-    Attributes
-    ----------
-    inner, outer : float
-        Half-angles in degrees: full strength within `inner`, none from `outer` on, a smooth step of
-        1 - cos(angle) between. Equal ones cut hard.
-    exponent : float
-        The strength is also multiplied by cos(angle)^exponent.
+    `inner` and `outer` are half-angles in degrees: full strength within `inner`, none from `outer` on, a
+    smooth step of 1 - cos(angle) between. Equal ones cut hard. The strength is also multiplied by
+    cos(angle)^exponent.
     """
 
     inner: float
@@ -244,31 +176,21 @@ class Spotlight(FadingLight):
     As in Panda3D, a lens defines the width of the cone, which has a hard edge at half of the lens's
     horizontal field of view (30 degrees by default), and an exponent (50) defines how the light fades off its
     axis. `set_cone` gives it a smooth edge between two angles instead. Diffuse light and highlights fade
-    alike.
-
-    Parameters
-    ----------
-    name, color, radius : see `FadingLight`
+    alike. `FadingLight` has its parameters.
     """
 
     kind = "spot"
+    _exponent = 50.0
+    _edge: tuple[float, float] | None = None
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0), radius: float | None = None) -> None:
         super().__init__(name, color, radius)
-        self._lens = PerspectiveLens(fov=DEFAULT_FOV)
-        self._exponent = DEFAULT_EXPONENT
-        self._edge: tuple[float, float] | None = None
+        self._lens = PerspectiveLens(fov=30.0)
 
     def set_lens(self, lens: PerspectiveLens) -> None:
-        """Make the cone as wide as a lens's view, with a hard edge; later changes of the lens count too.
-
-        Raises
-        ------
-        LightError
-            If it is not a `PerspectiveLens`.
-        """
+        """Make the cone as wide as a lens's view, with a hard edge; later changes of the lens count too."""
         if not isinstance(lens, PerspectiveLens):
-            raise LightError(f"light {self.name!r}: a spotlight's lens is a PerspectiveLens, got {lens!r}")
+            raise self._error(f"a spotlight's lens is a PerspectiveLens, got {lens!r}")
         self._lens, self._edge = lens, None
         self.mark_changed()
 
@@ -277,16 +199,10 @@ class Spotlight(FadingLight):
         return self._lens
 
     def set_exponent(self, exponent: float) -> None:
-        """Set the exponent of a lens's cone, which fades by cos(angle)^exponent; 0 is no fading.
-
-        Raises
-        ------
-        LightError
-            If it is not a number from 0 to 1e6.
-        """
+        """Set the exponent of a lens's cone, 0 to 1e6, which fades by cos(angle)^exponent; 0 is no fading."""
         given = to_number(exponent)
         if not 0.0 <= given <= 1e6:
-            raise LightError(f"light {self.name!r}: exponent must be a number of 0 to 1e6, got {exponent!r}")
+            raise self._error(f"exponent must be a number of 0 to 1e6, got {exponent!r}")
         self._exponent = given
         self.mark_changed()
 
@@ -297,24 +213,14 @@ class Spotlight(FadingLight):
     def set_cone(self, inner: float, outer: float) -> None:
         """Set a soft edge: full strength up to the inner angle, a smooth fall to 0 at the outer one.
 
-        Lens and exponent are ignored then, until `set_lens` is called.
-
-        Parameters
-        ----------
-        inner, outer : float
-            Half-angles in degrees, 0 <= inner <= outer <= 180, outer at least 0.01. The light-volume
-            slides' are 20 and 30.
-
-        Raises
-        ------
-        LightError
-            If the angles are out of range.
+        The angles are half-angles in degrees, 0 <= inner <= outer <= 180, outer at least 0.01; the
+        light-volume slides' are 20 and 30. Lens and exponent are ignored then, until `set_lens` is called.
         """
         angles = to_number(inner), to_number(outer)
         if not (0.0 <= angles[0] <= angles[1] <= 180.0 and angles[1] >= SMALLEST_CONE):
-            raise LightError(
-                f"light {self.name!r}: a cone's half-angles must be 0 <= inner <= outer <= 180 degrees with "
-                f"outer at least {SMALLEST_CONE:g}, got {inner!r} and {outer!r}"
+            raise self._error(
+                "a cone's half-angles must be 0 <= inner <= outer <= 180 degrees with outer at least "
+                f"{SMALLEST_CONE:g}, got {inner!r} and {outer!r}"
             )
         self._edge = angles
         self.mark_changed()
@@ -322,18 +228,14 @@ class Spotlight(FadingLight):
     def get_cone(self) -> Cone:
         """Return the cone that `set_cone` set, or the lens's with the exponent.
 
-        Raises
-        ------
-        LightError
-            If the lens's field of view is below 0.02 degrees.
+        Raise LightError if the lens's field of view is below 0.02 degrees.
         """
         if self._edge is not None:
             return Cone(*self._edge, 0.0)
         half = 0.5 * self._lens.get_hfov()
         # half of twice the smallest angle may come out an ulp below it
         if half < SMALLEST_CONE * (1.0 - 1e-9):
-            raise LightError(
-                f"light {self.name!r}: its lens sees {2.0 * half:g} degrees: a spotlight needs "
-                f"{2.0 * SMALLEST_CONE:g} or more"
+            raise self._error(
+                f"its lens sees {2.0 * half:g} degrees: a spotlight needs {2.0 * SMALLEST_CONE:g} or more"
             )
         return Cone(half, half, self._exponent)

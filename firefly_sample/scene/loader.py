@@ -15,13 +15,12 @@ from types import FrameType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError, SceneError
-from firefly_sample.scene.material import AlphaMode
+from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.material import AlphaMode, Texture
 from firefly_sample.scene.model_data import (
     GeomData,
-    ImageData,
     MaterialData,
     ModelData,
     NodeData,
@@ -31,8 +30,6 @@ from firefly_sample.scene.model_data import (
 )
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transforms import matrix_from_gltf, vectors_from_gltf
-
-Float64 = NDArray[np.float64]
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 
@@ -45,16 +42,7 @@ def load_model(path: str | Path) -> NodePath:
     Base colour, its texture, cut-out alpha, sidedness and vertex colours are read; other properties of glTF
     materials are ignored.
 
-    Files are cached and not parsed twice: see `firefly_sample.derived`.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    NodePath
-        A root named after the file.
+    Files are cached and not parsed twice: see `firefly_sample.derived`. The root is named after the file.
 
     Raises
     ------
@@ -69,7 +57,7 @@ def load_model(path: str | Path) -> NodePath:
         return kept
     model = _parse(path, data, header)
     try:
-        root = model.as_tree(digests=key is not None)
+        root = model.as_tree()
     except SceneError as error:
         raise ModelError(f"model {path}: {error}") from error
     if key:
@@ -152,7 +140,10 @@ class _Reader:
         self.geoms: dict[str, int] = {}
         self.materials: dict[int, int] = {}
         self.images: dict[int, int] = {}
-        self.header_materials = self._unique_materials(header)
+        materials = [made for made in header.get("materials", []) if isinstance(made, dict)]
+        names = Counter(made.get("name") for made in materials)
+        # only names that occur once tell which material is meant
+        self.header_materials = {made.get("name"): made for made in materials if names[made.get("name")] == 1}
         self.children: dict[str, list[str]] = {}
         self.edges: dict[str, dict[str, Any]] = {}
         for (parent, child), edge in scene.graph.transforms.edge_data.items():
@@ -168,36 +159,27 @@ class _Reader:
             if name in seen:
                 raise ModelError(f"model {self.path}: node {name!r} has two parents or is its own ancestor")
             seen.add(name)
-            geoms = self._geoms_of(name)
+            children = self.children.get(name, [])
+            primitives = [child for child in children if self._is_primitive(child)]
+            geometries = [self.edges[node].get("geometry") for node in (name, *primitives)]
+            geoms = tuple(
+                self._geom(geometry)
+                for geometry in geometries
+                if geometry is not None and hasattr(self.scene.geometry[geometry], "faces")
+            )
             matrix = matrix_from_gltf(self.edges[name].get("matrix", np.eye(4)))
             if not np.isfinite(matrix).all():
                 raise ModelError(f"model {self.path}: node {name!r} has a transform that is not finite")
             moved = not np.array_equal(matrix, np.eye(4))
             self.model.nodes.append(NodeData(name, parent, matrix if moved else None, geoms))
-            waiting.extend((len(self.model.nodes) - 1, child) for child in self._own_children(name))
+            index = len(self.model.nodes) - 1
+            waiting.extend((index, child) for child in children if not self._is_primitive(child))
         return self.model
 
     def _is_primitive(self, name: str) -> bool:
         """Return whether trimesh invented this node, for one of several primitives of a mesh."""
-        geometry = self.edges[name].get("geometry")
-        mesh = self.scene.geometry.get(geometry)
+        mesh = self.scene.geometry.get(self.edges[name].get("geometry"))
         return mesh is not None and bool(mesh.metadata.get("from_gltf_primitive"))
-
-    def _own_children(self, name: str) -> list[str]:
-        return [child for child in self.children.get(name, []) if not self._is_primitive(child)]
-
-    def _geoms_of(self, name: str) -> tuple[int, ...]:
-        geometries = [self.edges[name].get("geometry")]
-        geometries += [
-            self.edges[child]["geometry"]
-            for child in self.children.get(name, [])
-            if self._is_primitive(child)
-        ]
-        return tuple(
-            self._geom(geometry)
-            for geometry in geometries
-            if geometry is not None and hasattr(self.scene.geometry[geometry], "faces")
-        )
 
     def _geom(self, name: str) -> int:
         if name not in self.geoms:
@@ -251,15 +233,8 @@ class _Reader:
                     f"model {self.path}: the texture of material {name!r} is damaged ({_one_line(error)})"
                 ) from error
             self.images[key] = len(self.model.images)
-            self.model.images.append(ImageData.of(pixels, name))
+            self.model.images.append(Texture.from_file(lambda: pixels, pixels.shape[1::-1], None, name))
         return self.images[key]
-
-    @staticmethod
-    def _unique_materials(header: dict[str, Any]) -> dict[Any, dict[str, Any]]:
-        """Return the header's materials by name, for names that occur once."""
-        materials = [m for m in header.get("materials", []) if isinstance(m, dict)]
-        names = Counter(m.get("name") for m in materials)
-        return {m.get("name"): m for m in materials if names[m.get("name")] == 1}
 
 
 def _base_color(source: Any, header: dict[str, Any]) -> Float64:
@@ -273,10 +248,9 @@ def _base_color(source: Any, header: dict[str, Any]) -> Float64:
 
 def _vertex_colors(mesh: Any) -> Float64 | None:
     """Return linear vertex colours in 0..1, from either of trimesh's two attributes."""
-    if mesh.visual.kind == "vertex":
-        stored = mesh.visual.vertex_colors
-    else:
-        stored = getattr(mesh.visual, "vertex_attributes", {}).get("color")
+    visual = mesh.visual
+    by_vertex = visual.kind == "vertex"
+    stored = visual.vertex_colors if by_vertex else getattr(visual, "vertex_attributes", {}).get("color")
     if stored is None:
         return None
     colors = np.asarray(stored)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import (
     LARGEST,
+    Float64,
     ReadOnlyArrays,
     as_codes,
     as_color,
@@ -35,7 +36,6 @@ class Texture(ReadOnlyArrays):
         sRGB colour and linear alpha (coverage) in 8 bits; the first row is the top of the picture. uint16,
         floats of 0 to 1 and bool are rounded to 8 bits: see `firefly_sample.scene.arrays`.
     name : str
-        Used in messages and in the plan.
 
     Attributes
     ----------
@@ -64,47 +64,28 @@ class Texture(ReadOnlyArrays):
     def from_file(
         cls, decode: Callable[[], NDArray[np.uint8]], size: tuple[int, int], digest: str | None, name: str
     ) -> Texture:
-        """Return a texture whose pixels are decoded on first use; with cached mipmaps they are not needed.
+        """Return a texture whose pixels, of this size, are decoded when they are first needed.
 
-        Parameters
-        ----------
-        decode : callable
-            Returns the pixels, of this size; called at most once.
-        size : (int, int)
-            Width and height.
-        digest, name : see the class
+        `decode` is called at most once; with cached mipmaps the pixels are not needed.
         """
         texture = cls.__new__(cls)
-        texture.name = name
-        texture.serial = new_serial()
-        texture.revision = 1
-        texture.digest = digest
-        texture.size = size
-        texture._pixels = None
-        texture._decode = decode
+        texture.name, texture.size, texture.digest = name, size, digest
+        texture.serial, texture.revision = new_serial(), 1
+        texture._pixels, texture._decode = None, decode
         return texture
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
         """The image, read-only."""
-        if self._pixels is None:
-            assert self._decode is not None
-            self._pixels = self._checked(self._decode())
-            self._decode = None
+        if self._decode is not None:
+            self._pixels, self._decode = self._checked(self._decode()), None
+        assert self._pixels is not None
         return self._pixels
 
     def set_pixels(self, pixels: ArrayLike) -> None:
-        """Replace the image, of any size; `pixels` is copied and then read-only.
-
-        Raises
-        ------
-        SceneError
-            If the shape is wrong.
-        """
+        """Replace the image, of any size; `pixels` is copied and then read-only."""
         image = self._checked(pixels)
-        self._pixels = image
-        self._decode = None
-        self._least_alpha = None
+        self._pixels, self._decode, self._least_alpha = image, None, None
         self.digest = None
         self.size = (image.shape[1], image.shape[0])
         self.revision += 1
@@ -116,20 +97,15 @@ class Texture(ReadOnlyArrays):
         return self._least_alpha
 
     def _checked(self, pixels: ArrayLike) -> NDArray[np.uint8]:
-        image = as_codes(f"texture {self.name!r}: pixels", pixels)
+        what = f"texture {self.name!r}: pixels"
+        image = as_codes(what, pixels)
         if image.ndim != 3 or image.shape[2] != 4 or 0 in image.shape:
-            raise SceneError(
-                f"texture {self.name!r}: pixels must have shape (height, width, 4), got {image.shape}"
-            )
+            raise SceneError(f"{what} must have shape (height, width, 4), got {image.shape}")
         return read_only(image)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state with decoded pixels: another process may lack the function that decodes them."""
         return self.__dict__ | {"_pixels": self.pixels, "_decode": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        super().__setstate__(state)
-        self.serial = new_serial()
 
     def __copy__(self) -> Texture:
         twin = type(self).__new__(type(self))
@@ -154,17 +130,14 @@ class Material(ReadOnlyArrays):
     Parameters
     ----------
     name : str
-        Used in messages and in the plan.
     base_color : sequence of 4 floats
         Linear diffuse reflectance in 0..1, and opacity; multiplies the texture.
     texture : Texture, optional
-        Base colour texture.
     alpha_mode : {"opaque", "mask", "blend"}
         "mask" cuts out fragments whose alpha, the product of those of base colour, texture and vertex
         colours, is below `alpha_cutoff`. Deferred shading stores one surface per pixel, so "blend" is drawn
         as "mask" and the plan warns about it.
     alpha_cutoff : float
-        The alpha below which "mask" cuts out.
     double_sided : bool
         Draw both sides, and turn the normal towards the eye.
     ambient : sequence of 3 floats, optional
@@ -180,7 +153,7 @@ class Material(ReadOnlyArrays):
     Raises
     ------
     SceneError
-        If a number is not finite or out of its range.
+        Also by the setters, if a number is not finite or out of its range.
     """
 
     def __init__(
@@ -217,7 +190,7 @@ class Material(ReadOnlyArrays):
 
     def set_base_color(self, color: ArrayLike) -> None:
         """Set the linear base colour (r, g, b, a), each in 0..1."""
-        self.base_color = self._color("base_color", color, 4, 1.0)
+        self.base_color = self._color("base_color", color, 4)
         self.revision += 1
 
     def set_diffuse(self, color: ArrayLike) -> None:
@@ -227,17 +200,17 @@ class Material(ReadOnlyArrays):
 
     def set_ambient(self, color: ArrayLike | None) -> None:
         """Set the linear reflectance of ambient light (r, g, b); None is the base colour."""
-        self.ambient = None if color is None else self._color("ambient", color, 3, 1.0)
+        self.ambient = None if color is None else self._color("ambient", color)
         self.revision += 1
 
     def set_emission(self, color: ArrayLike) -> None:
         """Set the linear radiance (r, g, b) that the surface emits."""
-        self.emission = self._color("emission", color, 3, LARGEST)
+        self.emission = self._color("emission", color, largest=LARGEST)
         self.revision += 1
 
     def set_specular(self, color: ArrayLike) -> None:
         """Set the linear reflectance of highlights (r, g, b)."""
-        self.specular = self._color("specular", color, 3, 1.0)
+        self.specular = self._color("specular", color)
         self.revision += 1
 
     def set_shininess(self, shininess: float) -> None:
@@ -251,7 +224,7 @@ class Material(ReadOnlyArrays):
         self.shininess = exponent
         self.revision += 1
 
-    def _color(self, what: str, color: ArrayLike, channels: int, largest: float) -> NDArray[np.float64]:
+    def _color(self, what: str, color: ArrayLike, channels: int = 3, largest: float = 1.0) -> Float64:
         return as_color(f"material {self.name!r}: {what}", color, channels, largest)
 
     def __repr__(self) -> str:

@@ -1,7 +1,7 @@
 """A model file as plain data: the tree of nodes that it becomes, and how it is kept on disk.
 
-A kept model is loaded without trimesh and without decoding images. The pixels are not kept: what is
-drawn is made of the mipmaps (see `firefly_sample.mipmaps`). Whoever asks for the pixels has the file parsed.
+A kept model is loaded without trimesh and without decoding images. The pixels are not kept: drawing needs
+only the mipmaps (see `firefly_sample.mipmaps`), and asking for the pixels parses the file.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from importlib import metadata
 from threading import Lock
 from typing import Any
@@ -22,21 +22,6 @@ from firefly_sample.derived import Kept, derived_folder, fingerprint, load_deriv
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import AlphaMode, Material, Texture
 from firefly_sample.scene.nodepath import NodePath
-
-
-@dataclass
-class ImageData:
-    """An image: a function that returns its pixels and, if known, their hash."""
-
-    name: str
-    size: tuple[int, int]
-    decode: Callable[[], NDArray[np.uint8]]
-    digest: str | None = None
-
-    @classmethod
-    def of(cls, pixels: NDArray[np.uint8], name: str) -> ImageData:
-        """Return an image that is decoded already."""
-        return cls(name, (pixels.shape[1], pixels.shape[0]), lambda: pixels)
 
 
 @dataclass
@@ -78,49 +63,25 @@ class ModelData:
     nodes: list[NodeData] = field(default_factory=list)
     geoms: list[GeomData] = field(default_factory=list)
     materials: list[MaterialData] = field(default_factory=list)
-    images: list[ImageData] = field(default_factory=list)
+    images: list[Texture] = field(default_factory=list)
 
-    def as_tree(self, digests: bool = True) -> NodePath:
-        """Return new nodes, geoms, materials and textures; what several nodes use is shared.
-
-        Parameters
-        ----------
-        digests : bool
-            Compute the hashes of images that have none.
-
-        Raises
-        ------
-        SceneError
-            If a number or an array is wrong.
-        """
-        if digests:
-            for image in self.images:
-                if image.digest is None:
-                    image.digest = fingerprint(image.decode())
-        textures = [
-            Texture.from_file(image.decode, image.size, image.digest, image.name) for image in self.images
-        ]
-        materials = [
-            Material(
-                made.name,
-                base_color=made.base_color,
-                texture=None if made.image is None else textures[made.image],
-                alpha_mode=made.alpha_mode,
-                alpha_cutoff=made.alpha_cutoff,
-                double_sided=made.double_sided,
-            )
-            for made in self.materials
-        ]
+    def as_tree(self) -> NodePath:
+        """Return new nodes, geoms and materials; raise SceneError if a number or an array is wrong."""
+        materials = []
+        for made in self.materials:
+            arguments = asdict(made)
+            image = arguments.pop("image")
+            materials.append(Material(**arguments, texture=None if image is None else self.images[image]))
         geoms = [(Geom(**geom.arrays, name=geom.name), materials[geom.material]) for geom in self.geoms]
         root = NodePath(self.name)
         paths: list[NodePath] = []
-        for made in self.nodes:
-            node = GeomNode(made.name)
-            for number in made.geoms:
+        for data in self.nodes:
+            node = GeomNode(data.name)
+            for number in data.geoms:
                 node.add_geom(*geoms[number])
-            path = (root if made.parent < 0 else paths[made.parent]).attach_new_node(node)
-            if made.matrix is not None:
-                path.set_mat(made.matrix)
+            path = (root if data.parent < 0 else paths[data.parent]).attach_new_node(node)
+            if data.matrix is not None:
+                path.set_mat(data.matrix)
             paths.append(path)
         return root
 
@@ -135,42 +96,39 @@ VERSION = 1
 
 def model_key(name: str, data: bytes) -> str | None:
     """Return the cache key of a model from its name and its file's bytes; None if the cache is off."""
-    return f"model-{fingerprint(VERSION, name, data, _readers())}" if derived_folder() else None
+    if derived_folder() is None:
+        return None
+    readers = _version("trimesh"), _version("pillow")  # they parse files and decode images
+    return f"model-{fingerprint(VERSION, name, data, readers)}"
 
 
 @cache
-def _readers() -> tuple[str, ...]:
-    """Return the versions of the packages that parse files and decode images."""
-    return tuple(f"{package} {_version(package)}" for package in ("trimesh", "pillow"))
-
-
 def _version(package: str) -> str:
     try:
-        return metadata.version(package)
+        return f"{package} {metadata.version(package)}"
     except metadata.PackageNotFoundError:  # there, but not installed as a package
-        return "unknown"
+        return f"{package} unknown"
 
 
 def load_kept(key: str, parse: Callable[[], ModelData]) -> NodePath | None:
-    """Return the tree of the model that is cached under `key`; None if it is missing or damaged.
-
-    `parse` is called if an image's pixels are needed.
-    """
+    """Return the tree cached under `key`, None if missing or damaged; `parse` is called for pixels."""
     kept = load_derived(key)
     if kept is None:
         return None
     with suppress(Exception):  # a damaged file may raise anything
-        return _unpacked(kept, _Images(parse)).as_tree(digests=False)
+        return _unpacked(kept, _decoder(parse)).as_tree()
     return None
 
 
 def save_kept(key: str, model: ModelData) -> None:
-    """Cache a model, whose images must have their hashes."""
-    arrays: dict[str, NDArray[Any]] = {}
-    for number, geom in enumerate(model.geoms):
-        arrays |= {
-            f"{number} {what}": np.asarray(array, dtype=_DTYPES[what]) for what, array in geom.arrays.items()
-        }
+    """Cache a model, and give its images their hashes."""
+    for image in model.images:
+        image.digest = fingerprint(image.pixels)
+    arrays = {
+        f"{number} {what}": np.asarray(array, dtype=_DTYPES[what])
+        for number, geom in enumerate(model.geoms)
+        for what, array in geom.arrays.items()
+    }
     arrays |= {
         f"{number} matrix": node.matrix for number, node in enumerate(model.nodes) if node.matrix is not None
     }
@@ -184,25 +142,20 @@ def save_kept(key: str, model: ModelData) -> None:
     save_derived(key, about, arrays)
 
 
-class _Images:
-    """The pixels of a file's images; the file is parsed when the first are needed."""
+def _decoder(parse: Callable[[], ModelData]) -> Callable[[int], NDArray[np.uint8]]:
+    """Return a function that decodes an image of a file; the file is parsed when the first is needed."""
+    lock = Lock()
+    parsed = cache(lambda: replace(parse(), geoms=[], nodes=[]))
 
-    def __init__(self, parse: Callable[[], ModelData]) -> None:
-        self._parse = parse
-        self._lock = Lock()
-        self._model: ModelData | None = None
+    def decode(number: int) -> NDArray[np.uint8]:
+        with lock:
+            model = parsed()
+        return model.images[number].pixels
 
-    def __getitem__(self, number: int) -> Callable[[], NDArray[np.uint8]]:
-        def decode() -> NDArray[np.uint8]:
-            with self._lock:
-                if self._model is None:
-                    self._model = replace(self._parse(), geoms=[], nodes=[])
-            return self._model.images[number].decode()
-
-        return decode
+    return decode
 
 
-def _unpacked(kept: Kept, images: _Images) -> ModelData:
+def _unpacked(kept: Kept, decode: Callable[[int], NDArray[np.uint8]]) -> ModelData:
     """Return the model of a cached file, or raise; what `as_tree` checks is not checked here."""
     about, arrays = kept
     counts = {what: len(about[what]) for what in ("nodes", "geoms", "materials", "images")}
@@ -235,8 +188,11 @@ def _unpacked(kept: Kept, images: _Images) -> ModelData:
         ],
         [MaterialData(**made) for made in about["materials"]],
         [
-            ImageData(
-                _text(name), (_index(width, 2**16, 1), _index(height, 2**16, 1)), images[number], digest
+            Texture.from_file(
+                partial(decode, number),
+                (_index(width, 2**16, 1), _index(height, 2**16, 1)),
+                digest,
+                _text(name),
             )
             for number, (name, (width, height), digest) in enumerate(about["images"])
         ],

@@ -8,15 +8,13 @@ from __future__ import annotations
 import copy
 import weakref
 from bisect import bisect, bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Self, TypeVar
 
-import numpy as np
-
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.transform_state import IDENTITY, TransformState
-from firefly_sample.scene.transforms import Float64
 
 Color = tuple[float, float, float, float]
 
@@ -31,12 +29,7 @@ _Value = TypeVar("_Value")
 
 
 class PandaNode:
-    """A node with a transform, a name, attributes that children inherit, and any number of parents.
-
-    Parameters
-    ----------
-    name : str
-        Need not be unique.
+    """A node with a name, which need not be unique, a transform, attributes, and any number of parents.
 
     Attributes
     ----------
@@ -49,11 +42,14 @@ class PandaNode:
     draw_control, draw_show : int
         Camera bits that this node decides, and of those the ones that see it; see `NodePath.hide`.
     tags : dict of str to str
-        Text by key.
-    revision : int
-        Grows with each change of the node itself.
-    subtree_revision : int
-        Grows with each change of the node or any node below it: transforms, attributes, contents, children.
+    revision, subtree_revision : int
+        Grow with each change of the node itself, and of it or any node below it: transforms, attributes,
+        contents, children.
+
+    Raises
+    ------
+    NodeError
+        By methods, if a node is not a child of this one, or if adding a child would make a cycle.
 
     Notes
     -----
@@ -107,13 +103,7 @@ class PandaNode:
         return [parent for reference in self._parents if (parent := reference()) is not None]
 
     def get_child_sort(self, child: PandaNode) -> int:
-        """Return the sort number with which `child` was added.
-
-        Raises
-        ------
-        NodeError
-            If it is not a child of this node.
-        """
+        """Return the sort number with which `child` was added."""
         return self._sorts[self._index_of(child)]
 
     def add_child(self, child: PandaNode, sort: int = 0) -> None:
@@ -121,11 +111,6 @@ class PandaNode:
 
         A node that is a child already is moved to its new position among them. Paths that begin at `child`
         still do so afterwards; `NodePath.attach_new_node` makes them continue through this node.
-
-        Raises
-        ------
-        NodeError
-            If `child` is this node or above it, which would make a cycle.
         """
         if child is self or (child._children and child in self.iter_ancestors()):
             raise NodeError(
@@ -141,13 +126,7 @@ class PandaNode:
         self.mark_changed()
 
     def remove_child(self, child: PandaNode) -> None:
-        """Remove a child. Paths through this node to `child` now begin at `child`.
-
-        Raises
-        ------
-        NodeError
-            If it is not a child of this node.
-        """
+        """Remove a child. Paths through this node to `child` now begin at `child`."""
         self._unlink(child)
         for step in list(child._steps):
             if step.parent is not None and step.parent.node is self:
@@ -166,26 +145,12 @@ class PandaNode:
             raise NodeError(f"node {child.name!r} is not a child of {self.name!r}") from None
 
     def iter_ancestors(self) -> Iterator[PandaNode]:
-        """Yield every node above this one, by any path, each once."""
-        seen: set[PandaNode] = set()
-        waiting = self.parents
-        while waiting:
-            node = waiting.pop()
-            if node not in seen:
-                seen.add(node)
-                yield node
-                waiting.extend(node.parents)
+        """Return an iterator over every node above this one, by any path, each once."""
+        return _each_once(self.parents, lambda node: node.parents)
 
     def iter_descendants(self) -> Iterator[PandaNode]:
-        """Yield every node at and below this one, depth first, each once."""
-        seen: set[PandaNode] = set()
-        waiting = [self]
-        while waiting:
-            node = waiting.pop()
-            if node not in seen:
-                seen.add(node)
-                yield node
-                waiting.extend(reversed(node._children))
+        """Return an iterator over every node at and below this one, depth first, each once."""
+        return _each_once([self], lambda node: reversed(node._children))
 
     def set_transform(self, transform: TransformState) -> None:
         """Set the transform to the parents' space."""
@@ -193,10 +158,7 @@ class PandaNode:
         self.mark_changed()
 
     def mark_changed(self) -> None:
-        """Raise the revisions of this node and of all its ancestors.
-
-        Subclasses call this when their contents change.
-        """
+        """Raise the revisions of this node and its ancestors; subclasses call this when they change."""
         self.revision += 1
         node = self
         while True:  # nodes with one parent need no sets
@@ -258,15 +220,27 @@ class PandaNode:
     def __deepcopy__(self, memo: dict[int, Any]) -> PandaNode:
         # one by one, not by recursion, so that no tree is too deep
         originals = [node for node in self.iter_descendants() if id(node) not in memo]
-        copies: list[PandaNode] = [type(node).__new__(type(node)) for node in originals]
-        memo.update((id(node), made) for node, made in zip(originals, copies, strict=True))
-        for node, made in zip(originals, copies, strict=True):
+        copies = {node: type(node).__new__(type(node)) for node in originals}
+        memo.update({id(node): made for node, made in copies.items()})
+        for node, made in copies.items():
             made.__setstate__(copy.deepcopy(node.__getstate__(), memo))
-        return copies[0]
+        return copies[self]
 
     def iter_local_points(self) -> list[Float64]:
         """Return arrays of shape (n, 3): points in this node's space whose hull contains its own contents."""
         return []
+
+
+def _each_once(
+    waiting: list[PandaNode], following: Callable[[PandaNode], Iterable[PandaNode]]
+) -> Iterator[PandaNode]:
+    seen: set[PandaNode] = set()
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            yield node
+            waiting.extend(following(node))
 
 
 class PathStep:
@@ -307,7 +281,7 @@ class PathStep:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle all steps above too, so that paths into one tree lead into one copy of it."""
-        return _copied_step, (self.node, self.parent)
+        return step_at, (self.node, self.parent)
 
     def upwards(self) -> Iterator[PathStep]:
         """Yield this step, the one above it, and so on up to the root."""
@@ -316,18 +290,23 @@ class PathStep:
             yield step
             step = step.parent
 
-    def names(self) -> str:
-        """Return the nodes' names from the root down to here, joined by slashes."""
-        return "/".join(step.node.name for step in reversed(list(self.upwards())))
 
-
-def root_step(node: PandaNode) -> PathStep:
-    """Return the step of a path that begins at `node`."""
+def step_at(node: PandaNode, parent: PathStep | None = None) -> PathStep:
+    """Return the step to a node from a parent step, or that of a path which begins at the node."""
+    if parent is not None:
+        return parent.child(node)
     return next((step for step in node._steps if step.parent is None), None) or PathStep(node, None)
 
 
-def _copied_step(node: PandaNode, parent: PathStep | None) -> PathStep:
-    return root_step(node) if parent is None else parent.child(node)
+def step_to(node: PandaNode) -> PathStep:
+    """Return the path down to `node`, through the oldest parent wherever there are several."""
+    nodes = [node]
+    while parents := nodes[-1].parents:
+        nodes.append(parents[0])
+    step = step_at(nodes.pop())
+    while nodes:
+        step = step.child(nodes.pop())
+    return step
 
 
 def inherit(
@@ -340,28 +319,3 @@ def inherit(
     if own is None or (above is not None and above_priority > own_priority):
         return above, above_priority
     return own, own_priority
-
-
-def tight_bounds(top: PandaNode, matrix: Float64) -> tuple[Float64, Float64] | None:
-    """Return the axis-aligned box (minimum, maximum) of all vertices at and below `top`; None without any.
-
-    Parameters
-    ----------
-    top : PandaNode
-        Hidden nodes count, as in Panda3D.
-    matrix : ndarray of float64, shape (4, 4)
-        From the space of `top` to the space of the box.
-    """
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    waiting = [(top, matrix)]
-    while waiting:
-        node, net = waiting.pop()
-        for points in node.iter_local_points():
-            if len(points):
-                moved = points @ net[:3, :3] + net[3, :3]
-                low = np.minimum(low, moved.min(axis=0))
-                high = np.maximum(high, moved.max(axis=0))
-        for child in node.children:
-            local = child.transform
-            waiting.append((child, net if local.is_identity else local.get_mat() @ net))
-    return (low, high) if np.isfinite(low).all() else None

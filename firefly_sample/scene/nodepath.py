@@ -5,34 +5,49 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import methodcaller
 from typing import Any, Self, TypeVar
 
 import numpy as np
 
 from firefly_sample.errors import NodeError
-from firefly_sample.scene import path as paths
-from firefly_sample.scene.arrays import as_color, as_colors, as_numbers
+from firefly_sample.scene.arrays import Float64, as_color, as_colors, as_numbers
 from firefly_sample.scene.find import find_paths
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.node import (
-    ALL_CAMERAS,
-    OVERALL_BIT,
-    Color,
-    PandaNode,
-    PathStep,
-    inherit,
-    tight_bounds,
-)
+from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode, PathStep, inherit, step_to
 from firefly_sample.scene.transform_state import (
     IDENTITY,
     SingularTransformError,
     TransformState,
     invert_matrix,
 )
-from firefly_sample.scene.transforms import Float64, Vec3, look_at_quat
+from firefly_sample.scene.transforms import Vec3, look_at_quat
 from firefly_sample.settings import number_or_none, to_whole
 
 _Value = TypeVar("_Value")
+
+
+def _number(name: str, part: str, index: int, what: str) -> tuple[Callable[..., float], Callable[..., None]]:
+    """Return the getter and the setter of one number of a part of the transform, as methods of `NodePath`."""
+    numbers_of = methodcaller(f"get_{part}")
+
+    def getter(self: NodePath, other: NodePath | None = None) -> float:
+        value: float = numbers_of(self.get_transform(other))[index]
+        return value
+
+    def setter(self: NodePath, *arguments: Any) -> None:
+        other, rest = self._split(arguments)
+        (value,) = self._numbers(f"set_{name}", 1, rest)
+        numbers = list(numbers_of(self.get_transform(other)))
+        numbers[index] = value
+        self._set_part(part, other, self._vec3(f"set_{name}", (numbers,)))
+
+    for method, verb, does in ((getter, "get", "Return"), (setter, "set", "Set")):
+        method.__name__ = f"{verb}_{name}"
+        method.__qualname__ = f"NodePath.{verb}_{name}"
+        method.__doc__ = f"{does} {what}."
+    return getter, setter
 
 
 class NodePath:
@@ -62,8 +77,9 @@ class NodePath:
     Raises
     ------
     NodeError
-        By most methods if the path is empty; by transforms if a number is not finite, if the two nodes have
-        no common root, or if a singular matrix would have to be inverted. The message names the node.
+        By most methods if the path is empty; by those that move a node if it would come below itself; by
+        transforms if a number is not finite, if the two nodes have no common root, or if a singular matrix
+        would have to be inverted. The message names the node.
     """
 
     __slots__ = ("_step",)
@@ -74,7 +90,7 @@ class NodePath:
         self._step = None
         if name_or_node is not None:
             node = name_or_node if isinstance(name_or_node, PandaNode) else PandaNode(name_or_node)
-            self._step = paths.step_to(node)
+            self._step = step_to(node)
 
     def is_empty(self) -> bool:
         """Return whether this path leads to no node."""
@@ -91,14 +107,21 @@ class NodePath:
         """Return whether both lead through the same nodes; two instances of one node are not equal."""
         if not isinstance(other, NodePath):
             return NotImplemented
-        return paths.same_path(self._step, other._step)
+        a, b = self._step, other._step
+        while a is not b:
+            if a is None or b is None or a.node is not b.node:
+                return False
+            a, b = a.parent, b.parent
+        return True
 
     def __hash__(self) -> int:
         # Only the node: a path must stay in its dict when a node above it is moved.
         return 0 if self._step is None else hash(self._step.node)
 
     def __str__(self) -> str:
-        return "(empty)" if self._step is None else self._step.names()
+        if self._step is None:
+            return "(empty)"
+        return "/".join(step.node.name for step in reversed(list(self._step.upwards())))
 
     def __repr__(self) -> str:
         return f"NodePath({self})"
@@ -106,12 +129,12 @@ class NodePath:
     # --- Python's copies ---
 
     def __copy__(self) -> Self:
-        return self._at(None if self._step is None else paths.step_to(copy.copy(self._step.node)))
+        return self._at(None if self._step is None else step_to(copy.copy(self._step.node)))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         if memo or self._step is None:
             return self._at(copy.deepcopy(self._step, memo))
-        return self._at(paths.step_to(copy.deepcopy(self._step.node, memo)))
+        return self._at(step_to(copy.deepcopy(self._step.node, memo)))
 
     # --- Building ---
 
@@ -120,42 +143,41 @@ class NodePath:
 
         Children are ordered by `sort`, and those of equal `sort` by when they were added. A node that has
         another parent keeps it: it is instanced. For an empty path the node becomes a root.
-
-        Raises
-        ------
-        NodeError
-            If `node` is this node or above it.
         """
         if not isinstance(node, PandaNode):
             node = PandaNode(node)
-        if self._step is None:
-            return self._at(paths.step_to(node))
-        return self._at(paths.attach(self._step, node, sort))
+        above = self._step
+        if above is None:
+            return self._at(step_to(node))
+        roots = [step for step in node._steps if step.parent is None]
+        above.node.add_child(node, sort)
+        if above.known_child(node) is None:
+            for step in roots:  # paths that began at the node now come down through this one
+                step.move_below(above)
+        return self._at(above.child(node))
 
     def reparent_to(self, other: NodePath, sort: int = 0) -> None:
         """Make `other` the parent; the local transform stays, so the node may jump.
 
-        An empty `other` detaches the node.
-
-        Raises
-        ------
-        NodeError
-            On a cycle, or if another instance of the node is below `other` already.
+        An empty `other` detaches the node. Another instance of the node must not be below `other` already.
         """
-        step = self._existing()
-        if other._step is None:
-            paths.detach(step)
-        else:
-            paths.reparent(step, other._step, sort)
+        step, above = self._existing(), other._step
+        if above is None:
+            self.detach_node()
+            return
+        node, old = step.node, step.parent
+        moves = old is None or old.node is not above.node
+        if moves and above.node in node.parents:
+            raise NodeError(
+                f"node {str(self)!r} cannot move below {str(other)!r}: another instance of it is there"
+            )
+        above.node.add_child(node, sort)  # this may raise, so it comes first: then nothing has changed
+        if moves and old is not None:
+            old.node.remove_child(node)
+        step.move_below(above)
 
     def wrt_reparent_to(self, other: NodePath, sort: int = 0) -> None:
-        """Make `other` the parent and change the local transform so that the net one stays.
-
-        Raises
-        ------
-        NodeError
-            As `reparent_to`, or if the two have no common root or `other` flattens space.
-        """
+        """Make `other` the parent and change the local transform so that the net one stays."""
         transform = self.get_transform(other)
         self.reparent_to(other, sort)
         self.node().set_transform(transform)
@@ -163,12 +185,12 @@ class NodePath:
     def instance_to(self, other: NodePath, sort: int = 0) -> Self:
         """Add the node to the children of `other` as well, and return the path there.
 
-        Raises
-        ------
-        NodeError
-            On a cycle.
+        If it is one of them already, it keeps its sort number, as in Panda3D.
         """
-        return self._at(paths.instance(other._existing(), self.node(), sort))
+        node, above = self.node(), other._existing()
+        if above.node not in node.parents:
+            above.node.add_child(node, sort)
+        return self._at(above.child(node))
 
     def copy_to(self, other: NodePath, sort: int = 0) -> Self:
         """Add a copy of the node and of everything below it to `other`, and return the path to it.
@@ -176,24 +198,22 @@ class NodePath:
         Each node is copied once, so nodes that are instanced below this one are instanced in the copy too.
         Geoms, textures, materials and lenses are shared.
         """
-        copies: dict[PandaNode, PandaNode] = {}
-        originals = list(self.node().iter_descendants())
-        for original in originals:
-            copies[original] = original.make_copy()
-        for original in originals:
+        copies = {original: original.make_copy() for original in self.node().iter_descendants()}
+        for original, made in copies.items():
             for child in original.children:
-                copies[original].add_child(copies[child], original.get_child_sort(child))
-        if other._step is None:
-            return self._at(paths.step_to(copies[self.node()]))
-        return self._at(paths.instance(other._step, copies[self.node()], sort))
+                made.add_child(copies[child], original.get_child_sort(child))
+        top = self._at(step_to(copies[self.node()]))
+        return top if other._step is None else top.instance_to(other, sort)
 
     def detach_node(self) -> None:
         """Remove the node from its parent; the path now leads to it as a root."""
-        paths.detach(self._existing())
+        step = self._existing()
+        if step.parent is not None:
+            step.parent.node.remove_child(step.node)
 
     def remove_node(self) -> None:
         """Remove the node from its parent and empty this path."""
-        paths.detach(self._existing())
+        self.detach_node()
         self._step = None
 
     # --- Parents and children ---
@@ -223,7 +243,7 @@ class NodePath:
         """Return the path to the lowest node that both lead through; empty if they have different roots."""
         if self._step is None or other._step is None:
             return self._at(None)
-        return self._at(paths.common_ancestor(self._step, other._step))
+        return self._at(_common_step(self._step, other._step))
 
     def get_children(self) -> list[Self]:
         """Return the paths to the children, in order."""
@@ -235,13 +255,7 @@ class NodePath:
         return len(self.node().children)
 
     def get_child(self, index: int) -> Self:
-        """Return the path to the child number `index`, from 0.
-
-        Raises
-        ------
-        NodeError
-            If there is no such child.
-        """
+        """Return the path to the child number `index`, from 0."""
         step = self._existing()
         if not 0 <= index < len(step.node.children):
             raise self._error(f"has {len(step.node.children)} children, there is no number {index}")
@@ -257,13 +271,7 @@ class NodePath:
         return self._at(next(find_paths(self._existing(), pattern), None))
 
     def find_all_matches(self, pattern: str) -> list[Self]:
-        """Return all paths that begin here and match a pattern; see `firefly_sample.scene.find`.
-
-        Raises
-        ------
-        NodeError
-            If the pattern has an element that is not supported; the message names the element.
-        """
+        """Return all paths that begin here and match a pattern; see `firefly_sample.scene.find`."""
         return [self._at(step) for step in find_paths(self._existing(), pattern)]
 
     def get_tight_bounds(self, other: NodePath | None = None) -> tuple[Float64, Float64] | None:
@@ -271,7 +279,19 @@ class NodePath:
 
         In the parent's space, or in that of `other`; None if there are no vertices.
         """
-        return tight_bounds(self.node(), self.get_transform(other).get_mat())
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        waiting = [(self.node(), self.get_transform(other).get_mat())]
+        while waiting:
+            node, net = waiting.pop()
+            for points in node.iter_local_points():
+                if len(points):
+                    moved = points @ net[:3, :3] + net[3, :3]
+                    low = np.minimum(low, moved.min(axis=0))
+                    high = np.maximum(high, moved.max(axis=0))
+            for child in node.children:
+                local = child.transform
+                waiting.append((child, net if local.is_identity else local.get_mat() @ net))
+        return (low, high) if np.isfinite(low).all() else None
 
     # --- Name and visibility ---
 
@@ -292,36 +312,30 @@ class NodePath:
 
         With a mask, a camera no longer sees the node once all of the camera's own bits are hidden. A new
         `Camera` has all bits and, as in Panda3D, still sees a node of which only some are hidden: to hide
-        nodes from some cameras, give each camera a mask of one bit.
-
-        A node below may still be shown with `show_through`.
+        nodes from some cameras, give each camera a mask of one bit. A node below may still be shown with
+        `show_through`.
         """
-        node, bits = self.node(), self._bits(camera_mask)
-        node.draw_control |= bits
-        node.draw_show &= ~bits
-        node.mark_changed()
+        self._set_bits(camera_mask, decided=True, shown=False)
 
     def show(self, camera_mask: int | None = None) -> None:
         """Undo `hide` or `show_through` with the same mask; the node is shown where its parent is."""
-        node, bits = self.node(), self._bits(camera_mask)
-        node.draw_control &= ~bits
-        node.draw_show |= bits
-        node.mark_changed()
+        self._set_bits(camera_mask, decided=False, shown=True)
 
     def show_through(self, camera_mask: int | None = None) -> None:
         """Show the node and everything below it even if a node above is hidden with the same mask."""
-        node, bits = self.node(), self._bits(camera_mask)
-        node.draw_control |= bits
-        node.draw_show |= bits
-        node.mark_changed()
+        self._set_bits(camera_mask, decided=True, shown=True)
 
-    def _bits(self, camera_mask: int | None) -> int:
-        if camera_mask is None:
-            return OVERALL_BIT
-        bits = to_whole(camera_mask)
-        if bits is None or not 0 <= bits < 2**32:
-            raise self._error(f"a camera mask is a whole number of 32 bits, got {camera_mask!r}")
-        return bits & ALL_CAMERAS
+    def _set_bits(self, camera_mask: int | None, decided: bool, shown: bool) -> None:
+        """Set the bits of a mask, or the overall bit, in the node's `draw_control` and `draw_show`."""
+        node, bits = self.node(), OVERALL_BIT
+        if camera_mask is not None:
+            whole = to_whole(camera_mask)
+            if whole is None or not 0 <= whole < 2**32:
+                raise self._error(f"a camera mask is a whole number of 32 bits, got {camera_mask!r}")
+            bits = whole & ALL_CAMERAS
+        node.draw_control = node.draw_control | bits if decided else node.draw_control & ~bits
+        node.draw_show = node.draw_show | bits if shown else node.draw_show & ~bits
+        node.mark_changed()
 
     def is_hidden(self, camera_mask: int = ALL_CAMERAS) -> bool:
         """Return whether this node or one above it is hidden from all cameras of the mask.
@@ -347,13 +361,13 @@ class NodePath:
         see `firefly_sample.scene.arrays`. The colour nearest to the geometry counts, except that a higher
         priority above wins over a lower one below.
         """
+        what = f"node {str(self)!r}: set_color's color"
         numbers, rest = arguments[:4], arguments[4:]
         if arguments and number_or_none(arguments[0]) is None:
-            what = f"node {str(self)!r}: set_color's color"
             given = as_colors(what, arguments[0], NodeError)
             numbers, rest = tuple(given.tolist()) if given.ndim == 1 else (), arguments[1:]
         numbers = self._numbers("set_color", 4, (*numbers, 1.0) if len(numbers) == 3 else numbers)
-        r, g, b, a = as_color(f"node {str(self)!r}: set_color's color", numbers, 4, 1.0, NodeError).tolist()
+        r, g, b, a = as_color(what, numbers, 4, 1.0, NodeError).tolist()
         priority = to_whole(rest[0]) if len(rest) == 1 else 0
         if len(rest) > 1 or priority is None:
             raise self._error("set_color takes a colour, then a whole number as priority")
@@ -454,10 +468,7 @@ class NodePath:
 
     def find_net_tag(self, key: str) -> Self:
         """Return the path to the nearest node that has the key, here or above; empty if none has."""
-        for step in self._existing().upwards():
-            if key in step.node.tags:
-                return self._at(step)
-        return self._at(None)
+        return self._at(next((step for step in self._existing().upwards() if key in step.node.tags), None))
 
     # --- Transforms ---
 
@@ -467,18 +478,18 @@ class NodePath:
             return self.node().transform
         common = None
         if self._step is not None and other._step is not None:
-            common = paths.common_ancestor(self._step, other._step)
+            common = _common_step(self._step, other._step)
             if common is None:
                 raise self._error(f"has no common root with {str(other)!r}; attach both to one tree first")
-        down = paths.transform_between(common, self._step)
+        down = _transform_between(common, self._step)
         try:
-            return paths.transform_between(common, other._step).invert_compose(down)
+            return _transform_between(common, other._step).invert_compose(down)
         except SingularTransformError:
             raise other._flattened() from None
 
     def get_net_transform(self) -> TransformState:
         """Return the transform from this node's space to the world."""
-        return paths.transform_between(None, self._step)
+        return _transform_between(None, self._step)
 
     def get_mat(self, other: NodePath | None = None) -> Float64:
         """Return the 4x4 matrix to the parent's space, or to that of `other`; row vectors."""
@@ -486,7 +497,10 @@ class NodePath:
 
     def get_net_mat(self) -> Float64:
         """Return the 4x4 matrix from this node's space to the world; row vectors."""
-        return np.array(paths.net_matrix(self._step))
+        steps = self._step.upwards() if self._step is not None else ()
+        transforms = [step.node.transform for step in steps if not step.node.transform.is_identity]
+        matrices = [transform.get_mat() for transform in transforms]
+        return np.array(reduce(np.matmul, matrices) if matrices else IDENTITY.get_mat())
 
     def set_transform(self, *arguments: Any) -> None:
         """Set the transform: ``set_transform([other,] transform)`` with a TransformState."""
@@ -498,9 +512,8 @@ class NodePath:
     def set_mat(self, *arguments: Any) -> None:
         """Set the matrix: ``set_mat([other,] matrix)``, 4x4, with the last column (0, 0, 0, 1)."""
         other, rest = self._split(arguments)
-        matrix = as_numbers(
-            f"node {str(self)!r}: set_mat's matrix", rest[0] if len(rest) == 1 else (), NodeError
-        )
+        given = rest[0] if len(rest) == 1 else ()
+        matrix = as_numbers(f"node {str(self)!r}: set_mat's matrix", given, NodeError)
         if matrix.shape != (4, 4):
             raise self._error(
                 "set_mat takes one matrix of shape (4, 4), and a NodePath before it if relative"
@@ -599,7 +612,7 @@ class NodePath:
         point = np.array(self._vec3("look_at", rest[0:1] or ((0.0, 0.0, 0.0),)))
         up = self._vec3("look_at's up", rest[1:2] or ((0.0, 0.0, 1.0),))
         if other is not None:
-            point = _move(point, other.get_transform(self._above()))
+            point = _move(point, other.get_transform(self.get_parent()))
         x, y, z = (point - self.node().transform.get_pos()).tolist()
         self.set_quat(look_at_quat((x, y, z), up))
 
@@ -616,103 +629,19 @@ class NodePath:
         """Return the distance of this node's origin from that of `other`, in the units of `other`."""
         return math.hypot(*self.get_transform(other).get_pos())
 
-    # --- Single numbers of the transform: ``set_x([other,] value)`` keeps y and z, and so on ---
-
-    def get_x(self, other: NodePath | None = None) -> float:
-        """Return the position along x."""
-        return self.get_transform(other).get_pos()[0]
-
-    def set_x(self, *arguments: Any) -> None:
-        """Set the position along x."""
-        self._set_one("pos", 0, "set_x", arguments)
-
-    def get_y(self, other: NodePath | None = None) -> float:
-        """Return the position along y."""
-        return self.get_transform(other).get_pos()[1]
-
-    def set_y(self, *arguments: Any) -> None:
-        """Set the position along y."""
-        self._set_one("pos", 1, "set_y", arguments)
-
-    def get_z(self, other: NodePath | None = None) -> float:
-        """Return the position along z."""
-        return self.get_transform(other).get_pos()[2]
-
-    def set_z(self, *arguments: Any) -> None:
-        """Set the position along z."""
-        self._set_one("pos", 2, "set_z", arguments)
-
-    def get_h(self, other: NodePath | None = None) -> float:
-        """Return the heading in degrees."""
-        return self.get_transform(other).get_hpr()[0]
-
-    def set_h(self, *arguments: Any) -> None:
-        """Set the heading in degrees."""
-        self._set_one("hpr", 0, "set_h", arguments)
-
-    def get_p(self, other: NodePath | None = None) -> float:
-        """Return the pitch in degrees."""
-        return self.get_transform(other).get_hpr()[1]
-
-    def set_p(self, *arguments: Any) -> None:
-        """Set the pitch in degrees."""
-        self._set_one("hpr", 1, "set_p", arguments)
-
-    def get_r(self, other: NodePath | None = None) -> float:
-        """Return the roll in degrees."""
-        return self.get_transform(other).get_hpr()[2]
-
-    def set_r(self, *arguments: Any) -> None:
-        """Set the roll in degrees."""
-        self._set_one("hpr", 2, "set_r", arguments)
-
-    def get_sx(self, other: NodePath | None = None) -> float:
-        """Return the scale along x."""
-        return self.get_transform(other).get_scale()[0]
-
-    def set_sx(self, *arguments: Any) -> None:
-        """Set the scale along x."""
-        self._set_one("scale", 0, "set_sx", arguments)
-
-    def get_sy(self, other: NodePath | None = None) -> float:
-        """Return the scale along y."""
-        return self.get_transform(other).get_scale()[1]
-
-    def set_sy(self, *arguments: Any) -> None:
-        """Set the scale along y."""
-        self._set_one("scale", 1, "set_sy", arguments)
-
-    def get_sz(self, other: NodePath | None = None) -> float:
-        """Return the scale along z."""
-        return self.get_transform(other).get_scale()[2]
-
-    def set_sz(self, *arguments: Any) -> None:
-        """Set the scale along z."""
-        self._set_one("scale", 2, "set_sz", arguments)
-
-    def get_shxy(self, other: NodePath | None = None) -> float:
-        """Return the shear of x by y."""
-        return self.get_transform(other).get_shear()[0]
-
-    def set_shxy(self, *arguments: Any) -> None:
-        """Set the shear of x by y."""
-        self._set_one("shear", 0, "set_shxy", arguments)
-
-    def get_shxz(self, other: NodePath | None = None) -> float:
-        """Return the shear of x by z."""
-        return self.get_transform(other).get_shear()[1]
-
-    def set_shxz(self, *arguments: Any) -> None:
-        """Set the shear of x by z."""
-        self._set_one("shear", 1, "set_shxz", arguments)
-
-    def get_shyz(self, other: NodePath | None = None) -> float:
-        """Return the shear of y by z."""
-        return self.get_transform(other).get_shear()[2]
-
-    def set_shyz(self, *arguments: Any) -> None:
-        """Set the shear of y by z."""
-        self._set_one("shear", 2, "set_shyz", arguments)
+    # Single numbers of the transform: ``set_x([other,] value)`` keeps y and z, and so on.
+    get_x, set_x = _number("x", "pos", 0, "the position along x")
+    get_y, set_y = _number("y", "pos", 1, "the position along y")
+    get_z, set_z = _number("z", "pos", 2, "the position along z")
+    get_h, set_h = _number("h", "hpr", 0, "the heading in degrees")
+    get_p, set_p = _number("p", "hpr", 1, "the pitch in degrees")
+    get_r, set_r = _number("r", "hpr", 2, "the roll in degrees")
+    get_sx, set_sx = _number("sx", "scale", 0, "the scale along x")
+    get_sy, set_sy = _number("sy", "scale", 1, "the scale along y")
+    get_sz, set_sz = _number("sz", "scale", 2, "the scale along z")
+    get_shxy, set_shxy = _number("shxy", "shear", 0, "the shear of x by y")
+    get_shxz, set_shxz = _number("shxz", "shear", 1, "the shear of x by z")
+    get_shyz, set_shyz = _number("shyz", "shear", 2, "the shear of y by z")
 
     # --- Private ---
 
@@ -762,9 +691,6 @@ class NodePath:
             )
         return [self._vec3(what, (vector,)) for vector in arguments]
 
-    def _above(self) -> NodePath:
-        return NodePath._at(self._existing().parent)
-
     def _split(self, arguments: tuple[Any, ...]) -> tuple[NodePath | None, tuple[Any, ...]]:
         """Return (other, the rest) if the first argument is a NodePath, else (None, all)."""
         if arguments and isinstance(arguments[0], NodePath):
@@ -773,7 +699,7 @@ class NodePath:
 
     def _in_parent(self, other: NodePath, transform: TransformState) -> TransformState:
         """Convert a transform from the space of `other` to the parent's."""
-        result = other.get_transform(self._above()).compose(transform)
+        result = other.get_transform(self.get_parent()).compose(transform)
         if not np.isfinite(result.get_mat()).all():
             raise self._error(
                 f"what was given relative to {str(other)!r} is too large a number in the parent's space"
@@ -792,13 +718,6 @@ class NodePath:
             value = getattr(in_parent, f"get_{name}")()
         node.set_transform(change(node.transform, value))
 
-    def _set_one(self, name: str, index: int, what: str, arguments: tuple[Any, ...]) -> None:
-        other, rest = self._split(arguments)
-        (value,) = self._numbers(what, 1, rest)
-        numbers = list(getattr(self.get_transform(other), f"get_{name}")())
-        numbers[index] = value
-        self._set_part(name, other, self._vec3(what, (numbers,)))
-
     def _flattened(self) -> NodeError:
         """Return the error for a transform without an inverse; it names the highest node that has one."""
         culprit = self._step
@@ -816,3 +735,22 @@ class NodePath:
 def _move(point: Float64, transform: TransformState) -> Float64:
     matrix = transform.get_mat()
     return np.asarray(point @ matrix[:3, :3] + matrix[3, :3])
+
+
+def _common_step(a: PathStep, b: PathStep) -> PathStep | None:
+    """Return the lowest step that both paths go through, None if they have different roots."""
+    common = None
+    for step_a, step_b in zip(reversed(list(a.upwards())), reversed(list(b.upwards())), strict=False):
+        if step_a.node is not step_b.node:
+            break
+        common = step_a
+    return common
+
+
+def _transform_between(top: PathStep | None, step: PathStep | None) -> TransformState:
+    """Return the transform from the space of `step` to that of `top` above it; None is the world."""
+    chain = []
+    while step is not None and (top is None or step.node is not top.node):
+        chain.append(step.node.transform)
+        step = step.parent
+    return reduce(TransformState.compose, reversed(chain), IDENTITY)

@@ -12,7 +12,7 @@ from firefly_sample.settings import number_or_none, to_whole
 
 @dataclass(frozen=True)
 class KeyStep:
-    """The change of a parameter by a key of the window: multiply, then add; a bool is toggled.
+    """The change of a parameter by a key of the window; a bool is toggled.
 
     Attributes
     ----------
@@ -63,13 +63,7 @@ class Parameter:
     live: bool = True
 
     def check(self, value: Any, scene: str) -> Any:
-        """Return `value` as this parameter's type.
-
-        Raises
-        ------
-        ParameterError
-            If it is not of that type, not finite, or out of range; the message gives the range.
-        """
+        """Return `value` as this parameter's type; raise ParameterError if it is not one, or out of range."""
         where = f"scene {scene!r}: {self.name}"
         if self.type is bool:
             if not isinstance(value, bool) and getattr(value, "dtype", None) != "bool":
@@ -90,9 +84,7 @@ class Parameter:
             raise ParameterError(f"{where} must be {kind}, got {value!r}")
         if self.type is float and not math.isfinite(number):
             raise ParameterError(f"{where} must be finite, got {value!r}")
-        low = -math.inf if self.minimum is None else self.minimum
-        high = math.inf if self.maximum is None else self.maximum
-        if not low <= number <= high:
+        if number != self._clamped(number):
             raise ParameterError(f"{where} must be {self.range_text()}, got {value!r}")
         return number
 
@@ -116,11 +108,12 @@ class Parameter:
             if whole == value:
                 whole += 1 if (key.factor > 1 or key.add > 0) else -1
             moved = whole
+        return self.type(self._clamped(moved))
+
+    def _clamped(self, value: float) -> float:
         if self.minimum is not None:
-            moved = max(moved, self.minimum)
-        if self.maximum is not None:
-            moved = min(moved, self.maximum)
-        return self.type(moved)
+            value = max(value, self.minimum)
+        return value if self.maximum is None else min(value, self.maximum)
 
 
 def _exact(bound: float) -> str:
@@ -132,10 +125,7 @@ def _exact(bound: float) -> str:
 def resolve_parameters(scene: str, declared: tuple[Parameter, ...], given: dict[str, Any]) -> dict[str, Any]:
     """Return the value of every declared parameter: the given one, checked, or the default.
 
-    Raises
-    ------
-    ParameterError
-        If a given name is not declared (the message lists those that are) or a value is wrong.
+    Raise ParameterError if a given name is not declared or a value is wrong.
     """
     known = {parameter.name: parameter for parameter in declared}
     for name in given:

@@ -7,16 +7,22 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import SceneError, did_you_mean
-from firefly_sample.scene.arrays import Column, ReadOnlyArrays, as_numbers, checked_rows, outside, read_only
+from firefly_sample.scene.arrays import (
+    Column,
+    Float64,
+    ReadOnlyArrays,
+    as_numbers,
+    checked_rows,
+    outside,
+    read_only,
+)
 from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.random import check_seed
 from firefly_sample.settings import to_number
-
-Float64 = NDArray[np.float64]
 
 ShadowLight = DirectionalLight | Spotlight
 BlurKernel = Literal["box", "gaussian"]
@@ -33,22 +39,15 @@ WIDEST_BLUR = 32.0
 class ParticleArrays(ReadOnlyArrays):
     """The state of n particles at one time.
 
-    Attributes
-    ----------
-    positions : ndarray of float64, shape (n, 3)
-        In the node's space.
-    radii : ndarray of float64, shape (n,)
-        Scene units, 0 or more; the node's scale does not change them.
-    alphas : ndarray of float64, shape (n,)
-        Opacity through the centre, 0 to 1.
-    colors : ndarray of float64, shape (n, 3)
-        Linear: the fraction of light that is scattered, 0 to 1.
+    Positions are in the node's space. Radii are in scene units, 0 or more; the node's scale does not change
+    them. Alphas are the opacity through the centre, 0 to 1. Colours are linear: the fraction of light that is
+    scattered, 0 to 1.
     """
 
-    positions: Float64
-    radii: Float64
-    alphas: Float64
-    colors: Float64
+    positions: Float64  # shape (n, 3)
+    radii: Float64  # shape (n,)
+    alphas: Float64  # shape (n,)
+    colors: Float64  # shape (n, 3)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -71,14 +70,13 @@ class ParticleShadow:
         Factor of each particle's optical depth, 0 or more; 1 is what its alpha says. If the setting
         `particle_shadows` adds alphas, it is a factor of the alpha.
     tint : float
-        Fraction of a particle's colour that is left in its shadow, 0 to 1. At 1, a red particle absorbs no
-        red.
+        Fraction of a particle's colour left in its shadow, 0 to 1; at 1, a red particle absorbs no red.
     attenuation : {"none", "point", "plane"}
         Fade the light on particles, but not on surfaces, with their distance from the light, or from the
         plane through it across its direction: 1 / max(distance^power, 1), in addition to the light's own
         fading.
     power : float
-        Power of that distance, 0 or more.
+        Power of that distance, 0 to 16.
     interpolate : bool
         Interpolate shadows between two slices by depth; otherwise they change in steps.
     show_texture : bool
@@ -110,27 +108,23 @@ class ParticleShadow:
                 "a particle shadow's light must be a DirectionalLight or a Spotlight, got "
                 f"{type(self.light).__name__}"
             )
+        where = f"particle shadow of light {self.light.name!r}"
         for name, high in (("blur", WIDEST_BLUR), ("darkness", 1e6), ("tint", 1.0), ("power", 16.0)):
             value = to_number(getattr(self, name))
             if not 0.0 <= value <= high:
-                raise SceneError(
-                    f"particle shadow of light {self.light.name!r}: {name} must be a number of 0 to "
-                    f"{high:g}, got {getattr(self, name)!r}"
-                )
+                given = getattr(self, name)
+                raise SceneError(f"{where}: {name} must be a number of 0 to {high:g}, got {given!r}")
             object.__setattr__(self, name, value)
-        choices: tuple[tuple[str, tuple[Any, ...]], ...] = (
-            ("kernel", get_args(BlurKernel)),
-            ("attenuation", get_args(Fading)),
-            *((name, (True, False)) for name in ("interpolate", "show_texture", "enabled")),
-        )
-        for name, names in choices:
+        choices: dict[str, tuple[Any, ...]] = {
+            "kernel": get_args(BlurKernel),
+            "attenuation": get_args(Fading),
+            **dict.fromkeys(("interpolate", "show_texture", "enabled"), (True, False)),
+        }
+        for name, allowed in choices.items():
             value = getattr(self, name)
-            if value not in names or type(value) is not type(names[0]):
-                shown = ", ".join(map(str, names))
-                raise SceneError(
-                    f"particle shadow of light {self.light.name!r}: {name} must be one of {shown}, "
-                    f"got {value!r}"
-                )
+            if value not in allowed or type(value) is not type(allowed[0]):
+                shown = ", ".join(map(str, allowed))
+                raise SceneError(f"{where}: {name} must be one of {shown}, got {value!r}")
 
 
 class ParticleNode(PandaNode):
@@ -143,7 +137,6 @@ class ParticleNode(PandaNode):
     Parameters
     ----------
     name : str
-        The node's name.
     positions, radii, alphas, colors : array_like
         Shapes (n, 3), (n,) or (), (n,) or (), and (n, 3) or (3,); a single value is used for every particle.
         Copied.
@@ -156,8 +149,8 @@ class ParticleNode(PandaNode):
     Raises
     ------
     SceneError
-        If shapes disagree or a number is out of range; the message names the node and the index of the first
-        bad entry.
+        Also by the setters, if shapes disagree or a number is out of range; the message names the node and
+        the index of the first bad entry.
     """
 
     def __init__(
@@ -172,7 +165,7 @@ class ParticleNode(PandaNode):
     ) -> None:
         super().__init__(name)
         if function is not None and not callable(function):
-            raise SceneError(f"particles {name!r}: function must be callable, got {function!r}")
+            raise self._error(f"function must be callable, got {function!r}")
         self.function, self.seed = function, check_seed(seed)
         self.arrays = self._checked(positions, radii, alphas, colors)
         self._shadow: ParticleShadow | None = None
@@ -191,22 +184,15 @@ class ParticleNode(PandaNode):
             return self.arrays
         given = self.function(self.seed, time)
         if not (isinstance(given, tuple) and len(given) == 4):
-            raise SceneError(
-                f"particles {self.name!r}: its function must return (positions, radii, alphas, colors), "
-                f"got {type(given).__name__}"
+            raise self._error(
+                f"its function must return (positions, radii, alphas, colors), got {type(given).__name__}"
             )
         return self._checked(*given)
 
     def set_shadow(self, shadow: ParticleShadow | None) -> None:
-        """Set the shadows of the particles; None turns them off.
-
-        Raises
-        ------
-        SceneError
-            If it is not a `ParticleShadow`.
-        """
+        """Set the shadows of the particles; None turns them off."""
         if shadow is not None and not isinstance(shadow, ParticleShadow):
-            raise SceneError(f"particles {self.name!r}: a shadow is a ParticleShadow or None, got {shadow!r}")
+            raise self._error(f"a shadow is a ParticleShadow or None, got {shadow!r}")
         self._shadow = shadow
         self.mark_changed()
 
@@ -215,22 +201,14 @@ class ParticleNode(PandaNode):
         return self._shadow
 
     def change_shadow(self, **changes: Any) -> None:
-        """Change some of the shadow's attributes.
-
-        Raises
-        ------
-        SceneError
-            If there is no shadow, no such attribute, or a value is out of its range.
-        """
+        """Change some of the shadow's attributes; there must be a shadow."""
         if self._shadow is None:
             raise SceneError(f"particles {self.name!r} cast no shadows: give them some with set_shadow")
         known = [field.name for field in fields(ParticleShadow)]
         for name in changes:
             if name not in known:
-                raise SceneError(
-                    f"particles {self.name!r}: a particle shadow has no {name!r}{did_you_mean(name, known)}: "
-                    f"it has {', '.join(known)}"
-                )
+                hint = did_you_mean(name, known)
+                raise self._error(f"a particle shadow has no {name!r}{hint}: it has {', '.join(known)}")
         self.set_shadow(replace(self._shadow, **changes))
 
     def set_bounding_sphere(self, radius: float | None, center: ArrayLike = (0.0, 0.0, 0.0)) -> None:
@@ -238,33 +216,20 @@ class ParticleNode(PandaNode):
 
         The slices of the shadow divide this sphere, so a fixed one keeps them in place while particles move.
         A sphere that is too large wastes slices; particles outside it are shadowed as if they were on its
-        surface, with a warning.
-
-        Parameters
-        ----------
-        radius : float, optional
-            Above 0, in scene units, as the particles' radii.
-        center : array_like, shape (3,)
-            In the node's space.
-
-        Raises
-        ------
-        SceneError
-            If a number is out of range.
+        surface, with a warning. The radius is above 0, in scene units, as the particles' radii; `center`,
+        shape (3,), is in the node's space.
         """
         if radius is None:
             self._sphere = None
         else:
             what = f"particles {self.name!r}: the bounding sphere's center"
-            middle = as_numbers(what, center, SceneError, "three numbers up to 1e18")
+            expected = "three numbers up to 1e18"
+            middle = as_numbers(what, center, SceneError, expected)
             size = to_number(radius)
             if not 0.0 < size <= 1e18:
-                raise SceneError(
-                    f"particles {self.name!r}: bounding radius must be a number above 0, at most 1e18, "
-                    f"got {radius!r}"
-                )
+                raise self._error(f"bounding radius must be a number above 0, at most 1e18, got {radius!r}")
             if middle.shape != (3,) or not (np.abs(middle) <= 1e18).all():
-                raise SceneError(f"{what} must be three numbers up to 1e18, got {center!r}")
+                raise SceneError(f"{what} must be {expected}, got {center!r}")
             x, y, z = middle.tolist()
             self._sphere = (x, y, z), size
         self.mark_changed()
@@ -273,13 +238,16 @@ class ParticleNode(PandaNode):
         """Return the center and radius of the sphere that was set, None if it is computed for each frame."""
         return self._sphere
 
+    def _error(self, message: str) -> SceneError:
+        return SceneError(f"particles {self.name!r}: {message}")
+
     def _checked(
         self, positions: ArrayLike, radii: ArrayLike, alphas: ArrayLike, colors: ArrayLike
     ) -> ParticleArrays:
-        columns = (
-            Column("radii", radii, 0, (("radius is not 0 to 1e18", lambda r: ~((r >= 0.0) & (r <= 1e18))),)),
-            Column("alphas", alphas, 0, (("alpha is not 0 to 1", outside),)),
-            Column("colors", colors, 3, (("color is not 0 to 1", outside),), True),
+        columns: tuple[Column, ...] = (
+            ("radii", radii, 0, (("radius is not 0 to 1e18", lambda r: ~((r >= 0.0) & (r <= 1e18))),)),
+            ("alphas", alphas, 0, (("alpha is not 0 to 1", outside),)),
+            ("colors", colors, 3, (("color is not 0 to 1", outside),)),
         )
         places, sizes, *shares = checked_rows(f"particles {self.name!r}", SceneError, positions, columns)
         return ParticleArrays(places, sizes, *(read_only(np.clip(share, 0.0, 1.0)) for share in shares))

@@ -1,7 +1,4 @@
-"""Many points in one node, lights or dots: positions, colours and radii as arrays or a function of time.
-
-Walking ten thousand nodes would be too slow in Python.
-"""
+"""Many points in one node, lights or dots, as arrays or a function of time: as many nodes would be slow."""
 
 from __future__ import annotations
 
@@ -10,14 +7,16 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.errors import SceneError
-from firefly_sample.scene.arrays import Column, Fault, ReadOnlyArrays, checked_rows, color_faults
+from firefly_sample.scene.arrays import LARGEST, Fault, Float64, ReadOnlyArrays, checked_rows
 from firefly_sample.scene.node import PandaNode
 
-Float64 = NDArray[np.float64]
-
+_COLOR_FAULTS: tuple[Fault, ...] = (
+    ("color is negative or not finite", lambda c: ~(np.isfinite(c) & (c >= 0))),
+    ("color is above 1e30", lambda c: c > LARGEST),
+)
 _NEGATIVE_OR_NAN: Fault = ("radius is negative or no number", lambda r: ~(r >= 0))
 _NEGATIVE_OR_ENDLESS: Fault = ("radius is negative or not finite", lambda r: ~(np.isfinite(r) & (r >= 0)))
 
@@ -29,19 +28,13 @@ PointFunction = Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
 class PointArrays(ReadOnlyArrays):
     """The state of n points at one time.
 
-    Attributes
-    ----------
-    positions : ndarray of float64, shape (n, 3)
-        In the node's space; up to 1e18 from its origin.
-    colors : ndarray of float64, shape (n, 3)
-        Linear; 0 to 1e30.
-    radii : ndarray of float64, shape (n,)
-        Scene units, 0 or more; finite except for lights without an end.
+    Positions are in the node's space, up to 1e18 from its origin. Colours are linear, 0 to 1e30. Radii are in
+    scene units, 0 or more; finite except for lights without an end.
     """
 
-    positions: Float64
-    colors: Float64
-    radii: Float64
+    positions: Float64  # shape (n, 3)
+    colors: Float64  # shape (n, 3)
+    radii: Float64  # shape (n,)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -53,7 +46,6 @@ class PointsNode(PandaNode):
     Parameters
     ----------
     name : str
-        The node's name.
     positions, colors, radii : array_like
         Shapes (n, 3), (n, 3) or (3,), and (n,) or (); a single value is used for every point. Copied.
     function : callable, optional
@@ -69,6 +61,8 @@ class PointsNode(PandaNode):
 
     NOUN: ClassVar = "points"
     ERROR: type[SceneError] = SceneError
+    endless = False
+    """True if a radius may be infinite."""
 
     def __init__(
         self,
@@ -81,11 +75,6 @@ class PointsNode(PandaNode):
         super().__init__(name)
         self.function = function
         self.arrays = self._checked(positions, colors, radii)
-
-    @property
-    def endless(self) -> bool:
-        """True if a radius may be infinite."""
-        return False
 
     def set_arrays(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> None:
         """Replace all points; their number may change."""
@@ -107,8 +96,8 @@ class PointsNode(PandaNode):
     def _checked(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> PointArrays:
         where = f"{self.NOUN} {self.name!r}"
         columns = (
-            Column("colors", colors, 3, color_faults(), colors=True),
-            Column("radii", radii, 0, (_NEGATIVE_OR_NAN if self.endless else _NEGATIVE_OR_ENDLESS,)),
+            ("colors", colors, 3, _COLOR_FAULTS),
+            ("radii", radii, 0, (_NEGATIVE_OR_NAN if self.endless else _NEGATIVE_OR_ENDLESS,)),
         )
         return PointArrays(*checked_rows(where, self.ERROR, positions, columns))
 
@@ -118,8 +107,7 @@ class Sprites(PointsNode):
 
     Surfaces in front hide them. Their radiance is color * (1 - (r/radius)^2)^2 at the distance r from the
     centre; a dot smaller than a pixel is drawn a pixel wide and correspondingly fainter, so that distant dots
-    neither vanish nor flicker.
-    Parameters and errors are those of `PointsNode`.
+    neither vanish nor flicker. Parameters and errors are those of `PointsNode`.
     """
 
     NOUN = "sprites"

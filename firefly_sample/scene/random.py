@@ -16,22 +16,13 @@ from firefly_sample.settings import to_whole
 
 UInt64 = NDArray[np.uint64]
 
-_ROUNDS = 10
-_MULTIPLIER_0 = np.uint64(0xD2511F53)
-_MULTIPLIER_1 = np.uint64(0xCD9E8D57)
-_KEY_STEP_0 = 0x9E3779B9
-_KEY_STEP_1 = 0xBB67AE85
+_MULTIPLIERS = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+_KEY_STEPS = 0x9E3779B9, 0xBB67AE85
 _LOW_32_BITS = 0xFFFFFFFF
 
 
 def check_seed(seed: int) -> int:
-    """Return `seed` as a Python int.
-
-    Raises
-    ------
-    ParameterError
-        If it is not a whole number from 0 to 2**64 - 1.
-    """
+    """Return `seed` as a Python int, or raise ParameterError if it is not 0 to 2**64 - 1."""
     number = to_whole(seed)
     if number is None or not 0 <= number < 2**64:
         raise ParameterError(f"seed must be a whole number from 0 to 2**64 - 1, got {seed!r}")
@@ -43,48 +34,25 @@ def philox4x32(
 ) -> tuple[UInt64, UInt64, UInt64, UInt64]:
     """Turn four 32-bit counter words and two 32-bit key words into four random 32-bit words.
 
-    Parameters
-    ----------
-    counter : tuple of 4 ndarrays of uint64
-        One array a word, least significant first, of shapes that broadcast; values below 2**32.
-    key : (int, int)
-        Below 2**32 each.
-
-    Returns
-    -------
-    tuple of 4 ndarrays of uint64
-        Values below 2**32.
+    Each counter word is an array, least significant first, of shapes that broadcast. All values, also of the
+    result, are below 2**32.
     """
     c0, c1, c2, c3 = counter
     k0, k1 = key
-    for _ in range(_ROUNDS):
-        high0, low0 = _halves(c0 * _MULTIPLIER_0)
-        high1, low1 = _halves(c2 * _MULTIPLIER_1)
+    for _ in range(10):
+        high0, low0 = _halves(c0 * _MULTIPLIERS[0])
+        high1, low1 = _halves(c2 * _MULTIPLIERS[1])
         c0, c1, c2, c3 = high1 ^ c1 ^ np.uint64(k0), low1, high0 ^ c3 ^ np.uint64(k1), low0
-        k0 = (k0 + _KEY_STEP_0) & _LOW_32_BITS
-        k1 = (k1 + _KEY_STEP_1) & _LOW_32_BITS
+        k0 = (k0 + _KEY_STEPS[0]) & _LOW_32_BITS
+        k1 = (k1 + _KEY_STEPS[1]) & _LOW_32_BITS
     return c0, c1, c2, c3
 
 
 def uniform(seed: int, stream: ArrayLike, index: ArrayLike) -> NDArray[np.float64]:
     """Return uniform numbers in [0, 1), multiples of 2**-53; each depends on (seed, stream, index) alone.
 
-    Parameters
-    ----------
-    seed : int
-        0 to 2**64 - 1.
-    stream, index : array_like of int
-        0 to 2**64 - 1, of shapes that broadcast: typically which quantity, and of which item.
-
-    Returns
-    -------
-    ndarray of float64
-        Of the broadcast shape.
-
-    Raises
-    ------
-    ParameterError
-        If the seed, a stream or an index is out of range or not a whole number.
+    All three are whole numbers from 0 to 2**64 - 1, or ParameterError is raised. `stream` and `index`,
+    typically which quantity and of which item, have shapes that broadcast to that of the result.
     """
     key = check_seed(seed)
     index_high, index_low = _halves(_whole("index", index))

@@ -48,11 +48,8 @@ class Camera(PandaNode):
         self.camera_mask = camera_mask
 
     def set_transform(self, transform: TransformState) -> None:
-        """Set the transform to the parents' space.
-
-        A camera itself is not drawn: if it has no children, the revisions above it do not change.
-        """
-        if self._children:
+        """Set the transform to the parents' space."""
+        if self._children:  # a camera itself is not drawn, so without children nothing above it changes
             super().set_transform(transform)
         else:
             self.transform = transform
@@ -97,13 +94,7 @@ class Scene:
 
     @property
     def camera_node(self) -> Camera:
-        """The camera's node.
-
-        Raises
-        ------
-        NodeError
-            If `camera` does not lead to a `Camera`.
-        """
+        """The camera's node; NodeError if `camera` does not lead to a `Camera`."""
         node = self.camera.node()
         if not isinstance(node, Camera):
             raise NodeError(f"scene.camera must be a path to a Camera node, got {self.camera}")
@@ -115,22 +106,13 @@ class Scene:
         return self.camera_node.lens
 
     def set(self, name: str, value: Any) -> None:
-        """Change a live parameter.
-
-        Raises
-        ------
-        ParameterError
-            If this scene has no live parameter `name`.
-        """
+        """Change a live parameter; ParameterError if this scene has none of that name."""
         raise ParameterError(f"this scene has no live parameter {name!r} (tried to set it to {value!r})")
 
     def drag(self, right: float, down: float) -> dict[str, Any]:
         """Handle a drag with the right mouse button, in window heights.
 
-        Returns
-        -------
-        dict of str to object
-            The parameters that it changed, and their values; if empty, the viewer moves the camera.
+        Return the values of the parameters that it changed, by name; if empty, the viewer moves the camera.
         """
         return {}
 

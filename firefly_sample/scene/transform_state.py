@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from firefly_sample.scene.arrays import Float64, read_only
 from firefly_sample.scene.transforms import (
-    Float64,
     Quat,
     Vec3,
     compose_matrix,
@@ -53,32 +53,28 @@ class TransformState:
         "quat_given",
     )
 
-    components_given: bool
-    quat_given: bool
-    is_identity: bool
-    _pos: Vec3
-    _hpr: Vec3 | None
-    _quat: Quat | None
-    _scale: Vec3 | None
-    _shear: Vec3
-    _mat: Float64 | None
-
-    @classmethod
-    def _make(
-        cls, pos: Vec3, hpr: Vec3 | None, quat: Quat | None, scale: Vec3, shear: Vec3
-    ) -> TransformState:
-        state = cls.__new__(cls)
-        state._pos, state._hpr, state._quat, state._scale, state._shear = pos, hpr, quat, scale, shear
-        state._mat = None
-        state.components_given = True
-        state.quat_given = quat is not None
-        state.is_identity = (
-            pos == _ZERO
-            and scale == _ONE
-            and shear == _ZERO
-            and (hpr == _ZERO if hpr is not None else quat == (1.0, 0.0, 0.0, 0.0))
-        )
-        return state
+    def __init__(
+        self,
+        pos: Vec3,
+        hpr: Vec3 | None,
+        quat: Quat | None,
+        scale: Vec3 | None,
+        shear: Vec3,
+        mat: Float64 | None = None,
+    ) -> None:
+        """Take components, or a position and a matrix; the class methods below are plainer."""
+        self._pos, self._hpr, self._quat = pos, hpr, quat
+        self._scale, self._shear, self._mat = scale, shear, mat
+        self.components_given, self.quat_given = mat is None, quat is not None
+        if mat is not None:
+            self.is_identity = bool((mat == _IDENTITY_MATRIX).all())
+        else:
+            self.is_identity = (
+                pos == _ZERO
+                and scale == _ONE
+                and shear == _ZERO
+                and (hpr == _ZERO if hpr is not None else quat == (1.0, 0.0, 0.0, 0.0))
+            )
 
     def __copy__(self) -> TransformState:
         return self
@@ -90,43 +86,35 @@ class TransformState:
         for name, value in state[1].items():
             setattr(self, name, value)
         if self._mat is not None:
-            self._mat.flags.writeable = False
+            read_only(self._mat)
 
     @classmethod
     def make_pos_hpr_scale_shear(
         cls, pos: Vec3 = _ZERO, hpr: Vec3 = _ZERO, scale: Vec3 = _ONE, shear: Vec3 = _ZERO
     ) -> TransformState:
         """Return a state from components; `hpr` in degrees, `shear` as (xy, xz, yz)."""
-        return cls._make(pos, hpr, None, scale, shear)
+        return cls(pos, hpr, None, scale, shear)
 
     @classmethod
     def make_pos_quat_scale_shear(
         cls, pos: Vec3, quat: Quat, scale: Vec3 = _ONE, shear: Vec3 = _ZERO
     ) -> TransformState:
         """Return a state from components; `quat` is a unit quaternion (w, x, y, z)."""
-        return cls._make(pos, None, quat, scale, shear)
+        return cls(pos, None, quat, scale, shear)
 
     @classmethod
     def make_mat(cls, matrix: Float64) -> TransformState:
         """Return a state from an affine 4x4 matrix (last column 0, 0, 0, 1), which is copied."""
-        state = cls.__new__(cls)
-        own = np.array(matrix, dtype=np.float64)
-        own.flags.writeable = False
-        state._mat = own
+        own = read_only(np.array(matrix, dtype=np.float64))
         x, y, z = own[3, :3].tolist()
-        state._pos = (x, y, z)
-        state._hpr = state._quat = state._scale = None
-        state._shear = _ZERO
-        state.components_given = state.quat_given = False
-        state.is_identity = bool((own == _IDENTITY_MATRIX).all())
-        return state
+        return cls((x, y, z), None, None, None, _ZERO, own)
 
     def get_pos(self) -> Vec3:
-        """Translation (x, y, z)."""
+        """Return the translation (x, y, z)."""
         return self._pos
 
     def get_hpr(self) -> Vec3:
-        """(heading, pitch, roll) in degrees."""
+        """Return (heading, pitch, roll) in degrees."""
         if self._hpr is None:
             if self._quat is not None:
                 self._hpr = hpr_from_quat(self._quat)
@@ -136,20 +124,20 @@ class TransformState:
         return self._hpr
 
     def get_quat(self) -> Quat:
-        """The unit quaternion (w, x, y, z) of the rotation."""
+        """Return the unit quaternion (w, x, y, z) of the rotation."""
         if self._quat is None:
             self._quat = quat_from_hpr(self.get_hpr())
         return self._quat
 
     def get_scale(self) -> Vec3:
-        """Scale along x, y, z; negative where it mirrors."""
+        """Return the scale along x, y, z; negative where it mirrors."""
         if self._scale is None:
             self._decompose()
         assert self._scale is not None
         return self._scale
 
     def get_shear(self) -> Vec3:
-        """Shear (xy, xz, yz)."""
+        """Return the shear (xy, xz, yz)."""
         if self._scale is None:
             self._decompose()
         return self._shear
@@ -157,11 +145,9 @@ class TransformState:
     def get_mat(self) -> Float64:
         """Return the 4x4 float64 matrix, child to parent; read-only, computed once."""
         if self._mat is None:
-            assert self._scale is not None
             # from the rotation as it was given: reading the other form before must not change a digit
             rows = rows_from_quat(self.get_quat()) if self.quat_given else rows_from_hpr(self.get_hpr())
-            self._mat = compose_matrix(self._pos, rows, self._scale, self._shear)
-            self._mat.flags.writeable = False
+            self._mat = read_only(compose_matrix(self._pos, rows, self.get_scale(), self._shear))
         return self._mat
 
     def _decompose(self) -> None:
@@ -170,29 +156,28 @@ class TransformState:
         self._hpr, self._scale, self._shear = decompose_matrix((x_row, y_row, z_row))
 
     def set_pos(self, pos: Vec3) -> TransformState:
-        """Return the state with another position."""
+        """Return the state with a different position."""
         if self.components_given:
-            assert self._scale is not None
-            return self._make(pos, *self._rotation(), self._scale, self._shear)
+            return TransformState(pos, *self._rotation(), self.get_scale(), self._shear)
         matrix = np.array(self.get_mat())
         matrix[3, :3] = pos
         return self.make_mat(matrix)
 
     def set_hpr(self, hpr: Vec3) -> TransformState:
-        """Return the state with another rotation, in degrees."""
-        return self._make(self._pos, hpr, None, self.get_scale(), self.get_shear())
+        """Return the state with a different rotation, in degrees."""
+        return TransformState(self._pos, hpr, None, self.get_scale(), self.get_shear())
 
     def set_quat(self, quat: Quat) -> TransformState:
-        """Return the state with another rotation, a unit quaternion."""
-        return self._make(self._pos, None, quat, self.get_scale(), self.get_shear())
+        """Return the state with a different rotation, a unit quaternion."""
+        return TransformState(self._pos, None, quat, self.get_scale(), self.get_shear())
 
     def set_scale(self, scale: Vec3) -> TransformState:
-        """Return the state with another scale."""
-        return self._make(self._pos, *self._rotation(), scale, self.get_shear())
+        """Return the state with a different scale."""
+        return TransformState(self._pos, *self._rotation(), scale, self.get_shear())
 
     def set_shear(self, shear: Vec3) -> TransformState:
-        """Return the state with another shear."""
-        return self._make(self._pos, *self._rotation(), self.get_scale(), shear)
+        """Return the state with a different shear."""
+        return TransformState(self._pos, *self._rotation(), self.get_scale(), shear)
 
     def _rotation(self) -> tuple[Vec3 | None, Quat | None]:
         """Return the rotation in the form in which it was given."""
@@ -228,7 +213,7 @@ class TransformState:
             dx, dy, dz = rotate_by_quat((x * scale, y * scale, z * scale), self.get_quat())
             px, py, pz = self._pos
             sx, sy, sz = child.get_scale()
-            return self._make(
+            return TransformState(
                 (px + dx, py + dy, pz + dz),
                 None,
                 multiply_quats(child.get_quat(), self.get_quat()),
@@ -239,13 +224,7 @@ class TransformState:
             return self.make_mat(child.get_mat() @ self.get_mat())
 
     def invert(self) -> TransformState:
-        """Return the inverse.
-
-        Raises
-        ------
-        SingularTransformError
-            If this state flattens space.
-        """
+        """Return the inverse, or raise SingularTransformError if this state flattens space."""
         if self.is_identity:
             return self
         if self._is_uniform():
@@ -257,17 +236,11 @@ class TransformState:
             x, y, z = self._pos
             inverse = 1.0 / scale
             pos = rotate_by_quat((-x * inverse, -y * inverse, -z * inverse), back)
-            return self._make(pos, None, back, (inverse, inverse, inverse), _ZERO)
+            return TransformState(pos, None, back, (inverse, inverse, inverse), _ZERO)
         return self.make_mat(invert_matrix(self.get_mat()))
 
     def invert_compose(self, other: TransformState) -> TransformState:
-        """Return `other` relative to this state; both must lead to the same space.
-
-        Raises
-        ------
-        SingularTransformError
-            If this state flattens space.
-        """
+        """Return `other` relative to this state; both must lead to the same space. Raise as `invert`."""
         if self == other:
             return IDENTITY
         return self.invert().compose(other)
@@ -282,11 +255,15 @@ class TransformState:
         return hash(self._pos)
 
     def __repr__(self) -> str:
-        names = ("pos", "hpr", "scale", "shear")
-        values = (self._pos, self.get_hpr(), self.get_scale(), self.get_shear())
+        parts = (
+            ("pos", self._pos, _ZERO),
+            ("hpr", self.get_hpr(), _ZERO),
+            ("scale", self.get_scale(), _ONE),
+            ("shear", self.get_shear(), _ZERO),
+        )
         shown = [
             f"{name} " + " ".join(f"{number:g}" for number in value)
-            for name, value, default in zip(names, values, (_ZERO, _ZERO, _ONE, _ZERO), strict=True)
+            for name, value, default in parts
             if value != default
         ]
         return f"TransformState({', '.join(shown) or 'identity'})"
@@ -295,11 +272,8 @@ class TransformState:
 def invert_matrix(matrix: Float64) -> Float64:
     """Return the inverse of an affine 4x4 matrix.
 
-    Raises
-    ------
-    SingularTransformError
-        If the upper 3x3, with rows scaled to length 1, has a condition number above 1/(8 eps): then no digit
-        of the inverse would be correct.
+    Raise SingularTransformError if the upper 3x3, with rows scaled to length 1, has a condition number above
+    1/(8 eps): then no digit of the inverse would be correct.
     """
     upper = matrix[:3, :3]
     lengths = np.abs(upper).max(axis=1, keepdims=True)
@@ -322,6 +296,5 @@ def invert_matrix(matrix: Float64) -> Float64:
 
 
 _IDENTITY_MATRIX: Float64 = np.eye(4)
-_IDENTITY_MATRIX.flags.writeable = False
 IDENTITY = TransformState.make_pos_hpr_scale_shear()
 """The state that changes nothing."""

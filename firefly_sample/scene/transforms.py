@@ -30,9 +30,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Float64 = NDArray[np.float64]
+from firefly_sample.scene.arrays import Float64
+
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
 Rows = tuple[Vec3, Vec3, Vec3]

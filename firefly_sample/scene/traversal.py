@@ -5,34 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode, inherit
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transform_state import IDENTITY
-from firefly_sample.scene.transforms import Float64
 
 
 class Visit(NamedTuple):
-    """A node that a camera sees.
+    """A node that a camera sees, once for each path down to it.
 
-    Attributes
-    ----------
-    node : PandaNode
-        An instanced node is visited once for each path down to it.
-    net : ndarray of float64, shape (4, 4)
-        From the node's space to the root's, for row vectors. Shared between visits and cached: read only.
-    color : (r, g, b, a) or None
-        The colour at the node, after inheriting.
-    material : Material or None
-        The material that replaces those of the node's Geoms, after inheriting.
-    path : str
-        Names from the root down, joined by slashes. If several children of one parent have the same name,
-        "#2" is added to the second, "#3" to the third, so that paths differ (unless names contain slashes).
-        Hidden nodes are counted, so hiding one renames no other.
+    Colour and material are those after inheriting; the material, if any, replaces those of the node's Geoms.
+    The path is the names from the root down, joined by slashes. If several children of one parent have the
+    same name, "#2" is added to the second, "#3" to the third, so that paths differ (unless names contain
+    slashes). Hidden nodes are counted, so hiding one renames no other.
     """
 
     node: PandaNode
-    net: Float64
+    net: Float64  # shape (4, 4), from the node's space to the root's; shared between visits and cached
     color: Color | None
     material: Material | None
     path: str
@@ -41,26 +31,20 @@ class Visit(NamedTuple):
 def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Visit]:
     """Yield every node at and below `root` that a camera with this mask sees; depth first, children in order.
 
-    Transforms, colours, materials and masks above `root` are inherited.
-
-    Raises
-    ------
-    NodeError
-        If `root` is empty.
+    Transforms, colours, materials and masks above `root`, which must not be empty, are inherited.
     """
-    state = _START
     top = root.node()
-    for path in reversed(root.get_ancestors()):
-        node = path.node()
-        above, state = state, _enter(state, node, node.name)
+    above = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
+    for path in reversed(root.get_ancestors()[1:]):
+        above = _enter(above, path.node(), path.get_name())
     waiting = [(top, above, top.name)]
     while waiting:
         node, above, label = waiting.pop()
         here = _enter(above, node, label)
         if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
             yield Visit(node, here.net, here.color, here.material, here.path)
-        elif not _shows_through(node):
-            continue
+        elif not any(below.draw_control & below.draw_show for below in node.iter_descendants()):
+            continue  # `show_through` was called for none of them
         if children := node.children:
             labels = _labels(children)
             waiting.extend([(child, here, labels.pop()) for child in reversed(children)])
@@ -76,9 +60,6 @@ class _State(NamedTuple):
     material: Material | None
     material_priority: int
     path: str
-
-
-_START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
 
 
 def _enter(above: _State, node: PandaNode, label: str) -> _State:
@@ -113,8 +94,3 @@ def _labels(children: Sequence[PandaNode]) -> list[str]:
                 counts[name] += 1
         labels.append(label)
     return labels
-
-
-def _shows_through(node: PandaNode) -> bool:
-    """Return whether a node at or below a hidden one may be shown by `show_through`."""
-    return any(below.draw_control & below.draw_show for below in node.iter_descendants())

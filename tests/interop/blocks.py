@@ -9,10 +9,10 @@ import pyrender
 from hypothesis import strategies as st
 
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.transforms import Float64
 from tests.scenes import ball, geom_node
 
 U = 2.0**-53

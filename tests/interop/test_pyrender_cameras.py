@@ -17,10 +17,10 @@ from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.view import camera_matrices
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
-from firefly_sample.scene.transforms import Float64
 from tests.interop.blocks import ANGLES, SCALE, VECTOR, U, log_floats, there_and_back
 
 SIZE = (64, 48)

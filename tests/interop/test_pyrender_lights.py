@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 from firefly_sample.errors import LightError
 from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import (
     SMALLEST_CONE,
@@ -25,7 +26,6 @@ from firefly_sample.scene.lights import (
 )
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scene.transforms import Float64
 from tests.interop.blocks import (
     ANGLES,
     NUMBER,

@@ -9,8 +9,8 @@ from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.cluster_lookup import list_lengths
 from firefly_sample.plan.lights import lighting
 from firefly_sample.plan.report import plan_as_dict
-from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.light import Falloff
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene

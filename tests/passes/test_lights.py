@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.plan.frame_plan import Capabilities
-from firefly_sample.scene.falloff import Attenuation
+from firefly_sample.scene.light import Attenuation
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.settings import Settings

@@ -13,8 +13,8 @@ from firefly_sample.plan.lights.bounds import screen_bounds
 from firefly_sample.plan.lights.clusters import find_clusters, make_grid, plan_clusters, slices_of
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
-from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.light import Falloff
 
 SIZE = (200, 120)
 

@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from panda3d import core as panda
 
-from firefly_sample.scene.falloff import Attenuation
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.light import Attenuation
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import PandaNode

@@ -12,8 +12,8 @@ from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_icosphe
 from firefly_sample.gpu.records import RECORDS, record_dtype, record_fields, record_glsl
 from firefly_sample.mipmaps import alpha_coverage, mip_chain
 from firefly_sample.plan.lights.light_set import LightSet
-from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.light import Falloff
 
 ALL = {"LIGHT_METHOD": 0, "SPECULAR_MODEL": 1, "FALLOFF": 1, "SHADOW_TAPS": 4}
 """Defines of a variant whose record has every field."""

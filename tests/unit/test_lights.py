@@ -8,8 +8,8 @@ from panda3d import core as panda
 
 from firefly_sample.errors import LightError
 from firefly_sample.pipeline import build_plan
-from firefly_sample.scene.falloff import Attenuation, Falloff
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.light import Attenuation, Falloff
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.nodepath import NodePath
 from tests.scenes import new_planner, wall_scene

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from firefly_sample.errors import NodeError
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transform_state import TransformState
@@ -98,6 +99,11 @@ def test_single_components(vector, index, name):
     expected[index] = 0.75
     np.testing.assert_allclose(get_all(other), expected, atol=1e-12)
     assert get_one(other) == pytest.approx(0.75, abs=1e-12)
+    for method, does in ((get_one, "Return the "), (set_one, "Set the ")):
+        assert method.__qualname__ == f"NodePath.{method.__name__}"
+        assert method.__doc__.startswith(does)
+    with pytest.raises(NodeError, match=f"set_{name} takes 1 number, got 'far'"):
+        set_one("far")
 
 
 @given(st.lists(states, max_size=3), st.lists(states, min_size=1, max_size=3))

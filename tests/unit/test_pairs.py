@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from firefly_sample.lab.reference.shade import PAIRS_LIGHTS, PAIRS_TILE, OneLight, count_pairs, pairs_in_reach
 from firefly_sample.plan.lights.light_set import LightSet
-from firefly_sample.scene.falloff import Falloff
+from firefly_sample.scene.light import Falloff
 
 
 def light_set(positions, reaches, kind="point", **columns):

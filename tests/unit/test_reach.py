@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.plan.lights.reach import budget_thresholds, light_reach
-from firefly_sample.scene.falloff import Attenuation
+from firefly_sample.scene.light import Attenuation
 
 
 def exact(attenuation, intensity, threshold):

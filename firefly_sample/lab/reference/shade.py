@@ -20,7 +20,7 @@ from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
 from firefly_sample.lab.reference.shading import cone_strength, falloff, highlight_of_cosines, opening
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.readback import GBuffer
-from firefly_sample.scene.falloff import Falloff
+from firefly_sample.scene.light import Falloff
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]

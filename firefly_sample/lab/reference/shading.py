@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.scene.falloff import Falloff
+from firefly_sample.scene.light import Falloff
 
 Float64 = NDArray[np.float64]
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from firefly_sample.errors import LightError
 from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet
-from firefly_sample.scene.falloff import Falloff
-from firefly_sample.scene.light import FadingLight, Light
+from firefly_sample.scene.light import FadingLight, Falloff, Light
 from firefly_sample.scene.lights import DirectionalLight, PointLights, Spotlight
 
 Float64 = NDArray[np.float64]

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.scene.falloff import Falloff
+from firefly_sample.scene.light import Falloff
 
 Float64 = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.plan.lights.light_set import LightSet, largest_channel
-from firefly_sample.scene.falloff import Falloff
+from firefly_sample.scene.light import Falloff
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]

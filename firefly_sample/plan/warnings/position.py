@@ -14,8 +14,8 @@ from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.position_error import HALF_FLOAT_END, codes_shown, position_errors
 from firefly_sample.plan.view import Eye
 from firefly_sample.plan.visible import Visible
-from firefly_sample.scene.falloff import Falloff
 from firefly_sample.scene.lens_base import Lens
+from firefly_sample.scene.light import Falloff
 from firefly_sample.settings import PositionMethod
 
 Float64 = NDArray[np.float64]
