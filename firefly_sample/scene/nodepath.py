@@ -6,7 +6,6 @@ import copy
 import math
 from collections.abc import Callable, Sequence
 from functools import reduce
-from operator import methodcaller
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -26,28 +25,6 @@ from firefly_sample.scene.transforms import Vec3, look_at_quat
 from firefly_sample.settings import number_or_none, to_whole
 
 _Value = TypeVar("_Value")
-
-
-def _number(name: str, part: str, index: int, what: str) -> tuple[Callable[..., float], Callable[..., None]]:
-    """Return the getter and the setter of one number of a part of the transform, as methods of `NodePath`."""
-    numbers_of = methodcaller(f"get_{part}")
-
-    def getter(self: NodePath, other: NodePath | None = None) -> float:
-        value: float = numbers_of(self.get_transform(other))[index]
-        return value
-
-    def setter(self: NodePath, *arguments: Any) -> None:
-        other, rest = self._split(arguments)
-        (value,) = self._numbers(f"set_{name}", 1, rest)
-        numbers = list(numbers_of(self.get_transform(other)))
-        numbers[index] = value
-        self._set_part(part, other, self._vec3(f"set_{name}", (numbers,)))
-
-    for method, verb, does in ((getter, "get", "Return"), (setter, "set", "Set")):
-        method.__name__ = f"{verb}_{name}"
-        method.__qualname__ = f"NodePath.{verb}_{name}"
-        method.__doc__ = f"{does} {what}."
-    return getter, setter
 
 
 class NodePath:
@@ -629,19 +606,103 @@ class NodePath:
         """Return the distance of this node's origin from that of `other`, in the units of `other`."""
         return math.hypot(*self.get_transform(other).get_pos())
 
-    # Single numbers of the transform: ``set_x([other,] value)`` keeps y and z, and so on.
-    get_x, set_x = _number("x", "pos", 0, "the position along x")
-    get_y, set_y = _number("y", "pos", 1, "the position along y")
-    get_z, set_z = _number("z", "pos", 2, "the position along z")
-    get_h, set_h = _number("h", "hpr", 0, "the heading in degrees")
-    get_p, set_p = _number("p", "hpr", 1, "the pitch in degrees")
-    get_r, set_r = _number("r", "hpr", 2, "the roll in degrees")
-    get_sx, set_sx = _number("sx", "scale", 0, "the scale along x")
-    get_sy, set_sy = _number("sy", "scale", 1, "the scale along y")
-    get_sz, set_sz = _number("sz", "scale", 2, "the scale along z")
-    get_shxy, set_shxy = _number("shxy", "shear", 0, "the shear of x by y")
-    get_shxz, set_shxz = _number("shxz", "shear", 1, "the shear of x by z")
-    get_shyz, set_shyz = _number("shyz", "shear", 2, "the shear of y by z")
+    # --- Single numbers of the transform: ``set_x([other,] value)`` keeps y and z, and so on ---
+
+    def get_x(self, other: NodePath | None = None) -> float:
+        """Return the position along x."""
+        return self.get_transform(other).get_pos()[0]
+
+    def set_x(self, *arguments: Any) -> None:
+        """Set the position along x."""
+        self._set_one("pos", 0, "set_x", arguments)
+
+    def get_y(self, other: NodePath | None = None) -> float:
+        """Return the position along y."""
+        return self.get_transform(other).get_pos()[1]
+
+    def set_y(self, *arguments: Any) -> None:
+        """Set the position along y."""
+        self._set_one("pos", 1, "set_y", arguments)
+
+    def get_z(self, other: NodePath | None = None) -> float:
+        """Return the position along z."""
+        return self.get_transform(other).get_pos()[2]
+
+    def set_z(self, *arguments: Any) -> None:
+        """Set the position along z."""
+        self._set_one("pos", 2, "set_z", arguments)
+
+    def get_h(self, other: NodePath | None = None) -> float:
+        """Return the heading in degrees."""
+        return self.get_transform(other).get_hpr()[0]
+
+    def set_h(self, *arguments: Any) -> None:
+        """Set the heading in degrees."""
+        self._set_one("hpr", 0, "set_h", arguments)
+
+    def get_p(self, other: NodePath | None = None) -> float:
+        """Return the pitch in degrees."""
+        return self.get_transform(other).get_hpr()[1]
+
+    def set_p(self, *arguments: Any) -> None:
+        """Set the pitch in degrees."""
+        self._set_one("hpr", 1, "set_p", arguments)
+
+    def get_r(self, other: NodePath | None = None) -> float:
+        """Return the roll in degrees."""
+        return self.get_transform(other).get_hpr()[2]
+
+    def set_r(self, *arguments: Any) -> None:
+        """Set the roll in degrees."""
+        self._set_one("hpr", 2, "set_r", arguments)
+
+    def get_sx(self, other: NodePath | None = None) -> float:
+        """Return the scale along x."""
+        return self.get_transform(other).get_scale()[0]
+
+    def set_sx(self, *arguments: Any) -> None:
+        """Set the scale along x."""
+        self._set_one("scale", 0, "set_sx", arguments)
+
+    def get_sy(self, other: NodePath | None = None) -> float:
+        """Return the scale along y."""
+        return self.get_transform(other).get_scale()[1]
+
+    def set_sy(self, *arguments: Any) -> None:
+        """Set the scale along y."""
+        self._set_one("scale", 1, "set_sy", arguments)
+
+    def get_sz(self, other: NodePath | None = None) -> float:
+        """Return the scale along z."""
+        return self.get_transform(other).get_scale()[2]
+
+    def set_sz(self, *arguments: Any) -> None:
+        """Set the scale along z."""
+        self._set_one("scale", 2, "set_sz", arguments)
+
+    def get_shxy(self, other: NodePath | None = None) -> float:
+        """Return the shear of x by y."""
+        return self.get_transform(other).get_shear()[0]
+
+    def set_shxy(self, *arguments: Any) -> None:
+        """Set the shear of x by y."""
+        self._set_one("shear", 0, "set_shxy", arguments)
+
+    def get_shxz(self, other: NodePath | None = None) -> float:
+        """Return the shear of x by z."""
+        return self.get_transform(other).get_shear()[1]
+
+    def set_shxz(self, *arguments: Any) -> None:
+        """Set the shear of x by z."""
+        self._set_one("shear", 1, "set_shxz", arguments)
+
+    def get_shyz(self, other: NodePath | None = None) -> float:
+        """Return the shear of y by z."""
+        return self.get_transform(other).get_shear()[2]
+
+    def set_shyz(self, *arguments: Any) -> None:
+        """Set the shear of y by z."""
+        self._set_one("shear", 2, "set_shyz", arguments)
 
     # --- Private ---
 
@@ -717,6 +778,13 @@ class NodePath:
             in_parent = self._in_parent(other, change(self.get_transform(other), value))
             value = getattr(in_parent, f"get_{name}")()
         node.set_transform(change(node.transform, value))
+
+    def _set_one(self, name: str, index: int, what: str, arguments: tuple[Any, ...]) -> None:
+        other, rest = self._split(arguments)
+        (value,) = self._numbers(what, 1, rest)
+        numbers = list(getattr(self.get_transform(other), f"get_{name}")())
+        numbers[index] = value
+        self._set_part(name, other, self._vec3(what, (numbers,)))
 
     def _flattened(self) -> NodeError:
         """Return the error for a transform without an inverse; it names the highest node that has one."""
