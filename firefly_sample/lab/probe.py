@@ -176,7 +176,10 @@ def evaluate(
     encode: bool = False,
     levels: Sequence[NDArray[Any]] = (),
 ) -> Float32:
-    """Run GLSL for each row, in a fragment of its own.
+    """Return the results of GLSL for each row, in a fragment of its own: float32, shape (n, 4).
+
+    They are 0 in channels that the target does not have. Raises `ShaderError` if the GLSL does not compile,
+    and `GpuError` if the driver reports an error.
 
     Parameters
     ----------
@@ -191,23 +194,12 @@ def evaluate(
     target : str
         The format of `firefly_sample.plan.targets.FORMATS` that keeps the result.
     then : str, optional
-        GLSL that sets ``vec4 result`` from ``vec4 a``, which a shader reads back from the target.
+        GLSL that sets ``vec4 result`` from ``vec4 a``, which a shader reads back from the target. Without it,
+        the target's own numbers are returned.
     encode : bool
-        Let the driver encode what is written to an sRGB target.
+        Let the driver encode the numbers that are written to an sRGB target.
     levels : sequence of ndarray of uint8 or uint16, shape (height, width, 4)
         All mipmap levels of the sampler ``u_texture``, with trilinear filtering, repeating.
-
-    Returns
-    -------
-    ndarray of float32, shape (n, 4)
-        The numbers of the target, or the results of `then`; 0 in channels that the target does not have.
-
-    Raises
-    ------
-    ShaderError
-        If the GLSL does not compile.
-    GpuError
-        If the driver reports an error.
     """
     rows = np.asarray(inputs)
     with open_probe(device) as probe:
@@ -257,23 +249,16 @@ def rasterise(
     target: str = "rgba32f",
     depth: str | None = None,
 ) -> Float32:
-    """Draw triangles through a perspective lens, by the vertex arithmetic of the geometry pass.
+    """Draw triangles (n, 3, 3) of view space through a perspective lens, with the geometry pass's arithmetic.
 
-    Parameters
-    ----------
-    corners : array_like, shape (triangles, 3, 3)
-        View space, cast to float32.
-    body : str
-        GLSL that sets ``vec4 result``, with ``include/lens.glsl``. Without `depth` it runs where a triangle
-        is drawn, and has its interpolated ``v_view`` and ``v_clip``. With `depth` it runs for all pixels
-        afterwards, and ``a.r`` is the depth as a shader reads it from the buffer.
-    target, depth : str
-        Formats of `firefly_sample.plan.targets.FORMATS`: of the result and, if any, of a depth buffer.
+    `body` is GLSL that sets ``vec4 result``, with ``include/lens.glsl``. Without `depth` it runs where a
+    triangle is drawn, and has its interpolated ``v_view`` and ``v_clip``. With `depth`, the format of a depth
+    buffer, it runs for all pixels afterwards, and ``a.r`` is the depth as a shader reads it from the buffer.
 
     Returns
     -------
     ndarray of float32, shape (height, width, 4)
-        The numbers of `target`; the first row is the lowest.
+        The numbers of `target`, a format of `firefly_sample.plan.targets.FORMATS`, lowest row first.
     """
     vertices = np.asarray(corners, dtype=np.float32)
     ctx, defines, blocks = device.ctx, {"ORTHOGRAPHIC": 0}, {"View": view_values(view)}

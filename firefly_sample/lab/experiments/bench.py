@@ -44,7 +44,7 @@ class DrawnFrame:
 
     @property
     def gbuffer(self) -> GBuffer:
-        """The stored values, decoded in float64, of a frame that was drawn with them."""
+        """Return the stored values, decoded in float64; the frame must have been drawn with them."""
         assert self.stored is not None
         return self.stored
 
@@ -81,7 +81,7 @@ class ExperimentBench(ExitStack):
 
     @cached_property
     def device(self) -> Device:
-        """A context for probes, beside that of the renderer."""
+        """Return a context for probes, beside that of the renderer."""
         made = Device(self._index)
         self.callback(made.release)
         if self._require_gpu:
@@ -90,7 +90,7 @@ class ExperimentBench(ExitStack):
 
     @cached_property
     def renderer(self) -> Renderer:
-        """The renderer of all frames."""
+        """Return the renderer of all frames."""
         return self.enter_context(Renderer(SIZE, device=self._index, require_gpu=self._require_gpu))
 
     @property

@@ -57,7 +57,10 @@ def cases(
     /,
     **choices: Iterable[Any],
 ) -> Iterator[Experiment]:
-    """Yield a case for each combination of choices; `name` has them in braces, `measure` gets them."""
+    """Yield a case for each combination of choices: arguments of `measure` and of a `bound` that is called.
+
+    `name` has them in braces.
+    """
     for values in product(*choices.values()):
         arguments = dict(zip(choices, values, strict=True))
         yield Experiment(name.format(**arguments), measure, rows, arguments=arguments, bound=bound)
