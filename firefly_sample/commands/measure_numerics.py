@@ -34,11 +34,11 @@ def numerics(
     json
         Print JSON.
     """
-    from firefly_sample.lab.numerics import measure_numerics
+    from firefly_sample.lab.experiments import measure_numerics
 
-    names = [name.strip() for given in tables for name in given.split(",")]
+    chosen = [name.strip() for names in tables for name in names.split(",")]
     with progress_bar("tables") as progress:
-        driver, measured = measure_numerics(names, device=device, require_gpu=require_gpu, progress=progress)
+        driver, measured = measure_numerics(chosen, device=device, require_gpu=require_gpu, progress=progress)
     if json:
         print_json({"driver": driver, "tables": [table.as_dict() for table in measured]})
         return 0

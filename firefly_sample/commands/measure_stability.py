@@ -6,6 +6,8 @@ import math
 import textwrap
 from collections import Counter
 from collections.abc import Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import Annotated, Any
 
 from cyclopts import CycloptsError, Parameter
@@ -74,22 +76,24 @@ def _finite_or_text(row: Row) -> Row:
 def stability_as_text(result: dict[str, Any]) -> str:
     """Return a measurement as a table, a row per case and method; then the reasons of expected failures."""
     table = [("CASE", "METHOD", "BOUND", "MEASURED", "VERDICT", "WARNING")]
-    before = ""
-    for row in result["cases"]:
-        name = row["case"] if row["case"] != before else ""
-        before = row["case"]
-        numbers = (f"{row['bound']:.3g}", f"{row['measured']:.3g}")
-        table.append((name, row["method"], *numbers, row["verdict"], row["warning"]))
-    lines = [result["driver"], align(table)]
-    lines += [f"expected: {reason}" for reason in _reasons(result["cases"])]
+    for name, rows in _by_case(result).items():
+        for row in rows:
+            numbers = (f"{row['bound']:.3g}", f"{row['measured']:.3g}")
+            table.append((name, row["method"], *numbers, row["verdict"], row["warning"]))
+            name = ""
+    reasons = [f"expected: {reason}" for reason in _reasons(result)]
     counts = Counter(row["verdict"] for row in result["cases"])
-    lines.append(", ".join(f"{counts[name]} {name}" for name in ("pass", "expected", "fail")))
-    return "\n".join(lines)
+    verdicts = ", ".join(f"{counts[name]} {name}" for name in ("pass", "expected", "fail"))
+    return "\n".join([result["driver"], align(table), *reasons, verdicts])
 
 
-def _reasons(rows: Sequence[Row]) -> list[str]:
+def _by_case(result: dict[str, Any]) -> dict[str, list[Row]]:
+    return {name: list(rows) for name, rows in groupby(result["cases"], itemgetter("case"))}
+
+
+def _reasons(result: dict[str, Any]) -> list[str]:
     """Return the reasons of expected failures, each once."""
-    return list(dict.fromkeys(row["reason"] for row in rows if row["verdict"] == "expected"))
+    return list(dict.fromkeys(row["reason"] for row in result["cases"] if row["verdict"] == "expected"))
 
 
 def stability_as_markdown(result: dict[str, Any]) -> str:
@@ -100,49 +104,38 @@ def stability_as_markdown(result: dict[str, Any]) -> str:
     """
     from firefly_sample.lab.experiments.experiment import POSITIONS
 
-    rows = result["cases"]
-    counts = Counter(row["verdict"] for row in rows)
-    lines = [
-        f"{result['driver']}: {counts['pass']} pass, {counts['expected']} fail as expected, "
-        f"{counts['fail']} fail otherwise."
+    methods = [method for method in POSITIONS if any(row["method"] == method for row in result["cases"])]
+    wide, zero, others = [], [], []
+    for name, rows in _by_case(result).items():
+        if rows[0]["method"] not in POSITIONS:
+            others += [(name, row["method"], _number(row["bound"]), _measured(row)) for row in rows]
+        elif any(row["measured"] != 0.0 for row in rows):
+            wide.append((name, *_cells(rows, methods)))
+        else:
+            zero.append(name)
+    verdicts = Counter(row["verdict"] for row in result["cases"])
+    parts = [
+        f"{result['driver']}: {verdicts['pass']} pass, {verdicts['expected']} fail as expected, "
+        f"{verdicts['fail']} fail otherwise."
     ]
-    by_case: dict[str, list[Row]] = {}
-    for row in rows:
-        by_case.setdefault(row["case"], []).append(row)
-    positioned = {name: found for name, found in by_case.items() if found[0]["method"] in POSITIONS}
-    wide = {name: found for name, found in positioned.items() if any(row["measured"] != 0.0 for row in found)}
-    methods = [method for method in POSITIONS if any(row["method"] == method for row in rows)]
     if wide:
-        cells = [[name, *_cells(found, methods)] for name, found in wide.items()]
-        lines += ["", *_markdown(["case", "bound", *methods], cells)]
-    zero = [name for name in positioned if name not in wide]
+        parts.append(_markdown(("case", "bound", *methods), *wide))
     if zero:
         text = f"Every method measured 0: {'; '.join(zero)}."
-        lines += ["", textwrap.fill(text, 118, break_long_words=False, break_on_hyphens=False)]
-    others = [
-        [name, row["method"], _number(row["bound"]), _measured(row)]
-        for name, found in by_case.items()
-        if name not in positioned
-        for row in found
-    ]
+        parts.append(textwrap.fill(text, 118, break_long_words=False, break_on_hyphens=False))
     if others:
-        lines += ["", *_markdown(["case", "method", "bound", "measured"], others)]
-    reasons = _reasons(rows)
-    if reasons:
-        lines += ["", "These fail as expected:", "", *(f"- {reason}" for reason in reasons)]
-    return "\n".join(lines)
+        parts.append(_markdown(("case", "method", "bound", "measured"), *others))
+    if reasons := _reasons(result):
+        parts += ["These fail as expected:", "\n".join(f"- {reason}" for reason in reasons)]
+    return "\n\n".join(parts)
 
 
 def _cells(rows: Sequence[Row], methods: Sequence[str]) -> list[str]:
     """Return the smallest bound, and each method's figure, followed by its own bound where that differs."""
     least = min(row["bound"] for row in rows)
     found = {row["method"]: row for row in rows}
-    cells = [_number(least)]
-    for method in methods:
-        row = found[method]
-        own = "" if row["bound"] == least else f" ({_number(row['bound'])})"
-        cells.append(_measured(row) + own)
-    return cells
+    bounds = {row["method"]: f" ({_number(row['bound'])})" for row in rows if row["bound"] != least}
+    return [_number(least), *(_measured(found[method]) + bounds.get(method, "") for method in methods)]
 
 
 def _measured(row: Row) -> str:
@@ -158,6 +151,7 @@ def _number(value: float) -> str:
     return f"{digits}e{int(power)}"
 
 
-def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    lines = ["| " + " | ".join(cells) + " |" for cells in (head, *rows)]
-    return [lines[0], "|" + "---|" * len(head), *lines[1:]]
+def _markdown(*rows: Sequence[str]) -> str:
+    """Return a table; its first row is the head."""
+    head, *body = ["| " + " | ".join(cells) + " |" for cells in rows]
+    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from firefly_sample.lab.choice import choose
-    from firefly_sample.lab.numerics import measure_numerics
+    from firefly_sample.lab.experiments import measure_numerics
     from firefly_sample.lab.reference.cache import reference_frame
     from firefly_sample.lab.reference.frame import render_classic, render_reference
     from firefly_sample.lab.reference.raycast import cast_visibility
@@ -35,7 +35,7 @@ __all__ = [
 _MODULES = {
     "cast_visibility": "reference.raycast",
     "choose": "choice",
-    "measure_numerics": "numerics",
+    "measure_numerics": "experiments",
     "measure_speed": "speed",
     "measure_stability": "stability",
     "measure_start": "start",

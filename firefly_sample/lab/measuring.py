@@ -15,22 +15,14 @@ from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
 
 _Item = TypeVar("_Item")
-_PACKAGES = {"embreex": "embreex", "flip_evaluator": "flip-evaluator", "matplotlib": "matplotlib"}
 
 
 def require(*modules: str) -> None:
-    """Check that the packages that a measurement needs are installed.
-
-    Raises
-    ------
-    MissingPackageError
-        If one is not; the message says how to install it.
-    """
+    """Raise `MissingPackageError`, which says how to install it, if a package for measuring is missing."""
     for module in modules:
         if find_spec(module) is None:
-            raise MissingPackageError(
-                f"measuring needs {_PACKAGES[module]}: run {install_command('measure')}"
-            )
+            package = module.replace("_", "-")
+            raise MissingPackageError(f"measuring needs {package}: run {install_command('measure')}")
 
 
 def quartile_spread(values: Sequence[float]) -> float:

@@ -1,8 +1,8 @@
 """Run a function of a GLSL include over rows of numbers on the real driver.
 
-`firefly_sample.lab.probes.probe`.
+See `firefly_sample.lab.probe.evaluate`.
 """
 
-from firefly_sample.lab.probes.probe import evaluate
+from firefly_sample.lab.probe import evaluate
 
 __all__ = ["evaluate"]

@@ -10,6 +10,8 @@ import pytest
 from firefly_sample.lab.experiments import TABLES
 from firefly_sample.lab.experiments import depth as depth_tables
 from firefly_sample.lab.experiments.experiment import EPS
+from firefly_sample.lab.probe import WIDTH
+from firefly_sample.plan.position_error import HALF_FLOAT_END
 from firefly_sample.scene.lens import PerspectiveLens
 from tests.lab.bounds import holds_its_bounds
 
@@ -75,7 +77,7 @@ def test_methods_that_fail_at_far_planes(depth):
 @pytest.mark.parametrize("name", ["1e6", "1e9"])
 def test_half_floats_end_at_65504(depth, device, name):
     """Drivers that cut off keep the largest; others turn what is larger into infinity."""
-    size = (depth_tables.WIDTH, 40)
+    size = (WIDTH, 40)
     ratio = depth_tables.RATIOS[name]
     y, _ = depth_tables.distances(ratio, size)
     lens = PerspectiveLens(fov=depth_tables.FOV, near=1.0, far=ratio).constants()
@@ -83,7 +85,7 @@ def test_half_floats_end_at_65504(depth, device, name):
     x, z = ((index % size[0] + 0.5) * 2.0 / size[0] - 1.0), ((index // size[0] + 0.5) * 2.0 / size[1] - 1.0)
     positions = lens.view_from_distance(x, z, y)
     for stored, true in (("linear in R16F", positions[:, 1:2]), ("stored16f", positions)):
-        lost = true - np.clip(true, -depth_tables.LARGEST_HALF, depth_tables.LARGEST_HALF)
+        lost = true - np.clip(true, -HALF_FLOAT_END, HALF_FLOAT_END)
         expected = (np.linalg.norm(lost, axis=1) / np.linalg.norm(true, axis=1)).max()
         if device.software:
             assert depth.value(stored, name) == pytest.approx(expected, abs=2.0**-10)

@@ -7,7 +7,7 @@ import pytest
 
 from firefly_sample.lab.experiments import TABLES, lights
 from firefly_sample.lab.experiments.reach import exact_reach
-from firefly_sample.lab.probes.probe import accumulate
+from firefly_sample.lab.probe import accumulate
 from tests.lab.bounds import holds_its_bounds
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from firefly_sample.lab.experiments import TABLES
-from firefly_sample.lab.experiments.particles import METHODS, cost_experiment, slices_experiment
+from firefly_sample.lab.experiments.particles import METHODS
 
 
 def test_errors_of_each_method(bench):
@@ -25,7 +27,8 @@ def test_errors_of_each_method(bench):
 
 
 def test_errors_by_slices(bench):
-    table = slices_experiment(count=5000, slices=(16, 32)).table(bench)
+    experiment = replace(TABLES["particle_shadow_slices"], rows={"16": 0, "32": 1})
+    table = experiment.table(bench, count=5000, slices=(16, 32))
     first, second = table.rows
     assert first[2] is first[4] is None
     assert second[2] == second[1] / first[1] < 0.6
@@ -33,10 +36,10 @@ def test_errors_by_slices(bench):
 
 
 def test_costs_are_ratios_per_method(bench):
-    table = cost_experiment(counts=(50, 100), slices=(8,), size=(64, 48)).table(bench, rounds=2)
+    table = TABLES["particle_shadow_cost"].table(bench, counts=(50, 100), size=(64, 48), rounds=2)
     assert [row[0] for row in table.rows] == [
         *(name for name in METHODS if "stepped" not in name),
-        "optical_depth, 8 slices",
+        *(f"optical_depth, {slices} slices" for slices in (16, 32, 64, 128, 256)),
     ]
     assert table.columns == ("method", "50 particles", "spread", "100 particles", "spread")
     assert all(value > 0.0 for row in table.rows for value in row[1::2])

@@ -16,8 +16,8 @@ from firefly_sample.errors import SettingsError
 from firefly_sample.lab import stability
 from firefly_sample.lab.experiments import CASES
 from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.cases import error_warning
 from firefly_sample.lab.experiments.experiment import POSITIONS, Experiment
-from firefly_sample.lab.experiments.position_bounds import error_warning
 from firefly_sample.lab.experiments.scenes import wall_scene
 from firefly_sample.lab.stability import EXPECTED, measure_case, measure_stability, reason_for
 from firefly_sample.plan.frame_plan import Capabilities

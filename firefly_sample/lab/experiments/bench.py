@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,9 +16,10 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.lab.reference.shade import shade_lights
 from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.frame_plan import Capabilities, FramePlan
-from firefly_sample.readback import GBuffer, Surface
+from firefly_sample.readback import GBuffer
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
@@ -29,24 +31,22 @@ _PICTURES = ("radiance", "light", "color", "albedo", "normal", "specular", "shin
 """Outputs whose every value must be finite; positions are not where nothing was drawn."""
 
 
+@dataclass(frozen=True)
 class DrawnFrame:
-    """A frame and the plan that it was drawn from; its images are float64.
+    """A frame and the plan that it was drawn from; its images are float64."""
 
-    Attributes
-    ----------
-    frame : Frame
-    plan : FramePlan
-    gbuffer : GBuffer or None
-        The stored values, decoded in float64; None if they were not asked for.
-    """
-
-    def __init__(self, frame: Frame, plan: FramePlan, surface: Surface | None) -> None:
-        self.frame = frame
-        self.plan = plan
-        self.gbuffer: GBuffer | None = surface.gbuffer() if surface is not None else None
+    frame: Frame
+    plan: FramePlan
+    stored: GBuffer | None
 
     def __getitem__(self, output: str) -> Float64:
         return np.asarray(self.frame[output], dtype=np.float64)
+
+    @property
+    def gbuffer(self) -> GBuffer:
+        """Return the stored values, decoded in float64; the frame must have been drawn with them."""
+        assert self.stored is not None
+        return self.stored
 
     def visibility(self) -> NDArray[np.int32]:
         """Return the instance and triangle of each pixel, as the float64 reference takes them."""
@@ -54,7 +54,6 @@ class DrawnFrame:
 
     def expected_light(self) -> tuple[Float64, Float64]:
         """Return radiance and light of all lights but ambient ones, in float64 from the stored G-buffer."""
-        assert self.gbuffer is not None
         return shade_lights(self.gbuffer, self.plan.lights, self.plan.settings, threads=None)
 
 
@@ -70,7 +69,7 @@ class ExperimentBench(ExitStack):
     warnings : list of str
         Of the plans that were drawn since `begin`, each once.
     not_finite : int
-        Values that are not finite in the pictures that were drawn since `begin`.
+        The number of values that are not finite in the pictures that were drawn since `begin`.
     """
 
     def __init__(self, device: int | None = None, require_gpu: bool = False) -> None:
@@ -82,7 +81,7 @@ class ExperimentBench(ExitStack):
 
     @cached_property
     def device(self) -> Device:
-        """A context for probes, beside that of the renderer."""
+        """Return a context for probes, beside that of the renderer."""
         made = Device(self._index)
         self.callback(made.release)
         if self._require_gpu:
@@ -91,7 +90,7 @@ class ExperimentBench(ExitStack):
 
     @cached_property
     def renderer(self) -> Renderer:
-        """The renderer of all frames."""
+        """Return the renderer of all frames."""
         return self.enter_context(Renderer(SIZE, device=self._index, require_gpu=self._require_gpu))
 
     @property
@@ -108,20 +107,14 @@ class ExperimentBench(ExitStack):
         return not needs or bool(getattr(self.capabilities, needs))
 
     def begin(self) -> None:
-        """Forget what was noted."""
+        """Forget the warnings and the values that are not finite."""
         self.warnings, self.not_finite = [], 0
 
     def once(self, key: Hashable, make: Callable[[], Any]) -> Any:
-        """Return what `make` returned the first time that it was called for this key."""
+        """Return the value that `make` returned when it was first called for this key."""
         if key not in self._kept:
             self._kept[key] = make()
         return self._kept[key]
-
-    def plan(self, scene: Scene, settings: Settings, size: tuple[int, int]) -> FramePlan:
-        """Return the plan of a frame, without drawing it."""
-        self.renderer.settings = settings
-        self.renderer.resize(size)
-        return self.renderer.plan(scene)
 
     def draw(
         self,
@@ -138,26 +131,28 @@ class ExperimentBench(ExitStack):
         Parameters
         ----------
         gbuffer : bool
-            Read back what the lighting was computed from.
+            Read back the values that the lighting was computed from.
         capabilities : Capabilities, optional
             Draw as a driver that only has these; they must be among those of this driver.
         """
         self.renderer.settings = settings
         self.renderer.resize(size)
-        names = tuple(outputs)
-        if gbuffer:
-            names = tuple(dict.fromkeys([*names, "position", "normal", "albedo", "specular"]))
+        more = ("position", "normal", "albedo", "specular") if gbuffer else ()
+        names = tuple(dict.fromkeys((*outputs, *more)))
         if capabilities is None:
             plan = self.renderer.plan(scene, time, names)
-        else:
+            self.warnings.extend(line for line in plan.warnings if line not in self.warnings)
+        else:  # warnings for a different driver do not belong in this driver's row
             plan = build_plan(scene, settings, size, names, time, capabilities)
         frame = self.renderer.draw(plan)
-        for name in names:
-            if name in _PICTURES:
-                self.not_finite += int(np.count_nonzero(~np.isfinite(frame[name])))
-        if capabilities is None:  # warnings for another driver do not belong in this driver's row
-            self.warnings.extend(line for line in plan.warnings if line not in self.warnings)
-        return DrawnFrame(frame, plan, self.renderer.surface(plan) if gbuffer else None)
+        for name in set(names).intersection(_PICTURES):
+            self.not_finite += int(np.count_nonzero(~np.isfinite(frame[name])))
+        return DrawnFrame(frame, plan, self.renderer.surface(plan).gbuffer() if gbuffer else None)
+
+    def scene(self, name: str, **options: Any) -> Scene:
+        """Return a scene of `firefly_sample.scenes`, made once for the same options."""
+        made: Scene = self.once((name, *options.items()), lambda: build_scene(find_scene(name), **options))
+        return made
 
     @contextmanager
     def measured_frames(self) -> Iterator[Renderer]:

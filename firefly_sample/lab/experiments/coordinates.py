@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.blocks import view_values
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import Experiment, relative_error
-from firefly_sample.lab.experiments.position_bounds import ACCURATE, positioned, within_law
-from firefly_sample.lab.experiments.scenes import GARDEN_FAR, GARDEN_LIGHTS, GARDEN_NEAR, garden
-from firefly_sample.lab.probes.probe import evaluate
-from firefly_sample.plan.position_error import position_error
+from firefly_sample.lab.experiments.cases import cases, positioned
+from firefly_sample.lab.experiments.experiment import Experiment, Figures, Float64, relative_error, rounded
+from firefly_sample.lab.experiments.scenes import GARDEN_LIGHTS, garden, garden_bound
+from firefly_sample.lab.probe import evaluate
 from firefly_sample.plan.view import View
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.transform_state import TransformState
 
-Float64 = NDArray[np.float64]
-
 EXACT, ROUNDED = 1e-6, 1e-4
 """Bounds where float64 represents every position, and where it rounds them: relative to the largest value."""
-FARTHEST = 16.0
-"""Largest distance of a lit surface in the garden, along the view axis."""
 SHARE = 0.1
 """Of a method's law: both pictures store positions in the same steps, so only few pixels differ in one."""
 SMALLEST_HALF = 2.0**-24
@@ -33,25 +25,13 @@ SMALLEST_POWER = -20
 """Of 2: half floats cannot represent scenes that are smaller."""
 
 
-def _changed(name: str, bound: Callable[[str], float], scale: float = 1.0, offset: float = 0.0) -> Experiment:
-    """Return the case of the garden that is moved or scaled: its largest relative difference."""
-
-    def run(bench: ExperimentBench, method: str) -> float:
-        settings = positioned(method)
-        here = bench.draw(garden(), settings)["radiance"]
-        bench.warnings.clear()
-        there = bench.draw(garden(scale, offset * np.array([1.0, 1.0, -1.0])), settings)["radiance"]
-        return relative_error(there, here)
-
-    return Experiment(name, run, bound=bound)
-
-
-def _bound(method: str, own: float, scale: float = 1.0, offset: float = 0.0) -> float:
-    if method in ACCURATE:
-        return own
-    near, far, farthest = scale * GARDEN_NEAR, scale * GARDEN_FAR, scale * FARTHEST
-    error = position_error(method, near, far, True, farthest, 3.0**0.5 * offset)
-    return within_law(own, error, scale * GARDEN_LIGHTS, SHARE)
+def _change(bench: ExperimentBench, method: str, scale: float = 1.0, offset: float = 0.0) -> float:
+    """Return the largest relative difference of the garden when it is moved or scaled."""
+    settings = positioned(method)
+    here = bench.draw(garden(), settings)["radiance"]
+    bench.warnings.clear()
+    there = bench.draw(garden(scale, offset * np.array([1.0, 1.0, -1.0])), settings)["radiance"]
+    return relative_error(there, here)
 
 
 def _bound_of_power(method: str, power: int) -> float:
@@ -61,30 +41,28 @@ def _bound_of_power(method: str, power: int) -> float:
     return SHARE * 2.0 * SMALLEST_HALF / (2.0**power * GARDEN_LIGHTS)
 
 
-def _distance_errors(bench: ExperimentBench, offset: float, samples: int) -> tuple[float, ...]:
+def _distance_errors(bench: ExperimentBench, offset: float, samples: int) -> Figures:
     """Return errors of a light's distance in float32: in world and view space with bounds, from pixels."""
     size = (1024, 768)
     lens = PerspectiveLens(fov=60.0, aspect_ratio=size[0] / size[1], near=0.1, far=100.0).constants()
     camera = TransformState.make_pos_hpr_scale_shear((offset, offset, offset), (30.0, -7.5, 2.4)).get_mat()
     back = np.linalg.inv(camera[:3, :3])
     view = View(size, lens, False, 0.1, 100.0, np.eye(4), camera)
-    rng = np.random.Generator(np.random.PCG64(7))
+    rng = np.random.default_rng(7)
     pixel = np.floor(rng.uniform(size=(samples, 2)) * size) + 0.5
     ndc_x, ndc_z = (pixel * 2.0 / size - 1.0).T
     surface = lens.view_from_distance(ndc_x, ndc_z, rng.uniform(5.0, 100.0, samples))
     direction = rng.normal(size=(samples, 3))
     light = surface + direction / np.linalg.norm(direction, axis=1, keepdims=True)
-    light[:, 1] = light[:, 1].astype(np.float32)  # a light's record keeps the digits beyond float32, too
+    light[:, 1] = rounded(light[:, 1])  # a light's record keeps the digits beyond float32, too
     exact = np.linalg.norm(light - surface, axis=1)
 
     def largest(found: NDArray[np.float32]) -> float:
-        return float(np.abs(found.astype(np.float64) - exact).max())
+        return float(np.abs(found[:, 0].astype(np.float64) - exact).max())
 
-    def by_distance(one: Float64, other: Float64) -> float:
-        one, other = (np.pad(positions, ((0, 0), (0, 1))) for positions in (one, other))
-        return largest(
-            evaluate(bench.device, [], "result.r = distance(a.xyz, b.xyz);", one, more=other)[:, 0]
-        )
+    def by_distance(positions: list[Float64]) -> float:
+        one, other = positions
+        return largest(evaluate(bench.device, [], "result.r = distance(a.xyz, b.xyz);", one, more=other))
 
     def bound(coordinate: float) -> float:
         """Return the error if the coordinates of both positions are off by half a unit in the last place."""
@@ -93,15 +71,9 @@ def _distance_errors(bench: ExperimentBench, offset: float, samples: int) -> tup
     world = [positions @ camera[:3, :3] + camera[3, :3] for positions in (surface, light)]
     seen = [(positions - camera[3, :3]) @ back for positions in world]
     at = (seen[1][:, [0, 2]] / seen[1][:, 1:2] * (lens.a, lens.c) + 1.0) * (0.5 * np.array(size))
-    near = at.astype(np.float32).astype(np.float64)
+    near = rounded(at)
     defines = (
-        "ORTHOGRAPHIC",
-        "RADIANCE",
-        "LIGHT_RESOLUTION",
-        "SPECULAR_MODEL",
-        "POSITION_SOURCE",
-        "NORMAL_FORMAT",
-        "ALBEDO_FORMAT",
+        "ORTHOGRAPHIC RADIANCE LIGHT_RESOLUTION SPECULAR_MODEL POSITION_SOURCE NORMAL_FORMAT ALBEDO_FORMAT"
     )
     by_pixel = evaluate(
         bench.device,
@@ -109,25 +81,33 @@ def _distance_errors(bench: ExperimentBench, offset: float, samples: int) -> tup
         "Surface s; s.pixel = a.xy; s.y = a.z; s.ray = (ndc_from_pixel(a.xy) - u_film.xy) * u_film.zw;"
         " result.r = length(way_to_light(s, vec4(0.0, a.w, 0.0, 0.0), b, 0.0));",
         np.concatenate([pixel, seen[0][:, 1:2], seen[1][:, 1:2]], axis=1),
-        dict.fromkeys(defines, 0) | {"PLACED": 1},
+        dict.fromkeys(defines.split(), 0) | {"PLACED": 1},
         {"View": view_values(view)},
         more=np.concatenate([near, at - near], axis=1),
-    )[:, 0]
-    return by_distance(*world), bound(offset + 100.0), by_distance(*seen), bound(100.0), largest(by_pixel)
+    )
+    return by_distance(world), bound(offset + 100.0), by_distance(seen), bound(100.0), largest(by_pixel)
 
 
 EXPERIMENTS = (
-    *(
-        _changed(f"moved by 2^{power}", partial(_bound, own=own, offset=2.0**power), offset=2.0**power)
-        for power, own in ((10, EXACT), (20, EXACT), (30, ROUNDED))
+    *cases(
+        "moved by 2^{power}",
+        lambda bench, method, power: _change(bench, method, offset=2.0**power),
+        lambda method, power: garden_bound(
+            ROUNDED if power == 30 else EXACT, method, 1.0, 3.0**0.5 * 2.0**power, SHARE
+        ),
+        power=(10, 20, 30),
     ),
-    *(
-        _changed(f"scaled by {scale:g}", partial(_bound, own=ROUNDED, scale=scale), scale)
-        for scale in (1e-6, 1e-3, 1e3, 1e6)
+    *cases(
+        "scaled by {scale:g}",
+        _change,
+        lambda method, scale: garden_bound(ROUNDED, method, scale, share=SHARE),
+        scale=(1e-6, 1e-3, 1e3, 1e6),
     ),
-    *(
-        _changed(f"scaled by 2^{power}", partial(_bound_of_power, power=power), 2.0**power)
-        for power in (-50, -10, 10, 50)
+    *cases(
+        "scaled by 2^{power}",
+        lambda bench, method, power: _change(bench, method, 2.0**power),
+        _bound_of_power,
+        power=(-50, -10, 10, 50),
     ),
     Experiment(
         "far_from_origin",

@@ -9,41 +9,31 @@ rasteriser's grid, so that the distance at the pixel's centre is known in float6
 from __future__ import annotations
 
 import math
-from contextlib import ExitStack
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
-from firefly_sample.gpu.blocks import view_values
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import EPS, Experiment, Value
-from firefly_sample.lab.probes.probe import kept_until, row_texture, run
-from firefly_sample.lab.probes.raster import rasterise
+from firefly_sample.lab.experiments.experiment import EPS, Experiment, Figures, Float64, rounded
+from firefly_sample.lab.probe import WIDTH, Float32, Size, fragment_shader, open_probe, rasterise
+from firefly_sample.plan.position_error import HALF_FLOAT_END
 from firefly_sample.plan.view import View
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_constants import Clip, LensConstants
 from firefly_sample.scene.transform_state import TransformState
 
-Float64 = NDArray[np.float64]
-
 RATIOS = {"10": 1e1, "1e3": 1e3, "1e6": 1e6, "1e9": 1e9}
 """Far plane over near plane."""
-WIDTH = 1024
 FOV = (60.0, 40.0)
-LARGEST_HALF = 65504.0
-_STEP16, _STEP24 = 1 / 65535, 1 / (2**24 - 1)
-_FROM_DEPTH = "result.r = distance_from_depth(depth);"
-_NOT_FOLDED = "result.r = 0.5 * u_projection.w / (depth - 0.5 - 0.5 * u_projection.y);"
-_FROM_INVERSE = "result.r = view_from_inverse(ndc_from_pixel(gl_FragCoord.xy), depth).y;"
+_STEPS = {"depth16": 1 / 65535, "depth24": 1 / (2**24 - 1), "depth32f": 0.0}
+"""Largest rounding error that a format adds to a depth: a step of whole numbers."""
+_FROM_DEPTH = "result.r = distance_from_depth(a.r);"
+_NOT_FOLDED = "result.r = 0.5 * u_projection.w / (a.r - 0.5 - 0.5 * u_projection.y);"
+_FROM_INVERSE = "result.r = view_from_inverse(ndc_from_pixel(gl_FragCoord.xy), a.r).y;"
 _DISTANCE = "result.r = v_view.y;"
 _POSITION = "result.xyz = v_view;"
-_TO_HALF = """#version 330 core
-uniform sampler2D u_inputs;
-out vec4 o_result;
-void main() { o_result = texelFetch(u_inputs, ivec2(gl_FragCoord.xy), 0); }
-"""
 
 
 @dataclass(frozen=True)
@@ -58,8 +48,6 @@ class Stored:
         GLSL that computes the distance or the position.
     clip, reverse, infinite
         The clip range, whether depth falls with the distance, and whether the far plane is infinite.
-    step : float
-        Largest rounding error that the format adds to a depth: a step of whole numbers, or 0 for float32.
     tilted : bool
         Turn the triangles by up to 45 degrees.
     offset : float
@@ -71,39 +59,28 @@ class Stored:
     clip: Clip = "gl"
     reverse: bool = False
     infinite: bool = False
-    step: float = 0.0
     tilted: bool = False
     offset: float = 1.0
 
-    @property
-    def in_depth(self) -> bool:
-        """Return whether it goes through a depth buffer."""
-        return self.target.startswith("depth")
-
-    @property
-    def half(self) -> bool:
-        """Return whether half floats are stored."""
-        return self.target in ("r16f", "rgba16f")
-
 
 STORED: dict[str, Stored] = {
-    "depth16": Stored("depth16", step=_STEP16),
-    "depth24": Stored("depth24", step=_STEP24),
+    "depth16": Stored("depth16"),
+    "depth24": Stored("depth24"),
     "standard, D32F": Stored("depth32f"),
-    "depth16, not folded": Stored("depth16", _NOT_FOLDED, step=_STEP16),
-    "depth24, not folded": Stored("depth24", _NOT_FOLDED, step=_STEP24),
+    "depth16, not folded": Stored("depth16", _NOT_FOLDED),
+    "depth24, not folded": Stored("depth24", _NOT_FOLDED),
     "standard, D32F, not folded": Stored("depth32f", _NOT_FOLDED),
-    "inverse_matrix": Stored("depth24", _FROM_INVERSE, step=_STEP24),
-    "inverse_matrix, 1e4 off": Stored("depth24", _FROM_INVERSE, step=_STEP24, offset=1e4),
+    "inverse_matrix": Stored("depth24", _FROM_INVERSE),
+    "inverse_matrix, 1e4 off": Stored("depth24", _FROM_INVERSE, offset=1e4),
     "reversed in -1..1, D32F": Stored("depth32f", reverse=True),
-    "reversed in 0..1, D24": Stored("depth24", clip="zero_to_one", reverse=True, step=_STEP24),
+    "reversed in 0..1, D24": Stored("depth24", clip="zero_to_one", reverse=True),
     "depth32f": Stored("depth32f", clip="zero_to_one", reverse=True),
     "depth32f, infinite far": Stored("depth32f", clip="zero_to_one", reverse=True, infinite=True),
     "linear32f": Stored("r32f", _DISTANCE),
     "linear in R16F": Stored("r16f", _DISTANCE),
     "stored32f": Stored("rgba32f", _POSITION),
     "stored16f": Stored("rgba16f", _POSITION),
-    "depth24, tilted": Stored("depth24", step=_STEP24, tilted=True),
+    "depth24, tilted": Stored("depth24", tilted=True),
     "depth32f, tilted": Stored("depth32f", clip="zero_to_one", reverse=True, tilted=True),
     "linear32f, tilted": Stored("r32f", _DISTANCE, tilted=True),
 }
@@ -111,73 +88,70 @@ STORED: dict[str, Stored] = {
 y = 0.5 D / (depth - 0.5 - 0.5 B) in place of two constants that are folded in float64."""
 
 
-def _errors(bench: ExperimentBench, stored: Stored, samples: int) -> list[Value] | None:
+def _errors(bench: ExperimentBench, stored: Stored, samples: int) -> Figures | None:
     """Return the largest error and its bound for each of `RATIOS`."""
     if stored.clip != "gl" and not bench.capabilities.clip_control:
         return None
-    return [figure for ratio in RATIOS.values() for figure in _error(bench.device, stored, ratio, samples)]
+    figures = (_error(bench.device, stored, ratio, samples) for ratio in RATIOS.values())
+    return tuple(chain.from_iterable(figures))
 
 
-def _error(device: Device, stored: Stored, ratio: float, samples: int) -> tuple[Value, Value]:
+def _error(device: Device, stored: Stored, ratio: float, samples: int) -> Figures:
     """Return the largest relative error of distances (or positions) from 1 to `ratio`, and its bound."""
     size = (WIDTH, -(-samples // WIDTH))
     lens = PerspectiveLens(fov=FOV, near=1.0, far=math.inf if stored.infinite else ratio)
     constants = lens.constants(stored.clip, stored.reverse)
-    y, tilt = distances(ratio, size, stored.tilted)
-    corners, exact = _triangles(constants, y, tilt, size)
+    corners, exact = _triangles(constants, *distances(ratio, size, stored.tilted), size)
     camera = TransformState.make_pos_hpr_scale_shear((stored.offset,) * 3, (30.0, -7.5, 2.4)).get_mat()
     world_to_view = np.asarray(np.linalg.inv(camera), dtype=np.float64)
     view = View(size, constants, stored.reverse, 1.0, ratio, world_to_view, camera)
+    depth, half = stored.target in _STEPS, stored.target == "r16f"
     image = rasterise(
         device,
+        view,
         corners,
-        view_values(view),
-        size,
         stored.body,
-        target="r32f" if stored.in_depth or stored.target == "r16f" else stored.target,
-        depth=stored.target if stored.in_depth else None,
-        reverse=stored.reverse,
-        zero_to_one=stored.clip == "zero_to_one",
+        target="r32f" if depth or half else stored.target,
+        depth=stored.target if depth else None,
     ).reshape(-1, 4)
-    if stored.target == "r16f":
+    if half:
         image = _in_half_floats(device, image)
-    if stored.body == _POSITION:
-        found, true = image[:, :3].astype(np.float64), view_positions(constants, exact, size)
-    else:
-        found, true = image[:, :1].astype(np.float64), exact[:, None]
+    true = view_positions(constants, exact, size) if stored.body == _POSITION else exact[:, None]
+    found = image[:, : true.shape[1]].astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         error = np.linalg.norm(found - true, axis=1) / np.linalg.norm(true, axis=1)
     largest = float(np.where(np.isfinite(error), error, np.inf).max())
     return largest, _bound(stored, constants, exact)
 
 
-def distances(ratio: float, size: tuple[int, int], tilted: bool = False) -> tuple[Float64, Float64]:
+def distances(ratio: float, size: Size, tilted: bool = False) -> tuple[Float64, Float64]:
     """Return a distance per pixel, log-uniform from 1 to `ratio`, and the tilt of its triangle, -1..1.
 
     The distances end short of the planes, so that no corner is clipped.
     """
-    rng = np.random.Generator(np.random.PCG64(1))
+    rng = np.random.default_rng(1)
     y = np.exp(rng.uniform(math.log(1.003), math.log(0.997 * ratio), size[0] * size[1]))
     return y, rng.uniform(-1.0, 1.0, len(y)) if tilted else np.zeros(len(y))
 
 
-def _in_half_floats(device: Device, rows: NDArray[np.float32]) -> NDArray[np.float32]:
+def _in_half_floats(device: Device, rows: Float32) -> Float32:
     """Return rows (n, 4) as a target of one channel keeps the first of each."""
-    with device, ExitStack() as held:
-        given = row_texture(device, rows, held)
-        target = kept_until(held, device.ctx.texture(given.size, 1, dtype="f2"))
-        run(device, held, _TO_HALF, target, {"u_inputs": given})
-        result = np.frombuffer(target.read(), dtype=np.float16)[: len(rows), None].astype(np.float32)
-        device.unbind()
-    device.check("a probe")
-    return result
+    with open_probe(device) as probe:
+        source = probe.row_texture(rows)
+        target = probe.keep(device.ctx.texture(source.size, 1, dtype="f2"))
+        probe.draw(fragment_shader("result = a;", samplers=["u_a"]), target, {"u_a": source})
+        return np.frombuffer(target.read(), dtype=np.float16)[: len(rows), None].astype(np.float32)
 
 
-def view_positions(constants: LensConstants, y: Float64, size: tuple[int, int]) -> Float64:
+def _pixels(count: int, size: Size) -> Float64:
+    """Return the centres (count, 2) of the first pixels."""
+    index = np.arange(count)
+    return np.asarray(np.stack([index % size[0], index // size[0]], axis=1) + 0.5, dtype=np.float64)
+
+
+def view_positions(constants: LensConstants, y: Float64, size: Size) -> Float64:
     """Return view-space positions (n, 3) at the pixels' centres."""
-    index = np.arange(len(y))
-    pixel = np.stack([index % size[0], index // size[0]], axis=1) + 0.5
-    x, z = (2.0 * pixel / size - 1.0).T
+    x, z = (2.0 * _pixels(len(y), size) / size - 1.0).T
     return constants.view_from_distance(x, z, y)
 
 
@@ -202,27 +176,24 @@ def law(constants: LensConstants, y: Float64, step: float, folded: bool = True) 
 def _bound(stored: Stored, constants: LensConstants, y: Float64) -> float | None:
     if stored.body == _FROM_INVERSE or stored.tilted:
         return None  # the error depends on the camera's position, or on the driver's interpolation
-    if stored.in_depth:
-        return float(law(constants, y, stored.step, stored.body == _FROM_DEPTH).max())
-    if stored.half and y.max() > LARGEST_HALF:
+    if stored.target in _STEPS:
+        return float(law(constants, y, _STEPS[stored.target], stored.body == _FROM_DEPTH).max())
+    half = stored.target in ("r16f", "rgba16f")
+    if half and y.max() > HALF_FLOAT_END:
         return None
     # interpolated over w, and divided by 1/w: four roundings, since corners that lie so near each other
     # differ too little for their weights to matter; a half float may be cut off
-    return 4.0 * EPS + (2.0**-10 if stored.half else 0.0)
+    return 4.0 * EPS + (2.0**-10 if half else 0.0)
 
 
-def _triangles(
-    constants: LensConstants, y: Float64, tilt: Float64, size: tuple[int, int]
-) -> tuple[Float64, Float64]:
+def _triangles(constants: LensConstants, y: Float64, tilt: Float64, size: Size) -> tuple[Float64, Float64]:
     """Return a triangle per pixel, (n, 3, 3) in view space and float32, and y at the pixels' centres."""
-    index = np.arange(len(y))
     around = np.array([(-0.75, -0.75), (0.75, -0.75), (0.0, 0.75)])
     weights = np.array([0.25, 0.25, 0.5])  # of the corners, at the pixel's centre
-    pixel = np.stack([index % size[0], index // size[0]], axis=1)[:, None] + 0.5 + around
     half = 0.5 * np.array(size)
-    slope = (pixel - half) / half / (constants.a, constants.c)
+    slope = (_pixels(len(y), size)[:, None] + around - half) / half / (constants.a, constants.c)
     across = around[:, 0] / half[0] / constants.a  # in units of the distance
-    distance = (y[:, None] * (1.0 + tilt[:, None] * across)).astype(np.float32).astype(np.float64)
+    distance = rounded(y[:, None] * (1.0 + tilt[:, None] * across))
     corners = np.stack([slope[..., 0] * distance, distance, slope[..., 1] * distance], axis=-1)
     return corners, 1.0 / (weights / distance).sum(axis=1)
 

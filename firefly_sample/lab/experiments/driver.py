@@ -9,17 +9,15 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import EPS, Experiment, Value
-from firefly_sample.lab.probes.probe import WIDTH, evaluate
+from firefly_sample.lab.experiments.experiment import EPS, Experiment, Figures, Float64, rounded
+from firefly_sample.lab.probe import WIDTH, evaluate
 from firefly_sample.lab.reference.texture import Sampler
 from firefly_sample.mipmaps import mip_chain
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 
-Float64 = NDArray[np.float64]
-Figures = tuple[Value, ...]
+Levels = list[NDArray[np.uint8]] | list[NDArray[np.uint16]]
 
 # --- Conversions ---
-
 
 STEPS = {"rgba8": 255, "rgb10_a2": 1023, "rg16_snorm": 32767, "rgba16": 65535}
 """Steps from 0 to 1 of formats of whole numbers."""
@@ -36,8 +34,7 @@ def _conversion(bench: ExperimentBench, name: str, samples: int) -> Figures | No
         every = np.arange(256) / 255.0
         decoded = _stored(bench.device, every, "srgb8_alpha8", then="result = a;")
         return None, None, float(np.abs(decoded - srgb_to_linear(every)).max())
-    rng = np.random.Generator(np.random.PCG64(4))
-    values = _float32(rng.uniform(0.0, 1.0, samples))
+    values = rounded(np.random.default_rng(4).uniform(0.0, 1.0, samples))
     if name == ENCODING:
         stored = _stored(bench.device, values, "srgb8_alpha8", encode=True) * 255.0
         exact = linear_to_srgb(values) * 255.0
@@ -54,9 +51,8 @@ def _conversion(bench: ExperimentBench, name: str, samples: int) -> Figures | No
 def _stored(
     device: Device, values: Float64, target: str, encode: bool = False, then: str | None = None
 ) -> Float64:
-    inputs = np.repeat(values[:, None], 4, axis=1)
-    stored = evaluate(device, [], "result = a;", inputs, target=target, then=then, encode=encode)
-    return stored[:, 0].astype(np.float64)
+    found = evaluate(device, [], "result = a;", values[:, None], target=target, then=then, encode=encode)
+    return found[:, 0].astype(np.float64)
 
 
 # --- Filtering of white noise ---
@@ -66,10 +62,9 @@ SIDE = 256
 
 
 @cache
-def _noise(bits: int) -> tuple[list[NDArray[np.uint8]] | list[NDArray[np.uint16]], Sampler]:
+def _noise(bits: int) -> tuple[Levels, Sampler]:
     """Return all mipmap levels of a texture of white noise, and its float64 sampler."""
-    rng = np.random.Generator(np.random.PCG64(8))
-    noise = mip_chain(rng.uniform(0.0, 1.0, (SIDE, SIDE, 4)).astype(np.float32), None)
+    noise = mip_chain(np.random.default_rng(8).uniform(0.0, 1.0, (SIDE, SIDE, 4)).astype(np.float32), None)
     levels = [np.round(level * (2**bits - 1)).astype(f"u{bits // 8}") for level in noise]
     # 255 is 65535/257: eight bits are sixteen without rounding
     factor = np.uint16(257 if bits == 8 else 1)
@@ -79,17 +74,13 @@ def _noise(bits: int) -> tuple[list[NDArray[np.uint8]] | list[NDArray[np.uint16]
 @cache
 def _samples(lines: int) -> dict[int, tuple[Float64, Float64]]:
     """Return texture coordinates (n, 2) and levels of detail (n,), by bits."""
-    rng = np.random.Generator(np.random.PCG64(8))
+    rng = np.random.default_rng(8)
     rng.uniform(size=(SIDE, SIDE, 4))  # those of the noise
     count = lines * WIDTH
     return {
-        bits: (_float32(rng.uniform(size=(count, 2))), _float32(rng.uniform(0.0, 4.0, count)))
+        bits: (rounded(rng.uniform(size=(count, 2))), rounded(rng.uniform(0.0, 4.0, count)))
         for bits in (8, 16)
     }
-
-
-def _float32(values: Float64) -> Float64:
-    return values.astype(np.float32).astype(np.float64)
 
 
 def _filtering(bench: ExperimentBench, row: tuple[int, str], lines: int) -> Figures:
@@ -99,27 +90,24 @@ def _filtering(bench: ExperimentBench, row: tuple[int, str], lines: int) -> Figu
         return _by_driver(bench.device, levels, sampler, lines)
     at, detail = _samples(lines)[bits]
     level = detail if filtering == "trilinear" else np.zeros(len(at))
-    inputs = np.column_stack([at, level, level])
     body = "result = textureLod(u_texture, a.xy, a.z);"
-    return _errors(evaluate(bench.device, [], body, inputs, levels=levels), sampler.sample(at, level))
+    found = evaluate(bench.device, [], body, np.column_stack([at, level]), levels=levels)
+    return _errors(found, sampler.sample(at, level))
 
 
-def _by_driver(
-    device: Device, levels: list[NDArray[np.uint8]] | list[NDArray[np.uint16]], sampler: Sampler, lines: int
-) -> Figures:
+def _by_driver(device: Device, levels: Levels, sampler: Sampler, lines: int) -> Figures:
     """Sample on grids whose neighbours are as far apart as the level of detail asks for."""
     found, exact = [], []
     for detail in (0.25, 0.75, 1.5, 2.3, 3.6):
         step = np.float64(np.float32(2.0**detail / SIDE))
         x, y = np.meshgrid(np.arange(WIDTH), np.arange(lines))
-        at = _float32(np.stack([x.ravel(), y.ravel()], axis=1) * step + 0.3 * step)
-        inputs = np.concatenate([at, at], axis=1)
-        found.append(evaluate(device, [], "result = texture(u_texture, a.xy);", inputs, levels=levels))
+        at = rounded(np.stack([x.ravel(), y.ravel()], axis=1) * step + 0.3 * step)
+        found.append(evaluate(device, [], "result = texture(u_texture, a.xy);", at, levels=levels))
         exact.append(sampler.sample(at, np.full(len(at), np.log2(step * SIDE))))
     return _errors(np.concatenate(found), np.concatenate(exact))
 
 
-def _errors(found: NDArray[np.float32], exact: Float64) -> tuple[float, float]:
+def _errors(found: NDArray[np.float32], exact: Float64) -> Figures:
     error = np.abs(found.astype(np.float64) - exact)
     return float(error.max()), float(error.mean())
 

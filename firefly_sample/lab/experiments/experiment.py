@@ -8,21 +8,34 @@ from dataclasses import dataclass, field
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.lab.experiments.bench import ExperimentBench
 from firefly_sample.settings import PositionMethod
 
+Float64 = NDArray[np.float64]
 Value = str | float | int | None
+Figures = tuple[Value, ...]
 
 POSITIONS: tuple[PositionMethod, ...] = get_args(PositionMethod)
 """The methods of most cases: the choices of `Settings.position_method`."""
 FLOAT64 = ("float64",)
-"""The method of cases that draw nothing, but measure what is computed before a frame is drawn; and a choice
-of `Settings.interpolation`."""
-
+"""The method of cases that draw nothing, but measure numbers that are computed before a frame is drawn; and a
+choice of `Settings.interpolation`."""
 EPS = 2.0**-24
 """Largest relative rounding error of float32: half the distance of 1 and the next number."""
+
+
+def rounded(values: ArrayLike) -> Float64:
+    """Return values rounded to float32."""
+    return np.asarray(values).astype(np.float32).astype(np.float64)
+
+
+def relative_error(found: Float64, expected: Float64) -> float:
+    """Return the largest difference over the largest expected value; infinite if that is 0 or not finite."""
+    if not (expected.any() and np.isfinite(expected).all()):
+        return math.inf
+    return float(np.abs(found - expected).max() / expected.max())
 
 
 @dataclass(frozen=True)
@@ -31,9 +44,8 @@ class Table:
 
     Attributes
     ----------
-    name : str
     about : str
-        A sentence: what the figures are.
+        A sentence on the figures.
     columns : tuple of str
         A column called "bound", or ending in " bound", holds the bound that theory gives for the figure
         before it, on drivers whose arithmetic rounds as IEEE 754 has it.
@@ -44,7 +56,7 @@ class Table:
     name: str
     about: str
     columns: tuple[str, ...]
-    rows: list[tuple[Value, ...]]
+    rows: list[Figures]
 
     def value(self, row: str, column: str) -> Any:
         """Return the value in a row, by its first value, and a column."""
@@ -77,20 +89,17 @@ class Experiment:
 
     Attributes
     ----------
-    name : str
     measure : callable
-        ``measure(bench, row, **sizes)`` returns a tuple of figures, or None if the driver lacks what the row
-        needs. Of a case it returns one number.
+        ``measure(bench, row, **arguments)`` returns a tuple of figures, or None if the driver lacks what the
+        row needs. Of a case it returns one number.
     rows : tuple of str, or mapping
         Names of the rows. A mapping also has the values that `measure` gets in place of the names.
-    columns : tuple of str
-        Heads of the table's columns, as `Table` has them; a case needs none.
-    about : str
-        A sentence on the figures, in which sizes are named in braces; a case needs none.
-    sizes : mapping
-        How much is measured: numbers of samples, pixels or repetitions.
+    columns, about : tuple of str, str
+        As `Table` has them, with arguments in braces; a case needs none.
+    arguments : mapping
+        What to measure and how much: for example a number of samples.
     bound : float or callable, optional
-        A case's: ``bound(method)`` where methods have error laws of their own.
+        A case's: ``bound(method, **arguments)`` where methods have error laws of their own.
     needs : str
         The attribute of `Capabilities` without which a driver cannot draw the case; empty if every driver
         can.
@@ -101,30 +110,20 @@ class Experiment:
     rows: tuple[str, ...] | Mapping[str, Any] = POSITIONS
     columns: tuple[str, ...] = ()
     about: str = ""
-    sizes: Mapping[str, Any] = field(default_factory=dict)
-    bound: float | Callable[[str], float] | None = None
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    bound: float | Callable[..., float] | None = None
     needs: str = ""
 
-    def table(self, bench: ExperimentBench, **changed_sizes: Any) -> Table:
-        """Measure all rows that the driver can have."""
-        sizes = {**self.sizes, **changed_sizes}
+    def table(self, bench: ExperimentBench, **changes: Any) -> Table:
+        """Measure all rows that the driver can have, with some arguments changed."""
+        arguments = {**self.arguments, **changes}
         rows = self.rows if isinstance(self.rows, Mapping) else dict(zip(self.rows, self.rows, strict=True))
-        measured = ((name, self.measure(bench, value, **sizes)) for name, value in rows.items())
-        return Table(
-            self.name,
-            self.about.format(**sizes),
-            self.columns,
-            [(name, *figures) for name, figures in measured if figures is not None],
-        )
+        measured = ((name, self.measure(bench, value, **arguments)) for name, value in rows.items())
+        found: list[Figures] = [(name, *figures) for name, figures in measured if figures is not None]
+        columns = tuple(column.format(**arguments) for column in self.columns)
+        return Table(self.name, self.about.format(**arguments), columns, found)
 
     def bound_for(self, method: str) -> float:
         """Return the bound that a method must hold."""
         assert self.bound is not None
-        return self.bound(method) if callable(self.bound) else self.bound
-
-
-def relative_error(found: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
-    """Return the largest difference over the largest expected value; infinite if that is 0 or not finite."""
-    if not (expected.any() and np.isfinite(expected).all()):
-        return math.inf
-    return float(np.abs(found - expected).max() / expected.max())
+        return self.bound(method, **self.arguments) if callable(self.bound) else self.bound

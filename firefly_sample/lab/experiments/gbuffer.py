@@ -11,14 +11,14 @@ from functools import lru_cache
 from typing import get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import EPS, FLOAT64, Experiment, Value
-from firefly_sample.lab.experiments.position_bounds import positioned
-from firefly_sample.lab.experiments.scenes import WALL, geom_node, wall, wall_scene
-from firefly_sample.lab.probes.probe import evaluate
+from firefly_sample.lab.experiments.cases import positioned
+from firefly_sample.lab.experiments.experiment import EPS, FLOAT64, Experiment, Figures, Float64, rounded
+from firefly_sample.lab.experiments.scenes import GREY, WALL, geom_node, wall, wall_scene
+from firefly_sample.lab.probe import evaluate
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.plan.targets import ALBEDO_FORMATS, FORMATS, NORMAL_FORMATS, UNSIGNED
 from firefly_sample.plan.variants import AlbedoFormat, NormalFormat
@@ -29,8 +29,6 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
-
-Float64 = NDArray[np.float64]
 
 CHUNK = 500_000
 """Rows that are drawn at a time, to bound the memory."""
@@ -69,17 +67,18 @@ def normal_bounds() -> dict[str, float]:
     }
 
 
+def _unit(vectors: Float64) -> Float64:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
 @lru_cache(maxsize=1)
 def _random_directions(count: int) -> Float64:
     """Return unit vectors (count, 3), uniform over the sphere, with float32 coordinates."""
-    rng = np.random.Generator(np.random.PCG64(2))
-    v = rng.normal(size=(count, 3))
-    v /= np.linalg.norm(v, axis=1, keepdims=True)
-    return v.astype(np.float32).astype(np.float64)
+    return rounded(_unit(np.random.default_rng(2).normal(size=(count, 3))))
 
 
 @lru_cache(maxsize=1)
-def _difficult_directions(count: int = 1_000_000) -> NDArray[np.float32]:
+def _difficult_directions(count: int = 1_000_000) -> Float64:
     """Return unit vectors: random ones, the axes, and both sides of the seams of the octahedron."""
     rng = np.random.default_rng(13)
     random = rng.normal(size=(count - 30_000, 3))
@@ -87,8 +86,7 @@ def _difficult_directions(count: int = 1_000_000) -> NDArray[np.float32]:
     near_axes = axes[rng.integers(0, 6, 10_000)] + rng.normal(size=(10_000, 3)) * 1e-4
     seams = rng.normal(size=(20_000 - len(axes), 3))
     seams[np.arange(len(seams)), rng.integers(0, 3, len(seams))] = rng.choice([0.0, 1e-7, -1e-7], len(seams))
-    every = np.concatenate([random, axes, near_axes, seams])
-    return np.asarray(every / np.linalg.norm(every, axis=1, keepdims=True), dtype=np.float32)
+    return rounded(_unit(np.concatenate([random, axes, near_axes, seams])))
 
 
 def _normal_format(device: Device, setting: str) -> tuple[str, str]:
@@ -103,7 +101,7 @@ def stored_normals(device: Device, unit: ArrayLike, setting: str) -> Float64:
         device,
         ["gbuffer"],
         "result = encode_normal(a.xyz);",
-        np.pad(np.asarray(unit, dtype=np.float32), ((0, 0), (0, 1))),
+        unit,
         {"NORMAL_FORMAT": get_args(NormalFormat).index(packing), "ALBEDO_FORMAT": 0},
         target=target,
         then="result.rgb = decode_normal(a);",
@@ -113,19 +111,17 @@ def stored_normals(device: Device, unit: ArrayLike, setting: str) -> Float64:
 
 def degrees_between(a: Float64, b: Float64) -> Float64:
     """Return the angles between vectors (n, 3) of any length but 0, without the arc cosine's loss near 0."""
-    a, b = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (a, b))
-    return np.asarray(
-        np.degrees(2.0 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
-    )
+    a, b = _unit(a), _unit(b)
+    half = np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
+    return np.asarray(np.degrees(2.0 * half))
 
 
-def _normal_errors(bench: ExperimentBench, name: str, samples: int) -> tuple[Value, ...]:
-    exact = _random_directions(samples)
+def _normal_errors(bench: ExperimentBench, name: str, samples: int) -> Figures:
     angles, largest = [], 0.0
     for first in range(0, samples, CHUNK):
-        true = exact[first : first + CHUNK]
-        back = stored_normals(bench.device, true, name)
-        unit = true / np.linalg.norm(true, axis=1, keepdims=True)
+        exact = _random_directions(samples)[first : first + CHUNK]
+        back = stored_normals(bench.device, exact, name)
+        unit = _unit(exact)
         angles.append(degrees_between(back, unit))
         largest = max(largest, float(np.linalg.norm(back - unit, axis=1).max()))
     degrees = np.concatenate(angles)
@@ -135,20 +131,20 @@ def _normal_errors(bench: ExperimentBench, name: str, samples: int) -> tuple[Val
 
 
 def _largest_angle(bench: ExperimentBench, method: str) -> float:
-    """Return the largest angle in degrees between a normal and what is read back of it."""
-    given = _difficult_directions()
-    back = stored_normals(bench.device, given, method)
-    return float(degrees_between(back, given.astype(np.float64)).max()) if np.isfinite(back).all() else 180.0
+    """Return the largest angle in degrees between a normal and its stored value."""
+    normals = _difficult_directions()
+    back = stored_normals(bench.device, normals, method)
+    return float(degrees_between(back, normals).max()) if np.isfinite(back).all() else 180.0
 
 
 # --- Albedo ---
 
 
-def _albedo_errors(bench: ExperimentBench, name: str, samples: int) -> tuple[Value, ...]:
+def _albedo_errors(bench: ExperimentBench, name: str, samples: int) -> Figures:
     """Measure values evenly over 0..1, and as many within a tenth around 0.01."""
-    rng = np.random.Generator(np.random.PCG64(3))
-    even = rng.uniform(0.0, 1.0, samples).astype(np.float32).astype(np.float64)
-    dark = (0.01 * rng.uniform(0.9, 1.1, samples)).astype(np.float32).astype(np.float64)
+    rng = np.random.default_rng(3)
+    even = rounded(rng.uniform(0.0, 1.0, samples))
+    dark = rounded(0.01 * rng.uniform(0.9, 1.1, samples))
     target, packing = ALBEDO_FORMATS[name]
     back, dim = (_through_albedo(bench.device, values, target, packing) for values in (even, dark))
     return (
@@ -170,39 +166,28 @@ def _dark_bound(name: str, value: float) -> float | None:
 
 
 def _through_albedo(device: Device, values: Float64, target: str, packing: str) -> Float64:
-    inputs = np.repeat(values[:, None], 4, axis=1)
-    given = {"NORMAL_FORMAT": 0, "ALBEDO_FORMAT": get_args(AlbedoFormat).index(packing)}
+    defines = {"NORMAL_FORMAT": 0, "ALBEDO_FORMAT": get_args(AlbedoFormat).index(packing)}
+    body, then = "result = pack_color(a.rrr);", "result.rgb = unpack_color(a);"
+    encode = FORMATS[target].srgb
     if packing == "sqrt10":  # a whole number, which every target keeps as it is
-        body = "result = vec4(unpack_color(uvec4(pack_color(a.rgb))), 1.0);"
-        return evaluate(device, ["gbuffer"], body, inputs, given)[:, 0].astype(np.float64)
-    result = evaluate(
-        device,
-        ["gbuffer"],
-        "result = pack_color(a.rgb);",
-        inputs,
-        given,
-        target=target,
-        then="result.rgb = unpack_color(a);",
-        encode=FORMATS[target].srgb,
-    )
-    return result[:, 0].astype(np.float64)
+        body, then, target = "result.rgb = unpack_color(uvec4(pack_color(a.rrr)));", "result = a;", "rgba32f"
+    inputs = values[:, None]
+    found = evaluate(device, ["gbuffer"], body, inputs, defines, target=target, then=then, encode=encode)
+    return found[:, 0].astype(np.float64)
 
 
 # --- Surfaces without normals, without area, or hardly any ---
 
 
-def _wall_with(geom: Geom) -> Scene:
-    scene = wall_scene()
-    scene.root.find("wall").detach_node()
-    scene.root.attach_new_node(geom_node("wall", geom, Material("grey", (0.5, 0.5, 0.5, 1.0)))).set_y(WALL)
-    scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1, far=100)
-    scene.root.attach_new_node(PointLight("light", radius=12.0)).set_pos(1, 6, 1)
-    return scene
-
-
-def _difference(bench: ExperimentBench, method: str, one: Geom, other: Geom) -> float:
-    settings = positioned(method)
-    pictures = [bench.draw(_wall_with(geom), settings)["radiance"] for geom in (one, other)]
+def _difference(bench: ExperimentBench, method: str, *geoms: Geom) -> float:
+    """Return the largest difference of the pictures of two walls, infinite if nothing is lit."""
+    pictures = []
+    for geom in geoms:
+        scene = wall_scene(lens=OrthographicLens(film_size=(16, 12), near=1, far=100))
+        scene.root.find("wall").detach_node()
+        scene.root.attach_new_node(geom_node("wall", geom, GREY)).set_y(WALL)
+        scene.root.attach_new_node(PointLight("light", radius=12.0)).set_pos(1, 6, 1)
+        pictures.append(bench.draw(scene, positioned(method))["radiance"])
     return float(np.abs(pictures[0] - pictures[1]).max()) if pictures[0].any() else math.inf
 
 

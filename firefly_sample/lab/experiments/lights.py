@@ -7,7 +7,7 @@ evenly over a box 100 units wide, 100 deep and 10 high, as seen from random posi
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import get_args
 
 import numpy as np
@@ -15,19 +15,24 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import EPS, Experiment, Value, relative_error
-from firefly_sample.lab.experiments.position_bounds import positioned
+from firefly_sample.lab.experiments.cases import cases, positioned
+from firefly_sample.lab.experiments.experiment import (
+    EPS,
+    POSITIONS,
+    Experiment,
+    Figures,
+    Float64,
+    relative_error,
+    rounded,
+)
 from firefly_sample.lab.experiments.scenes import garden, wall_scene
-from firefly_sample.lab.probes.probe import accumulate
+from firefly_sample.lab.probe import accumulate
 from firefly_sample.lab.reference.shading import attenuation
 from firefly_sample.plan.lights.reach import budget_thresholds, light_reach
 from firefly_sample.plan.targets import ACCUMULATION_FORMATS, FORMATS
 from firefly_sample.scene.lights import PointLight, PointLights
 from firefly_sample.settings import HALF_CODE, LightMethod, Settings
 from firefly_sample.srgb import linear_to_srgb
-
-Float64 = NDArray[np.float64]
-Figures = tuple[Value, ...]
 
 # --- Sums in the blender ---
 
@@ -41,60 +46,54 @@ NEAREST_HALF = "rgba16f, to the nearest, computed"
 @lru_cache(maxsize=2)
 def seen_lights(positions: int) -> tuple[Float64, Float64]:
     """Return distances (lights, positions), and the light of each there in float32, at intensity 1."""
-    rng = np.random.Generator(np.random.PCG64(5))
+    rng = np.random.default_rng(5)
     lights, seen = rng.uniform(size=(LIGHTS, 3)) * BOX, rng.uniform(size=(positions, 3)) * BOX
     square = np.zeros((LIGHTS, positions))
     for axis in range(3):
         square += (lights[:, None, axis] - seen[None, :, axis]) ** 2
     distance = np.sqrt(square)
-    return distance, attenuation(distance, FADING).astype(np.float32).astype(np.float64)
+    return distance, rounded(attenuation(distance, FADING))
 
 
 def _accumulation(bench: ExperimentBench, name: str, positions: int) -> Figures:
     """Add the lights up at these positions, a pixel each, by the driver's blending."""
     _, parts = seen_lights(positions)
     target = ACCUMULATION_FORMATS[name.partition(",")[0]]
-    if name == NEAREST_HALF:
-        total = _in_half_floats(parts)
-    else:
-        total = accumulate(bench.device, np.repeat(parts[..., None], 3, axis=2), target)[:, 0].astype(
-            np.float64
-        )
-    error = total / parts.sum(axis=0) - 1.0
+    nearest = name == NEAREST_HALF
+    total = _in_half_floats(parts) if nearest else accumulate(bench.device, parts[..., None], target)[:, 0]
+    error = total.astype(np.float64) / parts.sum(axis=0) - 1.0
     bound = LIGHTS * EPS if name == "rgba32f" else None
     return FORMATS[target].bytes_per_pixel, float(np.abs(error).max()), bound, float(error.mean())
 
 
-def _in_half_floats(parts: Float64) -> Float64:
+def _in_half_floats(parts: Float64) -> NDArray[np.float16]:
     """Return the sums of a driver that rounds to the nearest half float after each pass."""
     total = np.zeros(parts.shape[1], dtype=np.float16)
     for part in parts.astype(np.float32):
         total = (total.astype(np.float32) + part).astype(np.float16)
-    return total.astype(np.float64)
+    return total
 
 
 def _piles(bench: ExperimentBench, row: tuple[int, bool], values: int) -> Figures:
     """Add up lights of `values` intensities from 1/2 to 1, with a pixel each."""
     count, in_batches = row
-    rng = np.random.Generator(np.random.PCG64(6))
+    rng = np.random.default_rng(6)
     strength = rng.uniform(0.5, 1.0, values).astype(np.float32)
-    one = np.repeat(strength[None, :, None], 3, axis=2)
-    total = (_in_batches if in_batches else _one_by_one)(bench.device, one, count)
+    one = strength[None, :, None]
+    add = _in_batches if in_batches else partial(accumulate, target="rgba32f")
+    total = add(bench.device, one, repeat=count)[:, 0]
     error = total.astype(np.float64) / (count * strength.astype(np.float64)) - 1.0
     sums = BATCH + -(-count // BATCH) if in_batches else count
     return float(np.abs(error).max()), 0.5 * sums * EPS
 
 
-def _one_by_one(device: Device, one: NDArray[np.float32], count: int) -> NDArray[np.float32]:
-    return accumulate(device, one, "rgba32f", count)[:, 0]
-
-
-def _in_batches(device: Device, one: NDArray[np.float32], count: int) -> NDArray[np.float32]:
+def _in_batches(device: Device, one: NDArray[np.float32], repeat: int) -> NDArray[np.float32]:
     """Blend whole batches, then their sums and the remainder."""
-    whole, rest = divmod(count, BATCH)
-    batch = accumulate(device, one, "rgba32f", BATCH)
-    passes = [batch] * whole + ([accumulate(device, one, "rgba32f", rest)] if rest else [])
-    return accumulate(device, np.stack(passes), "rgba32f")[:, 0]
+    whole, rest = divmod(repeat, BATCH)
+    passes = [accumulate(device, one, "rgba32f", BATCH)] * whole
+    if rest:
+        passes.append(accumulate(device, one, "rgba32f", rest))
+    return accumulate(device, np.stack(passes), "rgba32f")
 
 
 def _cutoff(bench: ExperimentBench, threshold: float | None, positions: int) -> Figures:
@@ -119,16 +118,19 @@ LIT_GBUFFER: tuple[LightMethod, ...] = ("volumes", "clustered", "fullscreen", "l
 WITHOUT_VOLUMES = tuple(method for method in get_args(LightMethod) if method not in ("auto", "volumes"))
 
 
-def bound_of_sum(count: int) -> float:
+def bound_of_sum(method: str, count: int) -> float:
     """Return the relative error that float32 may add to a sum of lights."""
+    if method == "clustered" and count:
+        return 2e-6  # the error of a cell's sum does not grow with the number of lights
     return 2e-8 * count + 1e-6 if count else 0.0
 
 
-def _error_of_pile(bench: ExperimentBench, settings: Settings, count: int, size: tuple[int, int]) -> float:
+def _error_of_pile(bench: ExperimentBench, method: str, count: int) -> float:
     """Return the relative difference of N lights of intensity 1/N to one light of a different light method.
 
-    It is infinite if any light is dropped.
+    It is infinite if any light is dropped. `method` is that of the positions, or of the lights.
     """
+    settings = positioned(method) if method in POSITIONS else Settings().with_changes(light_method=method)
     settings = settings.with_changes(albedo_format="rgba32f")  # "forward" rounds no colour
     other_method = "fullscreen" if settings.light_method == "volumes" else "volumes"
 
@@ -137,51 +139,27 @@ def _error_of_pile(bench: ExperimentBench, settings: Settings, count: int, size:
         if many:
             positions, colors = np.tile(POSITION, (many, 1)), np.full((many, 3), 1.0 / many)
             scene.root.attach_new_node(PointLights("lights", positions, colors, 12.0))
+        size = SMALL if count <= 2000 else TINY
         drawn = bench.draw(scene, settings.with_changes(light_method=light_method), size)
         if drawn.frame.lights.dropped or drawn.frame.lights.in_view != many:
             return np.full(drawn["radiance"].shape, math.inf)
         return drawn["radiance"]
 
     found = picture(count, settings.light_method)
-    if count == 0:
-        return float(np.abs(found).max())
-    return relative_error(found, picture(1, other_method))
+    return relative_error(found, picture(1, other_method)) if count else float(np.abs(found).max())
 
 
-def _pile(count: int, size: tuple[int, int]) -> Experiment:
-    return Experiment(
-        f"{count:,} lights",
-        lambda bench, method: _error_of_pile(bench, positioned(method), count, size),
-        bound=bound_of_sum(count),
-    )
+def _order(bench: ExperimentBench, method: str, count: int) -> float:
+    """Compare overlapping lights in two orders."""
+    rng = np.random.default_rng(3)
+    positions, colors = rng.uniform((-4, 6, -3), (4, 10, 3), (count, 3)), rng.uniform(0, 0.01, (count, 3))
 
+    def picture(order: NDArray[np.intp]) -> Float64:
+        scene = wall_scene(cells=4)
+        scene.root.attach_new_node(PointLights("lights", positions[order], colors[order], 6.0))
+        return bench.draw(scene, positioned(method), SMALL)["radiance"]
 
-def _pile_without_volumes(count: int, size: tuple[int, int], methods: tuple[str, ...]) -> Experiment:
-    def run(bench: ExperimentBench, method: str) -> float:
-        return _error_of_pile(bench, Settings().with_changes(light_method=method), count, size)
-
-    def bound(method: str) -> float:
-        # the error of a cell's sum does not grow with the number of lights
-        return 2e-6 if method == "clustered" and count else bound_of_sum(count)
-
-    return Experiment(f"{count:,} lights without volumes", run, methods, bound=bound)
-
-
-def _order(count: int) -> Experiment:
-    """Return the case of overlapping lights in two orders."""
-
-    def run(bench: ExperimentBench, method: str) -> float:
-        rng = np.random.default_rng(3)
-        positions, colors = rng.uniform((-4, 6, -3), (4, 10, 3), (count, 3)), rng.uniform(0, 0.01, (count, 3))
-
-        def picture(order: NDArray[np.intp]) -> Float64:
-            scene = wall_scene(cells=4)
-            scene.root.attach_new_node(PointLights("lights", positions[order], colors[order], 6.0))
-            return bench.draw(scene, positioned(method), SMALL)["radiance"]
-
-        return relative_error(picture(rng.permutation(count)), picture(np.arange(count)))
-
-    return Experiment(f"{count:,} lights in another order", run, bound=bound_of_sum(count))
+    return relative_error(picture(rng.permutation(count)), picture(np.arange(count)))
 
 
 def _twice(bench: ExperimentBench, method: str) -> float:
@@ -240,11 +218,18 @@ EXPERIMENTS = (
         "of light that is dropped, the largest loss of radiance at a position, and that in display codes.",
         {"positions": 4096},
     ),
-    *(_pile(count, SMALL) for count in (0, 1, 500, 2000)),
-    *(_pile(count, TINY) for count in (10_000, 100_000)),
-    *(_pile_without_volumes(count, SMALL, WITHOUT_VOLUMES) for count in (0, 1, 500)),
-    *(_pile_without_volumes(count, TINY, ("clustered", "loop", "forward")) for count in (10_000, 100_000)),
+    *cases("{count:,} lights", _error_of_pile, bound_of_sum, count=(0, 1, 500, 2000, 10_000, 100_000)),
+    *cases(
+        "{count:,} lights without volumes", _error_of_pile, bound_of_sum, WITHOUT_VOLUMES, count=(0, 1, 500)
+    ),
+    *cases(
+        "{count:,} lights without volumes",
+        _error_of_pile,
+        bound_of_sum,
+        ("clustered", "loop", "forward"),
+        count=(10_000, 100_000),
+    ),
     Experiment(f"garden, {len(LIT_GBUFFER)} light methods", _light_methods, bound=5e-6),
-    *(_order(count) for count in (500, 2000)),
-    Experiment("equal lights in one place", _twice, bound=bound_of_sum(2)),
+    *cases("{count:,} lights in another order", _order, bound_of_sum, count=(500, 2000)),
+    Experiment("equal lights in one place", _twice, bound=bound_of_sum("volumes", 2)),
 )

@@ -18,14 +18,15 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import FireflyError
 from firefly_sample.lab.experiments.bench import ExperimentBench
+from firefly_sample.lab.experiments.cases import cases, error_warning, positioned
 from firefly_sample.lab.experiments.experiment import FLOAT64, Experiment
-from firefly_sample.lab.experiments.position_bounds import error_warning, positioned
-from firefly_sample.lab.experiments.scenes import geom_node, wall
+from firefly_sample.lab.experiments.scenes import WHITE, wall_scene
 from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.lab.reference.shading import tone_curve
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.particles import ParticleNode
@@ -45,11 +46,10 @@ LATE, EARLY = 1.0, 0.1
 
 def _beside_a_light(near: float, reach: float, fades: bool, from_origin: float) -> Scene:
     """Return a wall a quarter of a light's reach behind it, as bright there as a display can show."""
-    scene = Scene()
-    shift = np.array([from_origin, 0.0, 0.0])
-    plaster = Material("plaster", (1.0, 1.0, 1.0, 1.0))
-    path = scene.root.attach_new_node(geom_node("wall", wall(2.5 * reach, 8), plaster))
-    path.set_pos_hpr(*(shift + np.array([0.0, DISTANCE, 0.0])), 0, -TILT, 0)
+    fov = 2.0 * math.degrees(math.atan(reach / DISTANCE))
+    lens = PerspectiveLens(fov=fov, aspect_ratio=4 / 3, near=near, far=FAR)
+    scene = wall_scene(DISTANCE, 2.5 * reach, 8, WHITE, hpr=(0.0, -TILT, 0.0), lens=lens)
+    scene.root.find("wall").set_x(from_origin)
     beside = 0.25 * reach
     light = PointLight("light", radius=reach)
     strength = 0.95 / 0.75**2
@@ -57,10 +57,8 @@ def _beside_a_light(near: float, reach: float, fades: bool, from_origin: float) 
         light.set_attenuation((1.0, 0.0, 1.0 / beside**2))
         strength = 0.95 * 2.0
     light.set_color((strength,) * 3)
-    scene.root.attach_new_node(light).set_pos(*(shift + np.array([0.0, DISTANCE - beside, 0.0])))
-    scene.camera.set_pos(*shift)
-    fov = 2.0 * math.degrees(math.atan(reach / DISTANCE))
-    scene.camera_node.lens = PerspectiveLens(fov=fov, aspect_ratio=4 / 3, near=near, far=FAR)
+    scene.root.attach_new_node(light).set_pos(from_origin, DISTANCE - beside, 0.0)
+    scene.camera.set_pos(from_origin, 0.0, 0.0)
     return scene
 
 
@@ -78,22 +76,27 @@ def _codes_off(bench: ExperimentBench, scene: Scene, settings: Settings) -> floa
     return float(np.where(seen, error, 0.0).max())
 
 
-def _warnings(name: str, fades: bool, from_origin: float) -> Experiment:
-    """Return the case of warnings for many near planes and reaches: how many are late or early."""
+_BESIDE = {
+    "lights with a radius": (False, 0.0),
+    "attenuated lights": (True, 0.0),
+    "far from the origin": (False, 1e4),
+}
+"""Whether the light is attenuated, and the distance of scene and camera from the world's origin."""
 
-    def run(bench: ExperimentBench, method: str) -> float:
-        exact = {"normal_format": "rgba32f", "albedo_format": "rgba32f", "cutoff_budget": 0.0, "tone": "none"}
-        settings = positioned(method, **exact)
-        wrong = 0
-        for reach, ratio in product((1.0, 8.0, 64.0), RATIOS):
-            bench.warnings.clear()
-            codes = _codes_off(bench, _beside_a_light(DISTANCE / ratio, reach, fades, from_origin), settings)
-            warned = error_warning(bench.warnings, method) != ""
-            wrong += codes < EARLY if warned else codes > LATE
+
+def _warnings(bench: ExperimentBench, method: str, name: str) -> float:
+    """Return how many warnings are late or early, for many near planes and reaches."""
+    settings = positioned(
+        method, normal_format="rgba32f", albedo_format="rgba32f", cutoff_budget=0.0, tone="none"
+    )
+    wrong = 0
+    for reach, ratio in product((1.0, 8.0, 64.0), RATIOS):
         bench.warnings.clear()
-        return float(wrong)
-
-    return Experiment(f"warnings late or early, {name}", run, bound=0.0)
+        codes = _codes_off(bench, _beside_a_light(DISTANCE / ratio, reach, *_BESIDE[name]), settings)
+        warned = error_warning(bench.warnings, method) != ""
+        wrong += codes < EARLY if warned else codes > LATE
+    bench.warnings.clear()
+    return float(wrong)
 
 
 # --- Numbers and scenes beyond float32 ---
@@ -104,25 +107,22 @@ ORDINARY = 1.0
 SIZE = (64, 48)
 
 
-def _lit(scale: float, width: float = 20.0, light: float | None = None) -> Scene:
+def _lit(scale: float, width: float = 20.0, light: float | None = None, lens: Lens | None = None) -> Scene:
     """Return a wall of 20 units ten units away, `scale` times as large and far, under a light at the eye."""
-    scene = Scene()
-    scene.root.attach_new_node(geom_node("wall", wall(width * scale), Material("grey"))).set_y(10.0 * scale)
+    lens = lens or PerspectiveLens(fov=60.0, near=scale, far=100.0 * scale)
+    scene = wall_scene(10.0 * scale, width * scale, material=Material("grey"), lens=lens)
     scene.root.attach_new_node(PointLight("lamp", radius=light))
-    scene.camera_node.lens = PerspectiveLens(fov=60.0, near=scale, far=100.0 * scale)
     return scene
 
 
-def _planned(**changes: Any) -> None:
-    scene = _lit(1.0)
+def _flat(width: float) -> Scene:
+    return _lit(1.0, width, lens=OrthographicLens(film_size=(16, 12), near=1.0, far=100.0))
+
+
+def _planned(lens: Lens | None = None, **changes: Any) -> None:
+    scene = _lit(1.0, lens=lens)
     for name, value in changes.items():
         setattr(scene, name, value)
-    build_plan(scene, size=SIZE)
-
-
-def _seen_through(lens: PerspectiveLens | OrthographicLens) -> None:
-    scene = _lit(1.0)
-    scene.camera_node.lens = lens
     build_plan(scene, size=SIZE)
 
 
@@ -165,9 +165,9 @@ _GIVEN: tuple[Callable[[float], Any], ...] = (
     lambda n: _planned(background=(0, n, 0)),
     lambda n: _planned(background=VerticalGradient((0, 0, 0), (n, 0, 0))),
     lambda n: _planned(exposure=n),
-    lambda n: _seen_through(PerspectiveLens(near=n, far=2 * n)),
-    lambda n: _seen_through(PerspectiveLens(near=1e-7 / n, far=1)),
-    lambda n: _seen_through(OrthographicLens(near=-n, far=n)),
+    lambda n: _planned(PerspectiveLens(near=n, far=2 * n)),
+    lambda n: _planned(PerspectiveLens(near=1e-7 / n, far=1)),
+    lambda n: _planned(OrthographicLens(near=-n, far=n)),
     lambda n: _grown(n**4),
 )
 
@@ -188,12 +188,6 @@ def _accepted(bench: ExperimentBench, method: str) -> float:
 def _scaled(factor: float) -> Scene:
     scene = _lit(1.0)
     scene.root.find("wall").set_scale(factor)
-    return scene
-
-
-def _flat(width: float) -> Scene:
-    scene = _lit(1.0, width)
-    scene.camera_node.lens = OrthographicLens(film_size=(16, 12), near=1.0, far=100.0)
     return scene
 
 
@@ -240,9 +234,7 @@ def _wide(bench: ExperimentBench, method: str) -> float:
 
 
 EXPERIMENTS = (
-    _warnings("lights with a radius", fades=False, from_origin=0.0),
-    _warnings("attenuated lights", fades=True, from_origin=0.0),
-    _warnings("far from the origin", fades=False, from_origin=1e4),
+    *cases("warnings late or early, {name}", _warnings, 0.0, name=_BESIDE),
     Experiment("coverage, a wall of 1e4 views", _wide, bound=0.0),
     Experiment("numbers beyond float32", _accepted, FLOAT64, bound=0.0),
     Experiment("scenes beyond float32", _wrong_warnings, FLOAT64, bound=0.0),

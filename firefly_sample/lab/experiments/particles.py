@@ -3,145 +3,109 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from functools import partial
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Sequence
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.lab.clouds import CLOUDS, blob, faint, from_above, shadow_errors, slices_of
+from firefly_sample.lab.clouds import CLOUDS, Error, blob, faint, from_above, shadow_errors, slices_of
 from firefly_sample.lab.experiments.bench import DrawnFrame, ExperimentBench
-from firefly_sample.lab.experiments.experiment import Experiment, Value, relative_error
+from firefly_sample.lab.experiments.cases import cases
+from firefly_sample.lab.experiments.experiment import Experiment, Figures, Float64, relative_error
 from firefly_sample.lab.experiments.times import ratios_of
+from firefly_sample.lab.probe import Size
 from firefly_sample.lab.reference.particle_shadow import sliced_light
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.scene import Scene
-from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 
-Float64 = NDArray[np.float64]
-Figures = tuple[Value, ...]
 Changes = dict[str, Any]
 
+_BLEND: Changes = {"particle_shadows": "blend"}
+_LOOP: Changes = {"particle_shadows": "loop"}
+_EIGHT_BITS: Changes = {"particle_shadow_format": "unorm8"}
+_STEPPED: Changes = {"particle_shadow_interpolation": False}
 METHODS: dict[str, Changes] = {
     "optical_depth": {},
     "optical_depth, float16": {"particle_shadow_format": "float16"},
-    "optical_depth, stepped": {"particle_shadow_interpolation": False},
-    "blend": {"particle_shadows": "blend"},
-    "blend, stepped": {"particle_shadows": "blend", "particle_shadow_interpolation": False},
-    "blend, 8 bits": {"particle_shadows": "blend", "particle_shadow_format": "unorm8"},
-    "blend, 8 bits, stepped": {
-        "particle_shadows": "blend",
-        "particle_shadow_format": "unorm8",
-        "particle_shadow_interpolation": False,
-    },
-    "loop, all": {"particle_shadows": "loop"},
-    "loop, nearest ten": {"particle_shadows": "loop", "particle_shadow_reads": 10},
+    "optical_depth, stepped": _STEPPED,
+    "blend": _BLEND,
+    "blend, stepped": _BLEND | _STEPPED,
+    "blend, 8 bits": _BLEND | _EIGHT_BITS,
+    "blend, 8 bits, stepped": _BLEND | _EIGHT_BITS | _STEPPED,
+    "loop, all": _LOOP,
+    "loop, nearest ten": _LOOP | {"particle_shadow_reads": 10},
 }
 """Methods of particle shadows, by the settings that differ from the defaults."""
 SLICES = (16, 32, 64, 128, 256)
-SIZE = (800, 600)
 
 # --- Tables ---
 
 
-def _cloud_errors(bench: ExperimentBench, method: str) -> Figures:
-    """Return the largest and the root mean square error of the light in each cloud."""
+def _shadow_errors(
+    bench: ExperimentBench, changes: Iterable[Changes], make: Callable[..., ParticleNode], *arguments: int
+) -> list[Error]:
+    """Return `shadow_errors` in a cloud that `make` returns, measured once."""
+    settings = [Settings(**each) for each in changes]
+    found: list[Error] = bench.once(
+        (make, arguments, *settings), lambda: shadow_errors(bench.renderer, make(*arguments), settings)
+    )
+    return found
 
-    def errors(cloud: str) -> dict[str, tuple[float, float]]:
-        settings = [Settings(**changes) for changes in METHODS.values()]
-        found = shadow_errors(bench.renderer, CLOUDS[cloud](), settings)
-        return dict(zip(METHODS, found, strict=True))
 
-    by_cloud = (bench.once(("cloud", cloud), partial(errors, cloud)) for cloud in CLOUDS)
-    return tuple(error for found in by_cloud for error in found[method])
+def _cloud_errors(bench: ExperimentBench, index: int) -> Figures:
+    """Return the largest and the root mean square error of the light in each cloud, by one of `METHODS`."""
+    found = (_shadow_errors(bench, METHODS.values(), make)[index] for make in CLOUDS.values())
+    return tuple(chain.from_iterable(found))
 
 
 def _errors_by_slices(
     bench: ExperimentBench, interpolated: bool, count: int = 20_000, slices: Sequence[int] = SLICES
 ) -> list[float]:
     """Return the root mean square error of the light in the blob, by the number of slices."""
-
-    def errors() -> list[float]:
-        settings = [
-            Settings(particle_shadow_slices=number, particle_shadow_interpolation=interpolated)
-            for number in slices
-        ]
-        return [error for _, error in shadow_errors(bench.renderer, blob(count), settings)]
-
-    found: list[float] = bench.once(("slices", interpolated, count, tuple(slices)), errors)
-    return found
+    changes: list[Changes] = [
+        {"particle_shadow_slices": number, "particle_shadow_interpolation": interpolated} for number in slices
+    ]
+    return [error for _, error in _shadow_errors(bench, changes, blob, count)]
 
 
-def slices_experiment(count: int = 20_000, slices: Sequence[int] = SLICES) -> Experiment:
-    """Return the experiment "particle_shadow_slices"."""
-
-    def measure(bench: ExperimentBench, index: int) -> Figures:
-        figures: list[Value] = []
-        for interpolated in (False, True):
-            errors = _errors_by_slices(bench, interpolated, count, slices)
-            figures += [errors[index], errors[index] / errors[index - 1] if index else None]
-        return tuple(figures)
-
-    return Experiment(
-        "particle_shadow_slices",
-        measure,
-        {f"{number}": index for index, number in enumerate(slices)},
-        ("slices", "stepped", "ratio", "interpolated", "ratio"),
-        f"Root mean square error of the light in the blob of {count:,} particles by slices, in steps and "
-        "interpolated, and its ratio to that of half as many.",
-    )
+def _slices_and_ratios(bench: ExperimentBench, index: int, count: int, slices: Sequence[int]) -> Figures:
+    figures: Figures = ()
+    for interpolated in (False, True):
+        errors = _errors_by_slices(bench, interpolated, count, slices)
+        figures += errors[index], errors[index] / errors[index - 1] if index else None
+    return figures
 
 
-def _smoke(bench: ExperimentBench, count: int) -> Scene:
-    scene: Scene = bench.once(("smoke", count), lambda: build_scene(find_scene("smoke"), particles=count))
-    return scene
+def _cost(
+    bench: ExperimentBench, changes: Changes, rounds: int, counts: Sequence[int], size: Size
+) -> Figures:
+    shadowed, bare = Settings(**changes), Settings(particle_shadows="none")
+    figures: Figures = ()
+    with bench.measured_frames() as renderer:
+        renderer.resize(size)
+
+        def milliseconds(settings: Settings, scene: Scene) -> float:
+            renderer.settings = settings
+            frame = renderer.draw(renderer.plan(scene, 0.0), read=False)
+            return sum(frame.milliseconds.values())
+
+        for count in counts:
+            scene = bench.scene("smoke", particles=count)
+            times = [(milliseconds(shadowed, scene), milliseconds(bare, scene)) for _ in range(rounds + 1)]
+            figures += ratios_of(times[1:])  # the first compiles
+    return figures
 
 
-def cost_experiment(
-    counts: Sequence[int] = (10_000, 100_000), slices: Sequence[int] = SLICES, size: tuple[int, int] = SIZE
-) -> Experiment:
-    """Return the experiment "particle_shadow_cost"."""
-
-    def measure(bench: ExperimentBench, changes: Changes, rounds: int) -> Figures:
-        own, bare = Settings(**changes), Settings(particle_shadows="none")
-        figures: Figures = ()
-        with bench.measured_frames() as renderer:
-            renderer.resize(size)
-
-            def milliseconds(settings: Settings, scene: Scene) -> float:
-                renderer.settings = settings
-                frame = renderer.draw(renderer.plan(scene, 0.0), read=False)
-                return sum(frame.milliseconds.values())
-
-            for count in counts:
-                scene = _smoke(bench, count)
-                times = [(milliseconds(own, scene), milliseconds(bare, scene)) for _ in range(rounds + 1)]
-                figures += ratios_of(times[1:])  # the first compiles
-        return figures
-
-    rows = {name: changes for name, changes in METHODS.items() if "stepped" not in name}
-    return Experiment(
-        "particle_shadow_cost",
-        measure,
-        rows | {f"optical_depth, {number} slices": {"particle_shadow_slices": number} for number in slices},
-        ("method", *(text for count in counts for text in (f"{count:,} particles", "spread"))),
-        f"Time of a frame of the scene smoke at {size[0]}x{size[1]} over that of the same frame without "
-        "shadows, by method: median of {rounds} interleaved rounds, and their interquartile range over it. "
-        "64 slices unless stated otherwise. They change from run to run.",
-        {"rounds": 5},
-    )
-
-
-def _order(bench: ExperimentBench, changes: Changes, count: int, size: tuple[int, int]) -> Figures:
+def _order(bench: ExperimentBench, changes: Changes, count: int, size: Size) -> Figures:
     """Return the differences in display codes to a picture in the exact order."""
 
     def codes(settings: Settings) -> NDArray[np.int64]:
-        drawn = bench.draw(_smoke(bench, count), settings, size, ("color",), 3.0)
+        drawn = bench.draw(bench.scene("smoke", particles=count), settings, size, ("color",), 3.0)
         return np.asarray(drawn.frame["color"], dtype=np.int64)
 
     exact = bench.once(("exact order", count, size), lambda: codes(Settings()))
@@ -161,10 +125,6 @@ def _settings(method: str) -> Settings:
     return Settings().with_changes(particle_shadows=method)
 
 
-def _faint(bench: ExperimentBench, method: str) -> float:
-    return shadow_errors(bench.renderer, faint(), [_settings(method)])[0][0]
-
-
 def _doubling(bench: ExperimentBench, method: str) -> float:
     """Return the largest ratio of a blob's root mean square error to that with half as many slices."""
     errors = _errors_by_slices(bench, interpolated=method != "stepped")
@@ -172,7 +132,7 @@ def _doubling(bench: ExperimentBench, method: str) -> float:
 
 
 def _slices(
-    bench: ExperimentBench, node: ParticleNode, settings: Settings, size: tuple[int, int]
+    bench: ExperimentBench, node: ParticleNode, settings: Settings, size: Size
 ) -> tuple[DrawnFrame, ParticleShadowPlan, Float64]:
     """Draw a cloud, and return its shadow's plan and slices with the frame."""
     drawn = bench.draw(from_above(node), settings, size, ("particle_shadow_atlas", "radiance"))
@@ -194,7 +154,7 @@ def _rising(bench: ExperimentBench, method: str) -> float:
 
 
 def _many(bench: ExperimentBench, method: str) -> float:
-    """Compare what all slices of a million particles hold with the sum of the particles' discs."""
+    """Compare the sum of the slices of a million particles with the sum of the particles' discs."""
     count = 1_000_000
     rng = np.random.default_rng(1)
     node = ParticleNode("many", rng.uniform(-0.5, 0.5, (count, 3)), 0.05, 1e-5)
@@ -213,16 +173,10 @@ def _white(positions: ArrayLike, radii: ArrayLike, alpha: float) -> ParticleNode
     return ParticleNode("particles", positions, radii, alpha, (1.0, 1.0, 1.0))
 
 
-def _radiance(
-    bench: ExperimentBench, scene: Scene, settings: Settings, size: tuple[int, int] = (96, 72)
-) -> Float64:
-    return bench.draw(scene, settings, size)["radiance"]
-
-
 def _opaque(bench: ExperimentBench, method: str) -> float:
     """Return the light on a particle behind one of alpha 1, over that on the first."""
     scene = from_above(_white([(0.0, 0.0, 0.5), (0.0, 0.0, -0.5)], [0.5, 0.1], 1.0))
-    drawn = _radiance(bench, scene, _settings(method), (97, 73))
+    drawn = bench.draw(scene, _settings(method), (97, 73))["radiance"]
     lit, dark = drawn[:36].max(), drawn[44:, 40:57].max()
     return float(dark / lit) if lit > 0.9 else math.inf
 
@@ -235,32 +189,27 @@ def _alone(bench: ExperimentBench, method: str) -> float:
         node.set_bounding_sphere(1.0)
         scene = from_above(node)
         node.change_shadow(blur=blur)
-        bare = _radiance(bench, scene, Settings(particle_shadows="none"))
-        shadowed = _radiance(bench, scene, _settings(method))
+        bare = bench.draw(scene, Settings(particle_shadows="none"))["radiance"]
+        shadowed = bench.draw(scene, _settings(method))["radiance"]
         worst = max(worst, relative_error(shadowed, bare))
     return worst
 
 
-def _moved(power: int, bound: float) -> Experiment:
-    """Return the case of a cloud whose camera is moved with it along each axis."""
-
-    def run(bench: ExperimentBench, method: str) -> float:
-        scene = from_above(blob(2000))
-        here = _radiance(bench, scene, _settings(method))
-        for name in ("blob", "camera"):
-            path = scene.root.find(name)
-            path.set_pos(*(np.array(path.get_pos()) + 2.0**power * np.array([1.0, 1.0, -1.0])))
-        there = _radiance(bench, scene, _settings(method))
-        return relative_error(there, here)
-
-    return Experiment(f"particles moved by 2^{power}", run, SUMMED, bound=bound)
+def _moved(bench: ExperimentBench, method: str, power: int) -> float:
+    """Move a cloud and its camera along each axis."""
+    scene = from_above(blob(2000))
+    here = bench.draw(scene, _settings(method))["radiance"]
+    for name in ("blob", "camera"):
+        path = scene.root.find(name)
+        path.set_pos(*(np.array(path.get_pos()) + 2.0**power * np.array([1.0, 1.0, -1.0])))
+    return relative_error(bench.draw(scene, _settings(method))["radiance"], here)
 
 
 def _above_all_light(bench: ExperimentBench, method: str, node: ParticleNode) -> float:
     """Return by how much a picture is brighter than all lights together; infinite if it is black."""
     scene = from_above(node)
     scene.root.attach_new_node(AmbientLight("sky", (0.1, 0.1, 0.1)))
-    largest = float(_radiance(bench, scene, _settings(method)).max())
+    largest = float(bench.draw(scene, _settings(method))["radiance"].max())
     return max(largest - 1.1, 0.0) if largest > 0.0 else math.inf
 
 
@@ -282,7 +231,7 @@ def _background(bench: ExperimentBench, method: str) -> float:
     """Return by how much particles in a corner change the background elsewhere."""
     scene = from_above(ParticleNode("corner", [(1.5, 0, 1.0)], 0.3, 0.9))
     scene.background = (0.25, 0.5, 0.125)
-    radiance = _radiance(bench, scene, _settings(method))
+    radiance = bench.draw(scene, _settings(method))["radiance"]
     return float(np.abs(radiance[40:, :48] - scene.background).max())
 
 
@@ -290,14 +239,32 @@ EXPERIMENTS = (
     Experiment(
         "particle_shadows",
         _cloud_errors,
-        tuple(METHODS),
+        {name: index for index, name in enumerate(METHODS)},
         ("method", *(f"{name} {error}" for name in CLOUDS for error in ("max", "rms"))),
         "Error of the share of light that particles leave, at 3,000 positions evenly along the light, "
         "against the exact product; 64 slices of 128 texels. blob: 20,000 particles, optical depth 2; "
         "sheets: three sheets thinner than a slice, optical depth 3; faint: 20,000 particles of alpha 1e-3.",
     ),
-    slices_experiment(),
-    cost_experiment(),
+    Experiment(
+        "particle_shadow_slices",
+        _slices_and_ratios,
+        {f"{number}": index for index, number in enumerate(SLICES)},
+        ("slices", "stepped", "ratio", "interpolated", "ratio"),
+        "Root mean square error of the light in the blob of {count:,} particles by slices, in steps and "
+        "interpolated, and its ratio to that of half as many.",
+        {"count": 20_000, "slices": SLICES},
+    ),
+    Experiment(
+        "particle_shadow_cost",
+        _cost,
+        {name: changes for name, changes in METHODS.items() if "stepped" not in name}
+        | {f"optical_depth, {number} slices": {"particle_shadow_slices": number} for number in SLICES},
+        ("method", "{counts[0]:,} particles", "spread", "{counts[1]:,} particles", "spread"),
+        "Time of a frame of the scene smoke at {size[0]}x{size[1]} over that of the same frame without "
+        "shadows, by method: median of {rounds} interleaved rounds, and their interquartile range over it. "
+        "64 slices unless stated otherwise. They change from run to run.",
+        {"rounds": 5, "counts": (10_000, 100_000), "size": (800, 600)},
+    ),
     Experiment(
         "particle_order",
         _order,
@@ -312,14 +279,20 @@ EXPERIMENTS = (
         "one: the largest, the mean, and the share of pixels whose difference exceeds 2.",
         {"count": 20_000, "size": (320, 240)},
     ),
-    Experiment("20,000 particles of alpha 1e-3", _faint, ("optical_depth",), bound=0.15),
+    Experiment(
+        "20,000 particles of alpha 1e-3",
+        lambda bench, method: _shadow_errors(bench, [{"particle_shadows": method}], faint)[0][0],
+        ("optical_depth",),
+        bound=0.15,
+    ),
     Experiment("slices doubled, in steps", _doubling, ("stepped",), bound=0.6),
     Experiment("slices doubled, interpolated", _doubling, ("optical_depth",), bound=0.75),
     Experiment("light along a line through particles", _rising, (*SUMMED, "stepped"), bound=1e-7),
     Experiment("an opaque particle", _opaque, ("optical_depth", "stepped"), bound=1e-6),
     Experiment("one particle", _alone, (*SUMMED, "stepped"), bound=2e-6),
     Experiment("a million particles", _many, SUMMED, bound=2e-3),
-    *(_moved(power, bound) for power, bound in ((10, 1e-6), (20, 1e-6), (30, 1e-4))),
+    *cases("particles moved by 2^{power}", _moved, 1e-6, SUMMED, power=(10, 20)),
+    *cases("particles moved by 2^{power}", _moved, 1e-4, SUMMED, power=[30]),
     Experiment("particles out of their sphere", _outside, SUMMED, bound=1e-6),
     Experiment("particles around the eye", _across_the_eye, ("optical_depth",), bound=1e-6),
     Experiment("background beside particles", _background, ("optical_depth",), bound=0.0),

@@ -7,21 +7,18 @@ import statistics
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.lab.experiments.bench import SIZE, DrawnFrame, ExperimentBench
-from firefly_sample.lab.experiments.experiment import Experiment, Value, relative_error
-from firefly_sample.lab.experiments.position_bounds import decoded_as, positioned, within_law
-from firefly_sample.lab.experiments.scenes import GARDEN_FAR, GARDEN_LIGHTS, GARDEN_NEAR, garden, wall_scene
+from firefly_sample.lab.experiments.cases import cases, decoded_as, positioned, within_law
+from firefly_sample.lab.experiments.experiment import Experiment, Figures, Float64, relative_error
+from firefly_sample.lab.experiments.scenes import GARDEN_NEAR, garden, garden_bound, wall_scene
+from firefly_sample.lab.probe import Size
 from firefly_sample.lab.reference.shade import count_pairs, nearest_light
 from firefly_sample.plan.position_error import position_error
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights
-from firefly_sample.scene.scene import Scene
-from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import PositionMethod, Settings
-
-Float64 = NDArray[np.float64]
 
 # --- Tables of the forest ---
 
@@ -30,36 +27,26 @@ APART = 5.0
 POSITIONS: tuple[PositionMethod, ...] = ("linear32f", "depth32f", "depth24", "inverse_matrix")
 
 
-def _scene(bench: ExperimentBench, name: str) -> Scene:
-    scene: Scene = bench.once(("scene", name), lambda: build_scene(find_scene(name)))
-    return scene
-
-
-def _frames(
-    bench: ExperimentBench, position: PositionMethod, moments: int, size: tuple[int, int]
-) -> tuple[Value, ...]:
+def _frames(bench: ExperimentBench, position: PositionMethod, moments: int, size: Size) -> Figures:
     """Return the largest and the median of the frames' largest errors, relative to their largest value."""
     errors = []
     for moment in range(moments):
         settings = Settings(position_method=position, light_method="volumes")
-        drawn = bench.draw(_scene(bench, "forest"), settings, size, ("light",), APART * moment, gbuffer=True)
-        assert drawn.gbuffer is not None
+        drawn = bench.draw(bench.scene("forest"), settings, size, ("light",), APART * moment, gbuffer=True)
         _, light = drawn.expected_light()
         covered = np.isfinite(drawn.gbuffer.position).all(axis=-1)
         errors.append(relative_error((drawn["light"] - drawn.plan.ambient)[covered], light[covered]))
     return max(errors), statistics.median(errors)
 
 
-def _fragments(
-    bench: ExperimentBench, settings: Settings, moments: int, size: tuple[int, int]
-) -> tuple[Value, ...]:
+def _fragments(bench: ExperimentBench, settings: Settings, moments: int, size: Size) -> Figures:
     """Return the fragments (or the lengths of lists), the (pixel, light) pairs in reach, and their ratio."""
     shaded = pairs = 0
     with bench.measured_frames() as renderer:
         renderer.resize(size)
         renderer.settings = settings
         for moment in range(moments):
-            plan = renderer.plan(_scene(bench, "forest"), APART * moment, ("light", "position"))
+            plan = renderer.plan(bench.scene("forest"), APART * moment, ("light", "position"))
             shaded += renderer.draw(plan, read=False).shaded or 0
             position = renderer.surface(plan).position()
             pairs += bench.once(("pairs", moment, size), partial(count_pairs, position, plan.lights))
@@ -81,56 +68,42 @@ SHARE = 0.1
 """Of a method's law: only the farthest surface right beside a light could show the whole error."""
 
 
-def _background(lights: str, far: float) -> Experiment:
-    """Return the case of the background: the largest difference to it where nothing is drawn."""
-
-    def run(bench: ExperimentBench, method: str) -> float:
-        scene = garden()
-        scene.background = BACKGROUND
-        endless = PointLight("endless")
-        endless.set_attenuation((0.0, 0.0, 1.0))
-        endless.set_shadow_caster(True, 64)
-        scene.root.attach_new_node(endless).set_pos(0, 6, 3)
-        for path in scene.root.find_all_matches("sun"):
-            sun = path.node()
-            assert isinstance(sun, DirectionalLight)
-            sun.set_shadow_caster(True, 64)
-        scene.camera_node.lens = PerspectiveLens(vfov=70.0, near=GARDEN_NEAR, far=far)
-        settings = positioned(method, light_method=lights)
-        drawn = bench.draw(scene, settings, outputs=("radiance", "light", "id"))
-        empty = drawn.frame["id"] == -1
-        if not 0.1 < empty.mean() < 0.9:
-            return 1.0
-        off = np.abs(drawn["radiance"][empty] - BACKGROUND).max()
-        return float(max(off, np.abs(drawn["light"][empty]).max()))
-
-    return Experiment(f"background, {lights}, far {far:g}", run, bound=0.0)
+def _background(bench: ExperimentBench, method: str, lights: str, far: float) -> float:
+    """Return the largest difference to the background where nothing is drawn."""
+    scene = garden()
+    scene.background = BACKGROUND
+    endless = PointLight("endless")
+    endless.set_attenuation((0.0, 0.0, 1.0))
+    endless.set_shadow_caster(True, 64)
+    scene.root.attach_new_node(endless).set_pos(0, 6, 3)
+    sun = scene.root.find("sun").node()
+    assert isinstance(sun, DirectionalLight)
+    sun.set_shadow_caster(True, 64)
+    scene.camera_node.lens = PerspectiveLens(vfov=70.0, near=GARDEN_NEAR, far=far)
+    drawn = bench.draw(scene, positioned(method, light_method=lights), outputs=("radiance", "light", "id"))
+    empty = drawn.frame["id"] == -1
+    if not 0.1 < empty.mean() < 0.9:
+        return 1.0
+    off = np.abs(drawn["radiance"][empty] - BACKGROUND).max()
+    return float(max(off, np.abs(drawn["light"][empty]).max()))
 
 
 def _error_of_light(drawn: DrawnFrame) -> float:
     """Return the largest relative difference to float64 on the stored values, except right beside a light."""
     expected = drawn.expected_light()[1] + np.asarray(drawn.plan.ambient)
-    assert drawn.gbuffer is not None
     known = np.isfinite(drawn.gbuffer.position).all(axis=2)
     known &= ~(nearest_light(drawn.gbuffer.position, drawn.plan.lights, 3.0) < 0.02)
     return relative_error(drawn["light"][known], expected[known])
 
 
-def _size(size: tuple[int, int]) -> Experiment:
-    """Return the case of a picture's size, against float64 on the stored values."""
+def _size(bench: ExperimentBench, method: str, size: Size) -> float:
+    """Compare a picture of any size with float64 on the stored values."""
+    return _error_of_light(bench.draw(garden(), positioned(method), size, ("light", "color"), gbuffer=True))
 
-    def run(bench: ExperimentBench, method: str) -> float:
-        drawn = bench.draw(garden(), positioned(method), size, ("light", "color"), gbuffer=True)
-        return _error_of_light(drawn)
 
-    def bound(method: str) -> float:
-        name = {"depth16": "depth24", "stored16f": "stored32f"}.get(method, method)
-        if name not in ("depth24", "inverse_matrix"):
-            return 1e-5
-        error = position_error(name, GARDEN_NEAR, GARDEN_FAR, True, 16.0, 4.0)
-        return within_law(1e-5, error, GARDEN_LIGHTS)
-
-    return Experiment(f"picture of {size[0]}x{size[1]}", run, bound=bound)
+def _bound_of_size(method: str, size: Size) -> float:
+    name = decoded_as(method)
+    return garden_bound(1e-5, name, from_origin=4.0) if name in ("depth24", "inverse_matrix") else 1e-5
 
 
 AROUND = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
@@ -161,32 +134,29 @@ def _time_of_circling(bench: ExperimentBench, method: str) -> float:
         moving, standing = wall_scene(), wall_scene()
         moving.root.attach_new_node(PointLights("circle", function=_circling))
         standing.root.attach_new_node(PointLights("circle", _positions_at(time), (1, 1, 1), REACH))
-        given = bench.draw(moving, positioned(method), time=time)["radiance"]
+        found = bench.draw(moving, positioned(method), time=time)["radiance"]
         expected = bench.draw(standing, positioned(method))["radiance"]
-        worst = max(worst, relative_error(given, expected))
+        worst = max(worst, relative_error(found, expected))
     return worst
 
 
-def _time_of_scene(name: str) -> Experiment:
-    """Return the case of a scene a billion seconds from now, against float64 on the stored values."""
+def _time_of_scene(bench: ExperimentBench, method: str, name: str) -> float:
+    """Compare a scene a billion seconds from now with float64 on the stored values."""
+    worst = 0.0
+    for time in (-EONS, EONS):
+        drawn = bench.draw(bench.scene(name), positioned(method), SIZE, ("light", "color"), time, True)
+        if (drawn["light"] > 1.01 * drawn.plan.ambient + 1e-3).any(axis=2).mean() < LIT:
+            return math.inf
+        worst = max(worst, _error_of_light(drawn))
+    return worst
 
-    def run(bench: ExperimentBench, method: str) -> float:
-        worst = 0.0
-        for time in (-EONS, EONS):
-            drawn = bench.draw(_scene(bench, name), positioned(method), SIZE, ("light", "color"), time, True)
-            if (drawn["light"] > 1.01 * drawn.plan.ambient + 1e-3).any(axis=2).mean() < LIT:
-                return math.inf
-            worst = max(worst, _error_of_light(drawn))
-        return worst
 
-    def bound(method: str) -> float:
-        if method in ("linear32f", "stored32f"):
-            return 1e-5
-        near, far, farthest, beside = SCENES[name]
-        error = position_error(decoded_as(method), near, far, True, farthest, FROM_ORIGIN)
-        return within_law(1e-5, error, beside, SHARE)
-
-    return Experiment(f"time of 1e9 s either way, {name}", run, bound=bound)
+def _bound_of_scene(method: str, name: str) -> float:
+    if method in ("linear32f", "stored32f"):
+        return 1e-5
+    near, far, farthest, beside = SCENES[name]
+    error = position_error(decoded_as(method), near, far, True, farthest, FROM_ORIGIN)
+    return within_law(1e-5, error, beside, SHARE)
 
 
 EXPERIMENTS = (
@@ -213,9 +183,20 @@ EXPERIMENTS = (
         "the lists of the pixels' cells.",
         {"moments": 4, "size": (320, 240)},
     ),
-    *(_background(lights, 100.0) for lights in ("volumes", "clustered", "fullscreen", "loop")),
-    _background("volumes", math.inf),
-    *(_size(size) for size in ((1, 1), (33, 17), (1, 4096), (4096, 1))),
+    *cases(
+        "background, {lights}, far {far:g}",
+        _background,
+        0.0,
+        lights=("volumes", "clustered", "fullscreen", "loop"),
+        far=[100.0],
+    ),
+    *cases("background, {lights}, far {far:g}", _background, 0.0, lights=["volumes"], far=[math.inf]),
+    *cases(
+        "picture of {size[0]}x{size[1]}",
+        _size,
+        _bound_of_size,
+        size=((1, 1), (33, 17), (1, 4096), (4096, 1)),
+    ),
     Experiment("time of 1e9 s either way, circling lights", _time_of_circling, bound=1e-6),
-    *(_time_of_scene(name) for name in SCENES),
+    *cases("time of 1e9 s either way, {name}", _time_of_scene, _bound_of_scene, name=SCENES),
 )

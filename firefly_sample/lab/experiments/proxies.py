@@ -1,4 +1,4 @@
-"""Meshes that are drawn for lights: how well they fit, and what depth tests and planes lose of them.
+"""Meshes that are drawn for lights: how well they fit, and the pixels that depth tests and clipping lose.
 
 Volumes are drawn as their back faces, which must lie behind a surface for it to be lit. Their depths and the
 surface's go through real depth buffers of their own, and are compared afterwards.
@@ -13,19 +13,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.gpu.blocks import view_values
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.light_drawing import BEHIND
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_cube, circumscribed_icosphere
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import Experiment, Value
-from firefly_sample.lab.probes.raster import rasterise
+from firefly_sample.lab.experiments.experiment import Experiment, Figures, Float64
+from firefly_sample.lab.probe import rasterise
 from firefly_sample.plan.view import View
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lens_constants import Clip
-
-Float64 = NDArray[np.float64]
-Figures = tuple[Value, ...]
 
 # --- Silhouettes ---
 
@@ -33,33 +29,31 @@ HALF_ANGLES = (10.0, 30.0, 45.0, 53.0, 60.0)
 SIDES = 16
 
 
-def _sphere_fit(mesh: Float64, views: int) -> Figures:
-    radius = np.linalg.norm(mesh, axis=2).max()
-    return _fit(mesh, mesh / radius, float(radius) / _inradius(mesh), math.pi, views)
-
-
-def _cone_fit(degrees: float, views: int) -> Figures:
-    tangent = math.tan(math.radians(degrees))
-    outside = circumscribed_cone(SIDES) * np.array([tangent, 1.0, tangent])
-    scale = float(np.hypot(outside[:, :, 0], outside[:, :, 2]).max()) / tangent
-    inside = outside / (scale, 1.0, scale)
-    # of a convex body, the silhouette is a quarter of the surface on average (Cauchy)
-    exact = 0.25 * math.pi * tangent * (tangent + math.hypot(1.0, tangent))
-    return _fit(outside, inside, scale, exact, views)
-
-
-def _fit(outside: Float64, inside: Float64, scale: float, exact: float, views: int) -> Figures:
+def _proxies(bench: ExperimentBench, proxy: Callable[[], Float64] | float, views: int) -> Figures:
+    """Measure a mesh for spheres, or that for cones of a half-angle in degrees."""
+    if callable(proxy):
+        outside, exact = proxy(), math.pi
+        radius = np.linalg.norm(outside, axis=2).max()
+        inside, scale = outside / radius, float(radius) / _inradius(outside)
+    else:
+        tangent = math.tan(math.radians(proxy))
+        outside = circumscribed_cone(SIDES) * np.array([tangent, 1.0, tangent])
+        scale = float(np.hypot(outside[:, :, 0], outside[:, :, 2]).max()) / tangent
+        inside = outside / (scale, 1.0, scale)
+        # of a convex body, the silhouette is a quarter of the surface on average (Cauchy)
+        exact = 0.25 * math.pi * tangent * (tangent + math.hypot(1.0, tangent))
     covered, reached = (_silhouette(mesh, _even_directions(views)) for mesh in (outside, inside))
     return len(outside), scale, 1.0 - reached / exact, covered / exact - 1.0, covered / math.pi
 
 
-def _proxies(bench: ExperimentBench, proxy: Callable[[], Float64] | float, views: int) -> Figures:
-    return _sphere_fit(proxy(), views) if callable(proxy) else _cone_fit(proxy, views)
+def _normals(mesh: Float64) -> Float64:
+    """Return a normal per triangle (n, 3), as long as twice its area."""
+    return np.cross(mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0])
 
 
 def _silhouette(mesh: Float64, seen_from: Float64) -> float:
     """Return the mean projected area of a convex mesh: half of its faces' areas, since a line meets two."""
-    faces = 0.5 * np.cross(mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0])
+    faces = 0.5 * _normals(mesh)
     return float(
         np.mean([0.5 * np.abs(part @ faces.T).sum(axis=1).mean() for part in np.split(seen_from, 20)])
     )
@@ -67,7 +61,7 @@ def _silhouette(mesh: Float64, seen_from: Float64) -> float:
 
 def _inradius(mesh: Float64) -> float:
     """Return the distance of the nearest face from the origin."""
-    faces = np.cross(mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0])
+    faces = _normals(mesh)
     faces /= np.linalg.norm(faces, axis=1, keepdims=True)
     return float((faces * mesh[:, 0]).sum(axis=1).min())
 
@@ -125,17 +119,8 @@ def _lost(device: Device, near: float, reverse: bool, steps: float, lights: int)
     positions, in_reach = far_lights(0.5 * lights * SPACING / FAR_AWAY, lights)
 
     def drawn(corners: Float64) -> Float64:
-        image = rasterise(
-            device,
-            corners,
-            view_values(view),
-            view.size,
-            "result.r = depth;",
-            target="r32f",
-            depth="depth32f" if reverse else "depth24",
-            reverse=reverse,
-            zero_to_one=reverse,
-        )
+        depth = "depth32f" if reverse else "depth24"
+        image = rasterise(device, view, corners, "result.r = a.r;", "r32f", depth)
         return image[..., 0].astype(np.float64)
 
     wall, volume = drawn(_wall(0.5 * lights * SPACING)), drawn(_back_faces(positions, 1.0))
@@ -148,14 +133,10 @@ def _lost(device: Device, near: float, reverse: bool, steps: float, lights: int)
 def far_lights(half: float, lights: int) -> tuple[Float64, NDArray[np.bool_]]:
     """Return positions (n, 3) of lights around a wall, and which pixels of the wall are within 1 unit of one.
 
-    Parameters
-    ----------
-    half : float
-        The slope of the view ray through the picture's edge.
+    `half` is the slope of the view ray through the picture's edge.
     """
     normal = np.array([0.0, -1.0, SLOPE]) / math.hypot(1.0, SLOPE)
-    rng = np.random.Generator(np.random.PCG64(12))
-    before = rng.uniform(-0.95, 0.95, (lights, lights))
+    before = np.random.default_rng(12).uniform(-0.95, 0.95, (lights, lights))
 
     def on_ray(count: int, off: Float64 | float) -> Float64:
         """Return points `off` in front of the wall, on rays through the centres of count by count cells."""
@@ -165,8 +146,8 @@ def far_lights(half: float, lights: int) -> tuple[Float64, NDArray[np.bool_]]:
         return np.asarray(ray * ((FAR_AWAY * normal[1] + off) / (ray @ normal))[..., None])
 
     positions, seen = on_ray(lights, before), on_ray(lights * ACROSS, 0.0)
-    own = np.repeat(np.repeat(positions, ACROSS, axis=0), ACROSS, axis=1)
-    return positions.reshape(-1, 3), np.linalg.norm(seen - own, axis=-1) < 1.0
+    nearest = np.repeat(np.repeat(positions, ACROSS, axis=0), ACROSS, axis=1)
+    return positions.reshape(-1, 3), np.linalg.norm(seen - nearest, axis=-1) < 1.0
 
 
 def _wall(half: float, cells: int = 40) -> Float64:
@@ -182,9 +163,8 @@ def _wall(half: float, cells: int = 40) -> Float64:
 def _back_faces(positions: Float64, reach: float) -> Float64:
     """Return the triangles (n, 3, 3) of the lights' volumes that face away from the eye, at the origin."""
     mesh = circumscribed_icosphere(1) * reach
-    faces = np.cross(mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0])
     corners = positions[:, None, None] + mesh
-    return np.asarray(corners[np.einsum("nfi,fi->nf", corners[:, :, 0], faces) > 0.0])
+    return np.asarray(corners[np.einsum("nfi,fi->nf", corners[:, :, 0], _normals(mesh)) > 0.0])
 
 
 def _depth_clamp(
@@ -192,13 +172,13 @@ def _depth_clamp(
 ) -> Figures:
     position, reach = light
     lens = PerspectiveLens(fov=(60.0, 60.0), near=1.0, far=100.0).constants()
-    view = view_values(View((side, side), lens, False, 1.0, 100.0, np.eye(4), np.eye(4)))
+    view = View((side, side), lens, False, 1.0, 100.0, np.eye(4), np.eye(4))
     corners = _back_faces(np.array([position]), reach)
     device, covered = bench.device, []
     for clamped in (True, False):
         with device:
             device.set_depth_clamp(clamped)
-        image = rasterise(device, corners, view, (side, side), "result.r = 1.0;", target="r32f")
+        image = rasterise(device, view, corners, "result.r = 1.0;", "r32f")
         covered.append(int(np.count_nonzero(image[..., 0])))
     return *covered, 1.0 - covered[1] / covered[0]
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.experiments.bench import DrawnFrame, ExperimentBench
-from firefly_sample.lab.experiments.experiment import EPS, Experiment, Value
+from firefly_sample.lab.experiments.cases import cases, decoded_as, positioned, within_law
+from firefly_sample.lab.experiments.experiment import EPS, Experiment, Figures, rounded
 from firefly_sample.lab.experiments.gbuffer import normal_bounds
-from firefly_sample.lab.experiments.position_bounds import decoded_as, positioned, within_law
-from firefly_sample.lab.experiments.scenes import WALL, ball, geom_node, wall
+from firefly_sample.lab.experiments.scenes import WALL, ball, geom_node, wall_scene
 from firefly_sample.lab.experiments.volumes import missed
-from firefly_sample.lab.probes.probe import evaluate
+from firefly_sample.lab.probe import evaluate
 from firefly_sample.lab.reference.shade import each_light
 from firefly_sample.lab.reference.shading import opening
 from firefly_sample.plan.position_error import position_error
@@ -35,16 +35,14 @@ FROM_LIGHT = 2.5
 """Distance of lamp and ball, rounded down."""
 
 
-def _powers(bench: ExperimentBench, exponent: float, samples: int) -> tuple[Value, ...]:
+def _powers(bench: ExperimentBench, exponent: float, samples: int) -> Figures:
     """Measure angles evenly from 0 to where the power has fallen to 1e-7."""
     angle = np.linspace(0.0, np.arccos(np.exp(np.log(1e-7) / exponent)), samples)
     exact = np.exp(0.5 * exponent * np.log1p(-(np.sin(angle) ** 2)))
-    inputs = np.stack([np.cos(angle), np.sin(angle) ** 2, np.full_like(angle, exponent), angle], axis=1)
+    inputs = np.column_stack([np.cos(angle), np.sin(angle) ** 2, np.full_like(angle, exponent)])
+    bodies = {"result.r = pow(a.x, a.z);": [], "result.r = power_of_cosine(a.x, a.y, a.z);": ["phong"]}
     errors = []
-    for includes, body in (
-        ([], "result.r = pow(a.x, a.z);"),
-        (["phong"], "result.r = power_of_cosine(a.x, a.y, a.z);"),
-    ):
+    for body, includes in bodies.items():
         found = evaluate(bench.device, includes, body, inputs, {"SPECULAR_MODEL": 0})[:, 0]
         errors.append(float(np.abs(found - exact).max()))
     # an error e of the logarithm x changes the power by x exp(-x) e, which is e/3 at most: the roundings of
@@ -52,7 +50,7 @@ def _powers(bench: ExperimentBench, exponent: float, samples: int) -> tuple[Valu
     return *errors, 8.0 * EPS
 
 
-def _highlights(bench: ExperimentBench, normals: str, samples: int) -> tuple[Value, ...]:
+def _highlights(bench: ExperimentBench, normals: str, samples: int) -> Figures:
     """Measure angles between the normal and the half-way vector, in float64."""
     error = normal_bounds()[normals]
     largest = []
@@ -84,7 +82,6 @@ def _glint(exponent: float) -> Scene:
 
 def _not_grazing(drawn: DrawnFrame) -> NDArray[np.bool_]:
     """Return pixels whose cosines are at least 1e-5: a highlight's edge is a jump that float32 may move."""
-    assert drawn.gbuffer is not None
     known = np.asarray(np.isfinite(drawn.gbuffer.position).all(axis=2))
     for one in each_light(drawn.plan.lights):
         to_light, _ = one.directions(np.where(known[..., None], drawn.gbuffer.position, 0.0).reshape(-1, 3))
@@ -93,63 +90,58 @@ def _not_grazing(drawn: DrawnFrame) -> NDArray[np.bool_]:
     return known
 
 
-def _shininess(exponent: float) -> Experiment:
-    """Return the case of highlights of both models, against float64 on the stored values."""
+def _shininess(bench: ExperimentBench, method: str, exponent: float) -> float:
+    """Compare highlights of both models with float64 on the stored values."""
+    worst = 0.0
+    for model in ("phong", "blinn_phong"):
+        settings = positioned(method, specular_model=model, normal_format="rgba32f")
+        drawn = bench.draw(_glint(exponent), settings, gbuffer=True)
+        expected, _ = drawn.expected_light()
+        chosen = _not_grazing(drawn)
+        if expected[chosen].max() < 0.25:
+            return math.inf  # no highlight to measure
+        error = np.abs(drawn["radiance"] - expected)[chosen]
+        worst = max(worst, float(error.max() / expected[chosen].max()))
+    return worst
 
-    def run(bench: ExperimentBench, method: str) -> float:
-        worst = 0.0
-        for model in ("phong", "blinn_phong"):
-            settings = positioned(method, specular_model=model, normal_format="rgba32f")
-            drawn = bench.draw(_glint(exponent), settings, outputs=("radiance",), gbuffer=True)
-            expected, _ = drawn.expected_light()
-            chosen = _not_grazing(drawn)
-            if expected[chosen].max() < 0.25:
-                return math.inf  # no highlight to measure
-            error = np.abs(drawn["radiance"] - expected)[chosen]
-            worst = max(worst, float(error.max() / expected[chosen].max()))
-        return worst
 
-    def bound(method: str) -> float:
-        # twice 0.6 * sqrt(m) * the error of a direction, which an error e of the position turns by e / d
-        own = 4e-6 + 1.2 * math.sqrt(exponent) * DIRECTION_ERROR
-        name = decoded_as(method)
-        if name not in ("depth32f", "depth24", "inverse_matrix"):
-            return own  # the position itself is stored
-        error = position_error(name, NEAR, FAR, True, DISTANCE)
-        return within_law(own + 1.2 * math.sqrt(exponent) * error / FROM_LIGHT, error, FROM_LIGHT)
-
-    return Experiment(f"shininess {exponent:g}", run, bound=bound)
+def _bound_of_shininess(method: str, exponent: float) -> float:
+    # twice 0.6 * sqrt(m) * the error of a direction, which an error e of the position turns by e / d
+    base = 4e-6 + 1.2 * math.sqrt(exponent) * DIRECTION_ERROR
+    name = decoded_as(method)
+    if name not in ("depth32f", "depth24", "inverse_matrix"):
+        return base  # the position itself is stored
+    error = position_error(name, NEAR, FAR, True, DISTANCE)
+    return within_law(base + 1.2 * math.sqrt(exponent) * error / FROM_LIGHT, error, FROM_LIGHT)
 
 
 # --- Spotlights ---
 
 
-def _cone_edges(bench: ExperimentBench, degrees: float, samples: int) -> tuple[Value, ...]:
+def _cone_edges(bench: ExperimentBench, degrees: float, samples: int) -> Figures:
     """Measure directions, in float32, at the half-angle from the axis."""
-    axis = np.array([0.36, 0.48, 0.8], dtype=np.float32).astype(np.float64)
+    axis = rounded([0.36, 0.48, 0.8])
     axis_text = f"const vec3 axis = vec3({', '.join(repr(float(value)) for value in axis)});"
-    rng = np.random.Generator(np.random.PCG64(10))
+    rng = np.random.default_rng(10)
     side = np.cross(axis, rng.normal(size=(samples, 3)))
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     angle = np.radians(degrees)
-    edge = (np.cos(angle) * axis + np.sin(angle) * side).astype(np.float32).astype(np.float64)
+    edge = rounded(np.cos(angle) * axis + np.sin(angle) * side)
     exact = opening(-edge / np.linalg.norm(edge, axis=1, keepdims=True), axis / np.linalg.norm(axis))
-    inputs = np.pad(edge, ((0, 0), (0, 1)))
     errors = []
     for body in (
         "result.r = 1.0 - dot(a.xyz, axis);",
         "vec3 across = cross(a.xyz, axis); result.r = opening(dot(a.xyz, axis), dot(across, across));",
     ):
-        found = evaluate(bench.device, ["cone"], f"{axis_text} {body}", inputs, {"SPECULAR_MODEL": 0})[:, 0]
+        found = evaluate(bench.device, ["cone"], f"{axis_text} {body}", edge, {"SPECULAR_MODEL": 0})[:, 0]
         errors.append(float(np.abs(found / exact - 1.0).max()))
     return tuple(errors)
 
 
 def _spot_scene(half: float, soft: float) -> Scene:
-    scene = Scene()
     fov = min(4.0 * half, 80.0)
-    scene.camera_node.lens = PerspectiveLens(vfov=fov, near=0.5, far=100.0)
-    scene.root.attach_new_node(geom_node("wall", wall(60.0, 8))).set_pos_hpr(0, WALL, 0, 20, -15, 0)
+    lens = PerspectiveLens(vfov=fov, near=0.5, far=100.0)
+    scene = wall_scene(WALL, 60.0, 8, None, hpr=(20.0, -15.0, 0.0), lens=lens)
     light = Spotlight("light")
     light.set_cone(soft * half if soft else half, half)
     path = scene.root.attach_new_node(light)
@@ -160,7 +152,6 @@ def _spot_scene(half: float, soft: float) -> Scene:
 
 def _on_the_edge(drawn: DrawnFrame) -> NDArray[np.bool_]:
     """Return the pixels where a hard cone ends: float32 may find them on the other side."""
-    assert drawn.gbuffer is not None
     position = drawn.gbuffer.position.reshape(-1, 3)
     edge = np.zeros(len(position), dtype=bool)
     for one in each_light(drawn.plan.lights):
@@ -175,25 +166,19 @@ def _on_the_edge(drawn: DrawnFrame) -> NDArray[np.bool_]:
     return edge.reshape(drawn.gbuffer.position.shape[:-1])
 
 
-def _spot(half: float) -> Experiment:
-    """Return the case of a hard and a soft spotlight, against float64 on the stored values."""
-
-    def run(bench: ExperimentBench, method: str) -> float:
-        worst = 0.0
-        settings = positioned(method)
-        for soft in (0.0, 0.7):
-            scene = _spot_scene(half, soft)
-            drawn = bench.draw(scene, settings, outputs=("light",), gbuffer=True)
-            _, expected = drawn.expected_light()
-            if not expected.any():
-                return math.inf
-            error = np.abs(drawn["light"] - expected)[~_on_the_edge(drawn)]
-            worst = max(worst, float(error.max() / np.percentile(expected, 99.9)))
-            if missed(bench, scene, settings):
-                return math.inf
-        return worst
-
-    return Experiment(f"spot of {half:g} degrees", run, bound=1e-5)
+def _spot(bench: ExperimentBench, method: str, half: float) -> float:
+    """Compare a hard and a soft spotlight with float64 on the stored values."""
+    worst = 0.0
+    settings = positioned(method)
+    for soft in (0.0, 0.7):
+        scene = _spot_scene(half, soft)
+        drawn = bench.draw(scene, settings, outputs=("light",), gbuffer=True)
+        _, expected = drawn.expected_light()
+        if not expected.any() or missed(bench, scene, settings):
+            return math.inf
+        error = np.abs(drawn["light"] - expected)[~_on_the_edge(drawn)]
+        worst = max(worst, float(error.max() / np.percentile(expected, 99.9)))
+    return worst
 
 
 EXPERIMENTS = (
@@ -223,6 +208,16 @@ EXPERIMENTS = (
         "Largest absolute error of a cosine's power: GLSL's pow, and our function of cosine and sine.",
         {"samples": 100_000},
     ),
-    *(_shininess(exponent) for exponent in (0.0, 1.0, 32.0, 1e3, 1e4, 1e6)),
-    *(_spot(half) for half in (180.0, 120.0, 89.9, 60.0, 53.0, 52.9, 1.0, 0.1, 0.01)),
+    *cases(
+        "shininess {exponent:g}",
+        _shininess,
+        _bound_of_shininess,
+        exponent=(0.0, 1.0, 32.0, 1e3, 1e4, 1e6),
+    ),
+    *cases(
+        "spot of {half:g} degrees",
+        _spot,
+        1e-5,
+        half=(180.0, 120.0, 89.9, 60.0, 53.0, 52.9, 1.0, 0.1, 0.01),
+    ),
 )

@@ -11,12 +11,11 @@ from functools import partial
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.lab.experiments.bench import ExperimentBench
-from firefly_sample.lab.experiments.experiment import EPS, Experiment, relative_error
-from firefly_sample.lab.experiments.position_bounds import ACCURATE, decoded_as, positioned, within_law
-from firefly_sample.lab.experiments.scenes import WALL, geom_node, wall, wall_scene
+from firefly_sample.lab.experiments.cases import ACCURATE, cases, decoded_as, positioned, within_law
+from firefly_sample.lab.experiments.experiment import EPS, Experiment, Float64, relative_error
+from firefly_sample.lab.experiments.scenes import WALL, wall_scene
 from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.position_error import position_error
@@ -25,8 +24,6 @@ from firefly_sample.scene.lights import PointLight, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
-
-Float64 = NDArray[np.float64]
 
 CONES = {"narrow": (8.0, 12.0), "wide": (30.0, 50.0), "wider": (60.0, 85.0)}
 """Half-angles in degrees; the volumes of the first two are cones, that of the last is a sphere."""
@@ -61,19 +58,29 @@ def _light(kind: str, reach: float | None) -> PointLight | Spotlight:
     return spot
 
 
-def _placed(name: str, position: tuple[float, float, float], reach: float) -> Experiment:
-    def run(bench: ExperimentBench, method: str) -> float:
-        shares = []
-        for kind in ("point", *CONES):
-            scene = wall_scene(cells=8)
-            scene.root.find("wall").set_p(-80)  # faces the eye and the sky
-            path = scene.root.attach_new_node(_light(kind, reach))
-            path.set_pos(*position)
-            path.look_at(0.0, 12.0, -1.0)  # towards the wall
-            shares.append(missed(bench, scene, positioned(method)))
-        return max(shares)
+_PLACED = {
+    "around the camera": ((0.0, 0.5, 0.5), 30.0),
+    "from behind the camera": ((0.0, -3.0, 2.0), 30.0),
+    "across the near plane": ((0.0, 1.5, 0.0), 9.5),
+    "across the far plane": ((0.0, 99.0, 40.0), 120.0),
+    "that holds the view": ((0.0, 9.0, 2.0), 1e3),
+    "from beside": ((30.0, 9.0, 5.0), 60.0),
+    "of radius 1e20": ((0.0, 9.0, 2.0), 1e20),
+    "of radius 1e300": ((0.0, 9.0, 2.0), 1e300),
+}
+"""Positions and reaches of lights."""
 
-    return Experiment(f"volume {name}", run, bound=0.0)
+
+def _placed(bench: ExperimentBench, method: str, name: str) -> float:
+    position, reach = _PLACED[name]
+    shares = []
+    for kind in ("point", *CONES):
+        scene = wall_scene(cells=8, hpr=(0.0, -80.0, 0.0))  # faces the eye and the sky
+        path = scene.root.attach_new_node(_light(kind, reach))
+        path.set_pos(*position)
+        path.look_at(0.0, 12.0, -1.0)  # towards the wall
+        shares.append(missed(bench, scene, positioned(method)))
+    return max(shares)
 
 
 FAR_AWAY, BEFORE, ABOVE = 1000.0, 0.3, 0.1
@@ -86,10 +93,8 @@ FADES = 0.6
 
 
 def _far_scene(kind: str, tilt: float, near: float) -> Scene:
-    scene = Scene()
-    scene.camera_node.lens = PerspectiveLens(vfov=0.15, near=near, far=3.0 * FAR_AWAY)
-    plane = scene.root.attach_new_node(geom_node("wall", wall(60.0, 8)))
-    plane.set_pos_hpr(0, FAR_AWAY, 0, 0, -tilt, 0)
+    lens = PerspectiveLens(vfov=0.15, near=near, far=3.0 * FAR_AWAY)
+    scene = wall_scene(FAR_AWAY, 60.0, 8, None, hpr=(0.0, -tilt, 0.0), lens=lens)
     scene.root.attach_new_node(_light(kind, 1.0)).set_pos(0, FAR_AWAY - BEFORE, ABOVE)
     return scene
 
@@ -101,98 +106,80 @@ def _far_reference(bench: ExperimentBench, kind: str, tilt: float) -> Float64:
     return render_reference(drawn.plan, drawn.visibility(), threads=1).light
 
 
-def _far(ratio: float) -> Experiment:
-    """Return the case of a light of reach 1, a thousand units and `ratio` near-plane distances away.
+def _far(bench: ExperimentBench, method: str, ratio: float) -> float:
+    """Return the largest difference to float64 of a light of reach 1, over its largest value.
 
-    It measures the largest difference to float64, over its largest value. Accurate methods must also light
-    the same pixels by volumes and by full-screen passes, as well through the standard depth buffer of drivers
-    without clip control.
+    It is a thousand units and `ratio` near-plane distances away. Accurate methods must also light the same
+    pixels by volumes and by full-screen passes, as well through the standard depth buffer of drivers without
+    clip control.
     """
-    near = FAR_AWAY / ratio
-
-    def run(bench: ExperimentBench, method: str) -> float:
-        worst = 0.0
-        for kind, tilt in product(("point", "spot"), TILTS):
-            expected = bench.once(("far", kind, tilt), partial(_far_reference, bench, kind, tilt))
-            scene = _far_scene(kind, tilt, near)
-            light = bench.draw(scene, positioned(method, normal_format="rgba32f"), outputs=("light",))[
-                "light"
-            ]
-            worst = max(worst, relative_error(light, expected))
-            if bench.law_of(method) not in ACCURATE:
-                continue
-            for capabilities in (None, Capabilities(clip_control=False, snorm_targets=False)):
-                if missed(bench, scene, positioned(method), capabilities):
-                    return math.inf
-        return worst
-
-    def bound(method: str) -> float:
-        error = position_error(method, near, 3.0 * FAR_AWAY, True, FAR_AWAY)
-        return within_law(1e-6, error, BESIDE, FADES)
-
-    return Experiment(f"small far light at y/n {ratio:g}", run, bound=bound)
-
-
-def _endless(reach: float) -> Experiment:
-    def run(bench: ExperimentBench, method: str) -> float:
-        worst = 0.0
-        for kind in ("point", "spot"):
-            material = Material("shiny", (0.5, 0.5, 0.5, 1.0), specular=(0.5, 0.5, 0.5), shininess=20.0)
-            scene = wall_scene(cells=4, material=material)
-            light = _light(kind, None)
-            light.set_max_distance(reach)
-            scene.root.attach_new_node(light).set_pos(1, 3, 1)
-            worst = max(worst, missed(bench, scene, positioned(method)))
-        return worst
-
-    return Experiment(f"reach {reach:g}", run, bound=0.0)
-
-
-def _below_a_pixel(reach: float) -> Experiment:
-    """Return the case of a light smaller than a pixel.
-
-    It measures the largest relative difference from the float64 reference. It is infinite if a pixel is lit
-    that must not be, or is not lit that must be, or differs from a full-screen pass.
-    """
-    before = 0.4 * reach
-
-    def run(bench: ExperimentBench, method: str) -> float:
-        worst = 0.0
-        settings = positioned(method)
-        for kind, size in product(("point", "spot"), ((65, 49), (64, 48))):
-            scene = wall_scene(cells=4)
-            light = scene.root.attach_new_node(_light(kind, reach))
-            light.set_pos(0.003, WALL - before, 0.002)
-            drawn = bench.draw(scene, settings, size, ("light",), gbuffer=True)
-            everywhere = bench.draw(scene, settings.with_changes(light_method="fullscreen"), size, ("light",))
-            _, expected = drawn.expected_light()
-            given = drawn["light"]
-            if ((given > 0) != (expected > 0)).any() or (given != everywhere["light"]).any():
+    worst = 0.0
+    for kind, tilt in product(("point", "spot"), TILTS):
+        expected = bench.once(("far", kind, tilt), partial(_far_reference, bench, kind, tilt))
+        scene = _far_scene(kind, tilt, FAR_AWAY / ratio)
+        light = bench.draw(scene, positioned(method, normal_format="rgba32f"), outputs=("light",))["light"]
+        worst = max(worst, relative_error(light, expected))
+        if bench.law_of(method) not in ACCURATE:
+            continue
+        for capabilities in (None, Capabilities(clip_control=False, snorm_targets=False)):
+            if missed(bench, scene, positioned(method), capabilities):
                 return math.inf
-            worst = max(worst, float(np.abs(given - expected).max() / (expected.max() or 1.0)))
-        return worst
-
-    def bound(method: str) -> float:
-        own = 1e-5
-        if method == "linear32f":
-            return own
-        if method in ("stored16f", "stored32f"):
-            return own + 2.0 * EPS * WALL / before  # the position itself is stored, rounded to float32
-        return within_law(own, position_error(decoded_as(method), 1.0, 100.0, True, WALL), before)
-
-    return Experiment(f"light below a pixel, reach {reach:g}", run, bound=bound)
+    return worst
 
 
-EXPERIMENTS = (
-    *(_far(ratio) for ratio in (1e3, 1e4, 1e6, 1e9)),
-    _placed("around the camera", (0.0, 0.5, 0.5), 30.0),
-    _placed("from behind the camera", (0.0, -3.0, 2.0), 30.0),
-    _placed("across the near plane", (0.0, 1.5, 0.0), 9.5),
-    _placed("across the far plane", (0.0, 99.0, 40.0), 120.0),
-    _placed("that holds the view", (0.0, 9.0, 2.0), 1e3),
-    _placed("from beside", (30.0, 9.0, 5.0), 60.0),
-    _placed("of radius 1e20", (0.0, 9.0, 2.0), 1e20),
-    _placed("of radius 1e300", (0.0, 9.0, 2.0), 1e300),
-    *(_endless(reach) for reach in (1e20, 1e36, 1e38, math.inf)),
-    *(_below_a_pixel(reach) for reach in (0.02, 0.1, 0.3)),
+def _bound_of_far(method: str, ratio: float) -> float:
+    error = position_error(method, FAR_AWAY / ratio, 3.0 * FAR_AWAY, True, FAR_AWAY)
+    return within_law(1e-6, error, BESIDE, FADES)
+
+
+def _endless(bench: ExperimentBench, method: str, reach: float) -> float:
+    worst = 0.0
+    for kind in ("point", "spot"):
+        material = Material("shiny", (0.5, 0.5, 0.5, 1.0), specular=(0.5, 0.5, 0.5), shininess=20.0)
+        scene = wall_scene(cells=4, material=material)
+        light = _light(kind, None)
+        light.set_max_distance(reach)
+        scene.root.attach_new_node(light).set_pos(1, 3, 1)
+        worst = max(worst, missed(bench, scene, positioned(method)))
+    return worst
+
+
+def _below_a_pixel(bench: ExperimentBench, method: str, reach: float) -> float:
+    """Return the largest relative difference from the float64 reference of a light smaller than a pixel.
+
+    It is infinite if a pixel is lit that must not be, or is not lit that must be, or differs from a
+    full-screen pass.
+    """
+    worst = 0.0
+    settings = positioned(method)
+    for kind, size in product(("point", "spot"), ((65, 49), (64, 48))):
+        scene = wall_scene(cells=4)
+        light = scene.root.attach_new_node(_light(kind, reach))
+        light.set_pos(0.003, WALL - 0.4 * reach, 0.002)
+        drawn = bench.draw(scene, settings, size, ("light",), gbuffer=True)
+        everywhere = bench.draw(scene, settings.with_changes(light_method="fullscreen"), size, ("light",))
+        _, expected = drawn.expected_light()
+        found = drawn["light"]
+        if ((found > 0) != (expected > 0)).any() or (found != everywhere["light"]).any():
+            return math.inf
+        worst = max(worst, float(np.abs(found - expected).max() / (expected.max() or 1.0)))
+    return worst
+
+
+def _bound_below_a_pixel(method: str, reach: float) -> float:
+    base, before = 1e-5, 0.4 * reach
+    if method == "linear32f":
+        return base
+    if method in ("stored16f", "stored32f"):
+        return base + 2.0 * EPS * WALL / before  # the position itself is stored, rounded to float32
+    return within_law(base, position_error(decoded_as(method), 1.0, 100.0, True, WALL), before)
+
+
+EXPERIMENTS: tuple[Experiment, ...] = (
+    *cases("small far light at y/n {ratio:g}", _far, _bound_of_far, ratio=(1e3, 1e4, 1e6, 1e9)),
+    *cases("volume {name}", _placed, 0.0, name=_PLACED),
+    *cases("reach {reach:g}", _endless, 0.0, reach=(1e20, 1e36, 1e38, math.inf)),
+    *cases(
+        "light below a pixel, reach {reach:g}", _below_a_pixel, _bound_below_a_pixel, reach=(0.02, 0.1, 0.3)
+    ),
 )

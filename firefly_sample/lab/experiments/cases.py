@@ -1,10 +1,12 @@
-"""Settings of position methods, and the bounds that follow from the methods' error laws."""
+"""Cases: their choices, settings of position methods, and bounds that follow from the methods' error laws."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from itertools import product
 from typing import Any
 
+from firefly_sample.lab.experiments.experiment import POSITIONS, Experiment
 from firefly_sample.plan.position_error import codes_shown
 from firefly_sample.settings import Settings
 
@@ -45,3 +47,20 @@ def error_warning(lines: Iterable[str], method: str) -> str:
     """
     own = (line for line in lines if line.startswith(f"position_method={method}:"))
     return next((line for line in own if "the driver lacks" not in line), "")
+
+
+def cases(
+    name: str,
+    measure: Callable[..., float],
+    bound: float | Callable[..., float],
+    rows: tuple[str, ...] = POSITIONS,
+    /,
+    **choices: Iterable[Any],
+) -> Iterator[Experiment]:
+    """Yield a case for each combination of choices: arguments of `measure` and of a `bound` that is called.
+
+    `name` has them in braces.
+    """
+    for values in product(*choices.values()):
+        arguments = dict(zip(choices, values, strict=True))
+        yield Experiment(name.format(**arguments), measure, rows, arguments=arguments, bound=bound)

@@ -1,1 +1,0 @@
-"""Small GL programs whose exact results are known."""
