@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.reference.particle_shadow import exact_taken, sliced_light
+from firefly_sample.lab.reference.particles import exact_sums, sliced_light
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan, optical_depths
 from firefly_sample.renderer import Renderer
@@ -103,7 +103,7 @@ def shadow_errors(
         # the same positions, whatever the number of slices
         at = np.column_stack([across, rng.random(positions) * particle_shadow.view.slices])
         if exact is None:
-            exact = np.exp(-exact_taken(_by_depth(particle_shadow, node), at))
+            exact = np.exp(-exact_sums(_by_depth(particle_shadow, node), at))
         difference = (sliced_light(particle_shadow, slices, at) - exact)[:, 0]
         errors.append((float(np.abs(difference).max()), float(np.sqrt((difference**2).mean()))))
     return errors

@@ -15,7 +15,7 @@ from firefly_sample.lab.clouds import CLOUDS, blob, faint, from_above, shadow_er
 from firefly_sample.lab.experiments.bench import DrawnFrame, ExperimentBench
 from firefly_sample.lab.experiments.experiment import Experiment, Value, relative_error
 from firefly_sample.lab.experiments.times import ratios_of
-from firefly_sample.lab.reference.particle_shadow import sliced_light
+from firefly_sample.lab.reference.particles import sliced_light
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.particles import ParticleNode

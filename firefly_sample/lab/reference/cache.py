@@ -65,15 +65,14 @@ def reference_frame(
     Parameters
     ----------
     renderer : Renderer
-        Draws the visibility and the albedo, at its size; its settings are left as they were.
-    scene : Scene
+        It draws at its size; its settings are left as they were.
     settings : Settings, optional
         Those of the frame and of the albedo's format; the renderer's when absent. No light is cut off in any
         case: see `firefly_sample.lab.reference.frame.reference_settings`.
     time : float
         Seconds.
     progress : callable, optional
-        Called with (done, total) while the reference is computed, not if it is in the cache.
+        Called with (done, total) while the reference is computed.
     folder : Path, optional
         `cache_folder` when absent.
 

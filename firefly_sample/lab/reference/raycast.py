@@ -27,8 +27,7 @@ Float64 = NDArray[np.float64]
 
 TILE = (128, 128)
 STEP = 1e-6
-"""Relative step by which a ray goes on behind a triangle that is not drawn: its back, or cut away by the near
-plane or by alpha. float32 needs it to be sure to have left the triangle."""
+"""Relative step by which a ray goes on behind a triangle that is not drawn: float32 has then left it."""
 
 
 class RayScene:
@@ -53,36 +52,30 @@ class RayScene:
     def __init__(
         self, geoms: Sequence[Geom], matrices: Float64, stretch: tuple[float, float, float] = (1.0, 1.0, 1.0)
     ) -> None:
-        unique = {id(geom): geom for geom in geoms}
-        order = {key: index for index, key in enumerate(unique)}
+        unique = list({id(geom): geom for geom in geoms}.values())
+        order = {id(geom): index for index, geom in enumerate(unique)}
         own = np.array([order[id(geom)] for geom in geoms], dtype=np.intp)
-        vertices = np.cumsum([0, *(len(geom.vertices) for geom in unique.values())])
-        triangles = np.cumsum([0, *(len(geom.triangles) for geom in unique.values())])
-        self._vertices = _joined([geom.vertices for geom in unique.values()], 3)
-        self._texcoords = _joined([geom.texcoords for geom in unique.values()], 2)
-        self._alphas = _joined([_alphas(geom)[:, None] for geom in unique.values()], 1)[:, 0]
-        parts = [geom.triangles + first for geom, first in zip(unique.values(), vertices, strict=False)]
+        vertices = np.cumsum([0, *(len(geom.vertices) for geom in unique)])
+        triangles = np.cumsum([0, *(len(geom.triangles) for geom in unique)])
+        self._vertices = np.concatenate([np.zeros((0, 3)), *(geom.vertices for geom in unique)])
+        self._texcoords = np.concatenate([np.zeros((0, 2)), *(geom.texcoords for geom in unique)])
+        self._alphas = np.concatenate([np.zeros(0), *map(_alphas, unique)])
+        parts = (geom.triangles + first for geom, first in zip(unique, vertices, strict=False))
         self._triangles = np.concatenate([np.zeros((0, 3), dtype=np.intp), *parts])
         self._matrices = matrices
         self._first_triangle = triangles[own]
-        self._first = np.concatenate([[0], np.cumsum((triangles[1:] - triangles[:-1])[own])])
+        self._first = np.concatenate([[0], np.cumsum(np.diff(triangles)[own])])
         self._stretch = np.array(stretch)
         self._scale = 1.0
-        self._scene, self._mesh = _embree(*self._float32(vertices, own))
+        self._scene, self._mesh = _embree(*self._float32(geoms))
 
-    def _float32(
-        self, vertices: NDArray[np.intp], own: NDArray[np.intp]
-    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    def _float32(self, geoms: Sequence[Geom]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """Return corners and triangles of all instances, scaled so that no product leaves float32's range."""
         positions, indices, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int32)], 0
-        for instance, geom in enumerate(own):
-            matrix = self._matrices[instance]
-            moved = self._vertices[vertices[geom] : vertices[geom + 1]] @ matrix[:3, :3] + matrix[3, :3]
-            positions.append(moved * self._stretch)
-            first = self._first_triangle[instance]
-            rows = self._triangles[first : first + self._first[instance + 1] - self._first[instance]]
-            indices.append((rows - vertices[geom] + count).astype(np.int32))
-            count += len(moved)
+        for geom, matrix in zip(geoms, self._matrices, strict=True):
+            positions.append((geom.vertices @ matrix[:3, :3] + matrix[3, :3]) * self._stretch)
+            indices.append((geom.triangles + count).astype(np.int32))
+            count += len(geom.vertices)
         corners = np.concatenate(positions)
         self._scale = 1.0 / max(float(np.abs(corners).max(initial=0.0)), 1e-300)
         return (corners * self._scale).astype(np.float32), np.concatenate(indices)
@@ -136,10 +129,6 @@ class RayScene:
 
 def _alphas(geom: Geom) -> Float64:
     return np.ones(len(geom.vertices)) if geom.alphas is None else geom.alphas
-
-
-def _joined(arrays: list[Float64], columns: int) -> Float64:
-    return np.concatenate([np.zeros((0, columns)), *arrays])
 
 
 def _embree(corners: NDArray[np.float32], triangles: NDArray[np.int32]) -> tuple[Any, Any]:
