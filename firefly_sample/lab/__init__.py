@@ -35,22 +35,19 @@ __all__ = [
 _MODULES = {
     "cast_visibility": "reference.raycast",
     "choose": "choice",
-    "measure_numerics": "numerics",
-    "measure_speed": "speed",
-    "measure_stability": "stability",
-    "measure_start": "start",
-    "measure_trade": "trade",
     "reference_frame": "reference.cache",
     "render_classic": "reference.frame",
     "render_reference": "reference.frame",
 }
+"""The modules of the names whose module is not called like the name without "measure_"."""
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, and keep it."""
-    if name not in _MODULES:
+    if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    module = _MODULES.get(name, name.removeprefix("measure_"))
+    value = globals()[name] = getattr(import_module(f"{__name__}.{module}"), name)
     return value
 
 

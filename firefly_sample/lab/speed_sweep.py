@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from firefly_sample.errors import SceneError, SettingsError, did_you_mean
 from firefly_sample.frame import Frame
-from firefly_sample.lab.reference.chunks import Progress
+from firefly_sample.lab.reference.chunks import Steps
 from firefly_sample.lab.reference.shade import count_pairs
 from firefly_sample.lab.speed_report import Draw, Draws, make_row
 from firefly_sample.plan.frame_plan import FramePlan
@@ -71,16 +71,10 @@ def _fits(base: Settings, changes: dict[str, Any]) -> bool:
     return True
 
 
-@dataclass(frozen=True)
-class Step:
-    """The frames with one count of lights.
+class Step(NamedTuple):
+    """The frames with one count of lights: the scene's parameters, one dict per seed.
 
-    Attributes
-    ----------
-    count : int
-        Value of the parameter that counts the scene's lights; 0 if it has none.
-    variations : list of dict
-        The scene's parameters, one dict per seed.
+    The count is 0 if the scene has no parameter for it.
     """
 
     count: int
@@ -150,17 +144,9 @@ def predict(known: Sequence[tuple[int, float]], lights: int) -> float | None:
 
 
 class LeftOut:
-    """The frames that are not drawn, because they take too long with some method, and the reasons.
+    """The frames that are not drawn, because one may take longer than `longest` seconds, and the reasons.
 
-    Parameters
-    ----------
-    longest : float
-        Seconds that one frame may take.
-
-    Attributes
-    ----------
-    rows : list of dict
-        "size", "lights", "method" and "because" of each.
+    `rows` has "size", "lights", "method" and "because" of each.
     """
 
     def __init__(self, longest: float) -> None:
@@ -180,21 +166,19 @@ class LeftOut:
                 self._note(size, method, count, f"too long already with {fewer:,} at {other[0]}x{other[1]}")
                 return True
         ms = predict(self._known.get((size, method), []), count)
-        if ms is None or ms <= 1e3 * self.longest:
-            return False
-        self._stop(size, method, count, f"a frame would take about {ms / 1e3:.3g} s")
-        return True
+        return ms is not None and self._stops_at(size, method, count, ms, "would take about")
 
     def is_too_long(self, size: Size, method: str, count: int, ms: float) -> bool:
         """Return whether a method is left out of a step after a frame took `ms`, and record it."""
+        return self._stops_at(size, method, count, ms, "took")
+
+    def _stops_at(self, size: Size, method: str, count: int, ms: float, verb: str) -> bool:
         if ms <= 1e3 * self.longest:
             return False
-        self._stop(size, method, count, f"a frame took {ms / 1e3:.3g} s")
-        return True
-
-    def _stop(self, size: Size, method: str, count: int, because: str) -> None:
         self._stops.setdefault(method, []).append((size, count))
-        self._note(size, method, count, f"{because}, more than {self.longest:g} s")
+        because = f"a frame {verb} {ms / 1e3:.3g} s, more than {self.longest:g} s"
+        self._note(size, method, count, because)
+        return True
 
     def _note(self, size: Size, method: str, count: int, because: str) -> None:
         self.rows.append({"size": list(size), "lights": count, "method": method, "because": because})
@@ -204,12 +188,8 @@ class LeftOut:
 class Sweep:
     """Draws steps, each frame by all methods in turn.
 
-    The renderer must not reuse a G-buffer: a reused one would take no time.
-
-    Attributes
-    ----------
-    draws, done : int
-        Draws in all; and done so far, including those that were left out.
+    The renderer must not reuse a G-buffer: a reused one would take no time. `progress` also counts the draws
+    that are left out.
     """
 
     plugin: ScenePlugin
@@ -219,9 +199,7 @@ class Sweep:
     rounds: int
     methods: list[str]
     left_out: LeftOut
-    draws: int
-    progress: Progress | None
-    done: int = field(default=0, init=False)
+    progress: Steps
 
     @property
     def chosen(self) -> str:
@@ -230,7 +208,7 @@ class Sweep:
 
     def measure(self, size: Size, step: Step) -> list[dict[str, Any]]:
         """Return the rows of one step, drawn at the renderer's size."""
-        until = self.done + len(step.variations) * (self.rounds + 1) * len(self.methods)
+        until = self.progress.done + len(step.variations) * (self.rounds + 1) * len(self.methods)
         drawn = {name: Draws() for name in self.methods if not self.left_out.foresees(size, name, step.count)}
         pairs = lights = 0
         for index, parameters in enumerate(step.variations if drawn else []):
@@ -252,8 +230,9 @@ class Sweep:
             for _ in range(self.rounds):
                 for name, own in drawn.items():
                     own.by_seed[-1].append(self._draw(built, name)[2])
-                    self._tell()
-        self._tell(until - self.done)
+                    self.progress.add()
+        if until > self.progress.done:
+            self.progress.to(until)
         chosen = drawn.get(self.chosen)
         for name, own in drawn.items():
             # the quickest draw: on a busy machine a line through two medians may point anywhere
@@ -267,7 +246,7 @@ class Sweep:
             frame, plan, draw = self._draw(built, name)
         finally:
             self.renderer.count_fragments = False
-        self._tell()
+        self.progress.add()
         return frame, plan, draw.ms
 
     def _is_too_long(self, size: Size, name: str, count: int, built: Scene, ms: float) -> bool:
@@ -288,12 +267,6 @@ class Sweep:
         # the GPU's clock is a different one, so the difference may be below 0
         host = max(spent - sum(frame.milliseconds.values()), 0.0)
         return frame, plan, Draw(frame.milliseconds, 1e3 * (planned - start), host)
-
-    def _tell(self, draws: int = 1) -> None:
-        if draws:
-            self.done += draws
-            if self.progress is not None:
-                self.progress(self.done, self.draws)
 
 
 def shaded_by(frame: Frame, plan: FramePlan) -> int:

@@ -65,22 +65,12 @@ COMBINATIONS: dict[str, dict[str, Any]] = {
 }
 """Choices that are used together: those of the documents that the sample follows, small and accurate ones."""
 
-EIGHT_BITS = {"particle_shadows": "blend", "particle_shadow_format": "unorm8"}
-NEAREST_TEN = {"particle_shadows": "loop", "particle_shadow_reads": 10}
-"""Shadows of particles as in the document that they follow."""
-
 
 @dataclass(frozen=True)
 class Variation:
     """A named set of changes to the base settings.
 
-    Attributes
-    ----------
-    name : str
-    group : {"default", "alone", "baseline", "preset", "combination", "look"}
-        "look" changes the picture, not its accuracy, for example the model of highlights.
-    changes : dict
-        Setting to value.
+    The group "look" changes the picture, not its accuracy, for example the model of highlights.
     """
 
     name: str
@@ -114,11 +104,7 @@ def _from_default(changes: Mapping[str, Any], base: Settings) -> dict[str, Any]:
 def variations(plan: FramePlan, base: Settings) -> list[Variation]:
     """Return everything that a trade compares, the default first; each combination of settings once.
 
-    Parameters
-    ----------
-    plan : FramePlan
-        The base's plan for the output "color".
-    base : Settings
+    `plan` is the base's plan for the output "color".
     """
     found = [Variation("default", "default", {}), *single_choices(plan)]
     if any(step.name == "geometry" for step in plan.passes) and plan.lights:
@@ -133,8 +119,11 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
             untested = {"light_method": "volumes", "volume_depth_test": False}
             found.append(Variation("volumes without depth test", "baseline", untested))
     if _particle_shadowed(plan):
-        found.append(Variation("blend, 8 bits", "baseline", EIGHT_BITS))
-        found.append(Variation("loop, nearest ten", "baseline", NEAREST_TEN))
+        # as in the document that they follow
+        eight_bits = {"particle_shadows": "blend", "particle_shadow_format": "unorm8"}
+        nearest_ten = {"particle_shadows": "loop", "particle_shadow_reads": 10}
+        found.append(Variation("blend, 8 bits", "baseline", eight_bits))
+        found.append(Variation("loop, nearest ten", "baseline", nearest_ten))
     for name, changes in PRESETS.items():
         found.append(Variation(f"preset {name}", "preset", _from_default(changes, base)))
     for name, changes in COMBINATIONS.items():

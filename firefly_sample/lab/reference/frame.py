@@ -79,10 +79,7 @@ class ReferenceFrame:
 def reference_settings(settings: Settings) -> Settings:
     """Return the settings to plan a reference with: no light is cut off, and there is one sample per pixel.
 
-    Raises
-    ------
-    SettingsError
-        If the look is "classic", whose frames are display codes: see `render_classic`.
+    Raise a SettingsError if the look is "classic", whose frames are display codes: see `render_classic`.
     """
     _check_look(settings)
     return settings.with_changes(cutoff_budget=0.0, cutoff_threshold=None, supersample=1)
@@ -109,7 +106,7 @@ def render_reference(
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them; sampled in float64 when absent.
     shadows : bool
-        Cast shadows by rays for lights that have shadow maps.
+        Whether lights that have shadow maps cast shadows, by rays.
     threads, progress : optional
         As `firefly_sample.lab.reference.chunks.run_all` takes them; `progress` is called during shading.
 
@@ -200,26 +197,9 @@ def render_classic(
     albedo: Float64 | None = None,
     threads: int | None = None,
 ) -> NDArray[np.uint8]:
-    """Render a plan in the look "classic", in float64.
+    """Return a plan in the look "classic" in float64: display codes (height, width, 3), first row on top.
 
-    Parameters
-    ----------
-    plan : FramePlan
-        Of that look.
-    visibility, albedo, threads
-        As `render_reference` takes them; the albedo as stored, 0 to 1.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
-        Display codes, the first row on top.
-
-    Raises
-    ------
-    SettingsError
-        If the plan has a different look, or several samples per pixel.
-    OutputError
-        If a shape is wrong, or the plan has no such triangle.
+    The arguments and errors are those of `render_reference`; the albedo is as stored, 0 to 1.
     """
     if plan.settings.look != "classic" or plan.settings.supersample != 1:
         raise SettingsError(

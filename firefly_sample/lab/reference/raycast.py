@@ -31,7 +31,7 @@ STEP = 1e-6
 
 
 class RayScene:
-    """The triangles of some instances in one space, for rays.
+    """The triangles of some instances in one space, for rays; it needs embreex.
 
     Parameters
     ----------
@@ -42,11 +42,6 @@ class RayScene:
     stretch : (float, float, float), optional
         Factors of the axes, for Embree only: rays through a very narrow lens keep their digits if its picture
         is made about as wide as it is far away.
-
-    Raises
-    ------
-    MissingPackageError
-        If embreex is not installed.
     """
 
     def __init__(
@@ -86,11 +81,7 @@ class RayScene:
     def nearest(self, origin: Float64, direction: Float64, end: Float64) -> NDArray[np.intp]:
         """Return the number of the first triangle that each ray meets, from either side; -1 if there is none.
 
-        Parameters
-        ----------
-        origin, direction : ndarray of float64, shape (n, 3)
-        end : ndarray of float64, shape (n,)
-            Where the rays end, in units of the direction.
+        Rays begin at `origin`, shape (n, 3), and end where `end`, shape (n,), says in units of `direction`.
         """
         if not len(self) or not len(origin):
             return np.full(len(origin), -1)
@@ -155,11 +146,7 @@ def cast_visibility(
 ) -> NDArray[np.int32]:
     """Return the output "visibility" that a rasteriser without any error would draw.
 
-    Parameters
-    ----------
-    plan : FramePlan
-    threads, progress : optional
-        As `firefly_sample.lab.reference.chunks.run_all` takes them.
+    `threads` and `progress` are as `firefly_sample.lab.reference.chunks.run_all` takes them.
 
     Returns
     -------

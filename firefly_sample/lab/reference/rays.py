@@ -33,7 +33,7 @@ class Rays:
     Attributes
     ----------
     origin, direction : ndarray of float64, shape (n, 3)
-        View space; the direction's Y is 1, the origin's 0.
+        View space: the direction's Y is 1, the origin's 0.
     pixel : (float, float)
         The step from a pixel to its neighbour, to the right and down, at distance 1.
     """
@@ -71,14 +71,10 @@ def pixel_rays(view: View) -> Rays:
 
 @dataclass(frozen=True, eq=False)
 class RayCorners:
-    """The corners of n triangles as seen along n rays.
+    """The corners of n triangles as seen along n rays, shapes (n, 3).
 
-    Attributes
-    ----------
-    across, up : ndarray of float64, shape (n, 3)
-        Offset of each corner from the ray, at the corner's own distance.
-    along : ndarray of float64, shape (n, 3)
-        Its distance along the axis, in units of the ray's direction.
+    `across` and `up` are each corner's offset from the ray, at the corner's own distance; `along` is its
+    distance along the axis, in units of the ray's direction.
     """
 
     across: Float64

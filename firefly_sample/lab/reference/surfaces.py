@@ -185,15 +185,11 @@ def see_surfaces(
 
     Parameters
     ----------
-    plan : FramePlan
     visibility : ndarray of int32, shape (height, width, 2)
-        The output "visibility": instance, counted over the plan's batches in order, and triangle of its Geom;
-        -1 where there is nothing.
+        As `firefly_sample.lab.reference.raycast.cast_visibility` returns it.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled
         here when absent. If only the first is given, the second is derived from it.
-    threads : int, optional
-        As `firefly_sample.lab.reference.chunks.run_all` takes it.
 
     Raises
     ------
