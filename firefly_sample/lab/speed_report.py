@@ -22,7 +22,6 @@ _COLORS = {
     "fullscreen": "#d1495b",
     "loop": "#e0a030",
 }
-_OTHER = "#999999"
 _DASHED = "auto"
 """It coincides with one of the others at any point: a dashed line on top lets the other show."""
 
@@ -235,7 +234,7 @@ def growth_figure(result: dict[str, Any], file: IO[bytes]) -> None:
                 [row["lights"] for row in mine],
                 [row["ms"] for row in mine],
                 yerr=[0.5 * row["spread"] * row["ms"] for row in mine],
-                color=_COLORS.get(method, _OTHER),
+                color=_COLORS[method],
                 fmt="--o" if method == _DASHED else "-o",
                 markersize=4.5,
                 linewidth=1.8,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, NamedTuple
 
 from firefly_sample.errors import SceneError, SettingsError, did_you_mean
@@ -44,23 +45,19 @@ Size = tuple[int, int]
 def check_methods(given: Sequence[str] | None, base: Settings) -> list[str]:
     """Return the names of methods without repetitions; without any given, all that fit the settings.
 
-    Raises
-    ------
-    SettingsError
-        If the list is empty, or a method does not exist or does not fit the settings.
+    Raise a SettingsError if the list is empty, or a method does not exist or does not fit the settings.
     """
     if given is None:
         return [name for name, changes in METHODS.items() if _fits(base, changes)]
-    names = list(dict.fromkeys(given))
-    for name in names:
+    for name in given:
         if name not in METHODS:
             raise SettingsError(
                 f"there is no method {name!r}{did_you_mean(name, METHODS)}: choose from {', '.join(METHODS)}"
             )
         base.with_changes(**METHODS[name])
-    if not names:
+    if not given:
         raise SettingsError(f"the list of methods is empty: choose from {', '.join(METHODS)}")
-    return names
+    return list(dict.fromkeys(given))
 
 
 def _fits(base: Settings, changes: dict[str, Any]) -> bool:
@@ -86,10 +83,7 @@ def steps_of(
 ) -> list[Step]:
     """Return a step for each count of lights, fewest first; `given` are the scene's other parameters.
 
-    Raises
-    ------
-    SceneError
-        If the scene has no parameter for counts or seeds that are given, or a parameter is wrong.
+    Raise a SceneError if a parameter is wrong, or the scene has none for counts or seeds that are given.
     """
     if seeds is not None and not any(parameter.name == "seed" for parameter in plugin.parameters):
         raise SceneError(f"scene {plugin.name!r} has no parameter 'seed': leave 'seeds' out")
@@ -106,9 +100,8 @@ def steps_of(
         raise SceneError(
             f"scene {plugin.name!r} has no parameter for its number of lights: leave 'counts' out"
         )
-    for step in steps:
-        for parameters in step.variations:
-            resolve_parameters(plugin.name, plugin.parameters, parameters)
+    for parameters in chain.from_iterable(step.variations for step in steps):
+        resolve_parameters(plugin.name, plugin.parameters, parameters)
     return steps
 
 
@@ -166,13 +159,10 @@ class LeftOut:
                 self._note(size, method, count, f"too long already with {fewer:,} at {other[0]}x{other[1]}")
                 return True
         ms = predict(self._known.get((size, method), []), count)
-        return ms is not None and self._stops_at(size, method, count, ms, "would take about")
+        return ms is not None and self.is_too_long(size, method, count, ms, "would take about")
 
-    def is_too_long(self, size: Size, method: str, count: int, ms: float) -> bool:
-        """Return whether a method is left out of a step after a frame took `ms`, and record it."""
-        return self._stops_at(size, method, count, ms, "took")
-
-    def _stops_at(self, size: Size, method: str, count: int, ms: float, verb: str) -> bool:
+    def is_too_long(self, size: Size, method: str, count: int, ms: float, verb: str = "took") -> bool:
+        """Return whether a method is left out of a step because a frame takes `ms`, and record it."""
         if ms <= 1e3 * self.longest:
             return False
         self._stops.setdefault(method, []).append((size, count))
@@ -218,9 +208,12 @@ class Sweep:
                 frame, plan, ms = self._first(built, name)
                 if counted is None and plan.batches:
                     counted = count_pairs(self.renderer.surface(plan).position(), plan.lights)
-                if index == 0 and self._is_too_long(size, name, step.count, built, ms):
-                    del drawn[name]
-                    continue
+                if index == 0:
+                    if ms > 1e3 * self.left_out.longest:  # it compiled shaders: draw again
+                        ms = self._draw(built, name)[2].ms
+                    if self.left_out.is_too_long(size, name, step.count, ms):
+                        del drawn[name]
+                        continue
                 own = drawn[name]
                 own.shaded += shaded_by(frame, plan)
                 own.draw_calls, own.bytes_per_pixel = frame.draw_calls, plan.bytes_per_pixel
@@ -231,8 +224,7 @@ class Sweep:
                 for name, own in drawn.items():
                     own.by_seed[-1].append(self._draw(built, name)[2])
                     self.progress.add()
-        if until > self.progress.done:
-            self.progress.to(until)
+        self.progress.to(until)
         chosen = drawn.get(self.chosen)
         for name, own in drawn.items():
             # the quickest draw: on a busy machine a line through two medians may point anywhere
@@ -248,12 +240,6 @@ class Sweep:
             self.renderer.count_fragments = False
         self.progress.add()
         return frame, plan, draw.ms
-
-    def _is_too_long(self, size: Size, name: str, count: int, built: Scene, ms: float) -> bool:
-        """Return whether a step takes too long; draw a slow first frame, which compiled shaders, again."""
-        if ms > 1e3 * self.left_out.longest:
-            ms = self._draw(built, name)[2].ms
-        return self.left_out.is_too_long(size, name, count, ms)
 
     def _draw(self, built: Scene, name: str) -> tuple[Frame, FramePlan, Draw]:
         renderer = self.renderer

@@ -256,8 +256,7 @@ def _line(row: Row) -> str:
         str(errors["codes"]),
         "inf" if psnr is None else f"{psnr:.1f}",
         "" if flip is None else f"{flip:.4f}",
-        str(errors["uncovered"]),
-        str(errors["not_finite"]),
+        *(str(errors[name]) for name in ("uncovered", "not_finite")),
     ]
     return f"| {' | '.join(cells)} |"
 
@@ -287,10 +286,8 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     for group, color in _COLORS.items():
         mine = [row for row in rows if row["group"] == group]
         if mine:
-            points = [_point(row) for row in mine]
             axes.errorbar(
-                [x for x, _ in points],
-                [y for _, y in points],
+                *np.transpose([_point(row) for row in mine]),
                 xerr=[0.5 * row["spread"] * row["time_ratio"] for row in mine],
                 fmt="D" if group in ("default", "preset") else "o",
                 color=color,
@@ -299,18 +296,9 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
                 label=group,
                 zorder=3,
             )
-    everything = [_point(row) for row in rows]
     front = front_of(rows)
-    steps = [_point(row) for row in front]
-    axes.step(
-        [x for x, _ in steps],
-        [y for _, y in steps],
-        where="post",
-        color="#444444",
-        linewidth=1.2,
-        zorder=2,
-        label="Pareto front",
-    )
+    line = {"color": "#444444", "linewidth": 1.2, "zorder": 2, "label": "Pareto front"}
+    axes.step(*np.transpose([_point(row) for row in front]), where="post", **line)
     axes.set_xlabel("time over the default's (bars: interquartile range)")
     axes.set_ylabel("largest error of radiance over its 99.9th percentile")
     width, height = result["size"]
@@ -318,8 +306,9 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("{x:g}")
     axes.tick_params(axis="x", which="minor", labelsize=8, labelcolor="#777777")
-    axes.set_xlim(_limits([x for x, _ in everything], 0.12))
-    axes.set_ylim(_limits([y for _, y in everything], 0.08))
+    times, errors = np.transpose([_point(row) for row in rows])
+    axes.set_xlim(_limits(times, 0.12))
+    axes.set_ylim(_limits(errors, 0.08))
     axes.legend(frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, borderpad=0)
     _label(axes, rows, front)
     figure.savefig(file, format="png")
@@ -330,9 +319,9 @@ def _point(row: Row) -> tuple[float, float]:
     return row["time_ratio"], max(row["errors"]["largest"], LEAST)
 
 
-def _limits(values: Sequence[float], margin: float) -> tuple[float, float]:
+def _limits(values: NDArray[np.float64], margin: float) -> tuple[float, float]:
     """Return the ends of a logarithmic axis: at least a factor of two, and a margin on each side."""
-    low, high = min(values), max(values)
+    low, high = float(values.min()), float(values.max())
     short = max(2.0 * low / high, 1.0) ** 0.5
     low, high = low / short, high * short
     room = (high / low) ** margin
@@ -345,20 +334,10 @@ def _label(axes: Any, rows: Sequence[Row], front: Sequence[Row]) -> None:
     taken: list[Any] = []
     points = axes.transData.transform([_point(row) for row in rows])
     important = [*front, *(row for row in rows if row["group"] in ("default", "preset", "baseline"))]
-    names = {row["name"] for row in important}
-    for row in [*important, *(row for row in rows if row["name"] not in names)]:
-        if row["name"] in (text.get_text() for text in axes.texts):
-            continue
+    for name, row in {row["name"]: row for row in [*important, *rows]}.items():
         for offset, side in (((7, 3), "left"), ((-7, 3), "right"), ((7, -10), "left"), ((-7, -10), "right")):
-            text = axes.annotate(
-                row["name"],
-                _point(row),
-                xytext=offset,
-                textcoords="offset points",
-                ha=side,
-                fontsize=8,
-                color="#222222",
-            )
+            style = {"ha": side, "fontsize": 8, "color": "#222222"}
+            text = axes.annotate(name, _point(row), offset, textcoords="offset points", **style)
             box = text.get_window_extent().padded(2.0)
             inside = axes.bbox.x0 <= box.x0 and box.x1 <= axes.figure.bbox.x1
             covers = sum(box.contains(*point) for point in points) > 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any, Literal
@@ -79,15 +79,39 @@ class Variation:
 
 
 def single_choices(plan: FramePlan) -> list[Variation]:
-    """Return each choice of accuracy alone, if it can change this frame or its cost."""
+    """Return each choice of accuracy alone, if this frame or its cost depends on it."""
     base, found = plan.settings, []
-    for name, value in _choices(plan):
-        changes = {name: value}
-        if name == "cutoff_budget" and base.cutoff_threshold is not None:
-            changes["cutoff_threshold"] = None  # it would override the budget
-        with suppress(SettingsError):  # a choice may contradict the base's
-            if base.with_changes(**changes) != base:
-                found.append(Variation(f"{name}={_shown(value)}", "alone", changes))
+    deferred = bool(plan.lights) and base.light_method != "forward"
+    positioned = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
+    attenuated, clouded = _attenuated(plan), _particle_shadowed(plan)
+    table: tuple[tuple[bool, str, Iterable[Any]], ...] = (
+        (positioned and deferred, "position", CHOICES["position"]),
+        (deferred, "normals", CHOICES["normals"]),
+        (plan.target("albedo") is not None, "albedo", CHOICES["albedo"]),
+        (deferred, "interpolation", CHOICES["interpolation"]),
+        (plan.target("radiance") is not None, "accumulation", CHOICES["accumulation"]),
+        (attenuated, "cutoff_budget", (1e-6, 1.5e-4, 1.5e-3)),
+        (attenuated, "cutoff_threshold", (1e-3, 1e-2, 5.0 / 256.0)),
+        (_proxied(plan), "volume_proxy", CHOICES["volume_proxy"]),
+        (deferred, "light_resolution", CHOICES["light_resolution"]),
+        (bool(plan.shadows.maps), "shadow_taps", CHOICES["shadow_taps"]),
+        (bool(plan.shadows.maps), "shadow_resolution", (256, 512, 1024, 2048, 4096)),
+        (clouded, "particle_shadows", CHOICES["particle_shadows"]),
+        (clouded, "particle_shadow_format", ("float32", "float16")),
+        (clouded, "particle_shadow_slices", (16, 32, 64, 128, 256)),
+        (clouded, "particle_shadow_tile", (32, 64, 128, 256)),
+        (clouded, "particle_shadow_interpolation", CHOICES["particle_shadow_interpolation"]),
+        (len(plan.particles) > 0, "particle_order", CHOICES["particle_order"]),
+        (len(plan.particles) > 0, "particle_order_depths", (64, None)),
+    )
+    for wanted, name, values in table:
+        for value in values if wanted else ():
+            changes = {name: value}
+            if name == "cutoff_budget" and base.cutoff_threshold is not None:
+                changes["cutoff_threshold"] = None  # it would override the budget
+            with suppress(SettingsError):  # a choice may contradict the base's
+                if base.with_changes(**changes) != base:
+                    found.append(Variation(f"{name}={_shown(value)}", "alone", changes))
     return found
 
 
@@ -155,36 +179,6 @@ def signature(plan: FramePlan) -> tuple[Any, ...]:
         else (cloud.method, cloud.reads, cloud.interpolate, cloud.view.slices, cloud.view.tile),
         plan.particles.order.tobytes(),
     )
-
-
-def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
-    """Yield each setting of accuracy that this frame depends on, with each of its values."""
-    deferred = bool(plan.lights) and plan.settings.light_method != "forward"
-    positioned = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
-    attenuated, clouded = _attenuated(plan), _particle_shadowed(plan)
-    table: tuple[tuple[bool, str, Iterable[Any]], ...] = (
-        (positioned and deferred, "position", CHOICES["position"]),
-        (deferred, "normals", CHOICES["normals"]),
-        (plan.target("albedo") is not None, "albedo", CHOICES["albedo"]),
-        (deferred, "interpolation", CHOICES["interpolation"]),
-        (plan.target("radiance") is not None, "accumulation", CHOICES["accumulation"]),
-        (attenuated, "cutoff_budget", (1e-6, 1.5e-4, 1.5e-3)),
-        (attenuated, "cutoff_threshold", (1e-3, 1e-2, 5.0 / 256.0)),
-        (_proxied(plan), "volume_proxy", CHOICES["volume_proxy"]),
-        (deferred, "light_resolution", CHOICES["light_resolution"]),
-        (bool(plan.shadows.maps), "shadow_taps", CHOICES["shadow_taps"]),
-        (bool(plan.shadows.maps), "shadow_resolution", (256, 512, 1024, 2048, 4096)),
-        (clouded, "particle_shadows", CHOICES["particle_shadows"]),
-        (clouded, "particle_shadow_format", ("float32", "float16")),
-        (clouded, "particle_shadow_slices", (16, 32, 64, 128, 256)),
-        (clouded, "particle_shadow_tile", (32, 64, 128, 256)),
-        (clouded, "particle_shadow_interpolation", CHOICES["particle_shadow_interpolation"]),
-        (len(plan.particles) > 0, "particle_order", CHOICES["particle_order"]),
-        (len(plan.particles) > 0, "particle_order_depths", (64, None)),
-    )
-    for wanted, name, values in table:
-        if wanted:
-            yield from ((name, value) for value in values)
 
 
 def _attenuated(plan: FramePlan, ending: bool = False) -> bool:

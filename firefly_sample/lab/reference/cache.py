@@ -94,8 +94,7 @@ def reference_frame(
     if folder is None:
         return render_reference(plan, visibility, albedo=albedo, progress=progress)
     key = fingerprint(*_parts(plan), visibility, albedo)
-    kept = _load(folder, key, visibility.shape[:2])
-    if kept is not None:
+    if kept := _load(folder, key, visibility.shape[:2]):
         return finished(plan, **kept)
     made = render_reference(plan, visibility, albedo=albedo, progress=progress)
     # a full disk or a read-only folder is no error: the reference is computed again next time

@@ -31,10 +31,11 @@ class Steps:
         self.to(self.done + steps)
 
     def to(self, done: int) -> None:
-        """Report that this many of all steps are done."""
-        self.done = min(done, self.total)
-        if self._progress is not None:
-            self._progress(self.done, self.total)
+        """Report that this many of all steps are done, if they are more than before."""
+        done = min(done, self.total)
+        if done > self.done and self._progress is not None:
+            self._progress(done, self.total)
+        self.done = max(done, self.done)
 
 
 def chunks_of(items: NDArray[Any], size: int) -> list[NDArray[Any]]:
@@ -43,7 +44,7 @@ def chunks_of(items: NDArray[Any], size: int) -> list[NDArray[Any]]:
 
 
 def tiles_of(shape: tuple[int, ...], tile: tuple[int, int]) -> list[NDArray[np.intp]]:
-    """Return the flat indices of pixels by tiles; for other than two dimensions, by slices of that size."""
+    """Return the flat indices of pixels by tiles; unless there are two dimensions, by slices of that size."""
     pixels = np.arange(int(np.prod(shape)))
     if len(shape) != 2:
         return chunks_of(pixels, tile[0] * tile[1])

@@ -236,15 +236,11 @@ def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
         elif lights.kind == "directional":
             total += len(lights) * len(covered)
         else:
-            total += sum(_within_cone(one, covered) for one in each_light([lights]))
+            for one in each_light([lights]):
+                to_light, _ = one.directions(covered[one.in_reach(covered)])
+                opened = opening(to_light, lights.directions[one.row])
+                total += int(np.count_nonzero(opened <= lights.cones[one.row, 1]))
     return total
-
-
-def _within_cone(one: OneLight, position: Float64) -> int:
-    """Return how many positions (n, 3) a spotlight reaches."""
-    to_light, _ = one.directions(position[one.in_reach(position)])
-    opened = opening(to_light, one.lights.directions[one.row])
-    return int(np.count_nonzero(opened <= one.lights.cones[one.row, 1]))
 
 
 def pairs_in_reach(position: Float64, lights: LightSet) -> int:

@@ -188,9 +188,8 @@ class ShadowRays:
 
     def _within(self, points: Float64, shadow: ShadowMap) -> NDArray[np.bool_]:
         """Return which points lie in a map; the others get no shadow from it."""
-        matrix = self._view_to_world @ shadow.world_to_light
+        matrix, lens = self._view_to_world @ shadow.world_to_light, shadow.lens
         q = points @ matrix[:3, :3] + matrix[3, :3]
-        lens = shadow.lens
         w = q[:, 1] if lens.perspective else np.ones(len(q))
         return np.asarray((w > 0.0) & (np.abs(lens.a * q[:, 0]) <= w) & (np.abs(lens.c * q[:, 2]) <= w))
 
@@ -221,10 +220,6 @@ def _intersect(corners: Float64, origin: Float64, direction: Float64) -> Interse
     """Intersect as `intersect` does, for rays of any direction: the largest coordinate is used as Y."""
     main = np.argmax(np.abs(direction), axis=1)
     order = (main[:, None] + np.array([2, 0, 1])) % 3
-    return intersect(
-        RayCorners.of(
-            np.take_along_axis(corners, order[:, None, :], axis=2),
-            np.take_along_axis(origin, order, axis=1),
-            np.take_along_axis(direction, order, axis=1),
-        )
-    )
+    corners = np.take_along_axis(corners, order[:, None, :], axis=2)
+    origin, direction = (np.take_along_axis(values, order, axis=1) for values in (origin, direction))
+    return intersect(RayCorners.of(corners, origin, direction))
