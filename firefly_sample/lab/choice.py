@@ -61,16 +61,10 @@ DIMENSIONS: tuple[tuple[str, ...], ...] = (
 
 @dataclass(frozen=True)
 class Option:
-    """One choice of a dimension, or the prediction for a combination.
+    """One choice of a dimension, or the prediction for a combination; the base's choice has no changes.
 
-    Attributes
-    ----------
-    changes : dict
-        Empty for the base's choice.
-    error : float
-        With all other choices at their finest; after `options_of`, what it adds to the finest choice's.
-    ratio, spread : float
-        Time over the base's, and the interquartile range of that ratio.
+    The error of a measured choice is that with all other choices at their finest; `options_of` returns what
+    it adds to the finest choice's. The ratio is the time over the base's, and has the spread.
     """
 
     changes: dict[str, Any]
@@ -143,7 +137,7 @@ class Choice:
     asked : str
         The bound as text.
     times : tuple of float
-        Seconds of the frames that were measured.
+        Times of the frames that were measured, in seconds.
     """
 
     settings: Settings
@@ -249,7 +243,7 @@ def _asked(max_error: float | None, max_codes: int | None, budget_ms: float | No
 
 
 class _Search:
-    """Measures choices alone, then the most promising combinations."""
+    """Measures choices alone, then the most promising combinations; `measured` collects all of these."""
 
     def __init__(
         self,

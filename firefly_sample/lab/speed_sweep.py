@@ -71,10 +71,10 @@ def _fits(base: Settings, changes: dict[str, Any]) -> bool:
 class Step(NamedTuple):
     """The frames with one count of lights: the scene's parameters, one dict per seed.
 
-    The count is 0 if the scene has no parameter for it.
+    The number of lights is 0 if the scene has no parameter for it.
     """
 
-    count: int
+    lights: int
     variations: list[dict[str, Any]]
 
 
@@ -199,7 +199,8 @@ class Sweep:
     def measure(self, size: Size, step: Step) -> list[dict[str, Any]]:
         """Return the rows of one step, drawn at the renderer's size."""
         until = self.progress.done + len(step.variations) * (self.rounds + 1) * len(self.methods)
-        drawn = {name: Draws() for name in self.methods if not self.left_out.foresees(size, name, step.count)}
+        left_out, count = self.left_out, step.lights
+        drawn = {name: Draws() for name in self.methods if not left_out.foresees(size, name, count)}
         pairs = lights = 0
         for index, parameters in enumerate(step.variations if drawn else []):
             built = build_scene(self.plugin, **parameters)
@@ -209,9 +210,9 @@ class Sweep:
                 if counted is None and plan.batches:
                     counted = count_pairs(self.renderer.surface(plan).position(), plan.lights)
                 if index == 0:
-                    if ms > 1e3 * self.left_out.longest:  # it compiled shaders: draw again
+                    if ms > 1e3 * left_out.longest:  # it compiled shaders: draw again
                         ms = self._draw(built, name)[2].ms
-                    if self.left_out.is_too_long(size, name, step.count, ms):
+                    if left_out.is_too_long(size, name, count, ms):
                         del drawn[name]
                         continue
                 own = drawn[name]
@@ -228,7 +229,7 @@ class Sweep:
         chosen = drawn.get(self.chosen)
         for name, own in drawn.items():
             # the quickest draw: on a busy machine a line through two medians may point anywhere
-            self.left_out.learn(size, name, step.count, min(draw.ms for draw in own.all))
+            left_out.learn(size, name, count, min(draw.ms for draw in own.all))
         return [make_row(name, size, lights, own, chosen, pairs) for name, own in drawn.items()]
 
     def _first(self, built: Scene, name: str) -> tuple[Frame, FramePlan, float]:

@@ -123,7 +123,7 @@ def _parts(plan: FramePlan) -> Iterator[object]:
         yield from (shadow.lens, shadow.world_to_light)
         for caster in shadow.casters or ():
             yield from _model_parts(caster.geom, caster.texture)
-            yield from (caster.cutoff, caster.alphas, caster.model_to_world)
+            yield from (caster.cutoff, caster.alphas, caster.vertex_alpha, caster.model_to_world)
 
 
 def _columns(record: Any) -> Iterator[object]:
@@ -131,7 +131,7 @@ def _columns(record: Any) -> Iterator[object]:
 
 
 def _model_parts(geom: Geom, texture: Texture | None) -> Iterator[object]:
-    yield from (geom.vertices, geom.triangles, geom.normals, geom.texcoords, geom.colors)
+    yield from (geom.vertices, geom.triangles, geom.normals, geom.texcoords, geom.colors, geom.alphas)
     yield None if texture is None else texture.pixels
 
 

@@ -106,7 +106,7 @@ def sprite_radiance(
 
 
 def add_sprites(radiance: Float64, dots: SpriteSet, view: View, distance: Float64) -> None:
-    """Add all dots to the radiance, shape (height, width, 3), one after the other; see `sprite_radiance`."""
+    """Add all dots to the radiance, shape (height, width, 3), first row on top; see `sprite_radiance`."""
     for index in range(len(dots)):
         _add_sprite(radiance, dots, index, view, distance)
 
@@ -129,10 +129,8 @@ def add_particles(
 
     Parameters
     ----------
-    radiance : ndarray of float64, shape (height, width, 3)
-        Changed in place; the first row on top.
-    distance : ndarray of float64, shape (height, width)
-        As `sprite_radiance` takes it.
+    radiance, distance : ndarray of float64
+        As `add_sprites` takes them.
     light : ndarray of float64, shape (n, 3)
         Of `particle_light`.
     order : ndarray of int, optional
