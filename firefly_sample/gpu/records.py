@@ -48,7 +48,7 @@ _SHADOW = Field("shadow", "SHADOW_TAPS", "first shadow map, how many")
 
 ROW = 256
 """Records in a row of their texture: a power of two, which shaders need not divide by."""
-_COMPARED = SHADER_CONSTANTS["POSITION_METHOD_INVERSE_MATRIX"]
+_COMPARED = SHADER_CONSTANTS["POSITION_SOURCE_INVERSE_MATRIX"]
 """From this method on, a shader compares positions."""
 _LOOP = SHADER_CONSTANTS["LIGHT_METHOD_LOOP"]
 _FETCHED = (_LOOP, SHADER_CONSTANTS["LIGHT_METHOD_CLUSTERED"])
@@ -85,7 +85,7 @@ def _is_packed(fields: tuple[Field, ...], defines: dict[str, int]) -> bool:
     What is left out is the place across the view, which only stored positions are compared with.
     """
     fetched = defines.get("LIGHT_METHOD", _LOOP) in _FETCHED
-    return fetched and fields[0] is _PLACE and defines.get("POSITION_METHOD", _COMPARED) < _COMPARED
+    return fetched and fields[0] is _PLACE and defines.get("POSITION_SOURCE", _COMPARED) < _COMPARED
 
 
 def record_dtype(record: str, defines: dict[str, int]) -> np.dtype[Any]:

@@ -286,8 +286,10 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     for group, color in _COLORS.items():
         mine = [row for row in rows if row["group"] == group]
         if mine:
+            x, y = np.transpose([_point(row) for row in mine])
             axes.errorbar(
-                *np.transpose([_point(row) for row in mine]),
+                x,
+                y,
                 xerr=[0.5 * row["spread"] * row["time_ratio"] for row in mine],
                 fmt="D" if group in ("default", "preset") else "o",
                 color=color,
@@ -297,8 +299,8 @@ def pareto_figure(result: dict[str, Any], file: IO[bytes]) -> None:
                 zorder=3,
             )
     front = front_of(rows)
-    line = {"color": "#444444", "linewidth": 1.2, "zorder": 2, "label": "Pareto front"}
-    axes.step(*np.transpose([_point(row) for row in front]), where="post", **line)
+    x, y = np.transpose([_point(row) for row in front])
+    axes.step(x, y, where="post", color="#444444", linewidth=1.2, zorder=2, label="Pareto front")
     axes.set_xlabel("time over the default's (bars: interquartile range)")
     axes.set_ylabel("largest error of radiance over its 99.9th percentile")
     width, height = result["size"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any, Literal
@@ -26,42 +26,51 @@ LOOKS = (
 )
 """Settings that presets and combinations leave as they are in the base."""
 
-_THIN = {"position": "depth24", "normals": "oct8", "albedo": "sqrt8", "accumulation": "r11g11b10f"}
+_THIN = {
+    "position_method": "depth24",
+    "normal_format": "oct8",
+    "albedo_format": "sqrt8",
+    "accumulation_format": "r11g11b10f",
+}
 COMBINATIONS: dict[str, dict[str, Any]] = {
     "thin buffer": _THIN,
     "half floats": {
-        "position": "stored16f",
-        "normals": "rgba16f",
-        "albedo": "rgba16f",
-        "accumulation": "rgba16f",
+        "position_method": "stored16f",
+        "normal_format": "rgba16f",
+        "albedo_format": "rgba16f",
+        "accumulation_format": "rgba16f",
     },
     "as the slides": {
-        "position": "stored32f",
-        "normals": "rgba32f",
-        "albedo": "rgba8",
+        "position_method": "stored32f",
+        "normal_format": "rgba32f",
+        "albedo_format": "rgba8",
         "cutoff_threshold": 5.0 / 256.0,
         "light_method": "volumes",
         "volume_depth_test": False,
     },
     "as the assignment": {
-        "position": "inverse_matrix",
-        "normals": "rgba16f",
-        "albedo": "rgba8",
+        "position_method": "inverse_matrix",
+        "normal_format": "rgba16f",
+        "albedo_format": "rgba8",
         "light_method": "loop",
     },
     "as the original": {
-        "position": "depth24",
-        "normals": "rgba8",
-        "albedo": "rgba8",
-        "accumulation": "rgba8",
+        "position_method": "depth24",
+        "normal_format": "rgba8",
+        "albedo_format": "rgba8",
+        "accumulation_format": "rgba8",
         "light_method": "volumes",
         "volume_depth_test": False,
     },
-    "half, else accurate": {"light_resolution": "half", "normals": "rgba32f", "albedo": "rgba32f"},
+    "half, else accurate": {
+        "light_resolution": "half",
+        "normal_format": "rgba32f",
+        "albedo_format": "rgba32f",
+    },
     "half, thin buffer": {"light_resolution": "half", **_THIN},
-    "cube, depth24": {"volume_proxy": "cube", "position": "depth24"},
-    "icosphere0, depth32f": {"volume_proxy": "icosphere0", "position": "depth32f"},
-    "rgba32f normals, rgba16f albedo": {"normals": "rgba32f", "albedo": "rgba16f"},
+    "cube, depth24": {"volume_proxy": "cube", "position_method": "depth24"},
+    "icosphere0, depth32f": {"volume_proxy": "icosphere0", "position_method": "depth32f"},
+    "rgba32f normals, rgba16f albedo": {"normal_format": "rgba32f", "albedo_format": "rgba16f"},
 }
 """Choices that are used together: those of the documents that the sample follows, small and accurate ones."""
 
@@ -84,28 +93,28 @@ def single_choices(plan: FramePlan) -> list[Variation]:
     deferred = bool(plan.lights) and base.light_method != "forward"
     positioned = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
     attenuated, clouded = _attenuated(plan), _particle_shadowed(plan)
-    table: tuple[tuple[bool, str, Iterable[Any]], ...] = (
-        (positioned and deferred, "position", CHOICES["position"]),
-        (deferred, "normals", CHOICES["normals"]),
-        (plan.target("albedo") is not None, "albedo", CHOICES["albedo"]),
-        (deferred, "interpolation", CHOICES["interpolation"]),
-        (plan.target("radiance") is not None, "accumulation", CHOICES["accumulation"]),
-        (attenuated, "cutoff_budget", (1e-6, 1.5e-4, 1.5e-3)),
-        (attenuated, "cutoff_threshold", (1e-3, 1e-2, 5.0 / 256.0)),
-        (_proxied(plan), "volume_proxy", CHOICES["volume_proxy"]),
-        (deferred, "light_resolution", CHOICES["light_resolution"]),
-        (bool(plan.shadows.maps), "shadow_taps", CHOICES["shadow_taps"]),
-        (bool(plan.shadows.maps), "shadow_resolution", (256, 512, 1024, 2048, 4096)),
-        (clouded, "particle_shadows", CHOICES["particle_shadows"]),
-        (clouded, "particle_shadow_format", ("float32", "float16")),
-        (clouded, "particle_shadow_slices", (16, 32, 64, 128, 256)),
-        (clouded, "particle_shadow_tile", (32, 64, 128, 256)),
-        (clouded, "particle_shadow_interpolation", CHOICES["particle_shadow_interpolation"]),
-        (len(plan.particles) > 0, "particle_order", CHOICES["particle_order"]),
-        (len(plan.particles) > 0, "particle_order_depths", (64, None)),
+    table: tuple[tuple[Any, ...], ...] = (
+        (positioned and deferred, "position_method"),
+        (deferred, "normal_format"),
+        (plan.target("albedo") is not None, "albedo_format"),
+        (deferred, "interpolation"),
+        (plan.target("radiance") is not None, "accumulation_format"),
+        (attenuated, "cutoff_budget", 1e-6, 1.5e-4, 1.5e-3),
+        (attenuated, "cutoff_threshold", 1e-3, 1e-2, 5.0 / 256.0),
+        (_proxied(plan), "volume_proxy"),
+        (deferred, "light_resolution"),
+        (bool(plan.shadows.maps), "shadow_taps"),
+        (bool(plan.shadows.maps), "shadow_resolution", 256, 512, 1024, 2048, 4096),
+        (clouded, "particle_shadows"),
+        (clouded, "particle_shadow_format", "float32", "float16"),
+        (clouded, "particle_shadow_slices", 16, 32, 64, 128, 256),
+        (clouded, "particle_shadow_tile", 32, 64, 128, 256),
+        (clouded, "particle_shadow_interpolation"),
+        (len(plan.particles) > 0, "particle_order"),
+        (len(plan.particles) > 0, "particle_order_depths", 64, None),
     )
-    for wanted, name, values in table:
-        for value in values if wanted else ():
+    for wanted, name, *values in table:
+        for value in (values or CHOICES[name]) if wanted else ():
             changes = {name: value}
             if name == "cutoff_budget" and base.cutoff_threshold is not None:
                 changes["cutoff_threshold"] = None  # it would override the budget

@@ -29,7 +29,8 @@ class DepthCopyPass(Pass):
         """Return what it does if lighting passes both sample and test depth."""
         if not needs.drawn or needs.tested_source != "depth_copy":
             return None
-        because = f"position={needs.settings.position}: a depth buffer cannot be tested and sampled at once"
+        method = needs.settings.position_method
+        because = f"position_method={method}: a depth buffer cannot be tested and sampled at once"
         return Declaration(because, reads={"depth": _REASON}, writes=["depth_copy"])
 
     def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:

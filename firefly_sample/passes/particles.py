@@ -10,7 +10,7 @@ from firefly_sample.passes.base import Pass
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import PositionMethod, Variant
+from firefly_sample.plan.variants import PositionSource, Variant
 
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
@@ -29,7 +29,7 @@ class ParticleVariant(Variant):
     """
 
     surfaces: bool = True
-    position_method: PositionMethod = "distance"
+    position_source: PositionSource = "distance"
     orthographic: bool = False
     reverse: bool = False
     packed: bool = False
@@ -46,7 +46,7 @@ class ParticlesPass(Pass):
             return None
         reads = {"particle_light": [needs.particles_in_view]}
         if needs.drawn:
-            source = "depth" if needs.forward else needs.position_source
+            source = "depth" if needs.forward else needs.position_target_name
             reads[source] = _SOFT
             if source != "depth" and needs.orthographic:
                 reads["albedo"] = _SOFT
@@ -54,13 +54,13 @@ class ParticlesPass(Pass):
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the frame's variant."""
-        method: PositionMethod = "distance"
+        method: PositionSource = "distance"
         if needs.drawn:
-            method = "depth" if needs.forward else needs.position_method
+            method = "depth" if needs.forward else needs.position_source
         marked = needs.drawn and needs.orthographic and method in ("distance", "stored")
         return ParticleVariant(
             surfaces=needs.drawn,
-            position_method=method,
+            position_source=method,
             orthographic=needs.orthographic,
             reverse=needs.reverse and method == "depth",
             packed=marked and targets["albedo"].encoding == "sqrt10",
@@ -71,7 +71,7 @@ class ParticlesPass(Pass):
         both = (False, True)
         for flat in both:
             yield ParticleVariant(False, orthographic=flat)
-            for method in get_args(PositionMethod):
+            for method in get_args(PositionSource):
                 for reverse in both if method == "depth" else (False,):
                     for packed in both if flat and method in ("distance", "stored") else (False,):
                         yield ParticleVariant(True, method, flat, reverse, packed)

@@ -12,7 +12,7 @@ from firefly_sample.passes.lights import FORMATS, TARGETS
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import AlbedoFormat, NormalFormat, PositionMethod, Variant
+from firefly_sample.plan.variants import AlbedoFormat, NormalFormat, PositionSource, Variant
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class UpsampleVariant(Variant):
     highlights or not (`shine`), along surfaces that are found by their positions and normals.
     """
 
-    position_method: PositionMethod = "distance"
+    position_source: PositionSource = "distance"
     normal_format: NormalFormat = "oct16"
     albedo_format: AlbedoFormat = "sqrt10"
     orthographic: bool = False
@@ -47,14 +47,14 @@ class UpsamplePass(FullscreenPass):
         if needs.picture:
             reads["albedo"] = lights
         reads["normal"] = lights
-        reads[needs.position_source] = ["light_resolution=half finds neighbours on the same surface"]
+        reads[needs.position_target_name] = ["light_resolution=half finds neighbours on the same surface"]
         because = "light_resolution=half: each pixel takes light from neighbours on its surface"
         return Declaration(because, reads=reads, fills=["radiance", "light"])
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the frame's variant."""
         return UpsampleVariant(
-            position_method=needs.position_method,
+            position_source=needs.position_source,
             orthographic=needs.orthographic,
             radiance="radiance" in targets,
             light="light" in targets,
@@ -66,7 +66,7 @@ class UpsamplePass(FullscreenPass):
         """Yield every combination: highlights are for radiance alone."""
         both = (False, True)
         for position, formats, flat, (radiance, light), shine in product(
-            get_args(PositionMethod), FORMATS, both, TARGETS, both
+            get_args(PositionSource), FORMATS, both, TARGETS, both
         ):
             if radiance or not shine:
                 how: Any = position, *formats, flat, radiance, light, shine
