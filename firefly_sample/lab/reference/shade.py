@@ -261,9 +261,9 @@ def _pairs_of_tile(position: Float64, lights: LightSet) -> int:
     to_low, to_high = low - lights.positions, lights.positions - high
     nearest = lengths(np.maximum(np.maximum(to_low, to_high), 0.0))
     farthest = lengths(np.maximum(np.abs(to_low), np.abs(to_high)))
-    surely, hardly = lights.reaches * (1.0 - ROUNDING), lights.reaches * (1.0 + ROUNDING)
-    whole = farthest < surely
-    partly = np.flatnonzero(~whole & (nearest < hardly))
+    inner, outer = lights.reaches * (1.0 - ROUNDING), lights.reaches * (1.0 + ROUNDING)
+    whole = farthest < inner
+    partly = np.flatnonzero(~whole & (nearest < outer))
     total = int(np.count_nonzero(whole)) * len(position)
     for first in range(0, len(partly), PAIRS_LIGHTS):
         rows = partly[first : first + PAIRS_LIGHTS]
@@ -272,7 +272,7 @@ def _pairs_of_tile(position: Float64, lights: LightSet) -> int:
             offset = light[:, None] - pixel  # by coordinate: NumPy is slow along an axis of three
             offset *= offset
             square += offset
-        inside, near = square < surely[rows, None] ** 2, square < hardly[rows, None] ** 2
+        inside, near = square < inner[rows, None] ** 2, square < outer[rows, None] ** 2
         total += int(np.count_nonzero(inside))
         if np.count_nonzero(near) > np.count_nonzero(inside):
             row, column = np.nonzero(near & ~inside)
