@@ -39,7 +39,7 @@ _MODULES = {
     "render_classic": "reference.frame",
     "render_reference": "reference.frame",
 }
-"""The modules of the names whose module is not called like the name without "measure_"."""
+"""The modules of names that are not "measure_" and their module's name."""
 
 
 def __getattr__(name: str) -> Any:
