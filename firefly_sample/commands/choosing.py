@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
@@ -44,32 +43,20 @@ def settings_within(
     max_error: float | None,
     max_codes: int | None,
     budget_ms: float | None,
-    parameters: Mapping[str, Any],
-    size: tuple[int, int],
-    times: Sequence[float],
-    device: int | None = None,
-    require_gpu: bool = False,
     quiet: bool = False,
+    **options: Any,
 ) -> dict[str, Any]:
-    """Return the given settings, with the chosen ones if there is a bound; print the evidence."""
-    if max_error is None and max_codes is None and budget_ms is None:
+    """Return the given settings, with the chosen ones if there is a bound; print the evidence.
+
+    The other options are those of `firefly_sample.lab.choice.choose`.
+    """
+    bounds: dict[str, Any] = {"max_error": max_error, "max_codes": max_codes, "budget_ms": budget_ms}
+    if all(bound is None for bound in bounds.values()):
         return given
     from firefly_sample.lab.choice import choose
 
     with progress_bar("choosing settings", show=not quiet) as progress:
-        choice = choose(
-            scene,
-            max_error=max_error,
-            max_codes=max_codes,
-            budget_ms=budget_ms,
-            parameters=parameters,
-            given=given,
-            size=size,
-            times=times,
-            device=device,
-            require_gpu=require_gpu,
-            progress=progress,
-        )
+        choice = choose(scene, given=given, progress=progress, **bounds, **options)
     if not quiet:
         print(choice.evidence(), file=sys.stderr)
     return given | choice.chosen.changes

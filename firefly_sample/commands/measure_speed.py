@@ -9,9 +9,11 @@ from cyclopts import Parameter
 from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
+    Device,
     Flag,
     Folder,
     Names,
+    RequireGpu,
     SceneName,
     Sizes,
     Time,
@@ -35,8 +37,8 @@ def speed(
     seeds: Wholes | None = None,
     rounds: Whole = 5,
     longest: float = 5.0,
-    device: Whole | None = None,
-    require_gpu: Flag = False,
+    device: Device = None,
+    require_gpu: RequireGpu = False,
     json: Flag = False,
     settings: dict[str, Any],
     parameters: dict[str, Any],
@@ -66,10 +68,6 @@ def speed(
         How often each method draws each frame.
     longest
         Seconds that a frame may take; frames that would take longer are left out and listed.
-    device
-        EGL device to draw with (see firefly doctor).
-    require_gpu
-        Fail if the driver renders in software.
     json
         Print JSON.
     """

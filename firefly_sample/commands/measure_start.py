@@ -6,7 +6,7 @@ from typing import Any
 
 from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.columns import align
-from firefly_sample.commands.options import DEFAULT_SCENE, Flag, SceneName, Size, Time, Whole
+from firefly_sample.commands.options import DEFAULT_SCENE, Device, Flag, SceneName, Size, Time, Whole
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
 
@@ -16,7 +16,7 @@ def start(
     time: Time = DEFAULT_TIME,
     size: Size = (800, 600),
     rounds: Whole = 5,
-    device: Whole | None = None,
+    device: Device = None,
     json: Flag = False,
 ) -> int:
     """Time fresh processes to their first picture, with and without the cache of models and textures.
@@ -27,8 +27,6 @@ def start(
         Time of the picture in seconds.
     rounds
         How often each kind of process runs.
-    device
-        EGL device to draw with (see firefly doctor).
     json
         Print JSON.
     """

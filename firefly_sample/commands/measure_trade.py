@@ -9,12 +9,13 @@ from cyclopts import Parameter
 from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
+    Device,
     Flag,
     Folder,
+    RequireGpu,
     SceneName,
     Size,
     Time,
-    Whole,
     without_settings,
 )
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
@@ -33,8 +34,8 @@ def trade(
     size: Size = (800, 600),
     seconds: float = 4.0,
     fresh: Flag = False,
-    device: Whole | None = None,
-    require_gpu: Flag = False,
+    device: Device = None,
+    require_gpu: RequireGpu = False,
     json: Flag = False,
     settings: dict[str, Any],
     parameters: dict[str, Any],
@@ -55,15 +56,10 @@ def trade(
         About how many seconds to time each row.
     fresh
         Start over, even if an interrupted run could be resumed.
-    device
-        EGL device to draw with (see firefly doctor).
-    require_gpu
-        Fail if the driver renders in software.
     json
         Print the contents of trade.json instead of the table.
     """
-    from firefly_sample.lab.trade import default_folder, measure_trade
-    from firefly_sample.lab.trade_report import trade_as_markdown
+    from firefly_sample.lab.trade import default_folder, measure_trade, trade_as_markdown
 
     with progress_bar("measuring") as progress:
         result = measure_trade(

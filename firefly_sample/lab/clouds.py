@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.reference.particle_shadow import exact_taken, sliced_light
+from firefly_sample.lab.reference.particles import exact_sums, sliced_light
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.particles.shadow import ParticleShadowPlan, optical_depths
+from firefly_sample.plan.particles.shadow import optical_depths
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
@@ -18,11 +18,6 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
-Error = tuple[float, float]
-"""The largest error, and the root of the mean square."""
-
-POSITIONS = 3000
-"""Number of lookups of a shadow."""
 
 
 def _alpha_of(positions: Float64, radius: float, depth: float) -> float:
@@ -78,17 +73,13 @@ def slices_of(plan: FramePlan, atlas: NDArray[np.float32]) -> Float64:
 
 
 def shadow_errors(
-    renderer: Renderer, node: ParticleNode, settings: Sequence[Settings], positions: int = POSITIONS
-) -> list[Error]:
+    renderer: Renderer, node: ParticleNode, settings: Sequence[Settings], positions: int = 3000
+) -> list[tuple[float, float]]:
     """Return the errors of the light in a cloud, with slices that are drawn with each of some settings.
 
-    Positions are near the axis, evenly distributed along the light. Exact is the product of the
-    transmittances of all particles, whatever the method adds up.
-
-    Parameters
-    ----------
-    settings : sequence of Settings
-        They share one `particle_shadow_tile`.
+    An error is the largest one, and the root of the mean square. The positions at which shadows are looked up
+    are near the axis, evenly distributed along the light. Exact is the product of the transmittances of all
+    particles, whatever the method adds up. The settings share one `particle_shadow_tile`.
     """
     scene, errors = from_above(node), []
     exact: Float64 | None = None
@@ -103,13 +94,8 @@ def shadow_errors(
         # the same positions, whatever the number of slices
         at = np.column_stack([across, rng.random(positions) * particle_shadow.view.slices])
         if exact is None:
-            exact = np.exp(-exact_taken(_by_depth(particle_shadow, node), at))
+            depths = np.repeat(optical_depths(node.arrays.alphas)[:, None], 3, axis=1)
+            exact = np.exp(-exact_sums(replace(particle_shadow, strengths=depths), at))
         difference = (sliced_light(particle_shadow, slices, at) - exact)[:, 0]
         errors.append((float(np.abs(difference).max()), float(np.sqrt((difference**2).mean()))))
     return errors
-
-
-def _by_depth(particle_shadow: ParticleShadowPlan, node: ParticleNode) -> ParticleShadowPlan:
-    """Return the same plan with the particles' true optical depths."""
-    depths = optical_depths(node.arrays.alphas)[:, None]
-    return replace(particle_shadow, method="optical_depth", strengths=np.repeat(depths, 3, axis=1))

@@ -16,7 +16,7 @@ from firefly_sample.capture.writers import as_folder, open_whole, output_folder
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import check_size
 from firefly_sample.lab.measuring import require, write_json
-from firefly_sample.lab.reference.chunks import Progress
+from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.lab.speed_report import growth_figure, speed_as_markdown, with_slopes
 from firefly_sample.lab.speed_sweep import LeftOut, Sweep, check_methods, steps_of
 from firefly_sample.renderer import Renderer
@@ -87,36 +87,23 @@ def measure_speed(
         ratios refer to; "left_out", the frames that were not drawn ("size", the count of "lights", "method"
         and "because"); and "rows", one per size, count of lights and method, each with
 
-        "size" : [int, int]
-        "lights" : int
-            Lights in the scene (of the last seed).
-        "method" : str
-            A name of `firefly_sample.lab.speed_sweep.METHODS`.
-        "ms" : float
-            Milliseconds of all passes of a frame: the median over seeds and rounds.
-        "spread" : float
-            Interquartile range over median of one seed's rounds; the median of this over the seeds.
-        "ratio" : float or None
-            This method's time over the chosen one's in the same round: the median over seeds and rounds. None
-            if the chosen one was left out.
-        "passes" : dict
-            Milliseconds of each pass by name, medians like "ms".
-        "host_ms", "plan_ms" : float
-            Milliseconds of Python per frame, medians likewise: planning and drawing by the clock, minus the
-            passes; and the part of planning in that.
-        "draw_calls" : int
-        "bytes_per_pixel" : float
-            Of all targets; see `firefly_sample.plan.frame_plan.FramePlan`.
-        "shaded" : int
-            Fragments that the lighting passes shaded, summed over the seeds' frames. A fragment counts once
-            per light that it evaluates: all of them in a loop, those in its cell's list in clusters.
-        "pairs" : int
-            (Pixel, light) pairs in range, summed likewise; equal for all methods.
-        "shaded_per_pair" : float or None
-            "shaded" over "pairs"; None if no pixel is in range of a light.
-        "slope", "growth" : float or None
-            Microseconds per additional light since the previous count, and that over the previous slope; see
-            `firefly_sample.lab.speed_report.with_slopes`.
+        - "size"; "method", a name of `firefly_sample.lab.speed_sweep.METHODS`; and "lights", the number in
+          the scene (of the last seed);
+        - "ms", milliseconds of all passes of a frame: the median over seeds and rounds;
+        - "spread", interquartile range over median of one seed's rounds: the median over the seeds;
+        - "ratio", this method's time over the chosen one's in the same round: the median over seeds and
+          rounds; None if the chosen one was left out;
+        - "passes", milliseconds of each pass by name, medians like "ms";
+        - "host_ms", milliseconds of Python per frame: planning and drawing by the clock, minus the passes;
+          and "plan_ms", the part of planning in that; medians likewise;
+        - "draw_calls", and "bytes_per_pixel" of all targets, see
+          `firefly_sample.plan.frame_plan.FramePlan`;
+        - "shaded", fragments that the lighting passes shaded, summed over the seeds' frames. A fragment
+          counts once per light that it evaluates: all in a loop, those in its cell's list in clusters;
+        - "pairs", (pixel, light) pairs in range, summed likewise; equal for all methods;
+        - "shaded_per_pair", "shaded" over "pairs"; None if no pixel is in range of a light;
+        - "slope", microseconds per additional light since the previous count, and "growth", that over the
+          previous slope; None where `firefly_sample.lab.speed_report.with_slopes` has none.
 
     Raises
     ------
@@ -144,14 +131,15 @@ def measure_speed(
         for size in wanted:
             renderer.resize(size)  # so that an impossible size is an error before anything is measured
         draws = len(wanted) * sum(len(step.variations) for step in steps) * (rounds + 1) * len(names)
-        sweep = Sweep(plugin, renderer, base, time, rounds, names, LeftOut(longest), draws, progress)
+        left_out, counted = LeftOut(longest), Steps(draws, progress)
+        sweep = Sweep(plugin, renderer, base, time, rounds, names, left_out, counted)
         result: dict[str, Any] = {
             "scene": plugin.name,
             "size": list(wanted[0]) if len(wanted) == 1 else [list(size) for size in wanted],
             "driver": renderer.driver,
             "rows": [],
             "chosen": sweep.chosen,
-            "left_out": sweep.left_out.rows,
+            "left_out": left_out.rows,
         }
         for size in wanted:
             renderer.resize(size)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import IO, Any
 
 from firefly_sample.columns import align
-from firefly_sample.lab.measuring import logarithmic_axes, quartile_spread, require
+from firefly_sample.lab.measuring import logarithmic_axes, quartile_spread
 
 Row = dict[str, Any]
 Size = tuple[int, int]
@@ -22,7 +22,6 @@ _COLORS = {
     "fullscreen": "#d1495b",
     "loop": "#e0a030",
 }
-_OTHER = "#999999"
 _DASHED = "auto"
 """It coincides with one of the others at any point: a dashed line on top lets the other show."""
 
@@ -60,10 +59,7 @@ class Draws:
     by_seed : list of list of Draw
         In the order of rounds, so that a round can be compared with that of a different method.
     shaded : int
-        Summed over the seeds.
-    draw_calls : int
-    bytes_per_pixel : float
-        Of the last seed's frame, like `draw_calls`.
+        Summed over the seeds; `draw_calls` and `bytes_per_pixel` are those of the last seed's frame.
     """
 
     by_seed: list[list[Draw]] = field(default_factory=list)
@@ -80,10 +76,7 @@ class Draws:
 def make_row(method: str, size: Size, lights: int, own: Draws, chosen: Draws | None, pairs: int) -> Row:
     """Return a row of `firefly_sample.lab.speed.measure_speed`, without "slope" and "growth".
 
-    Parameters
-    ----------
-    own, chosen : Draws
-        Of the method, and of the one that ratios refer to; without that one there are no ratios.
+    Ratios refer to the draws of the chosen method, if there are any.
     """
     draws = own.all
     # a GPU's clock may give 0 for a nearly empty frame
@@ -129,20 +122,18 @@ def with_slopes(rows: Sequence[Row]) -> list[Row]:
 
 
 def sizes_of(result: dict[str, Any]) -> list[Size]:
-    """Return the sizes that were measured, (width, height), one or several."""
+    """Return the sizes that were measured, one or several."""
     size = result["size"]
     several = size if isinstance(size[0], list) else [size]
     return [(width, height) for width, height in several]
 
 
-_BEFORE = {
+_COLUMNS = {
     "lights": ("lights", ",d"),
     "method": ("method", ""),
     "ms": ("ms", ".2f"),
     "spread": ("spread", ".2f"),
     "ratio": ("ratio", ".2f"),
-}
-_AFTER = {
     "host_ms": ("host ms", ".2f"),
     "plan_ms": ("plan ms", ".2f"),
     "draw_calls": ("draw calls", "d"),
@@ -153,23 +144,22 @@ _AFTER = {
     "slope": ("us/light", ".1f"),
     "growth": ("growth", ".2f"),
 }
-"""The columns of a table before and after those of the passes: the key in a row, the heading and the
-format."""
+"""The columns of a table: the key in a row, the heading and the format."""
+_PASSES = slice(5, 5)
+"""The place of the columns of passes among them."""
 
 
 def _table(result: dict[str, Any], size: Size, passes: Sequence[str] = ()) -> list[list[str]]:
     """Return the heading and the rows of one size, with a column for each of `passes`."""
-    before, after = ([heading for heading, _ in columns.values()] for columns in (_BEFORE, _AFTER))
-    table = [[*before, *passes, *after]]
+    head = [heading for heading, _ in _COLUMNS.values()]
+    head[_PASSES] = passes
+    table = [head]
     for row in result["rows"]:
         if tuple(row["size"]) == size:
-            times = [_cell(row["passes"].get(name), ".2f") for name in passes]
-            table.append([*_cells(row, _BEFORE), *times, *_cells(row, _AFTER)])
+            cells = [_cell(row[key], form) for key, (_, form) in _COLUMNS.items()]
+            cells[_PASSES] = [_cell(row["passes"].get(name), ".2f") for name in passes]
+            table.append(cells)
     return table
-
-
-def _cells(row: Row, columns: dict[str, tuple[str, str]]) -> list[str]:
-    return [_cell(row[key], form) for key, (_, form) in columns.items()]
 
 
 def _cell(value: Any, form: str) -> str:
@@ -193,10 +183,8 @@ def speed_as_text(result: dict[str, Any]) -> str:
     lines = []
     for size in sizes_of(result):
         head, *rows = _table(result, size, passes)
-        shape = _shape(size)
-        lines.append(
-            f"{result['scene']}, {shape}, {result['driver']}; milliseconds of a frame and its passes"
-        )
+        frame = f"{result['scene']}, {_shape(size)}, {result['driver']}"
+        lines.append(f"{frame}; milliseconds of a frame and its passes")
         lines.append(align([[heading.upper() for heading in head], *rows]))
     lines.append(f"ratios are to the time of method {result['chosen']}")
     return "\n".join([*lines, *(f"left out: {text}" for text in _left_out(result))])
@@ -229,14 +217,9 @@ def figure_inches(panels: int) -> tuple[float, float]:
 def growth_figure(result: dict[str, Any], file: IO[bytes]) -> None:
     """Write a PNG: milliseconds of a frame over lights; a line per method, a panel per size.
 
-    Frames without lights, and frames for which the clock gave 0, cannot be shown on its logarithmic axes.
-
-    Raises
-    ------
-    MissingPackageError
-        If matplotlib is not installed.
+    Frames without lights, and frames for which the clock gave 0, cannot be shown on its logarithmic axes. It
+    needs matplotlib.
     """
-    require("matplotlib")
     from matplotlib.figure import Figure
 
     sizes = sizes_of(result)
@@ -251,7 +234,7 @@ def growth_figure(result: dict[str, Any], file: IO[bytes]) -> None:
                 [row["lights"] for row in mine],
                 [row["ms"] for row in mine],
                 yerr=[0.5 * row["spread"] * row["ms"] for row in mine],
-                color=_COLORS.get(method, _OTHER),
+                color=_COLORS[method],
                 fmt="--o" if method == _DASHED else "-o",
                 markersize=4.5,
                 linewidth=1.8,

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any, NamedTuple
 
 from firefly_sample.errors import SceneError, SettingsError, did_you_mean
 from firefly_sample.frame import Frame
-from firefly_sample.lab.reference.chunks import Progress
+from firefly_sample.lab.reference.chunks import Steps
 from firefly_sample.lab.reference.shade import count_pairs
 from firefly_sample.lab.speed_report import Draw, Draws, make_row
 from firefly_sample.plan.frame_plan import FramePlan
@@ -44,23 +45,19 @@ Size = tuple[int, int]
 def check_methods(given: Sequence[str] | None, base: Settings) -> list[str]:
     """Return the names of methods without repetitions; without any given, all that fit the settings.
 
-    Raises
-    ------
-    SettingsError
-        If the list is empty, or a method does not exist or does not fit the settings.
+    Raise a SettingsError if the list is empty, or a method does not exist or does not fit the settings.
     """
     if given is None:
         return [name for name, changes in METHODS.items() if _fits(base, changes)]
-    names = list(dict.fromkeys(given))
-    for name in names:
+    for name in given:
         if name not in METHODS:
             raise SettingsError(
                 f"there is no method {name!r}{did_you_mean(name, METHODS)}: choose from {', '.join(METHODS)}"
             )
         base.with_changes(**METHODS[name])
-    if not names:
+    if not given:
         raise SettingsError(f"the list of methods is empty: choose from {', '.join(METHODS)}")
-    return names
+    return list(dict.fromkeys(given))
 
 
 def _fits(base: Settings, changes: dict[str, Any]) -> bool:
@@ -71,19 +68,13 @@ def _fits(base: Settings, changes: dict[str, Any]) -> bool:
     return True
 
 
-@dataclass(frozen=True)
-class Step:
-    """The frames with one count of lights.
+class Step(NamedTuple):
+    """The frames with one count of lights: the scene's parameters, one dict per seed.
 
-    Attributes
-    ----------
-    count : int
-        Value of the parameter that counts the scene's lights; 0 if it has none.
-    variations : list of dict
-        The scene's parameters, one dict per seed.
+    The number of lights is 0 if the scene has no parameter for it.
     """
 
-    count: int
+    lights: int
     variations: list[dict[str, Any]]
 
 
@@ -92,10 +83,7 @@ def steps_of(
 ) -> list[Step]:
     """Return a step for each count of lights, fewest first; `given` are the scene's other parameters.
 
-    Raises
-    ------
-    SceneError
-        If the scene has no parameter for counts or seeds that are given, or a parameter is wrong.
+    Raise a SceneError if a parameter is wrong, or the scene has none for counts or seeds that are given.
     """
     if seeds is not None and not any(parameter.name == "seed" for parameter in plugin.parameters):
         raise SceneError(f"scene {plugin.name!r} has no parameter 'seed': leave 'seeds' out")
@@ -112,9 +100,8 @@ def steps_of(
         raise SceneError(
             f"scene {plugin.name!r} has no parameter for its number of lights: leave 'counts' out"
         )
-    for step in steps:
-        for parameters in step.variations:
-            resolve_parameters(plugin.name, plugin.parameters, parameters)
+    for parameters in chain.from_iterable(step.variations for step in steps):
+        resolve_parameters(plugin.name, plugin.parameters, parameters)
     return steps
 
 
@@ -150,17 +137,9 @@ def predict(known: Sequence[tuple[int, float]], lights: int) -> float | None:
 
 
 class LeftOut:
-    """The frames that are not drawn, because they take too long with some method, and the reasons.
+    """The frames that are not drawn, because one may take longer than `longest` seconds, and the reasons.
 
-    Parameters
-    ----------
-    longest : float
-        Seconds that one frame may take.
-
-    Attributes
-    ----------
-    rows : list of dict
-        "size", "lights", "method" and "because" of each.
+    `rows` has "size", "lights", "method" and "because" of each.
     """
 
     def __init__(self, longest: float) -> None:
@@ -180,21 +159,16 @@ class LeftOut:
                 self._note(size, method, count, f"too long already with {fewer:,} at {other[0]}x{other[1]}")
                 return True
         ms = predict(self._known.get((size, method), []), count)
-        if ms is None or ms <= 1e3 * self.longest:
-            return False
-        self._stop(size, method, count, f"a frame would take about {ms / 1e3:.3g} s")
-        return True
+        return ms is not None and self.is_too_long(size, method, count, ms, "would take about")
 
-    def is_too_long(self, size: Size, method: str, count: int, ms: float) -> bool:
-        """Return whether a method is left out of a step after a frame took `ms`, and record it."""
+    def is_too_long(self, size: Size, method: str, count: int, ms: float, verb: str = "took") -> bool:
+        """Return whether a method is left out of a step because a frame takes `ms`, and record it."""
         if ms <= 1e3 * self.longest:
             return False
-        self._stop(size, method, count, f"a frame took {ms / 1e3:.3g} s")
-        return True
-
-    def _stop(self, size: Size, method: str, count: int, because: str) -> None:
         self._stops.setdefault(method, []).append((size, count))
-        self._note(size, method, count, f"{because}, more than {self.longest:g} s")
+        because = f"a frame {verb} {ms / 1e3:.3g} s, more than {self.longest:g} s"
+        self._note(size, method, count, because)
+        return True
 
     def _note(self, size: Size, method: str, count: int, because: str) -> None:
         self.rows.append({"size": list(size), "lights": count, "method": method, "because": because})
@@ -204,12 +178,8 @@ class LeftOut:
 class Sweep:
     """Draws steps, each frame by all methods in turn.
 
-    The renderer must not reuse a G-buffer: a reused one would take no time.
-
-    Attributes
-    ----------
-    draws, done : int
-        Draws in all; and done so far, including those that were left out.
+    The renderer must not reuse a G-buffer: a reused one would take no time. `progress` also counts the draws
+    that are left out.
     """
 
     plugin: ScenePlugin
@@ -219,9 +189,7 @@ class Sweep:
     rounds: int
     methods: list[str]
     left_out: LeftOut
-    draws: int
-    progress: Progress | None
-    done: int = field(default=0, init=False)
+    progress: Steps
 
     @property
     def chosen(self) -> str:
@@ -230,8 +198,9 @@ class Sweep:
 
     def measure(self, size: Size, step: Step) -> list[dict[str, Any]]:
         """Return the rows of one step, drawn at the renderer's size."""
-        until = self.done + len(step.variations) * (self.rounds + 1) * len(self.methods)
-        drawn = {name: Draws() for name in self.methods if not self.left_out.foresees(size, name, step.count)}
+        until = self.progress.done + len(step.variations) * (self.rounds + 1) * len(self.methods)
+        left_out, count = self.left_out, step.lights
+        drawn = {name: Draws() for name in self.methods if not left_out.foresees(size, name, count)}
         pairs = lights = 0
         for index, parameters in enumerate(step.variations if drawn else []):
             built = build_scene(self.plugin, **parameters)
@@ -240,9 +209,12 @@ class Sweep:
                 frame, plan, ms = self._first(built, name)
                 if counted is None and plan.batches:
                     counted = count_pairs(self.renderer.surface(plan).position(), plan.lights)
-                if index == 0 and self._is_too_long(size, name, step.count, built, ms):
-                    del drawn[name]
-                    continue
+                if index == 0:
+                    if ms > 1e3 * left_out.longest:  # it compiled shaders: draw again
+                        ms = self._draw(built, name)[2].ms
+                    if left_out.is_too_long(size, name, count, ms):
+                        del drawn[name]
+                        continue
                 own = drawn[name]
                 own.shaded += shaded_by(frame, plan)
                 own.draw_calls, own.bytes_per_pixel = frame.draw_calls, plan.bytes_per_pixel
@@ -252,12 +224,12 @@ class Sweep:
             for _ in range(self.rounds):
                 for name, own in drawn.items():
                     own.by_seed[-1].append(self._draw(built, name)[2])
-                    self._tell()
-        self._tell(until - self.done)
+                    self.progress.add()
+        self.progress.to(until)
         chosen = drawn.get(self.chosen)
         for name, own in drawn.items():
             # the quickest draw: on a busy machine a line through two medians may point anywhere
-            self.left_out.learn(size, name, step.count, min(draw.ms for draw in own.all))
+            left_out.learn(size, name, count, min(draw.ms for draw in own.all))
         return [make_row(name, size, lights, own, chosen, pairs) for name, own in drawn.items()]
 
     def _first(self, built: Scene, name: str) -> tuple[Frame, FramePlan, float]:
@@ -267,14 +239,8 @@ class Sweep:
             frame, plan, draw = self._draw(built, name)
         finally:
             self.renderer.count_fragments = False
-        self._tell()
+        self.progress.add()
         return frame, plan, draw.ms
-
-    def _is_too_long(self, size: Size, name: str, count: int, built: Scene, ms: float) -> bool:
-        """Return whether a step takes too long; draw a slow first frame, which compiled shaders, again."""
-        if ms > 1e3 * self.left_out.longest:
-            ms = self._draw(built, name)[2].ms
-        return self.left_out.is_too_long(size, name, count, ms)
 
     def _draw(self, built: Scene, name: str) -> tuple[Frame, FramePlan, Draw]:
         renderer = self.renderer
@@ -288,12 +254,6 @@ class Sweep:
         # the GPU's clock is a different one, so the difference may be below 0
         host = max(spent - sum(frame.milliseconds.values()), 0.0)
         return frame, plan, Draw(frame.milliseconds, 1e3 * (planned - start), host)
-
-    def _tell(self, draws: int = 1) -> None:
-        if draws:
-            self.done += draws
-            if self.progress is not None:
-                self.progress(self.done, self.draws)
 
 
 def shaded_by(frame: Frame, plan: FramePlan) -> int:

@@ -20,7 +20,7 @@ from firefly_sample.derived import VARIABLE
 from firefly_sample.errors import FireflyError, SceneError
 from firefly_sample.frame import check_size
 from firefly_sample.lab.measuring import quartile_spread
-from firefly_sample.lab.reference.chunks import Progress
+from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.scenes import find_scene
 
 CACHES = ("off", "empty", "full")
@@ -47,7 +47,7 @@ def measure_start(
     size : (int, int)
         Pixels.
     time : float
-        Time of the picture in seconds.
+        Of the picture, in seconds.
     rounds : int
         How often each kind of process runs, after one that is not timed.
     device : see `firefly_sample.Renderer`
@@ -60,17 +60,9 @@ def measure_start(
         The output of ``firefly measure start --json``: "scene", the plugin's name; "size", [width, height];
         "rounds"; "driver", the GL renderer string; "dependencies", the median seconds of a process that
         imports NumPy, moderngl, trimesh and Pillow and opens a context; and "rows", one for each of `CACHES`:
-
-        "cache" : str
-            The state of the cache: not used ("off"), used but empty, or full.
-        "seconds" : float
-            From the start of the process to its picture: the median.
-        "ratio" : float
-            "seconds" over "dependencies" in the same round: the median.
-        "spread" : float
-            Interquartile range over median of the ratios.
-        "sha256" : str
-            Of the picture's bytes.
+        "cache", the state of the cache: not used ("off"), used but empty, or full; "seconds", from the start
+        of the process to its picture, the median; "ratio", that over "dependencies" in the same round, the
+        median; "spread", interquartile range over median of the ratios; and "sha256" of the picture's bytes.
 
     Raises
     ------
@@ -81,14 +73,13 @@ def measure_start(
     width, height = check_size(size)
     if rounds < 1:
         raise SceneError("there is nothing to measure: give at least one round")
-    total, done = 1 + rounds * (1 + len(CACHES)), 0
+    steps = Steps(1 + rounds * (1 + len(CACHES)), progress)
     taken: dict[str, list[float]] = {name: [] for name in ("dependencies", *CACHES)}
     answers: dict[str, dict[str, Any]] = {}
     picture = {"scene": scene, "size": [width, height], "time": time, "device": device}
     jobs = {"dependencies": {"scene": None, "device": device}} | dict.fromkeys(CACHES, picture)
 
     def run(name: str, folder: str) -> float:
-        nonlocal done
         seconds, answer = _run(jobs[name], folder)
         before = answers.setdefault(name if name == "dependencies" else "picture", answer)
         if answer != before:
@@ -96,9 +87,7 @@ def measure_start(
                 f"scene {plugin.name!r}: the picture drawn with cache state {name!r} differs from the "
                 "earlier one; please delete the cache and report this as a bug"
             )
-        done += 1
-        if progress is not None:
-            progress(done, total)
+        steps.add()
         return seconds
 
     run("off", "off")
@@ -106,26 +95,25 @@ def measure_start(
         with tempfile.TemporaryDirectory(prefix="firefly-start-") as folder:
             for name, seconds in taken.items():
                 seconds.append(run(name, str(Path(folder, "cache")) if name in ("empty", "full") else "off"))
+    rows = []
+    for cache in CACHES:
+        ratios = [own / one for own, one in zip(taken[cache], taken["dependencies"], strict=True)]
+        rows.append(
+            {
+                "cache": cache,
+                "seconds": statistics.median(taken[cache]),
+                "ratio": statistics.median(ratios),
+                "spread": quartile_spread(ratios),
+                "sha256": answers["picture"]["sha256"],
+            }
+        )
     return {
         "scene": plugin.name,
         "size": [width, height],
         "rounds": rounds,
         "driver": answers["picture"]["driver"],
         "dependencies": statistics.median(taken["dependencies"]),
-        "rows": [
-            _row(name, taken[name], taken["dependencies"], answers["picture"]["sha256"]) for name in CACHES
-        ],
-    }
-
-
-def _row(name: str, seconds: list[float], unit: list[float], digest: str) -> dict[str, Any]:
-    ratios = [own / one for own, one in zip(seconds, unit, strict=True)]
-    return {
-        "cache": name,
-        "seconds": statistics.median(seconds),
-        "ratio": statistics.median(ratios),
-        "spread": quartile_spread(ratios),
-        "sha256": digest,
+        "rows": rows,
     }
 
 

@@ -1,9 +1,11 @@
-"""Draw one frame of a scene with any settings: its time, and its error against the reference."""
+"""Draw one frame of a scene with any settings: its time, and its errors against the reference."""
 
 from __future__ import annotations
 
+import math
 import statistics
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,6 @@ from numpy.typing import NDArray
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import Frame
 from firefly_sample.lab.measuring import quartile_spread
-from firefly_sample.lab.picture_errors import PictureErrors, picture_errors
 from firefly_sample.lab.reference.cache import reference_frame
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.frame import ReferenceFrame, reference_settings
@@ -20,6 +21,8 @@ from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
+
+Float64 = NDArray[np.float64]
 
 FINEST = {
     "position_method": "linear32f",
@@ -38,19 +41,135 @@ PICTURE = ("radiance", "color")
 """Outputs that are compared with the reference; only "color" is timed."""
 
 
+RELATIVE_FLOOR = 1e-3
+"""Share of the scale below which radiance is too dark for relative errors."""
+RELMSE_FLOOR = 1e-2
+
+
+@dataclass(frozen=True)
+class PictureErrors:
+    """Errors over the compared pixels.
+
+    The largest error and the bias show whether a method is correct; PSNR and FLIP estimate what people would
+    notice.
+
+    Attributes
+    ----------
+    largest : float
+        Largest absolute difference of linear radiance in any channel, over the scale: the 99.9th percentile
+        of the reference.
+    percentile_99 : float
+        The 99th percentile of the absolute differences, over the scale.
+    largest_relative : float
+        Largest difference over the reference, or over a thousandth of the scale if that is more.
+    relmse : float
+        Mean of (x - r)^2 / (r^2 + 0.01), both exposed, so that the units of the scene do not matter.
+    bias : float
+        Sum of the picture over sum of the reference, minus 1: light that is lost or gained.
+    not_finite : int
+        Number of values that are not finite.
+    uncovered : int
+        Number of pixels that show the background instead of a surface, or a surface instead of it.
+    codes : int
+        Largest difference of sRGB codes.
+    psnr : float
+        Peak signal-to-noise ratio of sRGB codes in decibels; infinite if all are equal.
+    flip : float or None
+        Mean FLIP error of the sRGB pictures, 0 to 1; None if not measured.
+    """
+
+    largest: float
+    percentile_99: float
+    largest_relative: float
+    relmse: float
+    bias: float
+    not_finite: int
+    uncovered: int
+    codes: int
+    psnr: float
+    flip: float | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain JSON values; an infinite PSNR is null."""
+        return {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in asdict(self).items()
+        }
+
+
+def scale_of(reference: Float64) -> float:
+    """Return the unit of errors: the 99.9th percentile of a reference's values, or 1 if that is 0."""
+    return float(np.percentile(reference, 99.9)) or 1.0 if reference.size else 1.0
+
+
+def picture_errors(
+    radiance: NDArray[Any],
+    color: NDArray[np.uint8],
+    covered: NDArray[np.bool_],
+    reference: Float64,
+    reference_color: NDArray[np.uint8],
+    reference_covered: NDArray[np.bool_],
+    chosen: NDArray[np.bool_],
+    exposure: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    flip: bool = False,
+) -> PictureErrors:
+    """Compare a picture with a reference: linear radiance, and sRGB codes, shapes (height, width, 3).
+
+    Parameters
+    ----------
+    covered, reference_covered, chosen : ndarray of bool, shape (height, width)
+        Where something was drawn, and which pixels are compared. FLIP needs whole pictures: there, the
+        others are replaced by the reference.
+    exposure : tuple of 3 floats
+        For `relmse`.
+    """
+    given = np.asarray(radiance, dtype=np.float64)[chosen]
+    truth = np.asarray(reference, dtype=np.float64)[chosen]
+    if not given.size:
+        return PictureErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, math.inf, 0.0 if flip else None)
+    wrong = ~np.isfinite(given)
+    given = np.where(wrong, 0.0, given)
+    scale = scale_of(truth)
+    off = np.abs(given - truth)
+    x, r = given * exposure, truth * exposure
+    total = float(truth.sum())
+    codes = np.abs(color.astype(np.int16) - reference_color.astype(np.int16))[chosen]
+    noise = float(np.mean(codes.astype(np.float64) ** 2))
+    shown = np.where(chosen[..., None], color, reference_color)
+    return PictureErrors(
+        largest=float(off.max()) / scale,
+        percentile_99=float(np.percentile(off, 99)) / scale,
+        largest_relative=float((off / np.maximum(truth, RELATIVE_FLOOR * scale)).max()),
+        relmse=float(np.mean((x - r) ** 2 / (r**2 + RELMSE_FLOOR))),
+        bias=float(given.sum()) / total - 1.0 if total else 0.0,
+        not_finite=int(np.count_nonzero(wrong)),
+        uncovered=int(np.count_nonzero((covered != reference_covered)[chosen])),
+        codes=int(codes.max()),
+        psnr=10.0 * math.log10(255.0**2 / noise) if noise else math.inf,
+        flip=mean_flip(shown, reference_color) if flip else None,
+    )
+
+
+def mean_flip(color: NDArray[np.uint8], reference: NDArray[np.uint8]) -> float:
+    """Return the mean FLIP error of two sRGB pictures (Andersson et al., HPG 2020), at 67 pixels per degree.
+
+    It needs the package flip-evaluator.
+    """
+    import flip_evaluator
+
+    pictures = (
+        np.ascontiguousarray(image, dtype=np.float32) / np.float32(255.0) for image in (reference, color)
+    )
+    _, mean, _ = flip_evaluator.evaluate(*pictures, "LDR")
+    return float(mean)
+
+
 @dataclass(frozen=True)
 class Timing:
     """Times of pairs of draws: one by the settings, one by the base that they are compared with.
 
-    Attributes
-    ----------
-    milliseconds : float
-        Median of the settings' times.
-    ratio : float
-        Median of the ratios of the pairs.
-    spread : float
-        Interquartile range of the ratios over their median.
-    pairs : int
+    `milliseconds` is the median of the settings' times, `ratio` that of the pairs' ratios, and `spread` the
+    interquartile range of these ratios over their median.
     """
 
     milliseconds: float
@@ -59,11 +178,9 @@ class Timing:
     pairs: int
 
 
-@dataclass(frozen=True, eq=False)
-class DrawnPicture:
-    """A picture with its plan and its errors."""
+class DrawnPicture(NamedTuple):
+    """A frame and its errors."""
 
-    plan: FramePlan
     frame: Frame
     errors: PictureErrors
 
@@ -75,7 +192,6 @@ class TradeBench:
     ----------
     renderer : Renderer
         Of the size to measure. This object changes its settings and turns off reuse.
-    scene : Scene
     time : float
         Seconds.
     base : Settings
@@ -91,11 +207,6 @@ class TradeBench:
         From the visibility that the GPU drew and the albedo that it sampled.
     agreed : ndarray of bool, shape (height, width)
         Where a rasteriser and rays see the same triangle; only these pixels are compared.
-
-    Raises
-    ------
-    FireflyError
-        If the scene or the driver is not usable, or embreex is missing.
     """
 
     def __init__(
@@ -123,11 +234,6 @@ class TradeBench:
             )
         self.covered: NDArray[np.bool_] = np.isfinite(self.reference.position[..., 0])
 
-    @property
-    def disagreed(self) -> float:
-        """The share of pixels that are not compared."""
-        return 1.0 - float(self.agreed.mean()) if self.agreed.size else 0.0
-
     def draw(self, settings: Settings, flip: bool = False) -> DrawnPicture:
         """Draw the frame with these settings, and compare it with the reference."""
         renderer = self.renderer
@@ -139,28 +245,20 @@ class TradeBench:
         finally:
             renderer.count_fragments = before
         covered = renderer.surface(plan).covered() if plan.batches else np.zeros_like(self.covered)
-        return DrawnPicture(plan, frame, self.errors(frame, covered, plan.exposure, flip))
+        return DrawnPicture(frame, self.errors(frame["radiance"], frame["color"], covered, plan, flip))
 
     def errors(
         self,
-        frame: Frame,
+        radiance: NDArray[Any],
+        color: NDArray[Any],
         covered: NDArray[np.bool_],
-        exposure: tuple[float, float, float],
+        plan: FramePlan,
         flip: bool = False,
     ) -> PictureErrors:
-        """Return a picture's errors."""
-        reference = self.reference
-        return picture_errors(
-            frame["radiance"],
-            np.asarray(frame["color"], dtype=np.uint8),
-            covered,
-            reference.radiance,
-            reference.color,
-            self.covered,
-            self.agreed,
-            exposure,
-            flip,
-        )
+        """Return the errors of a picture with the plan's exposure; see `picture_errors`."""
+        known = self.reference
+        reference = known.radiance, known.color, self.covered
+        return picture_errors(radiance, color, covered, *reference, self.agreed, plan.exposure, flip)
 
     def plan(self, settings: Settings) -> FramePlan:
         """Plan the frame that is timed."""
@@ -170,12 +268,8 @@ class TradeBench:
     def time_of(self, settings: Settings, seconds: float = 3.0, most: int = 9, least: int = 3) -> Timing:
         """Time pairs of frames, with these settings and with the base, which take turns to be first.
 
-        Parameters
-        ----------
-        seconds : float
-            About how long to draw; a first pair, which compiles shaders, does not count.
-        most, least : int
-            Numbers of pairs.
+        There are `least` to `most` pairs, as many as fit into the seconds. A first pair, which compiles
+        shaders, does not count.
         """
         plans = self.plan(settings), self.plan(self.base)
         first = self._pair(*plans, base_first=False)
@@ -190,8 +284,9 @@ class TradeBench:
         )
 
     def _pair(self, own: FramePlan, base: FramePlan, base_first: bool) -> tuple[float, float]:
-        times = [self._milliseconds(plan) for plan in ((base, own) if base_first else (own, base))]
-        return (times[1], times[0]) if base_first else (times[0], times[1])
-
-    def _milliseconds(self, plan: FramePlan) -> float:
-        return sum(self.renderer.draw(plan, read=False).milliseconds.values())
+        """Return the milliseconds of a frame with the settings, and of one with the base."""
+        first, second = (
+            sum(self.renderer.draw(plan, read=False).milliseconds.values())
+            for plan in ((base, own) if base_first else (own, base))
+        )
+        return (second, first) if base_first else (first, second)

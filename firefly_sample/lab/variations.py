@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any, Literal
@@ -74,22 +74,12 @@ COMBINATIONS: dict[str, dict[str, Any]] = {
 }
 """Choices that are used together: those of the documents that the sample follows, small and accurate ones."""
 
-EIGHT_BITS = {"particle_shadows": "blend", "particle_shadow_format": "unorm8"}
-NEAREST_TEN = {"particle_shadows": "loop", "particle_shadow_reads": 10}
-"""Shadows of particles as in the document that they follow."""
-
 
 @dataclass(frozen=True)
 class Variation:
     """A named set of changes to the base settings.
 
-    Attributes
-    ----------
-    name : str
-    group : {"default", "alone", "baseline", "preset", "combination", "look"}
-        "look" changes the picture, not its accuracy, for example the model of highlights.
-    changes : dict
-        Setting to value.
+    The group "look" changes the picture, not its accuracy, for example the model of highlights.
     """
 
     name: str
@@ -98,15 +88,39 @@ class Variation:
 
 
 def single_choices(plan: FramePlan) -> list[Variation]:
-    """Return each choice of accuracy alone, if it can change this frame or its cost."""
+    """Return each choice of accuracy alone, if this frame or its cost depends on it."""
     base, found = plan.settings, []
-    for name, value in _choices(plan):
-        changes = {name: value}
-        if name == "cutoff_budget" and base.cutoff_threshold is not None:
-            changes["cutoff_threshold"] = None  # it would override the budget
-        with suppress(SettingsError):  # a choice may contradict the base's
-            if base.with_changes(**changes) != base:
-                found.append(Variation(f"{name}={_shown(value)}", "alone", changes))
+    deferred = bool(plan.lights) and base.light_method != "forward"
+    positioned = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
+    attenuated, clouded = _attenuated(plan), _particle_shadowed(plan)
+    table: tuple[tuple[Any, ...], ...] = (
+        (positioned and deferred, "position_method"),
+        (deferred, "normal_format"),
+        (plan.target("albedo") is not None, "albedo_format"),
+        (deferred, "interpolation"),
+        (plan.target("radiance") is not None, "accumulation_format"),
+        (attenuated, "cutoff_budget", 1e-6, 1.5e-4, 1.5e-3),
+        (attenuated, "cutoff_threshold", 1e-3, 1e-2, 5.0 / 256.0),
+        (_proxied(plan), "volume_proxy"),
+        (deferred, "light_resolution"),
+        (bool(plan.shadows.maps), "shadow_taps"),
+        (bool(plan.shadows.maps), "shadow_resolution", 256, 512, 1024, 2048, 4096),
+        (clouded, "particle_shadows"),
+        (clouded, "particle_shadow_format", "float32", "float16"),
+        (clouded, "particle_shadow_slices", 16, 32, 64, 128, 256),
+        (clouded, "particle_shadow_tile", 32, 64, 128, 256),
+        (clouded, "particle_shadow_interpolation"),
+        (len(plan.particles) > 0, "particle_order"),
+        (len(plan.particles) > 0, "particle_order_depths", 64, None),
+    )
+    for wanted, name, *values in table:
+        for value in (values or CHOICES[name]) if wanted else ():
+            changes = {name: value}
+            if name == "cutoff_budget" and base.cutoff_threshold is not None:
+                changes["cutoff_threshold"] = None  # it would override the budget
+            with suppress(SettingsError):  # a choice may contradict the base's
+                if base.with_changes(**changes) != base:
+                    found.append(Variation(f"{name}={_shown(value)}", "alone", changes))
     return found
 
 
@@ -123,11 +137,7 @@ def _from_default(changes: Mapping[str, Any], base: Settings) -> dict[str, Any]:
 def variations(plan: FramePlan, base: Settings) -> list[Variation]:
     """Return everything that a trade compares, the default first; each combination of settings once.
 
-    Parameters
-    ----------
-    plan : FramePlan
-        The base's plan for the output "color".
-    base : Settings
+    `plan` is the base's plan for the output "color".
     """
     found = [Variation("default", "default", {}), *single_choices(plan)]
     if any(step.name == "geometry" for step in plan.passes) and plan.lights:
@@ -142,8 +152,11 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
             untested = {"light_method": "volumes", "volume_depth_test": False}
             found.append(Variation("volumes without depth test", "baseline", untested))
     if _particle_shadowed(plan):
-        found.append(Variation("blend, 8 bits", "baseline", EIGHT_BITS))
-        found.append(Variation("loop, nearest ten", "baseline", NEAREST_TEN))
+        # as in the document that they follow
+        eight_bits = {"particle_shadows": "blend", "particle_shadow_format": "unorm8"}
+        nearest_ten = {"particle_shadows": "loop", "particle_shadow_reads": 10}
+        found.append(Variation("blend, 8 bits", "baseline", eight_bits))
+        found.append(Variation("loop, nearest ten", "baseline", nearest_ten))
     for name, changes in PRESETS.items():
         found.append(Variation(f"preset {name}", "preset", _from_default(changes, base)))
     for name, changes in COMBINATIONS.items():
@@ -175,36 +188,6 @@ def signature(plan: FramePlan) -> tuple[Any, ...]:
         else (cloud.method, cloud.reads, cloud.interpolate, cloud.view.slices, cloud.view.tile),
         plan.particles.order.tobytes(),
     )
-
-
-def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
-    """Yield each setting of accuracy that this frame depends on, with each of its values."""
-    deferred = bool(plan.lights) and plan.settings.light_method != "forward"
-    positioned = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
-    attenuated, clouded = _attenuated(plan), _particle_shadowed(plan)
-    table: tuple[tuple[bool, str, Iterable[Any]], ...] = (
-        (positioned and deferred, "position_method", CHOICES["position_method"]),
-        (deferred, "normal_format", CHOICES["normal_format"]),
-        (plan.target("albedo") is not None, "albedo_format", CHOICES["albedo_format"]),
-        (deferred, "interpolation", CHOICES["interpolation"]),
-        (plan.target("radiance") is not None, "accumulation_format", CHOICES["accumulation_format"]),
-        (attenuated, "cutoff_budget", (1e-6, 1.5e-4, 1.5e-3)),
-        (attenuated, "cutoff_threshold", (1e-3, 1e-2, 5.0 / 256.0)),
-        (_proxied(plan), "volume_proxy", CHOICES["volume_proxy"]),
-        (deferred, "light_resolution", CHOICES["light_resolution"]),
-        (bool(plan.shadows.maps), "shadow_taps", CHOICES["shadow_taps"]),
-        (bool(plan.shadows.maps), "shadow_resolution", (256, 512, 1024, 2048, 4096)),
-        (clouded, "particle_shadows", CHOICES["particle_shadows"]),
-        (clouded, "particle_shadow_format", ("float32", "float16")),
-        (clouded, "particle_shadow_slices", (16, 32, 64, 128, 256)),
-        (clouded, "particle_shadow_tile", (32, 64, 128, 256)),
-        (clouded, "particle_shadow_interpolation", CHOICES["particle_shadow_interpolation"]),
-        (len(plan.particles) > 0, "particle_order", CHOICES["particle_order"]),
-        (len(plan.particles) > 0, "particle_order_depths", (64, None)),
-    )
-    for wanted, name, values in table:
-        if wanted:
-            yield from ((name, value) for value in values)
 
 
 def _attenuated(plan: FramePlan, ending: bool = False) -> bool:

@@ -1,6 +1,6 @@
 // Provides particle_shadow_position, and volume_light: the share of light that particles let through, by colour.
 // A position is given in texels across and up in a slice's tile, and its depth in slices.
-// Float64 twin: firefly_sample/lab/reference/particle_shadow.py
+// Float64 twin: firefly_sample/lab/reference/particles.py
 #include "include/particle_shadow_tiles.glsl"
 
 uniform sampler2D u_particle_shadow_atlas;

@@ -8,8 +8,9 @@ import pytest
 
 from firefly_sample.cli import main
 from firefly_sample.errors import SettingsError
-from firefly_sample.lab import choose, search
-from firefly_sample.lab.search import MARGIN, Measured, Option, options_of, predictions
+from firefly_sample.lab import choice as choosing
+from firefly_sample.lab import choose
+from firefly_sample.lab.choice import MARGIN, Option, options_of, predictions
 from firefly_sample.lab.trade_bench import TradeBench
 from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Material
@@ -36,7 +37,7 @@ FIXED_WORDS = [word for name, value in FIXED.items() for word in (f"--{name.repl
 def briefly(monkeypatch):
     """Time as few pairs of frames as may be: these tests are of errors, whatever the times are."""
     for name in ("SECONDS_ALONE", "SECONDS_TOGETHER"):
-        monkeypatch.setattr(search, name, 0.0)
+        monkeypatch.setattr(choosing, name, 0.0)
     monkeypatch.setattr(TradeBench, "time_of", partialmethod(TradeBench.time_of, least=1))
 
 
@@ -45,11 +46,11 @@ def briefly(monkeypatch):
 
 def test_options_are_what_nothing_of_their_dimension_beats():
     measured = [
-        Measured({}, 5e-4, 1.0, 0.0),
-        Measured({"normal_format": "oct8"}, 1e-3, 0.9, 0.01),
-        Measured({"normal_format": "rgba32f"}, 1e-4, 1.2, 0.01),
-        Measured({"normal_format": "rgba8"}, 1e-2, 1.1, 0.01),  # slower and worse than the base
-        Measured({"normal_format": "rgb10a2"}, 6e-4, 0.99, 0.05),  # its time is not told apart: it only errs
+        Option({}, 5e-4, 1.0, 0.0),
+        Option({"normal_format": "oct8"}, 1e-3, 0.9, 0.01),
+        Option({"normal_format": "rgba32f"}, 1e-4, 1.2, 0.01),
+        Option({"normal_format": "rgba8"}, 1e-2, 1.1, 0.01),  # slower and worse than the base
+        Option({"normal_format": "rgb10a2"}, 6e-4, 0.99, 0.05),  # its time is not told apart: it only errs
     ]
     assert options_of(measured) == [
         Option({"normal_format": "oct8"}, pytest.approx(9e-4), 0.9),

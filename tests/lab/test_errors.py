@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from firefly_sample.lab.picture_errors import mean_flip, picture_errors, scale_of
+from firefly_sample.lab.trade_bench import mean_flip, picture_errors, scale_of
 
 SHAPE = (20, 30)
 

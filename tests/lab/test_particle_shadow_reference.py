@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.lab.reference.particle_shadow import exact_taken
+from firefly_sample.lab.reference.particles import exact_sums
 from firefly_sample.scene.lights import Spotlight
 from firefly_sample.scene.particles import ParticleNode
 from tests.clouds import ball_of, cloud_scene, puff, volume_of
@@ -31,12 +31,12 @@ def test_the_sum_is_that_over_all_particles(seed, count, size):
     places = np.concatenate([particle_shadow.places, free])
     rows = np.concatenate([np.arange(len(particle_shadow)), np.full(50, -1)])
     np.testing.assert_allclose(
-        exact_taken(particle_shadow, places, rows), by_hand(particle_shadow, places, rows), atol=1e-12
+        exact_sums(particle_shadow, places, rows), by_hand(particle_shadow, places, rows), atol=1e-12
     )
 
 
 def test_places_far_aside_or_nowhere_get_nothing_and_cost_nothing():
     particle_shadow = volume_of(cloud_scene(puff(100, radius=0.05), Spotlight("lamp")))
     places = np.array([[1e300, 0, 5], [-1e12, 64, 5], [np.nan, np.nan, 5], [np.inf, 64, 5], [64, 64, np.nan]])
-    assert not exact_taken(particle_shadow, places).any()
-    assert exact_taken(particle_shadow, np.array([[64.0, 64.0, 1e300]])).shape == (1, 3)
+    assert not exact_sums(particle_shadow, places).any()
+    assert exact_sums(particle_shadow, np.array([[64.0, 64.0, 1e300]])).shape == (1, 3)

@@ -88,6 +88,16 @@ def test_the_smallest_change_misses(renderer, computed, tmp_path, change):
     assert len(computed) == 3
 
 
+def test_alpha_of_vertices_counts_where_it_changes_no_pixel(renderer, computed, tmp_path):
+    """It may change a shadow."""
+    scene = ball_scene(5)
+    geom = scene.root.find("floor").node().geoms[0][0]
+    for alpha in (0.5, 0.5000000001):
+        geom.set_colors(np.tile([1.0, 1.0, 1.0, alpha], (len(geom.vertices), 1)))
+        reference_frame(renderer, scene, folder=tmp_path)
+    assert len(computed) == 2
+
+
 def _with_arrays(path, **changes):
     """The same file with other arrays in it, whole as `np.savez` writes it."""
     with np.load(path) as stored:

@@ -10,15 +10,15 @@ from PIL import Image
 
 from firefly_sample.cli import main
 from firefly_sample.errors import MissingPackageError, SettingsError
-from firefly_sample.lab.trade import measure_trade
-from firefly_sample.lab.trade_bench import TradeBench
-from firefly_sample.lab.trade_report import (
+from firefly_sample.lab.trade import (
     AMPLIFY,
     difference_picture,
     front_of,
+    measure_trade,
     pareto_figure,
     trade_as_markdown,
 )
+from firefly_sample.lab.trade_bench import TradeBench
 from firefly_sample.lab.variations import COMBINATIONS, variations
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.lights import PointLight

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from firefly_sample.errors import GpuError
 from firefly_sample.lab.clouds import CLOUDS, from_above, shadow_errors, slices_of
-from firefly_sample.lab.reference.particle_shadow import exact_taken, slice_sums, sliced_light
+from firefly_sample.lab.reference.particles import exact_sums, slice_sums, sliced_light
 from firefly_sample.scene.lights import DirectionalLight, Spotlight
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.settings import Settings
@@ -362,7 +362,7 @@ def test_in_any_cloud_light_is_between_that_before_a_slice_and_behind_it(
     places = np.column_stack([rng.uniform(0, 128, (300, 2)), rng.uniform(0, slices, 300)])
     found = sliced_light(particle_shadow, atlas, places)
     ends = [
-        np.exp(-exact_taken(particle_shadow, np.column_stack([places[:, :2], depth])))
+        np.exp(-exact_sums(particle_shadow, np.column_stack([places[:, :2], depth])))
         for depth in (np.floor(places[:, 2]), np.ceil(places[:, 2]))
     ]
     assert (found <= ends[0] + 0.03).all()

@@ -68,7 +68,7 @@ def _noise(bits: int) -> tuple[Levels, Sampler]:
     levels = [np.round(level * (2**bits - 1)).astype(f"u{bits // 8}") for level in noise]
     # 255 is 65535/257: eight bits are sixteen without rounding
     factor = np.uint16(257 if bits == 8 else 1)
-    return levels, Sampler.of_levels([level.astype(np.uint16) * factor for level in levels])
+    return levels, Sampler([level.astype(np.uint16) * factor for level in levels])
 
 
 @cache

@@ -17,6 +17,7 @@ from firefly_sample.lab.experiments.experiment import Experiment, Figures, Float
 from firefly_sample.lab.experiments.times import ratios_of
 from firefly_sample.lab.probe import Size
 from firefly_sample.lab.reference.particle_shadow import sliced_light
+from firefly_sample.lab.reference.particles import sliced_light
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.particles import ParticleNode

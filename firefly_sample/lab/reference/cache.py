@@ -65,15 +65,14 @@ def reference_frame(
     Parameters
     ----------
     renderer : Renderer
-        Draws the visibility and the albedo, at its size; its settings are left as they were.
-    scene : Scene
+        It draws at its size; its settings are left as they were.
     settings : Settings, optional
         Those of the frame and of the albedo's format; the renderer's when absent. No light is cut off in any
         case: see `firefly_sample.lab.reference.frame.reference_settings`.
     time : float
         Seconds.
     progress : callable, optional
-        Called with (done, total) while the reference is computed, not if it is in the cache.
+        Called with (done, total) while the reference is computed.
     folder : Path, optional
         `cache_folder` when absent.
 
@@ -95,8 +94,7 @@ def reference_frame(
     if folder is None:
         return render_reference(plan, visibility, albedo=albedo, progress=progress)
     key = fingerprint(*_parts(plan), visibility, albedo)
-    kept = _load(folder, key, visibility.shape[:2])
-    if kept is not None:
+    if kept := _load(folder, key, visibility.shape[:2]):
         return finished(plan, **kept)
     made = render_reference(plan, visibility, albedo=albedo, progress=progress)
     # a full disk or a read-only folder is no error: the reference is computed again next time
@@ -125,7 +123,7 @@ def _parts(plan: FramePlan) -> Iterator[object]:
         yield from (shadow.lens, shadow.world_to_light)
         for caster in shadow.casters or ():
             yield from _model_parts(caster.geom, caster.texture)
-            yield from (caster.cutoff, caster.alphas, caster.model_to_world)
+            yield from (caster.cutoff, caster.alphas, caster.vertex_alpha, caster.model_to_world)
 
 
 def _columns(record: Any) -> Iterator[object]:
@@ -133,7 +131,7 @@ def _columns(record: Any) -> Iterator[object]:
 
 
 def _model_parts(geom: Geom, texture: Texture | None) -> Iterator[object]:
-    yield from (geom.vertices, geom.triangles, geom.normals, geom.texcoords, geom.colors)
+    yield from (geom.vertices, geom.triangles, geom.normals, geom.texcoords, geom.colors, geom.alphas)
     yield None if texture is None else texture.pixels
 
 

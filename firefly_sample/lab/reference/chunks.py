@@ -20,13 +20,31 @@ Progress = Callable[[int, int], object]
 _Part = TypeVar("_Part")
 
 
+class Steps:
+    """The steps of some work; each is reported to a `Progress`, if there is one."""
+
+    def __init__(self, total: int, progress: Progress | None) -> None:
+        self.done, self.total, self._progress = 0, total, progress
+
+    def add(self, steps: int = 1) -> None:
+        """Report that some more steps are done."""
+        self.to(self.done + steps)
+
+    def to(self, done: int) -> None:
+        """Report that this many of all steps are done, if they are more than before."""
+        done = min(done, self.total)
+        if done > self.done and self._progress is not None:
+            self._progress(done, self.total)
+        self.done = max(done, self.done)
+
+
 def chunks_of(items: NDArray[Any], size: int) -> list[NDArray[Any]]:
     """Split items into slices of at most `size`."""
     return [items[first : first + size] for first in range(0, len(items), size)]
 
 
 def tiles_of(shape: tuple[int, ...], tile: tuple[int, int]) -> list[NDArray[np.intp]]:
-    """Return the flat indices of pixels by tiles; for other than two dimensions, by slices of that size."""
+    """Return the flat indices of pixels by tiles; unless there are two dimensions, by slices of that size."""
     pixels = np.arange(int(np.prod(shape)))
     if len(shape) != 2:
         return chunks_of(pixels, tile[0] * tile[1])
@@ -40,29 +58,23 @@ def run_all(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Call ``work(part)`` for each part.
+    """Call ``work(part)`` for each part, which writes its results to a place of its own.
 
-    Parameters
-    ----------
-    work : callable
-        Writes its results to a place of its own.
-    threads : int, optional
-        As many as processors when absent.
+    There are as many threads as processors when `threads` is absent.
     """
-    threads = threads or os.cpu_count() or 1
-    if threads == 1 or len(parts) < 2:
-        for done, part in enumerate(parts, 1):
+    threads = min(threads or os.cpu_count() or 1, len(parts))
+    steps = Steps(len(parts), progress)
+    if threads < 2:
+        for part in parts:
             work(part)
-            if progress is not None:
-                progress(done, len(parts))
+            steps.add()
         return
     with ThreadPoolExecutor(threads) as pool:
         futures = [pool.submit(work, part) for part in parts]
         try:
-            for done, future in enumerate(as_completed(futures), 1):
+            for future in as_completed(futures):
                 future.result()
-                if progress is not None:
-                    progress(done, len(parts))
+                steps.add()
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise

@@ -20,7 +20,6 @@ for the display) are added by the same rules; the sample does not have them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,8 +27,14 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.chunks import Progress
-from firefly_sample.lab.reference.particle_shadow import exact_taken, light_left
-from firefly_sample.lab.reference.particles import add_particles, add_sprites, light_of_sprite, particle_light
+from firefly_sample.lab.reference.particles import (
+    add_particles,
+    add_sprites,
+    exact_sums,
+    particle_light,
+    sprite_radiance,
+    transmittance,
+)
 from firefly_sample.lab.reference.rays import pixel_rays
 from firefly_sample.lab.reference.shade import OneLight, Shadows, each_light, shade_lights
 from firefly_sample.lab.reference.shading import tone_curve
@@ -43,25 +48,24 @@ from firefly_sample.srgb import linear_to_srgb
 Float64 = NDArray[np.float64]
 
 VERSION = 2
-"""To be raised with every change of the numbers that this package computes: older cached frames are then not
-used."""
+"""Raise it with every change of the numbers that are computed here: older cached frames are then unused."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFrame:
-    """A picture and its parts, shapes (height, width, ...), the first row on top.
+    """A picture and its parts, shapes (height, width, 3), the first row on top.
 
     Attributes
     ----------
-    radiance : ndarray of float64, shape (..., 3)
+    radiance : ndarray of float64
         Linear, before exposure and tone curve, with background and dots.
-    light : ndarray of float64, shape (..., 3)
+    light : ndarray of float64
         The radiance of white surfaces without highlights; 0 where there is no surface.
-    display : ndarray of float64, shape (..., 3)
+    display : ndarray of float64
         0 to 1: after exposure and tone curve, linear, not rounded to codes.
-    color : ndarray of uint8, shape (..., 3)
+    color : ndarray of uint8
         sRGB codes.
-    position : ndarray of float64, shape (..., 3)
+    position : ndarray of float64
         Of the surfaces, view space; NaN where there is none.
     """
 
@@ -75,10 +79,7 @@ class ReferenceFrame:
 def reference_settings(settings: Settings) -> Settings:
     """Return the settings to plan a reference with: no light is cut off, and there is one sample per pixel.
 
-    Raises
-    ------
-    SettingsError
-        If the look is "classic", whose frames are display codes: see `render_classic`.
+    Raise a SettingsError if the look is "classic", whose frames are display codes: see `render_classic`.
     """
     _check_look(settings)
     return settings.with_changes(cutoff_budget=0.0, cutoff_threshold=None, supersample=1)
@@ -105,7 +106,7 @@ def render_reference(
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them; sampled in float64 when absent.
     shadows : bool
-        Cast shadows by rays for lights that have shadow maps.
+        Whether lights that have shadow maps cast shadows, by rays.
     threads, progress : optional
         As `firefly_sample.lab.reference.chunks.run_all` takes them; `progress` is called during shading.
 
@@ -125,7 +126,7 @@ def render_reference(
         )
     surfaces = see_surfaces(plan, visibility, albedo=albedo, ambient_albedo=ambient_albedo, threads=threads)
     rays = ShadowRays(plan) if shadows and any(lights.shadowed for lights in plan.lights) else None
-    lookup = _shadows(plan, surfaces, rays)
+    lookup = _shadows(plan, surfaces.gbuffer.position.reshape(-1, 3), rays)
     radiance, light = shade_lights(
         surfaces.gbuffer, plan.lights, plan.settings, lookup, threads=threads, progress=progress
     )
@@ -142,7 +143,7 @@ def render_reference(
 
 
 def finished(plan: FramePlan, radiance: Float64, light: Float64, position: Float64) -> ReferenceFrame:
-    """Make a frame from its radiance: exposure, tone curve, and sRGB rounded to the nearest code."""
+    """Return a frame made from its radiance: exposure, tone curve, sRGB rounded to the nearest code."""
     display = tone_curve(radiance * plan.exposure, plan.settings.tone_curve)
     color = np.rint(linear_to_srgb(display) * 255.0).astype(np.uint8)
     return ReferenceFrame(radiance, light, display, color, position)
@@ -157,12 +158,15 @@ def background(colors: Background, view: View) -> Float64:
     return np.asarray(horizon + np.sqrt(elevation) * (zenith - horizon))
 
 
-def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Shadows | None:
-    """Return a lookup of the lit share of pixels, by rays between surfaces and by the shadow of particles."""
-    position = surfaces.gbuffer.position.reshape(-1, 3)
-    left = None
-    if plan.particle_shadow is not None and any(lights.particle_shadowed for lights in plan.lights):
-        left = particle_shadowed(plan, position)
+def _shadows(plan: FramePlan, position: Float64, rays: ShadowRays | None) -> Shadows | None:
+    """Return a lookup of the lit share of pixels at positions (n, 3) in view space.
+
+    Surfaces cast shadows by rays, and particles by their exact sums.
+    """
+    shadow, left = plan.particle_shadow, None
+    if shadow is not None and any(lights.particle_shadowed for lights in plan.lights):
+        world = position @ plan.view.view_to_world[:3, :3] + plan.view.view_to_world[3, :3]
+        left = transmittance(shadow, exact_sums(shadow, shadow.view.place(world)))
     if rays is None and left is None:
         return None
 
@@ -173,14 +177,6 @@ def _shadows(plan: FramePlan, surfaces: Surfaces, rays: ShadowRays | None) -> Sh
         return lit * left[pixels].T if one.lights.particle_shadowed and left is not None else lit
 
     return share
-
-
-def particle_shadowed(plan: FramePlan, position: Float64) -> Float64:
-    """Return the share of light that particles let through to points in view space, shape (n, 3)."""
-    particle_shadow = plan.particle_shadow
-    assert particle_shadow is not None
-    world = position @ plan.view.view_to_world[:3, :3] + plan.view.view_to_world[3, :3]
-    return light_left(particle_shadow, exact_taken(particle_shadow, particle_shadow.view.place(world)))
 
 
 def _check_look(settings: Settings) -> None:
@@ -201,26 +197,9 @@ def render_classic(
     albedo: Float64 | None = None,
     threads: int | None = None,
 ) -> NDArray[np.uint8]:
-    """Render a plan in the look "classic", in float64.
+    """Return a plan in the look "classic" in float64: display codes (height, width, 3), first row on top.
 
-    Parameters
-    ----------
-    plan : FramePlan
-        Of that look.
-    visibility, albedo, threads
-        As `render_reference` takes them; the albedo as stored, 0 to 1.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
-        Display codes, the first row on top.
-
-    Raises
-    ------
-    SettingsError
-        If the plan has a different look, or several samples per pixel.
-    OutputError
-        If a shape is wrong, or the plan has no such triangle.
+    The arguments and errors are those of `render_reference`; the albedo is as stored, 0 to 1.
     """
     if plan.settings.look != "classic" or plan.settings.supersample != 1:
         raise SettingsError(
@@ -233,7 +212,7 @@ def render_classic(
     codes[covered] = _lit_codes(plan, surfaces)
     distance = np.where(covered, surfaces.gbuffer.position[..., 1], np.inf)
     for index in range(len(plan.sprites)):
-        dot = light_of_sprite(plan.sprites, index, plan.view, distance)
+        dot = sprite_radiance(plan.sprites, index, plan.view, distance)
         if dot is not None:
             codes[dot[0]] += _to_codes(dot[1])
     display = np.minimum(codes, 255.0) / 255.0
@@ -250,21 +229,14 @@ def _lit_codes(plan: FramePlan, surfaces: Surfaces) -> Float64:
     opengl = np.stack([x, z, -y], axis=1)
     stored = _to_codes(0.5 * opengl + 0.5) / 255.0
     codes = _to_codes(base * plan.ambient)
-    for pixels, arriving in _arriving(plan, position, stored):
-        codes[pixels] += _to_codes(base[pixels] * arriving)
-    return codes
-
-
-def _arriving(
-    plan: FramePlan, position: Float64, stored: Float64
-) -> Iterator[tuple[NDArray[np.intp], Float64]]:
-    """Yield, for each light, the indices of the positions (n, 3) in reach, and the light that arrives."""
     for one in each_light(plan.lights):
         pixels = np.flatnonzero(one.in_reach(position))
         to_light, distance = one.directions(position[pixels])
         strength = one.strength(to_light.T, distance, plan.settings)
         facing = np.einsum("ij,ij->i", to_light, stored[pixels])
-        yield pixels, (facing * strength)[:, None] * one.lights.colors[one.row]
+        arriving = (facing * strength)[:, None] * one.lights.colors[one.row]
+        codes[pixels] += _to_codes(base[pixels] * arriving)
+    return codes
 
 
 def _to_codes(values: Float64) -> Float64:

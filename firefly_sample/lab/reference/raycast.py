@@ -27,12 +27,11 @@ Float64 = NDArray[np.float64]
 
 TILE = (128, 128)
 STEP = 1e-6
-"""Relative step by which a ray goes on behind a triangle that is not drawn: its back, or cut away by the near
-plane or by alpha. float32 needs it to be sure to have left the triangle."""
+"""Relative step by which a ray goes on behind a triangle that is not drawn: float32 has then left it."""
 
 
 class RayScene:
-    """The triangles of some instances in one space, for rays.
+    """The triangles of some instances in one space, for rays; it needs embreex.
 
     Parameters
     ----------
@@ -43,46 +42,35 @@ class RayScene:
     stretch : (float, float, float), optional
         Factors of the axes, for Embree only: rays through a very narrow lens keep their digits if its picture
         is made about as wide as it is far away.
-
-    Raises
-    ------
-    MissingPackageError
-        If embreex is not installed.
     """
 
     def __init__(
         self, geoms: Sequence[Geom], matrices: Float64, stretch: tuple[float, float, float] = (1.0, 1.0, 1.0)
     ) -> None:
-        unique = {id(geom): geom for geom in geoms}
-        order = {key: index for index, key in enumerate(unique)}
+        unique = list({id(geom): geom for geom in geoms}.values())
+        order = {id(geom): index for index, geom in enumerate(unique)}
         own = np.array([order[id(geom)] for geom in geoms], dtype=np.intp)
-        vertices = np.cumsum([0, *(len(geom.vertices) for geom in unique.values())])
-        triangles = np.cumsum([0, *(len(geom.triangles) for geom in unique.values())])
-        self._vertices = _joined([geom.vertices for geom in unique.values()], 3)
-        self._texcoords = _joined([geom.texcoords for geom in unique.values()], 2)
-        self._alphas = _joined([_alphas(geom)[:, None] for geom in unique.values()], 1)[:, 0]
-        parts = [geom.triangles + first for geom, first in zip(unique.values(), vertices, strict=False)]
+        vertices = np.cumsum([0, *(len(geom.vertices) for geom in unique)])
+        triangles = np.cumsum([0, *(len(geom.triangles) for geom in unique)])
+        self._vertices = np.concatenate([np.zeros((0, 3)), *(geom.vertices for geom in unique)])
+        self._texcoords = np.concatenate([np.zeros((0, 2)), *(geom.texcoords for geom in unique)])
+        self._alphas = np.concatenate([np.zeros(0), *map(_alphas, unique)])
+        parts = (geom.triangles + first for geom, first in zip(unique, vertices, strict=False))
         self._triangles = np.concatenate([np.zeros((0, 3), dtype=np.intp), *parts])
         self._matrices = matrices
         self._first_triangle = triangles[own]
-        self._first = np.concatenate([[0], np.cumsum((triangles[1:] - triangles[:-1])[own])])
+        self._first = np.concatenate([[0], np.cumsum(np.diff(triangles)[own])])
         self._stretch = np.array(stretch)
         self._scale = 1.0
-        self._scene, self._mesh = _embree(*self._float32(vertices, own))
+        self._scene, self._mesh = _embree(*self._float32(geoms))
 
-    def _float32(
-        self, vertices: NDArray[np.intp], own: NDArray[np.intp]
-    ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    def _float32(self, geoms: Sequence[Geom]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
         """Return corners and triangles of all instances, scaled so that no product leaves float32's range."""
         positions, indices, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int32)], 0
-        for instance, geom in enumerate(own):
-            matrix = self._matrices[instance]
-            moved = self._vertices[vertices[geom] : vertices[geom + 1]] @ matrix[:3, :3] + matrix[3, :3]
-            positions.append(moved * self._stretch)
-            first = self._first_triangle[instance]
-            rows = self._triangles[first : first + self._first[instance + 1] - self._first[instance]]
-            indices.append((rows - vertices[geom] + count).astype(np.int32))
-            count += len(moved)
+        for geom, matrix in zip(geoms, self._matrices, strict=True):
+            positions.append((geom.vertices @ matrix[:3, :3] + matrix[3, :3]) * self._stretch)
+            indices.append((geom.triangles + count).astype(np.int32))
+            count += len(geom.vertices)
         corners = np.concatenate(positions)
         self._scale = 1.0 / max(float(np.abs(corners).max(initial=0.0)), 1e-300)
         return (corners * self._scale).astype(np.float32), np.concatenate(indices)
@@ -93,11 +81,7 @@ class RayScene:
     def nearest(self, origin: Float64, direction: Float64, end: Float64) -> NDArray[np.intp]:
         """Return the number of the first triangle that each ray meets, from either side; -1 if there is none.
 
-        Parameters
-        ----------
-        origin, direction : ndarray of float64, shape (n, 3)
-        end : ndarray of float64, shape (n,)
-            Where the rays end, in units of the direction.
+        Rays begin at `origin`, shape (n, 3), and end where `end`, shape (n,), says in units of `direction`.
         """
         if not len(self) or not len(origin):
             return np.full(len(origin), -1)
@@ -138,10 +122,6 @@ def _alphas(geom: Geom) -> Float64:
     return np.ones(len(geom.vertices)) if geom.alphas is None else geom.alphas
 
 
-def _joined(arrays: list[Float64], columns: int) -> Float64:
-    return np.concatenate([np.zeros((0, columns)), *arrays])
-
-
 def _embree(corners: NDArray[np.float32], triangles: NDArray[np.int32]) -> tuple[Any, Any]:
     """Build Embree's scene, and return it with its mesh, which must live as long."""
     try:
@@ -166,11 +146,7 @@ def cast_visibility(
 ) -> NDArray[np.int32]:
     """Return the output "visibility" that a rasteriser without any error would draw.
 
-    Parameters
-    ----------
-    plan : FramePlan
-    threads, progress : optional
-        As `firefly_sample.lab.reference.chunks.run_all` takes them.
+    `threads` and `progress` are as `firefly_sample.lab.reference.chunks.run_all` takes them.
 
     Returns
     -------

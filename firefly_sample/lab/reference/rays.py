@@ -22,9 +22,8 @@ Float64 = NDArray[np.float64]
 
 FARTHEST_OUT = 1.0 / 16.0
 """Limit of a share below 0 up to which the plane is followed beyond the triangle. A rasteriser moves corners
-to a grid of 1/256 pixel, so it may draw a pixel whose centre is that far outside. Followed so far, a plane
-stays close to its triangle unless that is less than 1/16 pixel wide: edge-on, where the plane leads
-anywhere."""
+to a grid of 1/256 pixel, so it may draw a pixel whose centre is that far outside. A triangle less than 1/16
+pixel wide is edge-on: its plane leads anywhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +33,7 @@ class Rays:
     Attributes
     ----------
     origin, direction : ndarray of float64, shape (n, 3)
-        View space; the direction's Y is 1, the origin's 0.
-    perspective : bool
-        Whether neighbours differ in direction; under an orthographic lens they differ in origin.
+        View space: the direction's Y is 1, the origin's 0.
     pixel : (float, float)
         The step from a pixel to its neighbour, to the right and down, at distance 1.
     """
@@ -74,14 +71,10 @@ def pixel_rays(view: View) -> Rays:
 
 @dataclass(frozen=True, eq=False)
 class RayCorners:
-    """The corners of n triangles as seen along n rays.
+    """The corners of n triangles as seen along n rays, shapes (n, 3).
 
-    Attributes
-    ----------
-    across, up : ndarray of float64, shape (n, 3)
-        Offset of each corner from the ray, at the corner's own distance.
-    along : ndarray of float64, shape (n, 3)
-        Its distance along the axis, in units of the ray's direction.
+    `across` and `up` are each corner's offset from the ray, at the corner's own distance; `along` is its
+    distance along the axis, in units of the ray's direction.
     """
 
     across: Float64

@@ -26,14 +26,14 @@ from firefly_sample.settings import Settings
 Float64 = NDArray[np.float64]
 
 TILE = (64, 128)
-"""Pixels down and across that are shaded together: few lights reach pixels so close to each other, and their
-data stay in a processor's cache."""
+"""Pixels down and across that are shaded together: few lights reach all of so small a tile, and its data stay
+in a processor's cache."""
 PAIRS_TILE = (16, 16)
 """Pixels down and across whose pairs are counted together: the bounding box of so few decides most lights."""
 ROUNDING = 1e-13
 """Far more than the relative rounding error of a distance."""
-PAIRS_LIGHTS = 1024
-"""Lights whose distances to a tile's pixels are computed at once: 8 MB."""
+PAIRS_LIGHTS = 256
+"""Lights whose distances to a tile's pixels are computed at once: they stay in a processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,33 +78,23 @@ Shadows = Callable[[OneLight, NDArray[np.intp], Float64], Float64]
 for a share per colour."""
 
 
-class LitChunk:
-    """Some pixels of a flat G-buffer, and the sum of the light added to them.
-
-    Parameters
-    ----------
-    gbuffer : GBuffer
-        Of shapes (n, 3) and (n,).
-    pixels : ndarray of int
-        Indices of pixels that have a position.
-    settings, shadows
-        As `shade_lights` takes them.
-    """
+class _LitTile:
+    """Some pixels of a flat G-buffer that have positions, and the sum of the light added to them."""
 
     def __init__(
         self, gbuffer: GBuffer, pixels: NDArray[np.intp], settings: Settings, shadows: Shadows | None
     ) -> None:
         self._pixels, self._settings, self._shadows = pixels, settings, shadows
-        self._position = np.ascontiguousarray(gbuffer.position[pixels].T)
-        self._normal = np.ascontiguousarray(gbuffer.normal[pixels].T)
-        self._eye = np.ascontiguousarray(gbuffer.to_eye[pixels].T)
+        self._position, self._normal, self._eye = (
+            np.ascontiguousarray(vectors[pixels].T)
+            for vectors in (gbuffer.position, gbuffer.normal, gbuffer.to_eye)
+        )
         self._n_dot_e = _dot(self._normal, self._eye)
         self._albedo, self._specular = gbuffer.albedo[pixels].T, gbuffer.specular[pixels].T
         self._shininess = gbuffer.shininess[pixels]
         self._shiny = np.asarray(self._specular.any(axis=0))
         self._any_shiny = bool(self._shiny.any())
-        self._light = np.zeros((3, len(pixels)))
-        self._glint = np.zeros((3, len(pixels)))
+        self._light, self._glint = np.zeros((2, 3, len(pixels)))
 
     def rows_in_reach(self, lights: LightSet) -> list[int]:
         """Return the lights of a set whose reach meets the bounding box of these pixels."""
@@ -206,45 +196,26 @@ def shade_lights(
     threads: int | None = 1,
     progress: Progress | None = None,
 ) -> tuple[Float64, Float64]:
-    """Shade a G-buffer by all lights.
-
-    Parameters
-    ----------
-    gbuffer : GBuffer
-        Pixels without a position get 0.
-    sets : iterable of LightSet
-        View space.
-    settings : Settings
-        `specular_model`, `range_falloff` and `clamp_light` count.
-    shadows : callable, optional
-        See `Shadows`; no shadows when absent.
-    threads, progress : optional
-        As `firefly_sample.lab.reference.chunks.run_all` takes them; `shadows` is called from these threads.
+    """Shade a G-buffer by all lights, in view space; `shadows` is called from all threads.
 
     Returns
     -------
     radiance, light : ndarray of float64, shape (..., 3)
-        Linear; the second is the radiance of white surfaces without highlights.
+        Linear; the second is the radiance of white surfaces without highlights. Pixels without a position
+        get 0.
     """
     sets = tuple(sets)
     shape = gbuffer.position.shape
-    flat = GBuffer(
-        position=gbuffer.position.reshape(-1, 3),
-        normal=gbuffer.normal.reshape(-1, 3),
-        to_eye=gbuffer.to_eye.reshape(-1, 3),
-        albedo=gbuffer.albedo.reshape(-1, 3),
-        specular=gbuffer.specular.reshape(-1, 3),
-        shininess=gbuffer.shininess.reshape(-1),
-    )
+    flat = GBuffer(*(image.reshape(-1, *image.shape[len(shape) - 1 :]) for image in vars(gbuffer).values()))
     radiance, light = np.zeros_like(flat.position), np.zeros_like(flat.position)
     known = np.asarray(np.isfinite(flat.position).all(axis=1))
 
     def work(pixels: NDArray[np.intp]) -> None:
-        chunk = LitChunk(flat, pixels, settings, shadows)
+        tile = _LitTile(flat, pixels, settings, shadows)
         for lights in sets:
-            for row in chunk.rows_in_reach(lights):
-                chunk.add(OneLight(lights, row))
-        radiance[pixels], light[pixels] = chunk.sums()
+            for row in tile.rows_in_reach(lights):
+                tile.add(OneLight(lights, row))
+        radiance[pixels], light[pixels] = tile.sums()
 
     parts = (tile[known[tile]] for tile in tiles_of(shape[:-1], TILE))
     run_all(work, [pixels for pixels in parts if len(pixels)], threads, progress)
@@ -265,50 +236,48 @@ def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:
         elif lights.kind == "directional":
             total += len(lights) * len(covered)
         else:
-            total += sum(_within_cone(one, covered) for one in each_light([lights]))
+            for one in each_light([lights]):
+                to_light, _ = one.directions(covered[one.in_reach(covered)])
+                opened = opening(to_light, lights.directions[one.row])
+                total += int(np.count_nonzero(opened <= lights.cones[one.row, 1]))
     return total
 
 
-def _within_cone(one: OneLight, position: Float64) -> int:
-    """Return how many positions (n, 3) a spotlight reaches."""
-    to_light, _ = one.directions(position[one.in_reach(position)])
-    opened = opening(to_light, one.lights.directions[one.row])
-    return int(np.count_nonzero(opened <= one.lights.cones[one.row, 1]))
-
-
 def pairs_in_reach(position: Float64, lights: LightSet) -> int:
-    """Return the number of pairs with d < R, of pixels whose position is finite.
+    """Return the number of pairs with d < R, of pixels (..., 3) in view space whose position is finite.
 
     Pixels are taken by small tiles. The bounding box of a tile's positions mostly decides whether a light
-    reaches all of them or none; only the other pairs are measured.
-
-    Parameters
-    ----------
-    position : ndarray of float64, shape (..., 3)
-        View space.
-    lights : LightSet
-        Point lights, or spotlights, whose cones do not count.
+    reaches all of them or none; only the other pairs are measured. The cones of spotlights do not count.
     """
     flat = position.reshape(-1, 3)
     known = np.asarray(np.isfinite(flat).all(axis=1))
     tiles = (tile[known[tile]] for tile in tiles_of(position.shape[:-1], PAIRS_TILE))
-    return sum(_pairs_of_tile(flat[pixels], lights) for pixels in tiles if len(pixels))
+    return sum(_pairs_of_tile(np.ascontiguousarray(flat[pixels]), lights) for pixels in tiles if len(pixels))
 
 
 def _pairs_of_tile(position: Float64, lights: LightSet) -> int:
-    """Count the pairs of one tile's positions, shape (n, 3)."""
+    """Count the pairs of one tile's positions, shape (n, 3), as `OneLight.in_reach` decides them."""
     low, high = position.min(axis=0), position.max(axis=0)
     to_low, to_high = low - lights.positions, lights.positions - high
     nearest = lengths(np.maximum(np.maximum(to_low, to_high), 0.0))
     farthest = lengths(np.maximum(np.abs(to_low), np.abs(to_high)))
-    whole = farthest * (1.0 + ROUNDING) < lights.reaches
-    partly = np.flatnonzero(~whole & (nearest * (1.0 - ROUNDING) < lights.reaches))
+    inner, outer = lights.reaches * (1.0 - ROUNDING), lights.reaches * (1.0 + ROUNDING)
+    whole = farthest < inner
+    partly = np.flatnonzero(~whole & (nearest < outer))
     total = int(np.count_nonzero(whole)) * len(position)
     for first in range(0, len(partly), PAIRS_LIGHTS):
         rows = partly[first : first + PAIRS_LIGHTS]
-        offsets = position[:, None] - lights.positions[rows]
-        distances = lengths(offsets.reshape(-1, 3)).reshape(offsets.shape[:2])
-        total += int(np.count_nonzero(distances < lights.reaches[rows]))
+        square = np.zeros((len(rows), len(position)))
+        for light, pixel in zip(lights.positions[rows].T, position.T, strict=True):
+            offset = light[:, None] - pixel  # by coordinate: NumPy is slow along an axis of three
+            offset *= offset
+            square += offset
+        inside, near = square < inner[rows, None] ** 2, square < outer[rows, None] ** 2
+        total += int(np.count_nonzero(inside))
+        if np.count_nonzero(near) > np.count_nonzero(inside):
+            row, column = np.nonzero(near & ~inside)
+            exact = lengths(position[column] - lights.positions[rows[row]])
+            total += int(np.count_nonzero(exact < lights.reaches[rows[row]]))
     return total
 
 

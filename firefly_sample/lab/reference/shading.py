@@ -19,10 +19,7 @@ def ramp_squared(distance: ArrayLike, radius: ArrayLike) -> Float64:
 
 
 def window(distance: ArrayLike, end: ArrayLike, kind: str) -> Float64:
-    """Return the window that ends a light at its max distance R.
-
-    "karis" is (1 - (d/R)^4)^2, "gltf" is 1 - (d/R)^4.
-    """
+    """Return the window that ends a light at R: "karis" (1 - (d/R)^4)^2, "gltf" 1 - (d/R)^4."""
     s = np.asarray(distance, dtype=np.float64) / np.asarray(end, dtype=np.float64)
     square = s * s  # a power of 4 takes NumPy twenty times as long
     inside = np.maximum(1.0 - square * square, 0.0)
@@ -39,14 +36,8 @@ def attenuation(distance: ArrayLike, coefficients: ArrayLike) -> Float64:
 def falloff(kind: Falloff, distance: ArrayLike, end: float, coefficients: ArrayLike, ending: str) -> Float64:
     """Return the factor of one light at distances in scene units.
 
-    Parameters
-    ----------
-    end : float
-        Radius of `Falloff.RAMP_SQUARED`, or max distance, which may be infinite.
-    coefficients : array_like, shape (3,)
-        Of `Falloff.ATTENUATION`.
-    ending : {"karis", "gltf"}
-        The window.
+    `end` is the radius of `Falloff.RAMP_SQUARED`, or the max distance of `Falloff.ATTENUATION`, which may be
+    infinite; `coefficients`, shape (3,), are the latter's. `ending` is the kind of its `window`.
     """
     if kind is Falloff.RAMP_SQUARED:
         return ramp_squared(distance, end)
@@ -98,10 +89,8 @@ def highlight(
 ) -> Float64:
     """Return the strength of a highlight for unit vectors (..., 3), before any colour.
 
-    Parameters
-    ----------
-    model : {"phong", "blinn_phong"}
-        The angle between the reflected light and the eye, or between the normal and the half-way vector.
+    The model "phong" takes the angle between the reflected light and the eye, "blinn_phong" that between the
+    normal and the half-way vector.
     """
     n_dot_l = np.einsum("...i,...i", normal, to_light)
     n_dot_e = np.einsum("...i,...i", normal, to_eye)

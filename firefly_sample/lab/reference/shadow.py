@@ -7,6 +7,8 @@ side, inside the camera's view or not.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +18,6 @@ from firefly_sample.lab.reference.shade import OneLight
 from firefly_sample.lab.reference.texture import Sampler, Samplers
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.shadows.maps import ShadowMap
-from firefly_sample.scene.geom import Geom
 
 Float64 = NDArray[np.float64]
 
@@ -49,9 +50,7 @@ def shadow(
     Parameters
     ----------
     atlas : ndarray, shape (height, width)
-        Depths; row 0 is the lowest.
-    reverse : bool
-        Whether nearer surfaces have the larger depth.
+        Depths; row 0 is the lowest. With `reverse`, nearer surfaces have the larger depth.
     taps : {1, 4, 16}
     position, normal : ndarray of float64, shape (n, 3)
         World space.
@@ -124,65 +123,46 @@ class ShadowRays:
     def __init__(self, plan: FramePlan) -> None:
         self._maps, self._view_to_world = plan.shadows.maps, plan.view.view_to_world
         samplers = Samplers()
-        numbers: dict[tuple[object, ...], int] = {}
-        geoms: list[Geom] = []
-        matrices: list[Float64] = []
-        looks: list[tuple[Sampler | None, float, float, bool]] = []
-        drawn: list[set[int]] = []
-        for shadow in self._maps:
-            drawn.append(set())
+        casters: dict[tuple[object, ...], tuple[Any, ...]] = {}
+        drawn: list[set[tuple[object, ...]]] = [set() for _ in self._maps]
+        for shadow, keys in zip(self._maps, drawn, strict=True):
             for batch in shadow.casters or ():
-                texture = batch.texture
-                look = (
-                    batch.geom.serial,
-                    None if texture is None else texture.serial,
-                    batch.cutoff,
-                    batch.vertex_alpha,
-                )
-                sampler = None if texture is None else samplers.of(texture, batch.cutoff)
+                texture, cutoff = batch.texture, batch.cutoff
+                serials = batch.geom.serial, None if texture is None else texture.serial
+                sampler = None if texture is None else samplers.of(texture, cutoff)
                 for matrix, alpha in zip(batch.model_to_world, batch.alphas.tolist(), strict=True):
-                    key = (*look, alpha, matrix.tobytes())
-                    if key not in numbers:
-                        numbers[key] = len(geoms)
-                        geoms.append(batch.geom)
-                        matrices.append(matrix @ plan.view.world_to_view)
-                        looks.append((sampler, alpha, batch.cutoff, batch.vertex_alpha))
-                    drawn[-1].add(numbers[key])
-        self._drawn = np.zeros((len(self._maps), len(geoms)), dtype=bool)
-        for row, chosen in zip(self._drawn, drawn, strict=True):
-            row[list(chosen)] = True
-        self._samplers = list({id(sampler): sampler for sampler, *_ in looks if sampler}.values())
+                    key = (*serials, cutoff, batch.vertex_alpha, alpha, matrix.tobytes())
+                    keys.add(key)
+                    if key not in casters:
+                        moved = matrix @ plan.view.world_to_view
+                        casters[key] = batch.geom, moved, sampler, alpha, cutoff, batch.vertex_alpha
+        drawn_rows = [[key in keys for key in casters] for keys in drawn]
+        self._drawn = np.array(drawn_rows, dtype=bool).reshape(len(drawn), len(casters))
+        columns = zip(*casters.values(), strict=True) if casters else [()] * 6
+        geoms, matrices, sampler_of, alphas, cutoffs, vertex_alpha = columns
+        self._samplers: list[Sampler] = list(dict.fromkeys(filter(None, sampler_of)))
         self._sampler_of = np.array(
-            [-1 if sampler is None else self._samplers.index(sampler) for sampler, *_ in looks],
+            [-1 if sampler is None else self._samplers.index(sampler) for sampler in sampler_of],
             dtype=np.intp,
         )
-        self._alphas = np.array([alpha for _, alpha, _, _ in looks])
-        self._cutoffs = np.array([cutoff for _, _, cutoff, _ in looks])
-        self._vertex_alpha = np.array([own for *_, own in looks], dtype=bool)
+        self._alphas, self._cutoffs = np.array(alphas), np.array(cutoffs)
+        self._vertex_alpha = np.array(vertex_alpha, dtype=bool)
         self._scene = RayScene(geoms, np.array(matrices).reshape(-1, 4, 4))
         corners = self._scene.corners(np.arange(len(self._scene)))
         self._extent = float(np.linalg.norm(corners, axis=2).max(initial=0.0))
 
     def lit(self, points: Float64, one: OneLight) -> Float64:
-        """Return 1 where a light reaches surfaces, 0 where a caster blocks it.
+        """Return 1 where a light that has shadow maps reaches surfaces, 0 where a caster blocks it.
 
-        Parameters
-        ----------
-        points : ndarray of float64, shape (n, 3)
-            On surfaces, view space.
-        one : OneLight
-            A light that has shadow maps.
-
-        Returns
-        -------
-        ndarray of float64, shape (n,)
-            Also 1 beyond the shadow distance of a directional light, where its map ends.
+        The points (n, 3) are on surfaces, in view space. The result (n,) is also 1 beyond the shadow distance
+        of a directional light, where its map ends.
         """
         first, count = int(one.lights.casters[one.row]), int(one.lights.maps[one.row])
         drawn = np.asarray(self._drawn[first : first + count].any(axis=0))
         result = np.ones(len(points))
-        waiting = np.flatnonzero(self._within(points, self._maps[first])) if count == 1 else None
-        waiting = np.arange(len(points)) if waiting is None else waiting
+        waiting = np.arange(len(points))
+        if count == 1:
+            waiting = waiting[self._within(points, self._maps[first])]
         to_light = self._to_light(points, one)
         length = np.linalg.norm(to_light, axis=1)
         contact = CONTACT * np.abs(points).max(axis=1, initial=0.0) / np.maximum(length, 1e-300)
@@ -208,9 +188,8 @@ class ShadowRays:
 
     def _within(self, points: Float64, shadow: ShadowMap) -> NDArray[np.bool_]:
         """Return which points lie in a map; the others get no shadow from it."""
-        matrix = self._view_to_world @ shadow.world_to_light
+        matrix, lens = self._view_to_world @ shadow.world_to_light, shadow.lens
         q = points @ matrix[:3, :3] + matrix[3, :3]
-        lens = shadow.lens
         w = q[:, 1] if lens.perspective else np.ones(len(q))
         return np.asarray((w > 0.0) & (np.abs(lens.a * q[:, 0]) <= w) & (np.abs(lens.c * q[:, 2]) <= w))
 
@@ -241,10 +220,6 @@ def _intersect(corners: Float64, origin: Float64, direction: Float64) -> Interse
     """Intersect as `intersect` does, for rays of any direction: the largest coordinate is used as Y."""
     main = np.argmax(np.abs(direction), axis=1)
     order = (main[:, None] + np.array([2, 0, 1])) % 3
-    return intersect(
-        RayCorners.of(
-            np.take_along_axis(corners, order[:, None, :], axis=2),
-            np.take_along_axis(origin, order, axis=1),
-            np.take_along_axis(direction, order, axis=1),
-        )
-    )
+    corners = np.take_along_axis(corners, order[:, None, :], axis=2)
+    origin, direction = (np.take_along_axis(values, order, axis=1) for values in (origin, direction))
+    return intersect(RayCorners.of(corners, origin, direction))

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError
-from firefly_sample.lab.reference.chunks import Progress, chunks_of, run_all
+from firefly_sample.lab.reference.chunks import chunks_of, run_all
 from firefly_sample.lab.reference.rays import Intersections, RayCorners, Rays, intersect, pixel_rays
-from firefly_sample.lab.reference.texture import Sampler, Samplers, level_of_detail
+from firefly_sample.lab.reference.texture import Samplers, level_of_detail
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.instances import Factors
 from firefly_sample.readback import GBuffer
@@ -36,14 +36,6 @@ def normal_matrices(model_to_view: Float64) -> Float64:
 class Fragments:
     """The points where n rays meet triangles of a batch: one triangle of one instance for each ray.
 
-    Parameters
-    ----------
-    batch : Batch
-    rays : Rays
-    instance, triangle : ndarray of int, shape (n,)
-        Of the batch, and of its Geom.
-    samplers : Samplers
-
     Attributes
     ----------
     hits : Intersections
@@ -60,9 +52,7 @@ class Fragments:
         triangle: NDArray[np.integer],
         samplers: Samplers,
     ) -> None:
-        self.batch = batch
-        self.rays = rays
-        self.instance = instance
+        self.batch, self.rays, self.instance = batch, rays, instance
         self._samplers = samplers
         self._corners = batch.geom.triangles[triangle]
         matrix = batch.model_to_view[instance]
@@ -104,19 +94,12 @@ class Fragments:
 
     def texture(self) -> Float64:
         """Return linear colour and alpha of the texture, shape (n, 4); ones without a texture."""
-        sampler = self._sampler()
-        if sampler is None:
+        surface, texture = self.batch.surface, self.batch.texture
+        if not surface.textured or texture is None:
             return np.ones((len(self.rays), 4))
-        right, down = self._texcoord_slopes()
-        return sampler.sample(
-            self.interpolated(self.batch.geom.texcoords), level_of_detail(right, down, sampler.size)
-        )
-
-    def _sampler(self) -> Sampler | None:
-        variant, texture = self.batch.surface, self.batch.texture
-        if not variant.textured or texture is None:
-            return None
-        return self._samplers.of(texture, self.batch.alpha_cutoff if variant.cutout else None)
+        sampler = self._samplers.of(texture, self.batch.alpha_cutoff if surface.cutout else None)
+        level = level_of_detail(*self._texcoord_slopes(), sampler.size)
+        return sampler.sample(self.interpolated(self.batch.geom.texcoords), level)
 
     def tint(self) -> Float64:
         """Return the factor of a material's colours: texture times vertex colour, shape (n, 3)."""
@@ -147,29 +130,30 @@ class Fragments:
         whole = self._seen.areas().sum(axis=1, keepdims=True)
         whole = np.where(whole == 0.0, np.inf, whole)
         middle = np.einsum("ni,nik->nk", self.hits.shares, values)
-        slopes = []
-        for by_area, step in (
-            (z[:, after] * weight[:, before] - weight[:, after] * z[:, before], self.rays.pixel[0]),
-            (weight[:, after] * x[:, before] - x[:, after] * weight[:, before], self.rays.pixel[1]),
-        ):
+
+        def slope(by_area: Float64, step: float) -> Float64:
             by_share = by_area * (step / whole)
             rise = np.einsum("ni,nik->nk", by_share, values)
-            slopes.append(rise - by_share.sum(axis=1, keepdims=True) * middle)
-        return slopes[0], slopes[1]
+            return np.asarray(rise - by_share.sum(axis=1, keepdims=True) * middle)
+
+        right, down = self.rays.pixel
+        return (
+            slope(z[:, after] * weight[:, before] - weight[:, after] * z[:, before], right),
+            slope(weight[:, after] * x[:, before] - x[:, after] * weight[:, before], down),
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Surfaces:
-    """All pixels of a frame, shapes (height, width, ...), the first row on top, view space.
+    """All pixels of a frame, shapes (height, width[, 3]), the first row on top, view space.
 
     Attributes
     ----------
-    gbuffer : GBuffer
-    ambient_albedo : ndarray of float64, shape (..., 3)
+    ambient_albedo : ndarray of float64
         Reflectance of ambient light.
-    emission : ndarray of float64, shape (..., 3)
+    emission : ndarray of float64
         Linear radiance that surfaces give off.
-    covered : ndarray of bool, shape (...)
+    covered : ndarray of bool
         Where there is a surface; elsewhere positions are NaN and all else is 0.
     """
 
@@ -194,7 +178,6 @@ def see_surfaces(
     albedo: Float64 | None = None,
     ambient_albedo: Float64 | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
 ) -> Surfaces:
     """Return the surfaces seen through the pixels' centres.
 
@@ -202,15 +185,11 @@ def see_surfaces(
 
     Parameters
     ----------
-    plan : FramePlan
     visibility : ndarray of int32, shape (height, width, 2)
-        The output "visibility": instance, counted over the plan's batches in order, and triangle of its Geom;
-        -1 where there is nothing.
+        As `firefly_sample.lab.reference.raycast.cast_visibility` returns it.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled
         here when absent. If only the first is given, the second is derived from it.
-    threads, progress : optional
-        As `firefly_sample.lab.reference.chunks.run_all` takes them.
 
     Raises
     ------
@@ -249,7 +228,7 @@ def see_surfaces(
         gbuffer.shininess[at] = factors.speculars[:, 3]
         diffuse[at], ambient[at] = _reflectances(found, factors, *given_here)
 
-    run_all(work, parts, threads, progress)
+    run_all(work, parts, threads)
     return surfaces
 
 

@@ -22,7 +22,10 @@ Float64 = NDArray[np.float64]
 
 
 def level_of_detail(right: Float64, down: Float64, size: tuple[int, int]) -> Float64:
-    """Return the mipmap level that fits each pixel (OpenGL 3.3 core specification, section 3.8.11).
+    """Return the mipmap level that fits each pixel, shape (n,).
+
+    It is the base 2 logarithm of the longer derivative, in texels (OpenGL 3.3 core specification, section
+    3.8.11). Below 0 the texture is magnified.
 
     Parameters
     ----------
@@ -30,11 +33,6 @@ def level_of_detail(right: Float64, down: Float64, size: tuple[int, int]) -> Flo
         Derivatives of the texture coordinates per pixel.
     size : (int, int)
         Of the texture, width and height.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        The base 2 logarithm of the longer derivative, in texels; below 0 the texture is magnified.
     """
     scale = np.array(size, dtype=np.float64)
     square = np.maximum(((right * scale) ** 2).sum(axis=1), ((down * scale) ** 2).sum(axis=1))
@@ -42,34 +40,9 @@ def level_of_detail(right: Float64, down: Float64, size: tuple[int, int]) -> Flo
 
 
 class Sampler:
-    """One texture with its mipmaps.
+    """A texture of mipmap levels (height, width, 4), the lowest row first. `size` is (width, height)."""
 
-    Parameters
-    ----------
-    pixels : ndarray of uint8, shape (height, width, 4)
-        As a `Texture` has them.
-    cutoff : float or None
-        The alpha test's limit, on which the mipmaps depend; None without an alpha test.
-    stored : bool
-        Sample colours as they are stored, not decoded: the look "classic".
-
-    Attributes
-    ----------
-    size : (int, int)
-        Width and height.
-    """
-
-    def __init__(self, pixels: NDArray[np.uint8], cutoff: float | None, stored: bool = False) -> None:
-        self._keep(texture_levels(pixels, cutoff, stored))
-
-    @classmethod
-    def of_levels(cls, levels: Sequence[NDArray[np.uint16]]) -> Sampler:
-        """Make a sampler from given mipmap levels, shapes (height, width, 4), the lowest row first."""
-        sampler = cls.__new__(cls)
-        sampler._keep(levels)
-        return sampler
-
-    def _keep(self, levels: Sequence[NDArray[np.uint16]]) -> None:
+    def __init__(self, levels: Sequence[NDArray[np.uint16]]) -> None:
         self.size = (levels[0].shape[1], levels[0].shape[0])
         self._heights, self._widths = np.array([level.shape[:2] for level in levels]).T
         self._starts = np.concatenate([[0], np.cumsum(self._heights * self._widths)[:-1]])
@@ -104,7 +77,10 @@ class Sampler:
 
 
 class Samplers:
-    """A thread-safe cache of samplers; `stored` as a `Sampler` takes it."""
+    """A thread-safe cache of samplers.
+
+    With `stored`, colours are sampled as they are stored, not decoded: the look "classic".
+    """
 
     def __init__(self, stored: bool = False) -> None:
         self._stored = stored
@@ -112,9 +88,9 @@ class Samplers:
         self._lock = Lock()
 
     def of(self, texture: Texture, cutoff: float | None) -> Sampler:
-        """Return the sampler of a texture with an alpha test's limit, or None."""
+        """Return the sampler of a texture; `cutoff` is the alpha test's limit, None without a test."""
         key = (texture.serial, cutoff)
         with self._lock:
             if key not in self._made:
-                self._made[key] = texture, Sampler(texture.pixels, cutoff, self._stored)
+                self._made[key] = texture, Sampler(texture_levels(texture.pixels, cutoff, self._stored))
             return self._made[key][1]

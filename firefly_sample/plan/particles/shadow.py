@@ -2,7 +2,7 @@
 
 Positions in the slices are in texels and slices: (x, y) in the tile that each slice has in the texture, and
 the depth as a number of slices from the side of the light. They are float64. The GPU and
-`firefly_sample.lab.reference.particle_shadow` draw the discs and look the shadows up.
+`firefly_sample.lab.reference.particles` draw the discs and look the shadows up.
 """
 
 from __future__ import annotations
