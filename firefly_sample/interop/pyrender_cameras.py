@@ -34,26 +34,18 @@ float32, the projection matrix is then the one of an infinite far plane, to the 
 def camera_to_pyrender(
     name: str, lens: Lens, size: Size | None, losses: Losses, main: bool = True
 ) -> tuple[Any, Float64 | None]:
-    """Return a lens as a pyrender camera.
+    """Return a lens as a pyrender camera, and a matrix from the camera's space to its node's.
+
+    The matrix, shape (4, 4), is in our axes, for row vectors; None is the identity. An orthographic camera is
+    moved if its film is off centre or its near plane is behind it, which does not change its picture.
 
     Parameters
     ----------
-    name : str
-    lens : Lens
     size : (int, int), optional
         Of the picture in pixels; the lens takes its aspect ratio, as when the Renderer draws.
-    losses : Losses
     main : bool
         True for the camera that is drawn. If any other has intrinsics for pictures of another aspect ratio,
         it keeps its view, which pyrender stretches to the picture, and that is noted as a loss.
-
-    Returns
-    -------
-    pyrender.Camera
-    ndarray of float64, shape (4, 4), or None
-        From the camera's space to its node's, in our axes, for row vectors; None is the identity. An
-        orthographic camera is moved if its film is off centre or its near plane is behind it, which does not
-        change its picture.
 
     Raises
     ------
@@ -64,7 +56,14 @@ def camera_to_pyrender(
     import pyrender
 
     if size is not None:
-        lens = _for_picture(name, lens, size, losses, main)
+        try:
+            lens, contradiction = lens_for_picture(lens, size)
+            if contradiction:
+                losses.add(f"a camera takes the picture's aspect ratio: {contradiction}", name)
+        except LensError as error:
+            if main:
+                raise LensError(f"camera {name!r}: {error}") from None
+            losses.add(f"a camera that is not drawn would be stretched to the picture: {error}", name)
     k, near, far = lens.constants(), lens.get_near(), lens.get_far()
     if not k.perspective:
         # pyrender needs a near distance above 0; moving by the depth of the view suits every scale
@@ -102,20 +101,6 @@ def camera_to_pyrender(
     return camera, None
 
 
-def _for_picture(name: str, lens: Lens, size: Size, losses: Losses, main: bool) -> Lens:
-    """Return the lens with the picture's aspect ratio; see `main` of `camera_to_pyrender`."""
-    try:
-        shaped, contradiction = lens_for_picture(lens, size)
-    except LensError as error:
-        if main:
-            raise LensError(f"camera {name!r}: {error}") from None
-        losses.add(f"a camera that is not drawn would be stretched to the picture: {error}", name)
-        return lens
-    if contradiction:
-        losses.add(f"a camera takes the picture's aspect ratio: {contradiction}", name)
-    return shaped
-
-
 def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Losses) -> Lens | None:
     """Return the lens of a pyrender camera, or None, with a loss, for a class that is not pyrender's own.
 
@@ -150,29 +135,21 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
                 lens.set_aspect_ratio(None)
             return lens
         if isinstance(camera, pyrender.IntrinsicsCamera):
-            return _from_pixels(camera, far, size)
+            if size is None:
+                raise LensError("it measures in pixels: give the picture's size=(width, height)")
+            if not (camera.fx > 0.0 and camera.fy > 0.0):
+                raise LensError(f"fx and fy must be above 0, got {camera.fx:g} and {camera.fy:g}")
+            return PerspectiveLens.from_intrinsics(
+                camera.fx, camera.fy, camera.cx, camera.cy, *size, camera.znear, far, pixel_center=0.5
+            )
     except LensError as error:
         raise LensError(f"camera {name!r}: {error}") from None
     losses.add(f"cameras of the class {type(camera).__name__} are left out", name)
     return None
 
 
-def _from_pixels(camera: Any, far: float, size: Size | None) -> PerspectiveLens:
-    """Return the lens of an IntrinsicsCamera."""
-    if size is None:
-        raise LensError("it measures in pixels: give the picture's size=(width, height)")
-    if not (camera.fx > 0.0 and camera.fy > 0.0):
-        raise LensError(f"fx and fy must be above 0, got {camera.fx:g} and {camera.fy:g}")
-    return PerspectiveLens.from_intrinsics(
-        camera.fx, camera.fy, camera.cx, camera.cy, *size, camera.znear, far, pixel_center=0.5
-    )
-
-
 def _stretched(camera: Any, size: Size) -> Any:
-    """Return a camera whose aspect ratio is not the picture's as one with pixels that are not square.
-
-    Its view is then stretched to the picture, as pyrender draws it.
-    """
+    """Return a camera of another aspect ratio than the picture's as one whose view is stretched to it."""
     import pyrender
 
     width, height = size

@@ -45,10 +45,7 @@ _WIDEST = 90.0
 def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> list[tuple[Any, Float64]]:
     """Return each light of a node at `time` (seconds) as a pyrender PointLight and a matrix.
 
-    Returns
-    -------
-    list of (pyrender.PointLight, ndarray of float64, shape (4, 4))
-        The matrices go from the light's space to the node's, in our axes, for row vectors.
+    The matrix, shape (4, 4), goes from the light's space to the node's, in our axes, for row vectors.
     """
     import pyrender
 
@@ -58,9 +55,8 @@ def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> 
         losses.add(_NO_SPECULAR, node.name)
     attenuation = node.get_attenuation()
     made = []
-    for index, (position, color, end) in enumerate(
-        zip(arrays.positions, arrays.colors, arrays.radii.tolist(), strict=True)
-    ):
+    ends = arrays.radii.tolist()
+    for index, (position, color, end) in enumerate(zip(arrays.positions, arrays.colors, ends, strict=True)):
         matrix = np.eye(4)
         matrix[3, :3] = position
         strength = _strength(color, _inverse_square(node.name, attenuation, end, losses))
@@ -72,22 +68,11 @@ def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> 
 def light_to_pyrender(
     node: FadingLight | DirectionalLight, net: Float64, losses: Losses
 ) -> tuple[Any, Float64 | None]:
-    """Return a node of one light as a pyrender light.
+    """Return a node of one light as a pyrender light and a matrix; `net` goes from node space to world space.
 
-    Parameters
-    ----------
-    node : PointLight, Spotlight or DirectionalLight
-    net : ndarray of float64, shape (4, 4)
-        From the node's space to the world's.
-    losses : Losses
-
-    Returns
-    -------
-    pyrender.Light
-    ndarray of float64, shape (4, 4), or None
-        From the light's space to its node's, in our axes, for row vectors; None is the identity. A light with
-        a direction of its own needs one, and so does a spotlight below a scale, by which pyrender would
-        multiply the cosine that it compares with the cone's.
+    The matrix is as in `point_lights_to_pyrender`; None is the identity. A light with a direction of its own
+    needs one, and so does a spotlight below a scale, by which pyrender would multiply the cosine that it
+    compares with the cone's.
 
     Raises
     ------
