@@ -1,18 +1,198 @@
-"""Image files, written whole or not at all."""
+"""Write the files of a capture: images, each whole or not at all, and the manifest that describes them."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import tempfile
+from collections import deque
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from pathlib import Path
-from typing import IO, Any
+from types import TracebackType
+from typing import IO, Any, NotRequired, TypedDict
 
 import numpy as np
 
 from firefly_sample.errors import FireflyError, OutputError
-from firefly_sample.frame import OUTPUTS, Image
+from firefly_sample.frame import OUTPUTS, Frame, Image
+
+_MANIFEST = "manifest.json"
+_MOST_THREADS = 4
+"""More threads would save little time, and take the memory of more frames."""
+
+
+class FrameEntry(TypedDict):
+    """One frame of a manifest.
+
+    Attributes
+    ----------
+    time : float
+        Seconds.
+    lights : dict of str to int
+        Counts: in_scene, in_view, dropped.
+    files, sha256 : dict of str to str
+        By output: its path, relative to the manifest, and the `pixel_hash` of its image.
+    id_names : list of str
+        Only if they differ from the manifest's own.
+    """
+
+    index: int
+    time: float
+    lights: dict[str, int]
+    files: dict[str, str]
+    sha256: dict[str, str]
+    id_names: NotRequired[list[str]]
+
+
+class Manifest(TypedDict):
+    """The description of a capture.
+
+    Attributes
+    ----------
+    scene : str
+        The scene's name as given.
+    parameters, settings : dict
+        All parameters of the scene and all of `Settings`, with the values that were used.
+    seed : int or None
+        The scene's parameter "seed"; None if it has none.
+    driver, driver_version : str
+        The GL renderer and version strings; the version is that of Mesa or of the GPU's driver. Machines with
+        the same two strings draw the same bytes.
+    software : bool
+        True if the driver is a software rasteriser.
+    version : str
+        The version of firefly_sample.
+    id_names : list of str
+        Only with the output "id": the name of each value.
+    """
+
+    scene: str
+    parameters: dict[str, Any]
+    settings: dict[str, Any]
+    seed: int | None
+    driver: str
+    driver_version: str
+    software: bool
+    version: str
+    frames: list[FrameEntry]
+    id_names: NotRequired[list[str]]
+
+
+def pixel_hash(image: Image) -> str:
+    """Return the SHA-256 of an image's raw pixels (C order, little-endian) as hexadecimal digits.
+
+    Files are not hashed, because different versions of zlib compress the same pixels to different bytes.
+    """
+    little = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("<"))
+    return hashlib.sha256(little.data).hexdigest()
+
+
+def write_manifest(folder: Path, manifest: Manifest) -> None:
+    """Write ``manifest.json``; raise a FireflyError if that fails."""
+    with open_whole(folder / _MANIFEST) as file:
+        file.write((json.dumps(manifest, indent=2, allow_nan=False) + "\n").encode())
+
+
+def remove_manifest(folder: Path) -> None:
+    """Remove the manifest of an earlier capture, which would describe files that are about to change.
+
+    Raises
+    ------
+    FireflyError
+        If it cannot be removed.
+    """
+    path = folder / _MANIFEST
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise FireflyError(f"cannot replace {path}: {error.strerror or error}") from error
+
+
+class FrameWriter:
+    """A context manager that writes frames in threads; zlib and SHA-256 release the interpreter's lock.
+
+    On exit it waits until nothing is being written: after an error every frame that was put is written first,
+    after Ctrl-C only the files that were begun.
+
+    Parameters
+    ----------
+    folder : path
+    threads : int, optional
+        The number of processors, at most 4, when absent.
+
+    Attributes
+    ----------
+    bound : int
+        The most frames in progress at once: one more than threads, so that no thread idles.
+    """
+
+    def __init__(self, folder: Path, threads: int | None = None) -> None:
+        threads = threads or min(os.cpu_count() or 1, _MOST_THREADS)
+        self.bound = threads + 1
+        self._folder = folder
+        self._in_progress: deque[tuple[FrameEntry, dict[str, Future[str]]]] = deque()
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="frame writer")
+
+    def put(self, index: int, frame: Frame) -> list[FrameEntry]:
+        """Wait until fewer than `bound` frames are in progress, then begin to write another one.
+
+        Returns the earlier frames that are on disk by now, in the order in which they were put.
+
+        Raises
+        ------
+        FireflyError
+            If a file of an earlier frame cannot be written.
+        """
+        written = []
+        while self._in_progress and (len(self._in_progress) >= self.bound or self._is_first_written()):
+            written.append(self._wait_for_first())
+        entry: FrameEntry = {
+            "index": index,
+            "time": frame.time,
+            "lights": asdict(frame.lights),
+            "files": {output: file_name(output, index) for output in frame.images},
+            "sha256": {},
+        }
+        if "id" in frame.images:
+            entry["id_names"] = list(frame.id_names)
+        hashes = {
+            output: self._pool.submit(_write, self._folder / entry["files"][output], output, image)
+            for output, image in frame.images.items()
+        }
+        self._in_progress.append((entry, hashes))
+        return written
+
+    def finish(self) -> Iterator[FrameEntry]:
+        """Yield the frames in progress as they are written, in order; raise as `put` does."""
+        while self._in_progress:
+            yield self._wait_for_first()
+
+    def _is_first_written(self) -> bool:
+        return all(future.done() for future in self._in_progress[0][1].values())
+
+    def _wait_for_first(self) -> FrameEntry:
+        entry, hashes = self._in_progress.popleft()
+        entry["sha256"] = {output: future.result() for output, future in hashes.items()}
+        return entry
+
+    def __enter__(self) -> FrameWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        interrupted = kind is not None and not issubclass(kind, Exception)
+        self._pool.shutdown(wait=True, cancel_futures=interrupted)
+
+
+def _write(path: Path, output: str, image: Image) -> str:
+    """Write one image and return its hash."""
+    write_image(path, output, image)
+    return pixel_hash(image)
 
 
 def file_name(output: str, index: int) -> str:
@@ -21,13 +201,7 @@ def file_name(output: str, index: int) -> str:
 
 
 def as_folder(folder: str | Path) -> Path:
-    """Return the path of an output folder.
-
-    Raises
-    ------
-    OutputError
-        If it is empty text, which would be the working folder.
-    """
+    """Return the path of an output folder; raise an OutputError if it is "", which is the working folder."""
     if folder == "":
         raise OutputError("the output folder must have a name, got ''; the working folder is '.'")
     return Path(folder)

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from firefly_sample.capture.manifest import manifest_as_json
 from firefly_sample.capture.sequence import (
     DEFAULT_TIME,
     capture_frames,
@@ -29,7 +28,7 @@ from firefly_sample.commands.options import (
     Size,
     Time,
 )
-from firefly_sample.commands.terminal import complain, print_result, print_summary, progress_bar
+from firefly_sample.commands.terminal import complain, print_json, print_summary, progress_bar
 from firefly_sample.frame import check_outputs
 
 
@@ -110,7 +109,7 @@ def capture(
     count = len(manifest["frames"])
     summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
     if json:
-        print_result(manifest_as_json(manifest), summary)
+        print_json(manifest, summary)
     else:
         print_summary(summary, quiet)
     return 0
