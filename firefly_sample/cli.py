@@ -19,8 +19,7 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from firefly_sample.commands.streams import safe_streams
-from firefly_sample.commands.terminal import check_stdout, complain
+from firefly_sample.commands.terminal import check_stdout, complain, safe_streams
 from firefly_sample.errors import FireflyError
 
 if TYPE_CHECKING:
