@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -91,45 +88,36 @@ def capture(
         require_gpu=require_gpu,
         quiet=quiet,
     )
-    with progress_bar("frames", show=not quiet) as show, _reporting_whole_frames(folder, show) as progress:
-        manifest = capture_frames(
-            scene,
-            folder,
-            frames=frames,
-            fps=fps,
-            time=time,
-            size=size,
-            settings=capture_settings(outputs, **settings),
-            outputs=outputs,
-            parameters=parameters,
-            device=device,
-            require_gpu=require_gpu,
-            progress=progress,
-        )
+    done = total = 0
+    with progress_bar("frames", show=not quiet) as show_progress:
+
+        def progress(now: int, in_all: int) -> None:
+            nonlocal done, total
+            done, total = now, in_all
+            show_progress(now, in_all)
+
+        try:
+            manifest = capture_frames(
+                scene,
+                folder,
+                frames=frames,
+                fps=fps,
+                time=time,
+                size=size,
+                settings=capture_settings(outputs, **settings),
+                outputs=outputs,
+                parameters=parameters,
+                device=device,
+                require_gpu=require_gpu,
+                progress=progress,
+            )
+        except BaseException:
+            if done:  # frames that were under way may be whole as well
+                complain(
+                    f"at least {done} of {total} frames are whole in {folder}; there is no manifest of them"
+                )
+            raise
     count = len(manifest["frames"])
     summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
-    if json:
-        print_json(manifest, summary)
-    else:
-        print_summary(summary, quiet)
+    print_json(manifest, summary) if json else print_summary(summary, quiet)
     return 0
-
-
-@contextmanager
-def _reporting_whole_frames(
-    folder: Path, show: Callable[[int, int], None]
-) -> Iterator[Callable[[int, int], None]]:
-    """Give a function of (done, in all) that calls `show`; if the work ends early, print how much is done."""
-    done = total = 0
-
-    def tell(now: int, in_all: int) -> None:
-        nonlocal done, total
-        done, total = now, in_all
-        show(now, in_all)
-
-    try:
-        yield tell
-    except BaseException:
-        if done:  # frames that were under way may be whole as well
-            complain(f"at least {done} of {total} frames are whole in {folder}; there is no manifest of them")
-        raise

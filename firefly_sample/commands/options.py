@@ -14,7 +14,7 @@ from cyclopts import Group, Parameter, Token
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.settings import PRESETS, SETTINGS, Setting, preset_with
+from firefly_sample.settings import PRESETS, SETTINGS, preset_with
 
 if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
@@ -23,20 +23,8 @@ if TYPE_CHECKING:
 DEFAULT_SCENE = "forest"
 COMMAND_OPTIONS = frozenset(
     {
-        *(
-            "budget_ms",
-            "counts",
-            "device",
-            "dot",
-            "fps",
-            "frames",
-            "fresh",
-            "h",
-            "headless",
-            "help",
-            "help_all",
-        ),
-        *("json", "longest", "max_codes", "max_error", "methods", "o", "output", "outputs"),
+        *("budget_ms", "counts", "device", "dot", "fps", "frames", "fresh", "h", "headless", "help"),
+        *("help_all", "json", "longest", "max_codes", "max_error", "methods", "o", "output", "outputs"),
         *("performance_test", "preset", "q", "quiet", "require_gpu", "rounds", "scene", "seconds", "seeds"),
         *("size", "sizes", "time", "version"),
     }
@@ -59,10 +47,6 @@ def _list(convert: Callable[[str], Any]) -> Callable[[Any, Sequence[Token]], tup
 
 def _names(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
     return tuple(filter(None, _list(str.strip)(_, tokens)))
-
-
-def _patterns(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
-    return tuple(token.value for token in tokens)
 
 
 def _to_size(text: str) -> tuple[int, int]:
@@ -107,11 +91,7 @@ def _scene_names(_: Any) -> list[str]:
 
 
 SceneName = Annotated[
-    str,
-    Parameter(
-        help="The scene by name, or package.module:object.",
-        completer=_scene_names,
-    ),
+    str, Parameter(help="The scene by name, or package.module:object.", completer=_scene_names)
 ]
 Outputs = Annotated[
     tuple[str, ...],
@@ -155,7 +135,13 @@ Wholes = Annotated[
 ]
 Names = Annotated[tuple[str, ...], Parameter(converter=_names, n_tokens=1, metavar="NAMES", negative=())]
 Patterns = Annotated[
-    tuple[str, ...], Parameter(converter=_patterns, n_tokens=1, metavar="PATTERN", negative=())
+    tuple[str, ...],
+    Parameter(
+        converter=lambda _, tokens: tuple(token.value for token in tokens),
+        n_tokens=1,
+        metavar="PATTERN",
+        negative=(),
+    ),
 ]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
 Flag = Annotated[bool, Parameter(show_default=False)]
@@ -178,39 +164,28 @@ def without_settings(*names: str) -> Callable[[Callable[..., int]], Callable[...
 def with_scene_options(
     command: Callable[..., int], plugin: ScenePlugin, full_help: bool = True
 ) -> Callable[..., int]:
-    """Return `command` with an option for each setting and each parameter of a scene.
+    """Return `command` with an option for each setting and each parameter of a scene; see `scene_options`.
 
-    See `scene_options` for the names of a scene's.
-
-    Parameters
-    ----------
-    command : callable
-        Takes ``settings`` and ``parameters``, dicts of what was given, as keyword arguments.
-    plugin : ScenePlugin
-    full_help : bool
-        False if the help shows only what most people need.
-
-    Raises
-    ------
-    SceneError
-        If two parameters would have the same option.
+    It takes ``settings`` and ``parameters``, dicts of those that are given, as keyword arguments. Without
+    `full_help` the help shows only options that most people need.
     """
     signature = inspect.signature(command, eval_str=True)
-    own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
-    if not full_help:
-        own = [_hidden(p) if p.name in _ONLY_IN_FULL_HELP else p for p in own]
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
-    settings_options = list(_settings_options(left_out))
-    added = [
-        _preset_option(),
-        *(settings_options if full_help else map(_hidden, settings_options)),
+    about = "Settings to start from; other options override them."
+    options = [
+        *(p for p in signature.parameters.values() if p.name not in ("settings", "parameters")),
+        _option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced"),
+        *_settings_options(left_out),
         *_scene_parameters(plugin),
     ]
+    if not full_help:
+        hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS}
+        options = [_hidden(p) if p.name in hidden else p for p in options]
 
     @functools.wraps(command)
-    def run(*arguments: Any, **options: Any) -> int:
+    def run(*arguments: Any, **values: Any) -> int:
         given: dict[str, dict[str, Any]] = {"settings": {}, "parameters": {}, "": {}}
-        for name, value in options.items():
+        for name, value in values.items():
             kind, found, bare = name.partition("__")
             given[kind if found else ""][bare or name] = value
         settings, rest = given["settings"], given[""]
@@ -224,8 +199,8 @@ def with_scene_options(
             settings = {name: value for name, value in chosen.items() if name not in left_out}
         return command(*arguments, settings=settings, parameters=given["parameters"], **rest)
 
-    run.__signature__ = signature.replace(parameters=own + added)  # type: ignore[attr-defined]
-    run.__annotations__ = {p.name: p.annotation for p in own + added}
+    run.__signature__ = signature.replace(parameters=options)  # type: ignore[attr-defined]
+    run.__annotations__ = {p.name: p.annotation for p in options}
     return run
 
 
@@ -256,27 +231,18 @@ def scene_options(plugin: ScenePlugin) -> list[str]:
 
 
 def _option(
-    key: str, name: str, hint: Any, about: str, default: object, group: Group | None = None
+    key: str, name: str, hint: Any, about: str, default: object, group: Group | str = "Options"
 ) -> inspect.Parameter:
     """Return a keyword `key` that is absent unless its option is given; the help shows `default`."""
     option = Parameter(
         name=name,
         help=about,
-        group=group if group is not None else "Options",
+        group=group,
         show_default=lambda _: str(default),
         negative=None if default is True else (),
     )
-    return inspect.Parameter(
-        key,
-        inspect.Parameter.KEYWORD_ONLY,
-        default=None,
-        annotation=Annotated[Whole if hint is int else hint, option],
-    )
-
-
-def _preset_option() -> inspect.Parameter:
-    about = "Settings to start from; other options override them."
-    return _option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced")
+    annotation = Annotated[Whole if hint is int else hint, option]
+    return inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
 
 
 def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:
@@ -286,15 +252,11 @@ def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:
             hint = Literal[setting.choices] if setting.type is str else setting.type
             default = setting.absent if setting.default is None else setting.default
             option = "--" + name.replace("_", "-")
-            yield _option(f"settings__{name}", option, hint, _setting_help(setting), default, group)
-
-
-def _setting_help(setting: Setting) -> str:
-    """Return a setting's help, with the numbers that it may be."""
-    if setting.type is not int:
-        return setting.help
-    numbers = ", ".join(map(str, setting.choices)) or " to ".join(map(str, setting.range))
-    return f"{setting.help.rstrip('.')} ({numbers})."
+            about = setting.help
+            if setting.type is int:
+                numbers = ", ".join(map(str, setting.choices)) or " to ".join(map(str, setting.range))
+                about = f"{about.rstrip('.')} ({numbers})."
+            yield _option(f"settings__{name}", option, hint, about, default, group)
 
 
 def _scene_parameters(plugin: ScenePlugin) -> Iterator[inspect.Parameter]:
