@@ -19,23 +19,14 @@ NAMED_KEYS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right", "esc
 
 @dataclass(frozen=True)
 class Binding:
-    """A key and its action.
-
-    Attributes
-    ----------
-    key : str
-        A letter (lower case), a digit, or a name from `NAMED_KEYS`.
-    help : str
-        A few words.
-    act : callable
-    repeats : bool
-        True if the action repeats while the key is held down.
-    """
+    """A key, help in a few words, and the key's action."""
 
     key: str
+    """A letter (lower case), a digit, or a name from `NAMED_KEYS`."""
     help: str
     act: Callable[[], None]
     repeats: bool = False
+    """True if the action repeats while the key is held down."""
 
 
 def parameter_bindings(
@@ -91,15 +82,8 @@ def help_plate(
     """
     of_scene: Section = (f"Scene {scene}", _key_rows(scene_keys))
     window: Section = ("Window", _key_rows(own_keys))
-    mouse: Section = (
-        "Mouse",
-        (
-            ("Left drag", "orbit"),
-            ("Right drag", drag_help or "pan"),
-            ("Middle drag", "pan"),
-            ("Wheel", "zoom in or out"),
-        ),
-    )
+    drags = ("Left drag", "orbit"), ("Right drag", drag_help or "pan"), ("Middle drag", "pan")
+    mouse: Section = ("Mouse", (*drags, ("Wheel", "zoom in or out")))
     columns = ((of_scene,), (window, mouse)) if of_scene[1] else ((window,), (mouse,))
     plate = columns_plate(columns, driver, scale)
     fit = min(size[0] / plate.shape[1], size[1] / plate.shape[0])
