@@ -169,13 +169,7 @@ def default_folder(scene: str) -> Path:
 
 
 def parse_frames(frames: str | int | range) -> range:
-    """Return the frame numbers of "FIRST:END", "FIRST:END:STEP" (END is not included) or one number.
-
-    Raises
-    ------
-    OutputError
-        If it is none of these, holds no frame, or a number is negative or not below `MAX_FRAMES`.
-    """
+    """Return the frame numbers of "FIRST:END", "FIRST:END:STEP" (END is not included) or one number."""
     numbers = frames
     if isinstance(numbers, str):
         match = re.fullmatch(r"(\d+)(?::(\d+)(?::(\d+))?)?", numbers.strip(), re.ASCII)

@@ -92,19 +92,13 @@ def pixel_hash(image: Image) -> str:
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:
-    """Write ``manifest.json``; raise a FireflyError if that fails."""
+    """Write ``manifest.json``, whole or not at all."""
     with open_whole(folder / _MANIFEST) as file:
         file.write((json.dumps(manifest, indent=2, allow_nan=False) + "\n").encode())
 
 
 def remove_manifest(folder: Path) -> None:
-    """Remove the manifest of an earlier capture, which would describe files that are about to change.
-
-    Raises
-    ------
-    FireflyError
-        If it cannot be removed.
-    """
+    """Remove the manifest of an earlier capture, which would describe files that are about to change."""
     path = folder / _MANIFEST
     try:
         path.unlink(missing_ok=True)
@@ -117,21 +111,11 @@ class FrameWriter:
 
     On exit it waits until nothing is being written: after an error every frame that was put is written first,
     after Ctrl-C only the files that were begun.
-
-    Parameters
-    ----------
-    folder : path
-    threads : int, optional
-        The number of processors, at most 4, when absent.
-
-    Attributes
-    ----------
-    bound : int
-        The most frames in progress at once: one more than threads, so that no thread idles.
     """
 
     def __init__(self, folder: Path, threads: int | None = None) -> None:
         threads = threads or min(os.cpu_count() or 1, _MOST_THREADS)
+        # the most frames in progress at once: one more than threads, so that no thread idles
         self.bound = threads + 1
         self._folder = folder
         self._in_progress: deque[tuple[FrameEntry, dict[str, Future[str]]]] = deque()
@@ -140,12 +124,8 @@ class FrameWriter:
     def put(self, index: int, frame: Frame) -> list[FrameEntry]:
         """Wait until fewer than `bound` frames are in progress, then begin to write another one.
 
-        Returns the earlier frames that are on disk by now, in the order in which they were put.
-
-        Raises
-        ------
-        FireflyError
-            If a file of an earlier frame cannot be written.
+        Returns the earlier frames that are on disk by now, in the order in which they were put, or raises a
+        FireflyError if a file of one cannot be written.
         """
         written = []
         while self._in_progress and (len(self._in_progress) >= self.bound or self._is_first_written()):
@@ -208,13 +188,7 @@ def as_folder(folder: str | Path) -> Path:
 
 
 def write_image(path: Path, output: str, image: Image) -> None:
-    """Write one image: display codes as PNG, others as compressed ``.npz`` with one array named `output`.
-
-    Raises
-    ------
-    FireflyError
-        If the file cannot be written.
-    """
+    """Write one image: display codes as PNG, others as compressed ``.npz`` with one array named `output`."""
     with open_whole(path) as file:
         if path.suffix == ".png":
             import PIL.Image
@@ -227,14 +201,9 @@ def write_image(path: Path, output: str, image: Image) -> None:
 
 @contextmanager
 def open_whole(path: Path) -> Iterator[IO[bytes]]:
-    """Open a file for writing that gets its name only when it is complete.
+    """Open a file for writing that gets its name only when it is complete; raise a FireflyError if it fails.
 
     It has a temporary name in the same folder until then, because renaming within a folder is atomic.
-
-    Raises
-    ------
-    FireflyError
-        If the file cannot be written, for example because the disk is full.
     """
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -251,14 +220,9 @@ def open_whole(path: Path) -> Iterator[IO[bytes]]:
 
 @contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
-    """Make a folder and check that it can be written; if the block fails, remove it again.
+    """Make a folder and check that it can be written, or raise a FireflyError.
 
-    Folders that already existed, or that hold files, stay.
-
-    Raises
-    ------
-    FireflyError
-        If the folder cannot be made or written.
+    If the block fails, the folder is removed again, unless it already existed or holds files.
     """
     made = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
     try:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
     from firefly_sample.scene.scene import ScenePlugin
 
+Command = Callable[..., int]
+
 DEFAULT_SCENE = "forest"
 COMMAND_OPTIONS = frozenset(
     {
@@ -93,16 +95,13 @@ def _scene_names(_: Any) -> list[str]:
 SceneName = Annotated[
     str, Parameter(help="The scene by name, or package.module:object.", completer=_scene_names)
 ]
+Names = Annotated[tuple[str, ...], Parameter(converter=_names, n_tokens=1, metavar="NAMES")]
 Outputs = Annotated[
-    tuple[str, ...],
+    Names,
     Parameter(
         help=f"Images to make, separated by commas, from: {', '.join(OUTPUTS)}.",
-        converter=_names,
         completer=lambda _: list(OUTPUTS),
-        n_tokens=1,
-        metavar="NAMES",
         show_default=",".join,
-        negative=(),
     ),
 ]
 Size = Annotated[
@@ -125,22 +124,15 @@ Sizes = Annotated[
         metavar="WxH,...",
         show_default=lambda sizes: ",".join(f"{width}x{height}" for width, height in sizes),
         allow_leading_hyphen=True,
-        negative=(),
     ),
 ]
 Folder = Annotated[Path, Parameter(converter=_one(_to_folder), metavar="DIR")]
 Whole = Annotated[int, Parameter(converter=_one(_to_whole), metavar="INT")]
-Wholes = Annotated[
-    tuple[int, ...], Parameter(converter=_list(_to_whole), n_tokens=1, metavar="INTS", negative=())
-]
-Names = Annotated[tuple[str, ...], Parameter(converter=_names, n_tokens=1, metavar="NAMES", negative=())]
+Wholes = Annotated[tuple[int, ...], Parameter(converter=_list(_to_whole), n_tokens=1, metavar="INTS")]
 Patterns = Annotated[
     tuple[str, ...],
     Parameter(
-        converter=lambda _, tokens: tuple(token.value for token in tokens),
-        n_tokens=1,
-        metavar="PATTERN",
-        negative=(),
+        converter=lambda _, tokens: tuple(token.value for token in tokens), n_tokens=1, metavar="PATTERN"
     ),
 ]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
@@ -151,19 +143,17 @@ Device = Annotated[
 RequireGpu = Annotated[Flag, Parameter(help="Fail if the only driver is a software driver.")]
 
 
-def without_settings(*names: str) -> Callable[[Callable[..., int]], Callable[..., int]]:
+def without_settings(*names: str) -> Callable[[Command], Command]:
     """Decorate a command that has no option for these settings, because they make no sense there."""
 
-    def mark(command: Callable[..., int]) -> Callable[..., int]:
+    def mark(command: Command) -> Command:
         command.__dict__["settings_left_out"] = frozenset(names)
         return command
 
     return mark
 
 
-def with_scene_options(
-    command: Callable[..., int], plugin: ScenePlugin, full_help: bool = True
-) -> Callable[..., int]:
+def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = True) -> Command:
     """Return `command` with an option for each setting and each parameter of a scene; see `scene_options`.
 
     It takes ``settings`` and ``parameters``, dicts of those that are given, as keyword arguments. Without
@@ -211,12 +201,8 @@ def _hidden(parameter: inspect.Parameter) -> inspect.Parameter:
 def scene_options(plugin: ScenePlugin) -> list[str]:
     """Return the option of each parameter of a scene, for example ``--fireflies``, the same in all commands.
 
-    A parameter whose name is that of another option of any command, say "size", has ``--scene-size``.
-
-    Raises
-    ------
-    SceneError
-        If two parameters would have the same option.
+    A parameter whose name is that of another option of any command, say "size", has ``--scene-size``. Raises
+    a SceneError if two parameters would have the same option.
     """
     taken = COMMAND_OPTIONS | SETTINGS.keys()
     names: list[str] = []
@@ -241,8 +227,12 @@ def _option(
         show_default=lambda _: str(default),
         negative=None if default is True else (),
     )
-    annotation = Annotated[Whole if hint is int else hint, option]
-    return inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+    return inspect.Parameter(
+        key,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=None,
+        annotation=Annotated[Whole if hint is int else hint, option],
+    )
 
 
 def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:

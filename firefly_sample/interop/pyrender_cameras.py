@@ -36,22 +36,12 @@ def camera_to_pyrender(
 ) -> tuple[Any, Float64 | None]:
     """Return a lens as a pyrender camera, and a matrix from the camera's space to its node's.
 
+    The lens takes the aspect ratio of the picture's size, as when the Renderer draws. If a camera that is not
+    the main one has intrinsics for pictures of another aspect ratio, it keeps its view, which pyrender
+    stretches to the picture, and that is noted as a loss; for the main camera it is an error.
+
     The matrix, shape (4, 4), is in our axes, for row vectors; None is the identity. An orthographic camera is
     moved if its film is off centre or its near plane is behind it, which does not change its picture.
-
-    Parameters
-    ----------
-    size : (int, int), optional
-        Of the picture in pixels; the lens takes its aspect ratio, as when the Renderer draws.
-    main : bool
-        True for the camera that is drawn. If any other has intrinsics for pictures of another aspect ratio,
-        it keeps its view, which pyrender stretches to the picture, and that is noted as a loss.
-
-    Raises
-    ------
-    LensError
-        If the film of a perspective lens is off centre and there is no size, or if the main camera's
-        intrinsics are for pictures of another aspect ratio.
     """
     import pyrender
 
@@ -106,11 +96,6 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
 
     As in pyrender, a PerspectiveCamera without an aspect ratio and an OrthographicCamera keep their height at
     every aspect ratio of the picture. Until it is drawn, the former has the aspect ratio of `size`, or 1.
-
-    Raises
-    ------
-    LensError
-        If there is no such lens, or the camera measures in pixels and there is no size.
     """
     import pyrender
 

@@ -31,12 +31,15 @@ from numpy.typing import NDArray
 from firefly_sample.errors import LightError
 from firefly_sample.interop.losses import Losses
 from firefly_sample.scene.falloff import Attenuation
-from firefly_sample.scene.light import FadingLight, ShadowCaster
+from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.transforms import look_at_quat, rows_from_quat
 
 Float64 = NDArray[np.float64]
 
+_NO_SHADOWS = "pyrender turns shadows on by RenderFlags and not by light, so that shadow casters are left out"
+_NO_SPECULAR = "specular colours of lights, which pyrender lacks, are left out"
+_SOFT_EDGE = "spotlights fade between their two angles by t^2 in pyrender and by t^2 (3 - 2 t) here"
 _INVERSE_SQUARE = Attenuation(0.0, 0.0, 1.0)
 _WIDEST = 90.0
 """Degrees: the widest half-angle of a pyrender spotlight."""
@@ -50,7 +53,8 @@ def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> 
     import pyrender
 
     arrays = node.evaluate(time)
-    _note_shadows(node, losses)
+    if node.is_shadow_caster():
+        losses.add(_NO_SHADOWS, node.name)
     if node.specular_colors_of(arrays) is not arrays.colors:
         losses.add(_NO_SPECULAR, node.name)
     attenuation = node.get_attenuation()
@@ -73,15 +77,11 @@ def light_to_pyrender(
     The matrix is as in `point_lights_to_pyrender`; None is the identity. A light with a direction of its own
     needs one, and so does a spotlight below a scale, by which pyrender would multiply the cosine that it
     compares with the cone's.
-
-    Raises
-    ------
-    LightError
-        If a spotlight's net transform makes the length of its direction 0 or infinite.
     """
     import pyrender
 
-    _note_shadows(node, losses)
+    if node.is_shadow_caster():
+        losses.add(_NO_SHADOWS, node.name)
     if node.has_specular_color():
         losses.add(_NO_SPECULAR, node.name)
     if isinstance(node, DirectionalLight):
@@ -119,13 +119,7 @@ def light_to_pyrender(
 
 
 def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | Spotlight | DirectionalLight:
-    """Return a pyrender light as a node of one light.
-
-    Raises
-    ------
-    LightError
-        If a number is not finite or negative, or a cone is narrower than 0.01 degrees.
-    """
+    """Return a pyrender light as a node of one light."""
     import pyrender
 
     color = np.asarray(light.color, dtype=np.float64) * (light.intensity / math.pi)
@@ -144,18 +138,6 @@ def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | S
         losses.add("light ends at its range here, but shines beyond it in pyrender", name)
         made.set_max_distance(light.range)
     return made
-
-
-_SOFT_EDGE = "spotlights fade between their two angles by t^2 in pyrender and by t^2 (3 - 2 t) here"
-_NO_SPECULAR = "specular colours of lights, which pyrender lacks, are left out"
-
-
-def _note_shadows(node: ShadowCaster, losses: Losses) -> None:
-    if node.is_shadow_caster():
-        losses.add(
-            "pyrender turns shadows on by RenderFlags and not by light, so that shadow casters are left out",
-            node.name,
-        )
 
 
 def _inverse_square(name: str, attenuation: Attenuation | None, end: float, losses: Losses) -> float:

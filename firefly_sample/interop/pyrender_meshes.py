@@ -47,6 +47,7 @@ _UNREAD_TEXTURES = (
 )
 _NO_HIGHLIGHTS = "highlights (specular, shininess) are left out of pyrender's matt materials"
 _NO_AMBIENT = "ambient colours of materials, which pyrender lacks, are left out"
+_NO_NORMALS = "meshes without normals, which pyrender lights as if they faced the camera, get smooth ones"
 _CUT_OUT = "pyrender ignores the alpha cut-off of materials and draws their surfaces whole"
 _SQUARED_EMISSION = "pyrender draws the square of emission"
 _TINTED_EMISSION = "pyrender multiplies emission by vertex colours, this package does not"
@@ -66,19 +67,8 @@ class MeshWriter:
     ) -> Any:
         """Return a pyrender Mesh of a node's Geoms, shared by nodes that look alike; None without vertices.
 
-        Parameters
-        ----------
-        material : Material or None
-            Replaces those of the Geoms.
-        color : (r, g, b, a) or None
-            Multiplies base colours and replaces vertex colours.
-        mirrored : bool
-            True if the node's net transform mirrors.
-
-        Raises
-        ------
-        SceneError
-            If a Geom has more than `LARGEST_INDEX` vertices.
+        A material replaces those of the Geoms; a colour multiplies base colours and replaces vertex colours.
+        `mirrored` is True if the node's net transform mirrors.
         """
         for geom, _ in node.geoms:
             if not len(geom.vertices):
@@ -176,17 +166,7 @@ class MeshReader:
     def parts(self, mesh: Any, name: str, net: Float64) -> Iterable[Part]:
         """Yield a Part for each primitive of triangles, or for each of its instances if it has any.
 
-        Parameters
-        ----------
-        name : str
-            The name of a mesh that has none.
-        net : ndarray of float64, shape (4, 4)
-            From the mesh's space to the world's.
-
-        Raises
-        ------
-        SceneError
-            If an index, a coordinate, a colour or a factor is out of its range.
+        `name` is for a mesh that has none; `net` goes from the mesh's space to world space.
         """
         name = mesh.name or name
         if mesh.weights is not None:
@@ -211,10 +191,7 @@ class MeshReader:
             if getattr(primitive, attribute) is not None:
                 self._losses.add(f"{attribute} of meshes are left out", name)
         if primitive.normals is None:
-            self._losses.add(
-                "meshes without normals, which pyrender lights as if they faced the camera, get smooth ones",
-                name,
-            )
+            self._losses.add(_NO_NORMALS, name)
         if primitive.color_0 is not None and _tints_emission(primitive.color_0, material):
             self._losses.add(_TINTED_EMISSION, name)
 
