@@ -188,7 +188,7 @@ def make_app(
         name="firefly",
         help="Many lights, deferred, measured: a night forest with hundreds of fireflies.",
         help_format="plaintext",
-        version=_version,
+        version=lambda: str(import_module("firefly_sample").__version__),
         default_parameter=Parameter(negative=()),
         group_parameters=Group("Options", sort_key=0),
         config=as_sources(tables, allow_unknown),
@@ -221,12 +221,6 @@ def _load(words: Words, plugin: ScenePlugin | None, full_help: bool) -> Callable
     from firefly_sample.commands.options import with_scene_options
 
     return with_scene_options(command, plugin, full_help)
-
-
-def _version() -> str:
-    from firefly_sample import __version__
-
-    return __version__
 
 
 if __name__ == "__main__":

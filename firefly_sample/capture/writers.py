@@ -1,8 +1,10 @@
-"""Write the files of a capture: images, each whole or not at all, and the manifest that describes them."""
+"""Write images, each whole or not at all, and the manifest that describes those of a capture."""
 
 from __future__ import annotations
 
 import hashlib
+import io
+import itertools
 import json
 import os
 import tempfile
@@ -197,6 +199,32 @@ def write_image(path: Path, output: str, image: Image) -> None:
         else:
             arrays: dict[str, Any] = {output: image}
             np.savez_compressed(file, **arrays)
+
+
+def save_screenshot(folder: Path, name: str, picture: Image) -> Path:
+    """Write `picture`, shape (height, width, 3), to the first free ``<name>_0001.png`` in `folder`."""
+    import PIL.Image
+
+    png = io.BytesIO()
+    PIL.Image.fromarray(picture).save(png, format="PNG")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FireflyError(f"cannot write into {folder}: {error.strerror or error}") from error
+    for number in itertools.count(1):
+        path = folder / f"{name}_{number:04d}.png"
+        try:
+            # exclusive, so that two windows that save at the same time get different names
+            with path.open("xb") as file:
+                file.write(png.getbuffer())
+            break
+        except FileExistsError:
+            continue
+        except OSError as error:
+            with suppress(OSError):
+                path.unlink()
+            raise FireflyError(f"cannot write {path}: {error.strerror or error}") from error
+    return path
 
 
 @contextmanager

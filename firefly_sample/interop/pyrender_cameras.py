@@ -99,8 +99,6 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
     """
     import pyrender
 
-    if size is not None and isinstance(camera, pyrender.PerspectiveCamera):
-        camera = _stretched(camera, size)
     try:
         if isinstance(camera, pyrender.OrthographicCamera):
             film = (2.0 * camera.xmag, 2.0 * camera.ymag)
@@ -111,38 +109,28 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
         far = math.inf if camera.zfar is None else camera.zfar
         if isinstance(camera, pyrender.PerspectiveCamera):
             aspect = camera.aspectRatio
-            if aspect is None:
-                aspect = 1.0 if size is None else size[0] / size[1]
-            focal = 0.5 / math.tan(0.5 * camera.yfov)
-            lens = PerspectiveLens(near=camera.znear, far=far, film_size=(aspect, 1.0), focal_length=focal)
-            if camera.aspectRatio is None:
-                lens.set_vfov(math.degrees(camera.yfov))
-                lens.set_aspect_ratio(None)
-            return lens
-        if isinstance(camera, pyrender.IntrinsicsCamera):
+            ours = 1.0 if size is None else size[0] / size[1]
+            if size is None or aspect is None or math.isclose(aspect, ours, rel_tol=1e-4):
+                film = (ours if aspect is None else aspect, 1.0)
+                focal = 0.5 / math.tan(0.5 * camera.yfov)
+                lens = PerspectiveLens(near=camera.znear, far=far, film_size=film, focal_length=focal)
+                if aspect is None:
+                    lens.set_vfov(math.degrees(camera.yfov))
+                    lens.set_aspect_ratio(None)
+                return lens
+            # pixels that are not square stretch the view to the picture, as pyrender draws it
+            fy = 0.5 * size[1] / math.tan(0.5 * camera.yfov)
+            fx = fy * ours / aspect
+            cx, cy = 0.5 * size[0], 0.5 * size[1]
+        elif isinstance(camera, pyrender.IntrinsicsCamera):
             if size is None:
                 raise LensError("it measures in pixels: give the picture's size=(width, height)")
-            if not (camera.fx > 0.0 and camera.fy > 0.0):
-                raise LensError(f"fx and fy must be above 0, got {camera.fx:g} and {camera.fy:g}")
-            return PerspectiveLens.from_intrinsics(
-                camera.fx, camera.fy, camera.cx, camera.cy, *size, camera.znear, far, pixel_center=0.5
-            )
+            fx, fy, cx, cy = camera.fx, camera.fy, camera.cx, camera.cy
+        else:
+            losses.add(f"cameras of the class {type(camera).__name__} are left out", name)
+            return None
+        if not (fx > 0.0 and fy > 0.0):
+            raise LensError(f"fx and fy must be above 0, got {fx:g} and {fy:g}")
+        return PerspectiveLens.from_intrinsics(fx, fy, cx, cy, *size, camera.znear, far, pixel_center=0.5)
     except LensError as error:
         raise LensError(f"camera {name!r}: {error}") from None
-    losses.add(f"cameras of the class {type(camera).__name__} are left out", name)
-    return None
-
-
-def _stretched(camera: Any, size: Size) -> Any:
-    """Return a camera of another aspect ratio than the picture's as one whose view is stretched to it."""
-    import pyrender
-
-    width, height = size
-    aspect = camera.aspectRatio
-    if aspect is None or math.isclose(aspect, width / height, rel_tol=1e-4):
-        return camera
-    fy = 0.5 * height / math.tan(0.5 * camera.yfov)
-    fx = fy * (width / height) / aspect
-    made = pyrender.IntrinsicsCamera(fx, fy, 0.5 * width, 0.5 * height, camera.znear)
-    made._zfar = camera.zfar  # the property refuses None, which is infinity
-    return made

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.frame import Frame
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.shadows.maps import ShadowMap
 from firefly_sample.srgb import linear_to_srgb
@@ -32,6 +33,16 @@ HEAT = ((0, 0, 0), (40, 44, 160), (214, 58, 150), (255, 168, 60), (255, 255, 255
 def buffers_of(look: str) -> tuple[str, ...]:
     """Return the buffers that a look has."""
     return tuple(name for name in BUFFERS if look != "classic" or name not in NOT_CLASSIC)
+
+
+def picture_of(plan: FramePlan, frame: Frame, output: str) -> Picture:
+    """Return a picture of one output of a frame, as large as the frame's picture."""
+    image = frame[output]
+    if output == "shadow_atlas":
+        return shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
+    if output == "particle_shadow_atlas":
+        return particle_shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
+    return buffer_picture(output, image, classic=plan.settings.look == "classic", exposure=plan.exposure)
 
 
 def buffer_picture(

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from firefly_sample.capture.writers import save_screenshot
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer
@@ -20,14 +21,7 @@ from firefly_sample.viewer.orbit import OrbitCamera, SceneWithCamera
 from firefly_sample.viewer.overlay import Rows, rows_plate, text_plate
 from firefly_sample.viewer.performance import SECONDS, PerformanceResult, PerformanceTest, RateMeter
 from firefly_sample.viewer.shown_scene import Clock, ShownScene
-from firefly_sample.viewer.window_views import (
-    PICTURE,
-    STRIP,
-    DrawnView,
-    draw_view,
-    save_screenshot,
-    views_of,
-)
+from firefly_sample.viewer.window_views import PICTURE, STRIP, DrawnView, draw_view, views_of
 
 MARGIN = 10
 """Pixels between the window's edge and text, at scale 1."""

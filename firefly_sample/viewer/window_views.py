@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from dataclasses import dataclass
-from io import BytesIO
-from itertools import count
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
-from firefly_sample.viewer.buffer_pictures import (
-    BUFFERS,
-    Picture,
-    Pixels,
-    buffer_picture,
-    buffers_of,
-    particle_shadow_atlas_picture,
-    shadow_atlas_picture,
-)
+from firefly_sample.viewer.buffer_pictures import BUFFERS, Pixels, buffers_of, picture_of
 from firefly_sample.viewer.overlay import blend, text_plate
 
 PICTURE, STRIP = "picture", "strip"
@@ -84,7 +71,7 @@ def draw_view(
     """
     if view in BUFFERS:
         plan, frame = _draw_buffers(renderer, scene, time, (view,), renderer.size)
-        pixels, note = _picture_of(plan, frame, view)
+        pixels, note = picture_of(plan, frame, view)
         return DrawnView(plan, frame, Layer(pixels), note, sum(frame.milliseconds.values()))
     strip, note, spent = _draw_strip(renderer, scene, time, scale) if view == STRIP else (None, "", 0.0)
     plan = renderer.plan(scene, time)
@@ -101,7 +88,7 @@ def _draw_strip(
     if grid is None:
         return None, "no room for the buffers: make the window larger", 0.0
     plan, frame = _draw_buffers(renderer, scene, time, buffers, grid.size)
-    band = buffer_strip({name: _picture_of(plan, frame, name)[0] for name in buffers}, grid, scale)
+    band = buffer_strip({name: picture_of(plan, frame, name)[0] for name in buffers}, grid, scale)
     width, height = renderer.size
     layer = Layer(band, ((width - band.shape[1]) // 2, height - band.shape[0]))
     return layer, "", sum(frame.milliseconds.values())
@@ -124,16 +111,6 @@ def _draw_buffers(
     finally:
         renderer.settings = settings
         renderer.resize(window)
-
-
-def _picture_of(plan: FramePlan, frame: Frame, name: str) -> Picture:
-    """Return a picture of one buffer, as large as the frame's picture."""
-    image = frame[name]
-    if name == "shadow_atlas":
-        return shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
-    if name == "particle_shadow_atlas":
-        return particle_shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
-    return buffer_picture(name, image, classic=plan.settings.look == "classic", exposure=plan.exposure)
 
 
 class Grid(NamedTuple):
@@ -177,35 +154,3 @@ def buffer_strip(pictures: dict[str, Pixels], grid: Grid, scale: float) -> Pixel
         thumbnail[..., :3] = blend(picture, text_plate("", size, title=name), (gap // 2, gap // 2))
         thumbnail[..., 3] = 255
     return band
-
-
-def save_screenshot(folder: Path, name: str, picture: Pixels) -> Path:
-    """Write `picture`, shape (height, width, 3), to the first free ``<name>_0001.png`` in `folder`.
-
-    Raises
-    ------
-    FireflyError
-        If the folder cannot be written.
-    """
-    from PIL import Image
-
-    png = BytesIO()
-    Image.fromarray(picture).save(png, format="PNG")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FireflyError(f"cannot write into {folder}: {error.strerror or error}") from error
-    for number in count(1):
-        path = folder / f"{name}_{number:04d}.png"
-        try:
-            # exclusive, so that two windows that save at the same time get different names
-            with path.open("xb") as file:
-                file.write(png.getbuffer())
-        except FileExistsError:
-            continue
-        except OSError as error:
-            with suppress(OSError):
-                path.unlink()
-            raise FireflyError(f"cannot write {path}: {error.strerror or error}") from error
-        return path
-    raise AssertionError("count never ends")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from firefly_sample.capture.writers import save_screenshot
 from firefly_sample.errors import FireflyError, ParameterError, SceneError, ViewerError
 from firefly_sample.frame import Frame, LightCounts
 from firefly_sample.scene.parameter import KeyStep, Parameter
@@ -17,7 +18,6 @@ from firefly_sample.viewer.controls import Binding, key_label, parameter_binding
 from firefly_sample.viewer.glfw_window import LARGEST, Window, check_display
 from firefly_sample.viewer.performance import PERIOD, RateMeter
 from firefly_sample.viewer.shown_scene import Clock, ShownScene, value_text
-from firefly_sample.viewer.window_views import save_screenshot
 from tests.viewer.lamps import lamps
 
 OWN = [Binding("v", "next view", lambda: None)]
