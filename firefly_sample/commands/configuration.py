@@ -34,13 +34,9 @@ class Table(NamedTuple):
 def read_configuration(commands: Collection[Words]) -> list[Table]:
     """Read both files, if they exist; `commands` are the words of all that may have a table of options.
 
-    A pyproject.toml may belong to any project: if it cannot be read and does not contain the word firefly, it
-    is ignored with a warning.
-
-    Raises
-    ------
-    CycloptsError
-        If a file cannot be read, is not TOML, or has a table that belongs to no command; it names the file.
+    A CycloptsError names a file that cannot be read, is not TOML, or has a table that belongs to no command.
+    But a pyproject.toml may belong to any project: if it cannot be read and does not contain the word
+    firefly, it is ignored with a warning.
     """
     try:
         os.lstat(_OURS)  # of the link, if it is one: only the folder matters here

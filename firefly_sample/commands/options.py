@@ -170,7 +170,10 @@ def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = 
     ]
     if not full_help:
         hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS}
-        options = [_hidden(p) if p.name in hidden else p for p in options]
+        show = Parameter(show=False)
+        options = [
+            p.replace(annotation=Annotated[p.annotation, show]) if p.name in hidden else p for p in options
+        ]
 
     @functools.wraps(command)
     def run(*arguments: Any, **values: Any) -> int:
@@ -192,10 +195,6 @@ def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = 
     run.__signature__ = signature.replace(parameters=options)  # type: ignore[attr-defined]
     run.__annotations__ = {p.name: p.annotation for p in options}
     return run
-
-
-def _hidden(parameter: inspect.Parameter) -> inspect.Parameter:
-    return parameter.replace(annotation=Annotated[parameter.annotation, Parameter(show=False)])
 
 
 def scene_options(plugin: ScenePlugin) -> list[str]:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) -> pyrender.Scene:
-    """Return a scene at a time as a pyrender Scene.
+    """Return a scene at a time as a new pyrender Scene, which is independent of it.
 
     Every node becomes a pyrender Node with the same name, transform and parent (one Node per parent), and all
     axes are turned from Z-up to Y-up. Nodes that show the same Geoms share one pyrender Mesh. Geometry that
@@ -54,11 +54,6 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     size : (int, int), optional
         Width and height in pixels of the picture to be drawn. Lenses take its aspect ratio, as when the
         `Renderer` draws, with a warning if they had a different one; without it, cameras keep their own.
-
-    Returns
-    -------
-    pyrender.Scene
-        New, and independent of `scene`.
 
     Raises
     ------
@@ -92,7 +87,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
 
 
 def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
-    """Return a pyrender Scene as a Scene.
+    """Return a pyrender Scene as a new Scene, which is independent of it.
 
     This reverses `to_pyrender`: nodes keep names, transforms and their tree, axes are turned to Z-up, nodes
     that share a Mesh share its Geoms, and each light becomes a `PointLight`, `Spotlight` or
@@ -100,7 +95,7 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     Otherwise a new root is added, with the top nodes sorted by name (equal names keep their order). A node
     without a name takes that of its mesh, light or camera, or one such as "mesh 2". An ambient light becomes
     an `AmbientLight`; instances (`Primitive.poses`) become nodes; strips and fans become triangles. A Mesh
-    without normals gets smooth ones.
+    without normals gets smooth ones. A Scene without a main camera gets a new camera.
 
     The range of a light becomes its max distance, at which it ends as glTF recommends; in pyrender it shines
     beyond. An emissive texture becomes its mean colour in linear light, a factor of the material's emission.
@@ -111,11 +106,6 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     size : (int, int), optional
         Width and height in pixels of the picture to be drawn. IntrinsicsCameras are taken to be for it, and
         PerspectiveCameras of another aspect ratio are stretched to it, as in pyrender.
-
-    Returns
-    -------
-    Scene
-        New, and independent of `scene`; its camera is the main camera, or a new one if there is none.
 
     Raises
     ------

@@ -57,16 +57,14 @@ def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> 
         losses.add(_NO_SHADOWS, node.name)
     if node.specular_colors_of(arrays) is not arrays.colors:
         losses.add(_NO_SPECULAR, node.name)
-    attenuation = node.get_attenuation()
-    made = []
+    lights = []
     ends = arrays.radii.tolist()
     for index, (position, color, end) in enumerate(zip(arrays.positions, arrays.colors, ends, strict=True)):
         matrix = np.eye(4)
         matrix[3, :3] = position
-        strength = _strength(color, _inverse_square(node.name, attenuation, end, losses))
-        light = pyrender.PointLight(range=_range(end), name=f"{node.name}[{index}]", **strength)
-        made.append((light, matrix))
-    return made
+        strength = _fading_strength(node, color, end, losses)
+        lights.append((pyrender.PointLight(name=f"{node.name}[{index}]", **strength), matrix))
+    return lights
 
 
 def light_to_pyrender(
@@ -92,10 +90,9 @@ def light_to_pyrender(
             turn[:3, :3] = rows_from_quat(look_at_quat((x, y, z), (0.0, 0.0, 1.0)))
         return pyrender.DirectionalLight(name=node.name, **_strength(node.get_color(), math.pi)), turn
 
-    end = node.get_max_distance()
-    strength = _strength(node.get_color(), _inverse_square(node.name, node.get_attenuation(), end, losses))
+    strength = _fading_strength(node, node.get_color(), node.get_max_distance(), losses)
     if not isinstance(node, Spotlight):
-        return pyrender.PointLight(range=_range(end), name=node.name, **strength), None
+        return pyrender.PointLight(name=node.name, **strength), None
 
     inner, outer, exponent = node.get_cone()
     if exponent != 0.0:
@@ -109,7 +106,6 @@ def light_to_pyrender(
         raise LightError(f"light {node.name!r}: its net transform leaves it no direction to shine in")
     unscaled = None if abs(length - 1.0) < 1e-9 else np.diag([1.0 / length] * 3 + [1.0])
     light = pyrender.SpotLight(
-        range=_range(end),
         innerConeAngle=math.radians(min(inner, _WIDEST)),
         outerConeAngle=math.radians(min(outer, _WIDEST)),
         name=node.name,
@@ -140,6 +136,14 @@ def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | S
     return made
 
 
+def _fading_strength(
+    node: FadingLight | PointLights, color: Float64, end: float, losses: Losses
+) -> dict[str, Any]:
+    """Return pyrender's colour, intensity and range of a light that ends at the distance `end`."""
+    factor = _inverse_square(node.name, node.get_attenuation(), end, losses)
+    return {"range": end if 0.0 < end < math.inf else None, **_strength(color, factor)}
+
+
 def _inverse_square(name: str, attenuation: Attenuation | None, end: float, losses: Losses) -> float:
     """Return the factor from a light's colour to its radiant intensity in pyrender."""
     if end == 0.0:
@@ -158,10 +162,6 @@ def _inverse_square(name: str, attenuation: Attenuation | None, end: float, loss
     if constant or linear:
         losses.add("light fades by 1/d^2 alone in pyrender, equal far away and brighter near by", name)
     return math.pi / quadratic
-
-
-def _range(end: float) -> float | None:
-    return end if 0.0 < end < math.inf else None
 
 
 def _strength(color: Float64, factor: float) -> dict[str, Any]:

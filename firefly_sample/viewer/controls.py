@@ -37,11 +37,8 @@ def parameter_bindings(
 ) -> list[Binding]:
     """Return a binding for each key that the parameters declare; it calls `step` with parameter and key.
 
-    Raises
-    ------
-    SceneError
-        If there is no such key, it is taken by `own` bindings or by another parameter, or the parameter
-        is text.
+    A SceneError names a key that does not exist, that one of the window's own bindings or another parameter
+    has taken, or that a parameter of text declares.
     """
     taken = {binding.key: binding.help for binding in own}
     bindings = []

@@ -31,6 +31,8 @@ def check_display() -> None:
 class Window:
     """An open window whose context is current in this thread; leaving it closes it.
 
+    Raises a ViewerError without a display, glfw or OpenGL 3.3, or if `size` is above `LARGEST`.
+
     Parameters
     ----------
     size : (int, int)
@@ -40,11 +42,6 @@ class Window:
     ----------
     uncovered : bool
         True if a part of the window was uncovered during the last `wait` and must be drawn again.
-
-    Raises
-    ------
-    ViewerError
-        If there is no display, no glfw or no OpenGL 3.3, or `size` is above `LARGEST`.
     """
 
     def __init__(self, title: str, size: tuple[int, int]) -> None:

@@ -52,13 +52,7 @@ class RateMeter:
 
 
 def check_seconds(seconds: float) -> float:
-    """Return the duration of a test as a float.
-
-    Raises
-    ------
-    SettingsError
-        If it is not a finite number above 0, or above `LONGEST`.
-    """
+    """Return the duration of a test as a float; raise a SettingsError unless it is in (0, `LONGEST`]."""
     if not 0.0 < seconds <= LONGEST:  # false for NaN, too
         raise SettingsError(
             f"a performance test must last a finite number of seconds above 0, at most {LONGEST:g}, "

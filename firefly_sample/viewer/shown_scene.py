@@ -58,10 +58,7 @@ class ShownScene:
     def step(self, parameter: Parameter, key: KeyStep) -> str:
         """Change a parameter by one press of a key, and return a message for the user.
 
-        Raises
-        ------
-        FireflyError
-            If the scene refuses the new value; nothing has changed then.
+        Raises a FireflyError if the scene refuses the new value; nothing has changed then.
         """
         before = self.values[parameter.name]
         after = parameter.step(before, key)

@@ -54,16 +54,11 @@ class Viewer:
     Attributes
     ----------
     bindings : dict of str to Binding
-        The action of each key.
+        The action of each key; see `parameter_bindings`.
     status : tuple of (str, str)
         The rows of text in the window's corner.
     closed : bool
         True after the user has asked to close the window.
-
-    Raises
-    ------
-    SceneError
-        If a parameter wants a key that it cannot have.
     """
 
     def __init__(
