@@ -167,7 +167,7 @@ def scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugi
         try:
             _, bound, *_ = app.parse_known_args(known)
         except CycloptsError:
-            break  # the real parse says what is wrong
+            break  # `parse` raises the error
         name = bound.arguments.get("scene", name)
     return find_scene(name)
 

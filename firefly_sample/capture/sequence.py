@@ -91,8 +91,8 @@ def capture_frames(
     Raises
     ------
     FireflyError
-        If the scene, a parameter, the frames, the size, an output, the folder or the driver is wrong. A
-        folder that was made in vain is removed again.
+        If the scene, a parameter, the frames, the size, an output, the folder or the driver is wrong. A new
+        folder is removed again if it is empty.
     """
     from firefly_sample.scene.parameter import resolve_parameters
     from firefly_sample.scenes import build_scene, find_scene

@@ -119,5 +119,8 @@ def capture(
             raise
     count = len(manifest["frames"])
     summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
-    print_json(manifest, summary) if json else print_summary(summary, quiet)
+    if json:
+        print_json(manifest, summary)
+    else:
+        print_summary(summary, quiet)
     return 0

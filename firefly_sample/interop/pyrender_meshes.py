@@ -2,11 +2,11 @@
 
 pyrender keeps vertices, normals, texture coordinates and colours as float32. Under a transform that mirrors,
 glTF and this package reverse the winding of triangles; pyrender does not and draws the wrong side. Therefore
-the triangles of mirrored instances are reversed on the way there and on the way back.
+the triangles of mirrored instances are reversed, in both directions of the conversion.
 
-Materials become metallic-roughness ones of metalness 0 and roughness 1. A Phong highlight (specular,
-shininess) has no equal among them and is left out, as are, on the way back, metalness, gloss and bumps.
-Emission is a plain factor here: an emissive texture becomes its mean colour in linear light.
+Materials become metallic-roughness ones of metalness 0 and roughness 1, without their Phong highlight
+(specular, shininess). pyrender's materials lose metalness, gloss and bumps. Emission is a plain factor here:
+an emissive texture becomes its mean colour in linear light.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +32,8 @@ from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 Float64 = NDArray[np.float64]
 
 
-class _Content(NamedTuple):
-    """An object of a pyrender Node: its keyword, and its matrix in node space, None for the identity."""
-
-    kind: str
-    content: Any
-    matrix: Float64 | None
+Content = tuple[str, Any, Float64 | None]
+"""A keyword of pyrender's Node, the object for it, and its matrix in node space; None is the identity."""
 
 
 class SceneWriter:
@@ -58,9 +54,9 @@ class SceneWriter:
         waiting: list[tuple[NodePath, Any, Float64]] = [(root, None, root.get_net_mat())]
         while waiting:
             path, parent, local = waiting.pop()
-            here = self._write_node(path, parent, local)
+            node = self._write_node(path, parent, local)
             waiting.extend(
-                (child, here, child.node().transform.get_mat()) for child in reversed(path.get_children())
+                (child, node, child.node().transform.get_mat()) for child in reversed(path.get_children())
             )
         if not root.is_ancestor_of(camera):
             self._write_node(camera, None, camera.get_net_mat())
@@ -75,13 +71,13 @@ class SceneWriter:
             self._losses.add("tags are left out", node.name)
         contents = self._contents(path)
         held = {kind: content for kind, content, matrix in contents if matrix is None}
-        here = holder = self._add(node.name, parent, local, held)
+        written = last = self._add(node.name, parent, local, held)
         for kind, content, matrix in contents:
             if matrix is not None:
-                holder = self._add(content.name, here, matrix, {kind: content})
+                last = self._add(content.name, written, matrix, {kind: content})
         if path == self._scene.camera:
-            self._target.main_camera_node = holder
-        return here
+            self._target.main_camera_node = last
+        return written
 
     def _add(self, name: str, parent: Any, local: Float64, contents: dict[str, Any]) -> Any:
         import pyrender
@@ -94,7 +90,7 @@ class SceneWriter:
         self._target.set_pose(node, matrix)  # pyrender 0.1.45 makes its matrix of those and loses shear
         return node
 
-    def _contents(self, path: NodePath) -> list[_Content]:
+    def _contents(self, path: NodePath) -> list[Content]:
         node, net = path.node(), path.get_net_mat()
         if isinstance(node, Camera):
             return [self._camera(path, node)]
@@ -105,7 +101,7 @@ class SceneWriter:
                 mirrored = bool(np.linalg.det(net[:3, :3]) < 0)
                 look = path.get_net_material(), path.get_net_color()
                 mesh = self._meshes.mesh(node, *look, mirrored, visible)
-                return [] if mesh is None else [_Content("mesh", mesh, None)]
+                return [] if mesh is None else [("mesh", mesh, None)]
             case Sprites():
                 self._losses.add("sprites, which pyrender lacks, are left out", node.name)
             case ParticleNode():
@@ -116,12 +112,12 @@ class SceneWriter:
                 self._ambient += node.get_color()
             case PointLights():
                 lights = point_lights_to_pyrender(node, self._time, self._losses)
-                return [_Content("light", light, matrix) for light, matrix in lights]
+                return [("light", light, matrix) for light, matrix in lights]
             case FadingLight() | DirectionalLight():
-                return [_Content("light", *light_to_pyrender(node, net, self._losses))]
+                return [("light", *light_to_pyrender(node, net, self._losses))]
         return []
 
-    def _camera(self, path: NodePath, node: Camera) -> _Content:
+    def _camera(self, path: NodePath, node: Camera) -> Content:
         """Return a camera without its node's scale and shear, which the renderer ignores as well."""
         main = path == self._scene.camera
         camera, matrix = camera_to_pyrender(node.name, node.lens, self._size, self._losses, main)
@@ -131,7 +127,7 @@ class SceneWriter:
             rigid = view_to_world @ np.linalg.inv(net)
             matrix = rigid if matrix is None else matrix @ rigid
             matrix[:, 3] = 0.0, 0.0, 0.0, 1.0
-        return _Content("camera", camera, matrix)
+        return "camera", camera, matrix
 
     def _background(self) -> Float64:
         """Return the background as pyrender shows it: an opaque sRGB colour."""

@@ -6,12 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.parameter import KeyStep, Parameter
-from firefly_sample.viewer.overlay import Rows, Section, columns_plate
+from firefly_sample.viewer.overlay import Pixels, Rows, Section, columns_plate
 
 NAMED_KEYS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right", "escape": "Esc", "f1": "F1"}
 """Keys that have no letter or digit, and their labels."""
@@ -72,7 +69,7 @@ def help_plate(
     size: tuple[int, int],
     scale: float,
     drag_help: str = "",
-) -> NDArray[np.uint8]:
+) -> Pixels:
     """Return a plate that lists keys, mouse and driver, scaled down to fit a window of `size`.
 
     `drag_help` says what a drag with the right button does to the scene; empty if it moves the camera.

@@ -97,10 +97,9 @@ class OrbitCamera:
             self._lens.set_near_far(first.get_near() * min(1.0, self._zoom), first.get_far() + further)
             self._place()
 
-    def _axes(self) -> tuple[Float64, Float64, Float64]:
-        """Return right, forward and up in world space."""
-        x, y, z = rows_from_hpr((self._heading, self._pitch, self._roll))
-        return np.array(x), np.array(y), np.array(z)
+    def _axes(self) -> Float64:
+        """Return right, forward and up in world space, the rows of an array of shape (3, 3)."""
+        return np.array(rows_from_hpr((self._heading, self._pitch, self._roll)))
 
     def _place(self) -> None:
         self.path.set_hpr(self._heading, self._pitch, self._roll)

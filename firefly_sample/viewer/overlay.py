@@ -48,7 +48,7 @@ class _Sheet:
         self._draw = ImageDraw.Draw(self._image)
 
     def text(self, x: float, y: float, text: str, fill: tuple[int, ...], anchor: str = "l") -> None:
-        """Draw text in the line whose top is `y`; `anchor` l, m or r tells which end of it is at `x`."""
+        """Draw text in the line whose top is `y`; its left end (l), middle (m) or right end (r) is at `x`."""
         point = (x * self.unit, (y + 0.5 * LINE) * self.unit)
         self._draw.text(point, text, font=_font(self.unit), fill=fill, anchor=anchor + "m")
 

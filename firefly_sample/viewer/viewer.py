@@ -1,4 +1,4 @@
-"""The window's behaviour: the actions of keys and mouse, and what is drawn after them. It knows no glfw."""
+"""Act on the events of the window, and draw its frames; only `glfw_window` calls glfw."""
 
 from __future__ import annotations
 
