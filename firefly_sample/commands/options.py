@@ -186,8 +186,8 @@ def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = 
         if preset is not None:
             bounds = [name for name in ("max_error", "max_codes", "budget_ms") if rest.get(name) is not None]
             if bounds:
-                option = bounds[0].replace("_", "-")
-                raise SettingsError(f"--preset and --{option} both choose settings: leave one of them out")
+                both = f"--preset and {_dashed(bounds[0])} both choose settings"
+                raise SettingsError(f"{both}: leave one of them out")
             chosen = preset_with(preset, settings)
             settings = {name: value for name, value in chosen.items() if name not in left_out}
         return command(*arguments, settings=settings, parameters=given["parameters"], **rest)
@@ -197,22 +197,26 @@ def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = 
     return run
 
 
-def scene_options(plugin: ScenePlugin) -> list[str]:
-    """Return the option of each parameter of a scene, for example ``--fireflies``, the same in all commands.
+def scene_options(plugin: ScenePlugin) -> dict[str, SceneParameter]:
+    """Return a scene's parameters by their options, for example ``--fireflies``, the same in all commands.
 
     A parameter whose name is that of another option of any command, say "size", has ``--scene-size``. Raises
     a SceneError if two parameters would have the same option.
     """
     taken = COMMAND_OPTIONS | SETTINGS.keys()
-    names: list[str] = []
+    parameters: dict[str, SceneParameter] = {}
     for p in plugin.parameters:
         name = f"scene_{p.name}" if p.name in taken else p.name
-        if name in taken or name in names:
+        if name in taken or _dashed(name) in parameters:
             raise SceneError(
                 f"scene {plugin.name!r}: parameter {p.name!r} needs another name, it occurs twice"
             )
-        names.append(name)
-    return ["--" + name.replace("_", "-") for name in names]
+        parameters[_dashed(name)] = p
+    return parameters
+
+
+def _dashed(name: str) -> str:
+    return "--" + name.replace("_", "-")
 
 
 def _option(
@@ -240,18 +244,17 @@ def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:
         if name not in left_out:
             hint = Literal[setting.choices] if setting.type is str else setting.type
             default = setting.absent if setting.default is None else setting.default
-            option = "--" + name.replace("_", "-")
             about = setting.help
             if setting.type is int:
                 numbers = ", ".join(map(str, setting.choices)) or " to ".join(map(str, setting.range))
                 about = f"{about.rstrip('.')} ({numbers})."
-            yield _option(f"settings__{name}", option, hint, about, default, group)
+            yield _option(f"settings__{name}", _dashed(name), hint, about, default, group)
 
 
 def _scene_parameters(plugin: ScenePlugin) -> Iterator[inspect.Parameter]:
     group = Group(f"Scene {plugin.name}", sort_key=1)
-    for p, name in zip(plugin.parameters, scene_options(plugin), strict=True):
-        yield _option(f"parameters__{p.name}", name, p.type, parameter_help(p), p.default, group)
+    for option, p in scene_options(plugin).items():
+        yield _option(f"parameters__{p.name}", option, p.type, parameter_help(p), p.default, group)
 
 
 def parameter_help(parameter: SceneParameter) -> str:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,14 +145,6 @@ def _texture(texture: Texture) -> Any:
     return pyrender.Texture(name=texture.name, source=texture.pixels, source_channels="RGBA")
 
 
-class Part(NamedTuple):
-    """A Geom of a mesh with its material, and the pyrender transform of an instance, if it is one."""
-
-    geom: Geom
-    material: Material
-    pose: Any
-
-
 class MeshReader:
     """Makes Geoms, materials and textures from pyrender's meshes."""
 
@@ -163,10 +155,11 @@ class MeshReader:
         self._materials: dict[int, Material] = {}
         self._textures: dict[int, Texture | None] = {}
 
-    def parts(self, mesh: Any, name: str, net: Float64) -> Iterable[Part]:
-        """Yield a Part for each primitive of triangles, or for each of its instances if it has any.
+    def parts(self, mesh: Any, name: str, net: Float64) -> Iterable[tuple[Geom, Material, Any]]:
+        """Yield a Geom, a material and None for each primitive of triangles.
 
-        `name` is for a mesh that has none; `net` goes from the mesh's space to world space.
+        A primitive with instances yields one item for each instance, with its pyrender transform in place of
+        None. `name` is for a mesh that has none; `net` goes from the mesh's space to world space.
         """
         name = mesh.name or name
         if mesh.weights is not None:
@@ -184,7 +177,7 @@ class MeshReader:
                 key = (id(primitive), mirrored)
                 if key not in self._of_primitives:
                     self._of_primitives[key] = self._geom(primitive, mirrored, part_name)
-                yield Part(self._of_primitives[key], material, pose)
+                yield self._of_primitives[key], material, pose
 
     def _note_losses(self, primitive: Any, material: Material, name: str) -> None:
         for attribute in _UNREAD_ATTRIBUTES:
