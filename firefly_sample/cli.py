@@ -37,7 +37,7 @@ COMMANDS: dict[Words, str] = {
     ("measure", "trade"): "Measure what each setting costs in time and in accuracy.",
     ("measure", "stability"): "Draw numerically extreme scenes, and compare each error with its bound.",
     ("measure", "numerics"): "Measure what number formats and formulas lose on this driver.",
-    ("doctor",): "Show driver, devices and versions, and how to install what is missing.",
+    ("doctor",): "Show driver, devices and versions, and how to install missing parts.",
     ("scenes",): "List the installed scenes and their parameters.",
     ("completion",): "Print a script that completes commands, options and scenes in a shell.",
 }

@@ -1,4 +1,4 @@
-"""``firefly doctor``: a report on this machine, and the commands that install what is missing."""
+"""``firefly doctor``: a report on this machine, and the commands that install missing parts."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from firefly_sample.gpu.device import Device
 
 _FIXES = {
-    "MISSING": "To mend it:",
-    "without": "To add what is optional:",
-    "note": "To undo what is noted:",
+    "MISSING": "To fix it:",
+    "without": "To add optional parts:",
+    "note": "To unset these variables:",
 }
 """Headings of the lists of commands below the table, by the mark of their findings."""
 APT = "apt-get install --no-install-recommends"
@@ -44,7 +44,7 @@ class Finding:
 
 
 def doctor(*, json: Flag = False) -> int:
-    """Show driver, devices and versions, what is missing, and the command that installs it.
+    """Show driver, devices, versions and missing parts, and the commands that install these.
 
     The exit code is 0 if firefly capture works here, 1 otherwise.
 
