@@ -163,7 +163,9 @@ def _check_table(table: Table, value: object, commands: Collection[Words], words
     name = ".".join((*table.keys, *words))
     if not isinstance(value, dict):
         raise CycloptsError(f"{table.path}: {name} must be a table, [{name}], got {value!r}")
-    for key, inner in value.items() if words not in commands else ():
+    if words in commands:
+        return
+    for key, inner in value.items():
         longer = (*words, key)
         if not any(known[: len(longer)] == longer for known in commands):
             raise CycloptsError(f"{table.path}: {_NO_COMMAND.format(f'{name}.{key}')}")

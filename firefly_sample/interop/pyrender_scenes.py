@@ -150,9 +150,10 @@ class SceneWriter:
             ("spotlights", self._target.spot_light_nodes),
             ("directional lights", self._target.directional_light_nodes),
         ):
-            loss = f"pyrender draws at most {MAX_N_LIGHTS} {kind} on a mesh, the nearest"
-            for name in sorted(node.name for node in nodes) if len(nodes) > MAX_N_LIGHTS else ():
-                self._losses.add(loss, name)
+            if len(nodes) > MAX_N_LIGHTS:
+                loss = f"pyrender draws at most {MAX_N_LIGHTS} {kind} on a mesh, the nearest"
+                for name in sorted(node.name for node in nodes):
+                    self._losses.add(loss, name)
 
 
 class SceneReader:
