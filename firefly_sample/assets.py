@@ -9,17 +9,7 @@ from firefly_sample.errors import FireflyError
 
 
 def asset_dir(kind: str) -> Path:
-    """Return the folder `shaders` or `models`.
-
-    Parameters
-    ----------
-    kind : {"shaders", "models"}
-
-    Raises
-    ------
-    FireflyError
-        If neither the wheel's ``_assets`` nor the checkout has that folder.
-    """
+    """Return the folder "shaders" or "models"; raise a FireflyError if the installation has none."""
     package = Path(str(files("firefly_sample")))
     candidates = (package / "_assets" / kind, package.parent / kind)
     for path in candidates:

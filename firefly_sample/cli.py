@@ -14,22 +14,19 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import ExitStack
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from firefly_sample.commands.streams import safe_streams
-from firefly_sample.commands.terminal import check_stdout, complain
+from firefly_sample.commands.terminal import check_stdout, complain, safe_streams
 from firefly_sample.errors import FireflyError
 
 if TYPE_CHECKING:
     from cyclopts import App
 
-    from firefly_sample.commands.configuration import Table
+    from firefly_sample.commands.configuration import Table, Words
     from firefly_sample.scene.scene import ScenePlugin
-
-Words = tuple[str, ...]
 
 COMMANDS: dict[Words, str] = {
     ("capture",): "Render frames of a scene to files.",
@@ -40,7 +37,7 @@ COMMANDS: dict[Words, str] = {
     ("measure", "trade"): "Measure what each setting costs in time and in accuracy.",
     ("measure", "stability"): "Draw numerically extreme scenes, and compare each error with its bound.",
     ("measure", "numerics"): "Measure what number formats and formulas lose on this driver.",
-    ("doctor",): "Show driver, devices and versions, and how to install what is missing.",
+    ("doctor",): "Show driver, devices and versions, and how to install missing parts.",
     ("scenes",): "List the installed scenes and their parameters.",
     ("completion",): "Print a script that completes commands, options and scenes in a shell.",
 }
@@ -57,10 +54,7 @@ _FULL_HELP = "--help-all"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit code; errors are printed, not raised.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Without the program's name; those of the process when absent.
+    `arguments` are those of the process if absent, without the program's name.
     """
     own_process = arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if own_process:
@@ -126,7 +120,11 @@ def _run(tokens: list[str], own_process: bool) -> int:
         command = parse(words, tokens, tables, plugin)
         if own_process:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        with _naming(plugin):
+        with ExitStack() as stack:
+            if plugin is not None:
+                from firefly_sample.scenes import naming
+
+                stack.enter_context(naming(plugin))
             result = command()
     except CycloptsError as error:
         error.verbose = False
@@ -149,15 +147,6 @@ def parse(
     return partial(command, *bound.args, **bound.kwargs)
 
 
-def _naming(plugin: ScenePlugin | None) -> AbstractContextManager[None]:
-    """Return a context in which errors of a plugin's code name the plugin."""
-    if plugin is None:
-        return nullcontext()
-    from firefly_sample.scenes import naming
-
-    return naming(plugin)
-
-
 def scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugin:
     """Return the scene whose options `tokens` may use.
 
@@ -174,12 +163,11 @@ def scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugi
         return find_scene(rest[0])
     name = DEFAULT_SCENE
     for known in (words, tokens):
+        app = make_app({words}, tables, find_scene(name), allow_unknown=True)
         try:
-            _, bound, *_ = make_app({words}, tables, find_scene(name), allow_unknown=True).parse_known_args(
-                known
-            )
+            _, bound, *_ = app.parse_known_args(known)
         except CycloptsError:
-            break  # the real parse says what is wrong
+            break  # `parse` raises the error
         name = bound.arguments.get("scene", name)
     return find_scene(name)
 
@@ -200,7 +188,7 @@ def make_app(
         name="firefly",
         help="Many lights, deferred, measured: a night forest with hundreds of fireflies.",
         help_format="plaintext",
-        version=_version,
+        version=lambda: str(import_module("firefly_sample").__version__),
         default_parameter=Parameter(negative=()),
         group_parameters=Group("Options", sort_key=0),
         config=as_sources(tables, allow_unknown),
@@ -217,30 +205,22 @@ def make_app(
         if words in WITH_SCENE:
             options["help_flags"] = (*app.help_flags, _FULL_HELP)
             if not full_help:
-                options["help_epilogue"] = (
-                    f"{name} SCENE {_FULL_HELP} shows all options, also those of settings."
-                )
+                epilogue = f"{name} SCENE {_FULL_HELP} shows all options, also those of settings."
+                options["help_epilogue"] = epilogue
         groups[words[:-1]].command(_load(words, plugin, full_help), name=words[-1], **options)
     return app
 
 
 def _load(words: Words, plugin: ScenePlugin | None, full_help: bool) -> Callable[..., int]:
     """Return the function of a command, with the options of a scene if it takes one."""
-    command: Callable[..., int] = getattr(
-        import_module(f"firefly_sample.commands.{'_'.join(words)}"), words[-1]
-    )
+    module = import_module(f"firefly_sample.commands.{'_'.join(words)}")
+    command: Callable[..., int] = getattr(module, words[-1])
     if plugin is None or words not in WITH_SCENE:
         return command
 
     from firefly_sample.commands.options import with_scene_options
 
     return with_scene_options(command, plugin, full_help)
-
-
-def _version() -> str:
-    from firefly_sample import __version__
-
-    return __version__
 
 
 if __name__ == "__main__":

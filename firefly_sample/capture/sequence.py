@@ -9,9 +9,15 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firefly_sample.capture.frame_writer import FrameWriter
-from firefly_sample.capture.manifest import FrameEntry, Manifest, remove_manifest, write_manifest
-from firefly_sample.capture.writers import as_folder, output_folder
+from firefly_sample.capture.writers import (
+    FrameEntry,
+    FrameWriter,
+    Manifest,
+    as_folder,
+    output_folder,
+    remove_manifest,
+    write_manifest,
+)
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import check_outputs
 from firefly_sample.settings import Settings, to_number, to_whole
@@ -85,8 +91,8 @@ def capture_frames(
     Raises
     ------
     FireflyError
-        If the scene, a parameter, the frames, the size, an output, the folder or the driver is wrong. A
-        folder that was made in vain is removed again.
+        If the scene, a parameter, the frames, the size, an output, the folder or the driver is wrong. A new
+        folder is removed again if it is empty.
     """
     from firefly_sample.scene.parameter import resolve_parameters
     from firefly_sample.scenes import build_scene, find_scene
@@ -110,23 +116,23 @@ def capture_frames(
             FrameWriter(folder) as writer,
         ):
             manifest = _new_manifest(scene, resolved, settings, renderer)
-            tell = progress or (lambda done, total: None)
-            tell(0, len(numbers))
+            report = progress or (lambda done, total: None)
+            report(0, len(numbers))
             times = (time + index / fps for index in numbers)
             warned: set[str] = set()
             for index, frame in zip(numbers, renderer.render_many(built, times, names), strict=True):
                 if index == numbers[0]:
                     remove_manifest(folder)
-                for warning in dict.fromkeys(frame.warnings):
+                for warning in frame.warnings:
                     if warning not in warned:
                         warned.add(warning)
                         warnings.warn(warning, stacklevel=2)
                 for entry in writer.put(index, frame):
                     _add_frame(manifest, entry)
-                    tell(len(manifest["frames"]), len(numbers))
+                    report(len(manifest["frames"]), len(numbers))
             for entry in writer.finish():
                 _add_frame(manifest, entry)
-                tell(len(manifest["frames"]), len(numbers))
+                report(len(manifest["frames"]), len(numbers))
         write_manifest(folder, manifest)
     return manifest
 
@@ -134,10 +140,7 @@ def capture_frames(
 def capture_settings(outputs: Iterable[str], **changes: Any) -> Settings:
     """Return the settings to capture `outputs` with: supersampled if the only output is color.
 
-    Raises
-    ------
-    SettingsError
-        If a setting of `changes` does not exist, may not have that value, or contradicts another one.
+    `changes` are as in `Settings.with_changes`.
     """
     supersample = 2 if tuple(outputs) == ("color",) else 1
     return Settings().with_changes(**({"supersample": supersample} | changes))
@@ -159,26 +162,14 @@ def _check_clock(fps: float, time: float) -> None:
 
 
 def default_folder(scene: str) -> Path:
-    """Return the default folder for the frames of a scene: ``captures/<its plugin's name>``.
-
-    Raises
-    ------
-    SceneNotFoundError
-        If there is no such scene.
-    """
+    """Return the default folder for the frames of a scene: ``captures/<its plugin's name>``."""
     from firefly_sample.scenes import find_scene
 
     return Path("captures") / find_scene(scene).name
 
 
 def parse_frames(frames: str | int | range) -> range:
-    """Return the frame numbers of "FIRST:END", "FIRST:END:STEP" (END is not included) or one number.
-
-    Raises
-    ------
-    OutputError
-        If it is none of these, holds no frame, or a number is negative or not below `MAX_FRAMES`.
-    """
+    """Return the frame numbers of "FIRST:END", "FIRST:END:STEP" (END is not included) or one number."""
     numbers = frames
     if isinstance(numbers, str):
         match = re.fullmatch(r"(\d+)(?::(\d+)(?::(\d+))?)?", numbers.strip(), re.ASCII)

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from firefly_sample.capture.manifest import manifest_as_json
 from firefly_sample.capture.sequence import (
     DEFAULT_TIME,
     capture_frames,
@@ -29,7 +25,7 @@ from firefly_sample.commands.options import (
     Size,
     Time,
 )
-from firefly_sample.commands.terminal import complain, print_result, print_summary, progress_bar
+from firefly_sample.commands.terminal import complain, print_json, print_summary, progress_bar
 from firefly_sample.frame import check_outputs
 
 
@@ -92,45 +88,39 @@ def capture(
         require_gpu=require_gpu,
         quiet=quiet,
     )
-    with progress_bar("frames", show=not quiet) as show, _reporting_whole_frames(folder, show) as progress:
-        manifest = capture_frames(
-            scene,
-            folder,
-            frames=frames,
-            fps=fps,
-            time=time,
-            size=size,
-            settings=capture_settings(outputs, **settings),
-            outputs=outputs,
-            parameters=parameters,
-            device=device,
-            require_gpu=require_gpu,
-            progress=progress,
-        )
+    done = total = 0
+    with progress_bar("frames", show=not quiet) as show_progress:
+
+        def progress(now: int, in_all: int) -> None:
+            nonlocal done, total
+            done, total = now, in_all
+            show_progress(now, in_all)
+
+        try:
+            manifest = capture_frames(
+                scene,
+                folder,
+                frames=frames,
+                fps=fps,
+                time=time,
+                size=size,
+                settings=capture_settings(outputs, **settings),
+                outputs=outputs,
+                parameters=parameters,
+                device=device,
+                require_gpu=require_gpu,
+                progress=progress,
+            )
+        except BaseException:
+            if done:  # frames that were under way may be whole as well
+                complain(
+                    f"at least {done} of {total} frames are whole in {folder}; there is no manifest of them"
+                )
+            raise
     count = len(manifest["frames"])
     summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
     if json:
-        print_result(manifest_as_json(manifest), summary)
+        print_json(manifest, summary)
     else:
         print_summary(summary, quiet)
     return 0
-
-
-@contextmanager
-def _reporting_whole_frames(
-    folder: Path, show: Callable[[int, int], None]
-) -> Iterator[Callable[[int, int], None]]:
-    """Give a function of (done, in all) that calls `show`; if the work ends early, print how much is done."""
-    done = total = 0
-
-    def tell(now: int, in_all: int) -> None:
-        nonlocal done, total
-        done, total = now, in_all
-        show(now, in_all)
-
-    try:
-        yield tell
-    except BaseException:
-        if done:  # frames that were under way may be whole as well
-            complain(f"at least {done} of {total} frames are whole in {folder}; there is no manifest of them")
-        raise

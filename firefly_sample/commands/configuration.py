@@ -24,38 +24,19 @@ Words = tuple[str, ...]
 
 
 class Table(NamedTuple):
-    """A file's table of options.
-
-    Attributes
-    ----------
-    path : str
-        The file.
-    keys : tuple of str
-        The keys that lead to the table.
-    content : dict
-        The whole file.
-    """
+    """A file's table of options: the file's path, the keys that lead to the table, and the whole file."""
 
     path: str
-    keys: tuple[str, ...]
+    keys: Words
     content: dict[str, Any]
 
 
 def read_configuration(commands: Collection[Words]) -> list[Table]:
-    """Read both files, if they exist.
+    """Read both files, if they exist; `commands` are the words of all that may have a table of options.
 
-    A pyproject.toml may belong to any project: if it cannot be read and does not contain the word firefly, it
-    is ignored with a warning.
-
-    Parameters
-    ----------
-    commands : collection of tuple of str
-        The words of every command that may have a table of options.
-
-    Raises
-    ------
-    CycloptsError
-        If a file cannot be read, is not TOML, or has a table that belongs to no command; it names the file.
+    A CycloptsError names a file that cannot be read, is not TOML, or has a table that belongs to no command.
+    But a pyproject.toml may belong to any project: if it cannot be read and does not contain the word
+    firefly, it is ignored with a warning.
     """
     try:
         os.lstat(_OURS)  # of the link, if it is one: only the folder matters here
@@ -65,10 +46,11 @@ def read_configuration(commands: Collection[Words]) -> list[Table]:
         return []
     except OSError:
         pass
-    tables = _read(_OURS, ("firefly",)), _read("pyproject.toml", ("tool", "firefly"))
-    for table in filter(None, tables):
-        _check_table(table.path, table.keys, _inner(table.content, table.keys), commands)
-    return [table for table in tables if table is not None]
+    read = _read(_OURS, ("firefly",)), _read("pyproject.toml", ("tool", "firefly"))
+    tables = [table for table in read if table is not None]
+    for table in tables:
+        _check_table(table, _inner(table.content, table.keys), commands)
+    return tables
 
 
 def _read(name: str, keys: Words) -> Table | None:
@@ -132,18 +114,18 @@ def error_text(error: CycloptsError, tables: Iterable[Table], words: Words) -> s
     text, token = str(error), getattr(error, "token", None)
     if token is None:
         return text
-    key = token.keyword or token.value
-    place, dashes = key, ""
+    key = label = token.keyword or token.value
+    dashes = ""
     for table in tables:
         if token.source == table.path and token.keyword:
             start = "".join(f"[{key}]" for key in table.keys)
             key = token.keyword.removeprefix(start)[1:-1].replace("][", ".")
-            place = f"{key!r} in [{'.'.join((*table.keys, *words))}] of {table.path}"
-            text, dashes = text.replace(token.keyword, place), "--"
+            label = f"{key!r} in [{'.'.join((*table.keys, *words))}] of {table.path}"
+            text, dashes = text.replace(token.keyword, label), "--"
     if isinstance(error, UnknownOptionError):
         names = (name for option in error.argument_collection for name in (*option.names, *option.negatives))
         known = [name.removeprefix(dashes) for name in names if name.startswith("--")]
-        return f"Unknown option: {place}{did_you_mean(key.partition('=')[0], known)}"
+        return f"Unknown option: {label}{did_you_mean(key.partition('=')[0], known)}"
     return text
 
 
@@ -169,31 +151,25 @@ def _bytes_of(name: str) -> bytes | None:
         os.close(handle)
 
 
-def _inner(content: Any, keys: tuple[str, ...]) -> Any:
+def _inner(content: Any, keys: Words) -> Any:
     """Return the value under `keys`, or None."""
     for key in keys:
         content = content.get(key) if isinstance(content, dict) else None
     return content
 
 
-def _check_table(
-    path: str,
-    keys: tuple[str, ...],
-    table: object,
-    commands: Collection[Words],
-    words: Words = (),
-) -> None:
-    """Raise if `table` is no table, or has a key that leads to no command's table."""
-    if not isinstance(table, dict):
-        place = ".".join((*keys, *words))
-        raise CycloptsError(f"{path}: {place} must be a table, [{place}], got {table!r}")
+def _check_table(table: Table, value: object, commands: Collection[Words], words: Words = ()) -> None:
+    """Raise if `value`, at `words` in a table, is no table, or has a key that leads to no command's table."""
+    name = ".".join((*table.keys, *words))
+    if not isinstance(value, dict):
+        raise CycloptsError(f"{table.path}: {name} must be a table, [{name}], got {value!r}")
     if words in commands:
         return
-    for key, value in table.items():
-        inner = (*words, key)
-        if not any(known[: len(inner)] == inner for known in commands):
-            raise CycloptsError(f"{path}: {_NO_COMMAND.format('.'.join((*keys, *inner)))}")
-        _check_table(path, keys, value, commands, inner)
+    for key, inner in value.items():
+        longer = (*words, key)
+        if not any(known[: len(longer)] == longer for known in commands):
+            raise CycloptsError(f"{table.path}: {_NO_COMMAND.format(f'{name}.{key}')}")
+        _check_table(table, inner, commands, longer)
 
 
 def _path(name: str) -> str:

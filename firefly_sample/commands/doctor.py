@@ -1,4 +1,4 @@
-"""``firefly doctor``: a report on this machine, and the commands that install what is missing."""
+"""``firefly doctor``: a report on this machine, and the commands that install missing parts."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from firefly_sample.gpu.device import Device
 
 _FIXES = {
-    "MISSING": "To mend it:",
-    "without": "To add what is optional:",
-    "note": "To undo what is noted:",
+    "MISSING": "To fix it:",
+    "without": "To add optional parts:",
+    "note": "To unset these variables:",
 }
 """Headings of the lists of commands below the table, by the mark of their findings."""
 APT = "apt-get install --no-install-recommends"
@@ -32,29 +32,19 @@ APT = "apt-get install --no-install-recommends"
 
 @dataclass(frozen=True)
 class Finding:
-    """One line of the report.
-
-    Attributes
-    ----------
-    name : str
-    ok : bool
-    needed : bool
-        True if nothing can be captured without it.
-    found : str
-        What was found, or what is wrong.
-    fix : str
-        The command that mends or adds it; empty if there is none.
-    """
+    """One line of the report, with the command that mends or adds the thing, if there is one."""
 
     name: str
     ok: bool
     needed: bool
+    """True if nothing can be captured without it."""
     found: str
+    """The thing that was found, or the problem."""
     fix: str = ""
 
 
 def doctor(*, json: Flag = False) -> int:
-    """Show driver, devices and versions, what is missing, and the command that installs it.
+    """Show driver, devices, versions and missing parts, and the commands that install these.
 
     The exit code is 0 if firefly capture works here, 1 otherwise.
 
@@ -89,10 +79,9 @@ def examine() -> list[Finding]:
 
 def as_text(findings: list[Finding], ready: bool) -> str:
     """Return the report as a table, followed by the commands that mend, add or undo things."""
-    rows = [(_mark(finding), finding) for finding in findings]
-    lines = align([(mark, finding.name, finding.found) for mark, finding in rows]).splitlines()
+    lines = align([(_mark(finding), finding.name, finding.found) for finding in findings]).splitlines()
     for mark, head in _FIXES.items():
-        fixes = dict.fromkeys(finding.fix for has, finding in rows if finding.fix and has == mark)
+        fixes = dict.fromkeys(finding.fix for finding in findings if finding.fix and _mark(finding) == mark)
         if fixes:
             lines += ["", head, *(f"  {fix}" for fix in fixes)]
     return "\n".join([*lines, "", f"firefly capture {'works' if ready else 'cannot work'} here."])
@@ -138,16 +127,15 @@ def _library(name: str, package: str) -> Finding:
     import ctypes
     from ctypes.util import find_library
 
-    fix = f"{APT} {package}"
-    variable = f"GLCONTEXT_LINUX_LIB{name}"
-    file = os.environ.get(variable) or find_library(name)
-    if file is None:
-        return Finding(f"lib{name}", False, True, "not found", fix)
-    try:
-        ctypes.CDLL(file)
-    except OSError as error:
-        return Finding(f"lib{name}", False, True, f"{file} cannot be loaded: {error}", fix)
-    return Finding(f"lib{name}", True, True, file)
+    file = os.environ.get(f"GLCONTEXT_LINUX_LIB{name}") or find_library(name)
+    problem = "not found"
+    if file is not None:
+        try:
+            ctypes.CDLL(file)
+            return Finding(f"lib{name}", True, True, file)
+        except OSError as error:
+            problem = f"{file} cannot be loaded: {error}"
+    return Finding(f"lib{name}", False, True, problem, f"{APT} {package}")
 
 
 def _variables() -> Iterator[Finding]:
@@ -195,9 +183,8 @@ def _device(index: int, chosen: bool) -> Iterator[Finding]:
         device = Device(index)
     except FireflyError as error:
         names = " ".join(variables_set())
-        yield Finding(
-            name, False, chosen, str(error), f"unset {names}" if names else f"{APT} libgl1-mesa-dri"
-        )
+        fix = f"unset {names}" if names else f"{APT} libgl1-mesa-dri"
+        yield Finding(name, False, chosen, str(error), fix)
         return
     kind = "software, slow" if device.software else "GPU"
     yield Finding(name, True, chosen, f"{device.renderer} ({kind}); {device.vendor}; OpenGL {device.version}")

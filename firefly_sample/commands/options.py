@@ -14,29 +14,19 @@ from cyclopts import Group, Parameter, Token
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.settings import PRESETS, SETTINGS, Setting, preset_with
+from firefly_sample.settings import PRESETS, SETTINGS, preset_with
 
 if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
     from firefly_sample.scene.scene import ScenePlugin
 
+Command = Callable[..., int]
+
 DEFAULT_SCENE = "forest"
 COMMAND_OPTIONS = frozenset(
     {
-        *(
-            "budget_ms",
-            "counts",
-            "device",
-            "dot",
-            "fps",
-            "frames",
-            "fresh",
-            "h",
-            "headless",
-            "help",
-            "help_all",
-        ),
-        *("json", "longest", "max_codes", "max_error", "methods", "o", "output", "outputs"),
+        *("budget_ms", "counts", "device", "dot", "fps", "frames", "fresh", "h", "headless", "help"),
+        *("help_all", "json", "longest", "max_codes", "max_error", "methods", "o", "output", "outputs"),
         *("performance_test", "preset", "q", "quiet", "require_gpu", "rounds", "scene", "seconds", "seeds"),
         *("size", "sizes", "time", "version"),
     }
@@ -59,10 +49,6 @@ def _list(convert: Callable[[str], Any]) -> Callable[[Any, Sequence[Token]], tup
 
 def _names(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
     return tuple(filter(None, _list(str.strip)(_, tokens)))
-
-
-def _patterns(_: Any, tokens: Sequence[Token]) -> tuple[str, ...]:
-    return tuple(token.value for token in tokens)
 
 
 def _to_size(text: str) -> tuple[int, int]:
@@ -107,22 +93,15 @@ def _scene_names(_: Any) -> list[str]:
 
 
 SceneName = Annotated[
-    str,
-    Parameter(
-        help="The scene by name, or package.module:object.",
-        completer=_scene_names,
-    ),
+    str, Parameter(help="The scene by name, or package.module:object.", completer=_scene_names)
 ]
+Names = Annotated[tuple[str, ...], Parameter(converter=_names, n_tokens=1, metavar="NAMES")]
 Outputs = Annotated[
-    tuple[str, ...],
+    Names,
     Parameter(
         help=f"Images to make, separated by commas, from: {', '.join(OUTPUTS)}.",
-        converter=_names,
         completer=lambda _: list(OUTPUTS),
-        n_tokens=1,
-        metavar="NAMES",
         show_default=",".join,
-        negative=(),
     ),
 ]
 Size = Annotated[
@@ -145,17 +124,16 @@ Sizes = Annotated[
         metavar="WxH,...",
         show_default=lambda sizes: ",".join(f"{width}x{height}" for width, height in sizes),
         allow_leading_hyphen=True,
-        negative=(),
     ),
 ]
 Folder = Annotated[Path, Parameter(converter=_one(_to_folder), metavar="DIR")]
 Whole = Annotated[int, Parameter(converter=_one(_to_whole), metavar="INT")]
-Wholes = Annotated[
-    tuple[int, ...], Parameter(converter=_list(_to_whole), n_tokens=1, metavar="INTS", negative=())
-]
-Names = Annotated[tuple[str, ...], Parameter(converter=_names, n_tokens=1, metavar="NAMES", negative=())]
+Wholes = Annotated[tuple[int, ...], Parameter(converter=_list(_to_whole), n_tokens=1, metavar="INTS")]
 Patterns = Annotated[
-    tuple[str, ...], Parameter(converter=_patterns, n_tokens=1, metavar="PATTERN", negative=())
+    tuple[str, ...],
+    Parameter(
+        converter=lambda _, tokens: tuple(token.value for token in tokens), n_tokens=1, metavar="PATTERN"
+    ),
 ]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
 Flag = Annotated[bool, Parameter(show_default=False)]
@@ -165,52 +143,42 @@ Device = Annotated[
 RequireGpu = Annotated[Flag, Parameter(help="Fail if the only driver is a software driver.")]
 
 
-def without_settings(*names: str) -> Callable[[Callable[..., int]], Callable[..., int]]:
+def without_settings(*names: str) -> Callable[[Command], Command]:
     """Decorate a command that has no option for these settings, because they make no sense there."""
 
-    def mark(command: Callable[..., int]) -> Callable[..., int]:
+    def mark(command: Command) -> Command:
         command.__dict__["settings_left_out"] = frozenset(names)
         return command
 
     return mark
 
 
-def with_scene_options(
-    command: Callable[..., int], plugin: ScenePlugin, full_help: bool = True
-) -> Callable[..., int]:
-    """Return `command` with an option for each setting and each parameter of a scene.
+def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = True) -> Command:
+    """Return `command` with an option for each setting and each parameter of a scene; see `scene_options`.
 
-    See `scene_options` for the names of a scene's.
-
-    Parameters
-    ----------
-    command : callable
-        Takes ``settings`` and ``parameters``, dicts of what was given, as keyword arguments.
-    plugin : ScenePlugin
-    full_help : bool
-        False if the help shows only what most people need.
-
-    Raises
-    ------
-    SceneError
-        If two parameters would have the same option.
+    It takes ``settings`` and ``parameters``, dicts of those that are given, as keyword arguments. Without
+    `full_help` the help shows only options that most people need.
     """
     signature = inspect.signature(command, eval_str=True)
-    own = [p for p in signature.parameters.values() if p.name not in ("settings", "parameters")]
-    if not full_help:
-        own = [_hidden(p) if p.name in _ONLY_IN_FULL_HELP else p for p in own]
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
-    settings_options = list(_settings_options(left_out))
-    added = [
-        _preset_option(),
-        *(settings_options if full_help else map(_hidden, settings_options)),
+    about = "Settings to start from; other options override them."
+    options = [
+        *(p for p in signature.parameters.values() if p.name not in ("settings", "parameters")),
+        _option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced"),
+        *_settings_options(left_out),
         *_scene_parameters(plugin),
     ]
+    if not full_help:
+        hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS}
+        show = Parameter(show=False)
+        options = [
+            p.replace(annotation=Annotated[p.annotation, show]) if p.name in hidden else p for p in options
+        ]
 
     @functools.wraps(command)
-    def run(*arguments: Any, **options: Any) -> int:
+    def run(*arguments: Any, **values: Any) -> int:
         given: dict[str, dict[str, Any]] = {"settings": {}, "parameters": {}, "": {}}
-        for name, value in options.items():
+        for name, value in values.items():
             kind, found, bare = name.partition("__")
             given[kind if found else ""][bare or name] = value
         settings, rest = given["settings"], given[""]
@@ -218,51 +186,47 @@ def with_scene_options(
         if preset is not None:
             bounds = [name for name in ("max_error", "max_codes", "budget_ms") if rest.get(name) is not None]
             if bounds:
-                option = bounds[0].replace("_", "-")
-                raise SettingsError(f"--preset and --{option} both choose settings: leave one of them out")
+                both = f"--preset and {_dashed(bounds[0])} both choose settings"
+                raise SettingsError(f"{both}: leave one of them out")
             chosen = preset_with(preset, settings)
             settings = {name: value for name, value in chosen.items() if name not in left_out}
         return command(*arguments, settings=settings, parameters=given["parameters"], **rest)
 
-    run.__signature__ = signature.replace(parameters=own + added)  # type: ignore[attr-defined]
-    run.__annotations__ = {p.name: p.annotation for p in own + added}
+    run.__signature__ = signature.replace(parameters=options)  # type: ignore[attr-defined]
+    run.__annotations__ = {p.name: p.annotation for p in options}
     return run
 
 
-def _hidden(parameter: inspect.Parameter) -> inspect.Parameter:
-    return parameter.replace(annotation=Annotated[parameter.annotation, Parameter(show=False)])
+def scene_options(plugin: ScenePlugin) -> dict[str, SceneParameter]:
+    """Return a scene's parameters by their options, for example ``--fireflies``, the same in all commands.
 
-
-def scene_options(plugin: ScenePlugin) -> list[str]:
-    """Return the option of each parameter of a scene, for example ``--fireflies``, the same in all commands.
-
-    A parameter whose name is that of another option of any command, say "size", has ``--scene-size``.
-
-    Raises
-    ------
-    SceneError
-        If two parameters would have the same option.
+    A parameter whose name is that of another option of any command, say "size", has ``--scene-size``. Raises
+    a SceneError if two parameters would have the same option.
     """
     taken = COMMAND_OPTIONS | SETTINGS.keys()
-    names: list[str] = []
+    parameters: dict[str, SceneParameter] = {}
     for p in plugin.parameters:
         name = f"scene_{p.name}" if p.name in taken else p.name
-        if name in taken or name in names:
+        if name in taken or _dashed(name) in parameters:
             raise SceneError(
                 f"scene {plugin.name!r}: parameter {p.name!r} needs another name, it occurs twice"
             )
-        names.append(name)
-    return ["--" + name.replace("_", "-") for name in names]
+        parameters[_dashed(name)] = p
+    return parameters
+
+
+def _dashed(name: str) -> str:
+    return "--" + name.replace("_", "-")
 
 
 def _option(
-    key: str, name: str, hint: Any, about: str, default: object, group: Group | None = None
+    key: str, name: str, hint: Any, about: str, default: object, group: Group | str = "Options"
 ) -> inspect.Parameter:
     """Return a keyword `key` that is absent unless its option is given; the help shows `default`."""
     option = Parameter(
         name=name,
         help=about,
-        group=group if group is not None else "Options",
+        group=group,
         show_default=lambda _: str(default),
         negative=None if default is True else (),
     )
@@ -274,33 +238,23 @@ def _option(
     )
 
 
-def _preset_option() -> inspect.Parameter:
-    about = "Settings to start from; other options override them."
-    return _option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced")
-
-
 def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:
     group = Group("Settings", sort_key=2)
     for name, setting in SETTINGS.items():
         if name not in left_out:
             hint = Literal[setting.choices] if setting.type is str else setting.type
             default = setting.absent if setting.default is None else setting.default
-            option = "--" + name.replace("_", "-")
-            yield _option(f"settings__{name}", option, hint, _setting_help(setting), default, group)
-
-
-def _setting_help(setting: Setting) -> str:
-    """Return a setting's help, with the numbers that it may be."""
-    if setting.type is not int:
-        return setting.help
-    numbers = ", ".join(map(str, setting.choices)) or " to ".join(map(str, setting.range))
-    return f"{setting.help.rstrip('.')} ({numbers})."
+            about = setting.help
+            if setting.type is int:
+                numbers = ", ".join(map(str, setting.choices)) or " to ".join(map(str, setting.range))
+                about = f"{about.rstrip('.')} ({numbers})."
+            yield _option(f"settings__{name}", _dashed(name), hint, about, default, group)
 
 
 def _scene_parameters(plugin: ScenePlugin) -> Iterator[inspect.Parameter]:
     group = Group(f"Scene {plugin.name}", sort_key=1)
-    for p, name in zip(plugin.parameters, scene_options(plugin), strict=True):
-        yield _option(f"parameters__{p.name}", name, p.type, parameter_help(p), p.default, group)
+    for option, p in scene_options(plugin).items():
+        yield _option(f"parameters__{p.name}", option, p.type, parameter_help(p), p.default, group)
 
 
 def parameter_help(parameter: SceneParameter) -> str:

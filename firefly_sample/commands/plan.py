@@ -47,5 +47,5 @@ def plan(
     if json:
         print_json(plan_as_dict(frame))
     else:
-        print_result((plan_as_dot if dot else plan_as_text)(frame))
+        print_result(plan_as_dot(frame) if dot else plan_as_text(frame))
     return 0

@@ -69,32 +69,20 @@ def run(
         times=tuple(time + later for later in (0.0, 5.0, 15.0, 35.0)),
         require_gpu=require_gpu,
     )
-    chosen = Settings().with_changes(**settings)
+    options: dict[str, Any] = {
+        "parameters": parameters,
+        "size": size,
+        "settings": Settings().with_changes(**settings),
+        "time": time,
+        "require_gpu": require_gpu,
+        "report": report,
+    }
     from firefly_sample.viewer import main_loop
 
     if headless:
         assert performance_test is not None
         with progress_bar("seconds") as progress:
-            main_loop.run_headless(
-                scene,
-                performance_test,
-                parameters=parameters,
-                report=report,
-                size=size,
-                settings=chosen,
-                time=time,
-                require_gpu=require_gpu,
-                progress=progress,
-            )
-        return 0
-    main_loop.run(
-        scene,
-        parameters=parameters,
-        size=size,
-        settings=chosen,
-        time=time,
-        require_gpu=require_gpu,
-        performance_test=performance_test,
-        report=report,
-    )
+            main_loop.run_headless(scene, performance_test, **options, progress=progress)
+    else:
+        main_loop.run(scene, **options, performance_test=performance_test)
     return 0

@@ -39,8 +39,7 @@ def scenes(*, json: Flag = False) -> int:
     for plugin in plugins:
         lines.append(f"{plugin.name}: {plugin.summary}")
         rows = [
-            (f"  {option}", str(p.default), parameter_help(p))
-            for p, option in zip(plugin.parameters, scene_options(plugin), strict=True)
+            (f"  {option}", str(p.default), parameter_help(p)) for option, p in scene_options(plugin).items()
         ]
         if rows:
             lines.append(align(rows))

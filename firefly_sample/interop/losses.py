@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 
 _SHOWN = 8
+"""The most names in a warning."""
 
 
 class ConversionWarning(UserWarning):

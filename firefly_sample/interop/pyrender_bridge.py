@@ -14,7 +14,7 @@ pictures, draw ours with ``Settings(tone="none")``, and note that pyrender's `Of
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from firefly_sample.errors import MissingPackageError, SceneError
 from firefly_sample.extras import install_command
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 
 
 def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) -> pyrender.Scene:
-    """Return a scene at a time as a pyrender Scene.
+    """Return a scene at a time as a new pyrender Scene, which is independent of it.
 
     Every node becomes a pyrender Node with the same name, transform and parent (one Node per parent), and all
-    axes are turned from Z-up to Y-up; see `firefly_sample.scene.transforms`. Nodes that show the same Geoms
-    share one pyrender Mesh. Geometry that is hidden from the scene's camera becomes an invisible Mesh.
-    Colours and materials that nodes set for their subtrees become those of pyrender's materials.
+    axes are turned from Z-up to Y-up. Nodes that show the same Geoms share one pyrender Mesh. Geometry that
+    is hidden from the scene's camera becomes an invisible Mesh. Colours and materials that nodes set for
+    their subtrees become those of pyrender's materials.
 
     `firefly_sample.interop.pyrender_lights` documents the conversion of lights, which is exact for an
-    inverse-square attenuation; each light of a `PointLights` gets a Node of its own. A light or camera that
-    needs a transform of its own (a light's direction, a scaled camera, the film offset of an orthographic
-    lens) gets a child Node.
+    inverse-square attenuation. Each light of a `PointLights`, and each light or camera that needs a transform
+    of its own (a light's direction, a scaled camera, the film offset of an orthographic lens), gets a child
+    Node.
 
     Transforms, cameras and intensities stay float64; pyrender keeps vertices and colours as float32. The
     background becomes an sRGB colour, as pyrender shows it. Base colours, their textures, alpha mode and
@@ -54,11 +54,6 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     size : (int, int), optional
         Width and height in pixels of the picture to be drawn. Lenses take its aspect ratio, as when the
         `Renderer` draws, with a warning if they had a different one; without it, cameras keep their own.
-
-    Returns
-    -------
-    pyrender.Scene
-        New, and independent of `scene`.
 
     Raises
     ------
@@ -82,7 +77,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
         lights of a kind, exposure, a background's gradient, aspect ratios that contradict `size`, tags and
         more.
     """
-    _check_pyrender()
+    _import_pyrender()
     _check_type("to_pyrender", scene, Scene)
     losses = Losses()
     scene.update(time)
@@ -92,7 +87,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
 
 
 def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
-    """Return a pyrender Scene as a Scene.
+    """Return a pyrender Scene as a new Scene, which is independent of it.
 
     This reverses `to_pyrender`: nodes keep names, transforms and their tree, axes are turned to Z-up, nodes
     that share a Mesh share its Geoms, and each light becomes a `PointLight`, `Spotlight` or
@@ -100,7 +95,7 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     Otherwise a new root is added, with the top nodes sorted by name (equal names keep their order). A node
     without a name takes that of its mesh, light or camera, or one such as "mesh 2". An ambient light becomes
     an `AmbientLight`; instances (`Primitive.poses`) become nodes; strips and fans become triangles. A Mesh
-    without normals gets smooth ones.
+    without normals gets smooth ones. A Scene without a main camera gets a new camera.
 
     The range of a light becomes its max distance, at which it ends as glTF recommends; in pyrender it shines
     beyond. An emissive texture becomes its mean colour in linear light, a factor of the material's emission.
@@ -111,11 +106,6 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     size : (int, int), optional
         Width and height in pixels of the picture to be drawn. IntrinsicsCameras are taken to be for it, and
         PerspectiveCameras of another aspect ratio are stretched to it, as in pyrender.
-
-    Returns
-    -------
-    Scene
-        New, and independent of `scene`; its camera is the main camera, or a new one if there is none.
 
     Raises
     ------
@@ -136,10 +126,7 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
         Once for each kind of loss, with the names of the objects: metalness and gloss, textures other than
         the base colour's, points and lines, ranges of lights, and more.
     """
-    _check_pyrender()
-    import pyrender
-
-    _check_type("from_pyrender", scene, pyrender.Scene)
+    _check_type("from_pyrender", scene, _import_pyrender().Scene)
     losses = Losses()
     read = SceneReader(scene, None if size is None else check_size(size), losses).read()
     losses.warn(stacklevel=2)
@@ -152,10 +139,10 @@ def _check_type(function: str, scene: object, wanted: type) -> None:
         raise SceneError(f"{function} takes a {module}.{wanted.__name__}, got {scene!r}")
 
 
-def _check_pyrender() -> None:
+def _import_pyrender() -> Any:
     try:
-        import pyrender  # noqa: F401
+        import pyrender
     except ImportError as error:
-        raise MissingPackageError(
-            f"pyrender cannot be imported ({error}): run {install_command('pyrender')}"
-        ) from error
+        fix = f"run {install_command('pyrender')}"
+        raise MissingPackageError(f"pyrender cannot be imported ({error}): {fix}") from error
+    return pyrender

@@ -34,37 +34,26 @@ float32, the projection matrix is then the one of an infinite far plane, to the 
 def camera_to_pyrender(
     name: str, lens: Lens, size: Size | None, losses: Losses, main: bool = True
 ) -> tuple[Any, Float64 | None]:
-    """Return a lens as a pyrender camera.
+    """Return a lens as a pyrender camera, and a matrix from the camera's space to its node's.
 
-    Parameters
-    ----------
-    name : str
-    lens : Lens
-    size : (int, int), optional
-        Of the picture in pixels; the lens takes its aspect ratio, as when the Renderer draws.
-    losses : Losses
-    main : bool
-        True for the camera that is drawn. If any other has intrinsics for pictures of another aspect ratio,
-        it keeps its view, which pyrender stretches to the picture, and that is noted as a loss.
+    The lens takes the aspect ratio of the picture's size, as when the Renderer draws. If a camera that is not
+    the main one has intrinsics for pictures of another aspect ratio, it keeps its view, which pyrender
+    stretches to the picture, and that is noted as a loss; for the main camera it is an error.
 
-    Returns
-    -------
-    pyrender.Camera
-    ndarray of float64, shape (4, 4), or None
-        From the camera's space to its node's, in our axes, for row vectors; None is the identity. An
-        orthographic camera is moved if its film is off centre or its near plane is behind it, which does not
-        change its picture.
-
-    Raises
-    ------
-    LensError
-        If the film of a perspective lens is off centre and there is no size, or if the main camera's
-        intrinsics are for pictures of another aspect ratio.
+    The matrix, shape (4, 4), is in our axes, for row vectors; None is the identity. An orthographic camera is
+    moved if its film is off centre or its near plane is behind it, which does not change its picture.
     """
     import pyrender
 
     if size is not None:
-        lens = _for_picture(name, lens, size, losses, main)
+        try:
+            lens, contradiction = lens_for_picture(lens, size)
+            if contradiction:
+                losses.add(f"a camera takes the picture's aspect ratio: {contradiction}", name)
+        except LensError as error:
+            if main:
+                raise LensError(f"camera {name!r}: {error}") from None
+            losses.add(f"a camera that is not drawn would be stretched to the picture: {error}", name)
     k, near, far = lens.constants(), lens.get_near(), lens.get_far()
     if not k.perspective:
         # pyrender needs a near distance above 0; moving by the depth of the view suits every scale
@@ -102,35 +91,14 @@ def camera_to_pyrender(
     return camera, None
 
 
-def _for_picture(name: str, lens: Lens, size: Size, losses: Losses, main: bool) -> Lens:
-    """Return the lens with the picture's aspect ratio; see `main` of `camera_to_pyrender`."""
-    try:
-        shaped, contradiction = lens_for_picture(lens, size)
-    except LensError as error:
-        if main:
-            raise LensError(f"camera {name!r}: {error}") from None
-        losses.add(f"a camera that is not drawn would be stretched to the picture: {error}", name)
-        return lens
-    if contradiction:
-        losses.add(f"a camera takes the picture's aspect ratio: {contradiction}", name)
-    return shaped
-
-
 def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Losses) -> Lens | None:
     """Return the lens of a pyrender camera, or None, with a loss, for a class that is not pyrender's own.
 
     As in pyrender, a PerspectiveCamera without an aspect ratio and an OrthographicCamera keep their height at
     every aspect ratio of the picture. Until it is drawn, the former has the aspect ratio of `size`, or 1.
-
-    Raises
-    ------
-    LensError
-        If there is no such lens, or the camera measures in pixels and there is no size.
     """
     import pyrender
 
-    if size is not None and isinstance(camera, pyrender.PerspectiveCamera):
-        camera = _stretched(camera, size)
     try:
         if isinstance(camera, pyrender.OrthographicCamera):
             film = (2.0 * camera.xmag, 2.0 * camera.ymag)
@@ -141,46 +109,28 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
         far = math.inf if camera.zfar is None else camera.zfar
         if isinstance(camera, pyrender.PerspectiveCamera):
             aspect = camera.aspectRatio
-            if aspect is None:
-                aspect = 1.0 if size is None else size[0] / size[1]
-            focal = 0.5 / math.tan(0.5 * camera.yfov)
-            lens = PerspectiveLens(near=camera.znear, far=far, film_size=(aspect, 1.0), focal_length=focal)
-            if camera.aspectRatio is None:
-                lens.set_vfov(math.degrees(camera.yfov))
-                lens.set_aspect_ratio(None)
-            return lens
-        if isinstance(camera, pyrender.IntrinsicsCamera):
-            return _from_pixels(camera, far, size)
+            ours = 1.0 if size is None else size[0] / size[1]
+            if size is None or aspect is None or math.isclose(aspect, ours, rel_tol=1e-4):
+                film = (ours if aspect is None else aspect, 1.0)
+                focal = 0.5 / math.tan(0.5 * camera.yfov)
+                lens = PerspectiveLens(near=camera.znear, far=far, film_size=film, focal_length=focal)
+                if aspect is None:
+                    lens.set_vfov(math.degrees(camera.yfov))
+                    lens.set_aspect_ratio(None)
+                return lens
+            # pixels that are not square stretch the view to the picture, as pyrender draws it
+            fy = 0.5 * size[1] / math.tan(0.5 * camera.yfov)
+            fx = fy * ours / aspect
+            cx, cy = 0.5 * size[0], 0.5 * size[1]
+        elif isinstance(camera, pyrender.IntrinsicsCamera):
+            if size is None:
+                raise LensError("it measures in pixels: give the picture's size=(width, height)")
+            fx, fy, cx, cy = camera.fx, camera.fy, camera.cx, camera.cy
+        else:
+            losses.add(f"cameras of the class {type(camera).__name__} are left out", name)
+            return None
+        if not (fx > 0.0 and fy > 0.0):
+            raise LensError(f"fx and fy must be above 0, got {fx:g} and {fy:g}")
+        return PerspectiveLens.from_intrinsics(fx, fy, cx, cy, *size, camera.znear, far, pixel_center=0.5)
     except LensError as error:
         raise LensError(f"camera {name!r}: {error}") from None
-    losses.add(f"cameras of the class {type(camera).__name__} are left out", name)
-    return None
-
-
-def _from_pixels(camera: Any, far: float, size: Size | None) -> PerspectiveLens:
-    """Return the lens of an IntrinsicsCamera."""
-    if size is None:
-        raise LensError("it measures in pixels: give the picture's size=(width, height)")
-    if not (camera.fx > 0.0 and camera.fy > 0.0):
-        raise LensError(f"fx and fy must be above 0, got {camera.fx:g} and {camera.fy:g}")
-    return PerspectiveLens.from_intrinsics(
-        camera.fx, camera.fy, camera.cx, camera.cy, *size, camera.znear, far, pixel_center=0.5
-    )
-
-
-def _stretched(camera: Any, size: Size) -> Any:
-    """Return a camera whose aspect ratio is not the picture's as one with pixels that are not square.
-
-    Its view is then stretched to the picture, as pyrender draws it.
-    """
-    import pyrender
-
-    width, height = size
-    aspect = camera.aspectRatio
-    if aspect is None or math.isclose(aspect, width / height, rel_tol=1e-4):
-        return camera
-    fy = 0.5 * height / math.tan(0.5 * camera.yfov)
-    fx = fy * (width / height) / aspect
-    made = pyrender.IntrinsicsCamera(fx, fy, 0.5 * width, 0.5 * height, camera.znear)
-    made._zfar = camera.zfar  # the property refuses None, which is infinity
-    return made

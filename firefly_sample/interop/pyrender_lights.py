@@ -30,12 +30,15 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import LightError
 from firefly_sample.interop.losses import Losses
-from firefly_sample.scene.light import Attenuation, FadingLight, ShadowCaster
+from firefly_sample.scene.light import Attenuation, FadingLight
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.transforms import look_at_quat, rows_from_quat
 
 Float64 = NDArray[np.float64]
 
+_NO_SHADOWS = "pyrender turns shadows on by RenderFlags and not by light, so that shadow casters are left out"
+_NO_SPECULAR = "specular colours of lights, which pyrender lacks, are left out"
+_SOFT_EDGE = "spotlights fade between their two angles by t^2 in pyrender and by t^2 (3 - 2 t) here"
 _INVERSE_SQUARE = Attenuation(0.0, 0.0, 1.0)
 _WIDEST = 90.0
 """Degrees: the widest half-angle of a pyrender spotlight."""
@@ -44,58 +47,38 @@ _WIDEST = 90.0
 def point_lights_to_pyrender(node: PointLights, time: float, losses: Losses) -> list[tuple[Any, Float64]]:
     """Return each light of a node at `time` (seconds) as a pyrender PointLight and a matrix.
 
-    Returns
-    -------
-    list of (pyrender.PointLight, ndarray of float64, shape (4, 4))
-        The matrices go from the light's space to the node's, in our axes, for row vectors.
+    The matrix, shape (4, 4), goes from the light's space to the node's, in our axes, for row vectors.
     """
     import pyrender
 
     arrays = node.evaluate(time)
-    _note_shadows(node, losses)
+    if node.is_shadow_caster():
+        losses.add(_NO_SHADOWS, node.name)
     if node.specular_colors_of(arrays) is not arrays.colors:
         losses.add(_NO_SPECULAR, node.name)
-    attenuation = node.get_attenuation()
-    made = []
-    for index, (position, color, end) in enumerate(
-        zip(arrays.positions, arrays.colors, arrays.radii.tolist(), strict=True)
-    ):
+    lights = []
+    ends = arrays.radii.tolist()
+    for index, (position, color, end) in enumerate(zip(arrays.positions, arrays.colors, ends, strict=True)):
         matrix = np.eye(4)
         matrix[3, :3] = position
-        strength = _strength(color, _inverse_square(node.name, attenuation, end, losses))
-        light = pyrender.PointLight(range=_range(end), name=f"{node.name}[{index}]", **strength)
-        made.append((light, matrix))
-    return made
+        strength = _fading_strength(node, color, end, losses)
+        lights.append((pyrender.PointLight(name=f"{node.name}[{index}]", **strength), matrix))
+    return lights
 
 
 def light_to_pyrender(
     node: FadingLight | DirectionalLight, net: Float64, losses: Losses
 ) -> tuple[Any, Float64 | None]:
-    """Return a node of one light as a pyrender light.
+    """Return a node of one light as a pyrender light and a matrix; `net` goes from node space to world space.
 
-    Parameters
-    ----------
-    node : PointLight, Spotlight or DirectionalLight
-    net : ndarray of float64, shape (4, 4)
-        From the node's space to the world's.
-    losses : Losses
-
-    Returns
-    -------
-    pyrender.Light
-    ndarray of float64, shape (4, 4), or None
-        From the light's space to its node's, in our axes, for row vectors; None is the identity. A light with
-        a direction of its own needs one, and so does a spotlight below a scale, by which pyrender would
-        multiply the cosine that it compares with the cone's.
-
-    Raises
-    ------
-    LightError
-        If a spotlight's net transform makes the length of its direction 0 or infinite.
+    The matrix is as in `point_lights_to_pyrender`; None is the identity. A light with a direction of its own
+    needs one, and so does a spotlight below a scale, by which pyrender would multiply the cosine that it
+    compares with the cone's.
     """
     import pyrender
 
-    _note_shadows(node, losses)
+    if node.is_shadow_caster():
+        losses.add(_NO_SHADOWS, node.name)
     if node.has_specular_color():
         losses.add(_NO_SPECULAR, node.name)
     if isinstance(node, DirectionalLight):
@@ -106,10 +89,9 @@ def light_to_pyrender(
             turn[:3, :3] = rows_from_quat(look_at_quat((x, y, z), (0.0, 0.0, 1.0)))
         return pyrender.DirectionalLight(name=node.name, **_strength(node.get_color(), math.pi)), turn
 
-    end = node.get_max_distance()
-    strength = _strength(node.get_color(), _inverse_square(node.name, node.get_attenuation(), end, losses))
+    strength = _fading_strength(node, node.get_color(), node.get_max_distance(), losses)
     if not isinstance(node, Spotlight):
-        return pyrender.PointLight(range=_range(end), name=node.name, **strength), None
+        return pyrender.PointLight(name=node.name, **strength), None
 
     inner, outer, exponent = node.get_cone()
     if exponent != 0.0:
@@ -123,7 +105,6 @@ def light_to_pyrender(
         raise LightError(f"light {node.name!r}: its net transform leaves it no direction to shine in")
     unscaled = None if abs(length - 1.0) < 1e-9 else np.diag([1.0 / length] * 3 + [1.0])
     light = pyrender.SpotLight(
-        range=_range(end),
         innerConeAngle=math.radians(min(inner, _WIDEST)),
         outerConeAngle=math.radians(min(outer, _WIDEST)),
         name=node.name,
@@ -133,13 +114,7 @@ def light_to_pyrender(
 
 
 def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | Spotlight | DirectionalLight:
-    """Return a pyrender light as a node of one light.
-
-    Raises
-    ------
-    LightError
-        If a number is not finite or negative, or a cone is narrower than 0.01 degrees.
-    """
+    """Return a pyrender light as a node of one light."""
     import pyrender
 
     color = np.asarray(light.color, dtype=np.float64) * (light.intensity / math.pi)
@@ -160,16 +135,12 @@ def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | S
     return made
 
 
-_SOFT_EDGE = "spotlights fade between their two angles by t^2 in pyrender and by t^2 (3 - 2 t) here"
-_NO_SPECULAR = "specular colours of lights, which pyrender lacks, are left out"
-
-
-def _note_shadows(node: ShadowCaster, losses: Losses) -> None:
-    if node.is_shadow_caster():
-        losses.add(
-            "pyrender turns shadows on by RenderFlags and not by light, so that shadow casters are left out",
-            node.name,
-        )
+def _fading_strength(
+    node: FadingLight | PointLights, color: Float64, end: float, losses: Losses
+) -> dict[str, Any]:
+    """Return pyrender's colour, intensity and range of a light that ends at the distance `end`."""
+    factor = _inverse_square(node.name, node.get_attenuation(), end, losses)
+    return {"range": end if 0.0 < end < math.inf else None, **_strength(color, factor)}
 
 
 def _inverse_square(name: str, attenuation: Attenuation | None, end: float, losses: Losses) -> float:
@@ -190,10 +161,6 @@ def _inverse_square(name: str, attenuation: Attenuation | None, end: float, loss
     if constant or linear:
         losses.add("light fades by 1/d^2 alone in pyrender, equal far away and brighter near by", name)
     return math.pi / quadratic
-
-
-def _range(end: float) -> float | None:
-    return end if 0.0 < end < math.inf else None
 
 
 def _strength(color: Float64, factor: float) -> dict[str, Any]:

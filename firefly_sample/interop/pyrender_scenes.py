@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from itertools import count
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from firefly_sample.interop.pyrender_lights import (
 from firefly_sample.interop.pyrender_meshes import MeshReader, MeshWriter
 from firefly_sample.plan.view import camera_matrices
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.light import FadingLight
+from firefly_sample.scene.light import FadingLight, Light
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
@@ -31,15 +32,8 @@ from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 Float64 = NDArray[np.float64]
 
 
-class _Content(NamedTuple):
-    """An object of a pyrender Node: its keyword, the object, and its matrix in the node's space.
-
-    Only content whose matrix is None, the identity, can be held by the node itself.
-    """
-
-    kind: str
-    thing: Any
-    matrix: Float64 | None
+Content = tuple[str, Any, Float64 | None]
+"""A keyword of pyrender's Node, the object for it, and its matrix in node space; None is the identity."""
 
 
 class SceneWriter:
@@ -60,9 +54,9 @@ class SceneWriter:
         waiting: list[tuple[NodePath, Any, Float64]] = [(root, None, root.get_net_mat())]
         while waiting:
             path, parent, local = waiting.pop()
-            here = self._write_node(path, parent, local)
+            node = self._write_node(path, parent, local)
             waiting.extend(
-                (child, here, child.node().transform.get_mat()) for child in reversed(path.get_children())
+                (child, node, child.node().transform.get_mat()) for child in reversed(path.get_children())
             )
         if not root.is_ancestor_of(camera):
             self._write_node(camera, None, camera.get_net_mat())
@@ -76,19 +70,19 @@ class SceneWriter:
         if node.tags:
             self._losses.add("tags are left out", node.name)
         contents = self._contents(path)
-        own = {content.kind: content.thing for content in contents if content.matrix is None}
-        here = holder = self._add(node.name, parent, local, own)
-        for kind, thing, matrix in contents:
+        held = {kind: content for kind, content, matrix in contents if matrix is None}
+        written = last = self._add(node.name, parent, local, held)
+        for kind, content, matrix in contents:
             if matrix is not None:
-                holder = self._add(thing.name, here, matrix, {kind: thing})
+                last = self._add(content.name, written, matrix, {kind: content})
         if path == self._scene.camera:
-            self._target.main_camera_node = holder
-        return here
+            self._target.main_camera_node = last
+        return written
 
-    def _add(self, name: str, parent: Any, local: Float64, own: dict[str, Any]) -> Any:
+    def _add(self, name: str, parent: Any, local: Float64, contents: dict[str, Any]) -> Any:
         import pyrender
 
-        node = pyrender.Node(name=name, **own)
+        node = pyrender.Node(name=name, **contents)
         self._target.add_node(node, parent_node=parent)
         matrix = matrix_to_gltf(local)
         if (np.linalg.norm(matrix[:3, :3], axis=0) > 0.0).all():
@@ -96,37 +90,34 @@ class SceneWriter:
         self._target.set_pose(node, matrix)  # pyrender 0.1.45 makes its matrix of those and loses shear
         return node
 
-    def _contents(self, path: NodePath) -> list[_Content]:
+    def _contents(self, path: NodePath) -> list[Content]:
         node, net = path.node(), path.get_net_mat()
         if isinstance(node, Camera):
             return [self._camera(path, node)]
-        if not isinstance(
-            node,
-            GeomNode | PointLights | FadingLight | DirectionalLight | AmbientLight | Sprites | ParticleNode,
-        ):
-            return []
         first = next(iter_visible(path, self._mask), None)
         visible = first is not None and first.node is node
-        if isinstance(node, GeomNode):
-            mirrored = bool(np.linalg.det(net[:3, :3]) < 0)
-            mesh = self._meshes.mesh(node, path.get_net_material(), path.get_net_color(), mirrored, visible)
-            return [] if mesh is None else [_Content("mesh", mesh, None)]
-        if isinstance(node, Sprites):
-            self._losses.add("sprites, which pyrender lacks, are left out", node.name)
-        elif isinstance(node, ParticleNode):
-            self._losses.add("particles, which pyrender lacks, are left out", node.name)
-        elif not visible:
-            self._losses.add("hidden lights, which pyrender lacks, are left out", node.name)
-        elif isinstance(node, AmbientLight):
-            self._ambient += node.get_color()
-        elif isinstance(node, PointLights):
-            lights = point_lights_to_pyrender(node, self._time, self._losses)
-            return [_Content("light", light, matrix) for light, matrix in lights]
-        else:
-            return [_Content("light", *light_to_pyrender(node, net, self._losses))]
+        match node:
+            case GeomNode():
+                mirrored = bool(np.linalg.det(net[:3, :3]) < 0)
+                look = path.get_net_material(), path.get_net_color()
+                mesh = self._meshes.mesh(node, *look, mirrored, visible)
+                return [] if mesh is None else [("mesh", mesh, None)]
+            case Sprites():
+                self._losses.add("sprites, which pyrender lacks, are left out", node.name)
+            case ParticleNode():
+                self._losses.add("particles, which pyrender lacks, are left out", node.name)
+            case PointLights() | Light() | AmbientLight() if not visible:
+                self._losses.add("hidden lights, which pyrender lacks, are left out", node.name)
+            case AmbientLight():
+                self._ambient += node.get_color()
+            case PointLights():
+                lights = point_lights_to_pyrender(node, self._time, self._losses)
+                return [("light", light, matrix) for light, matrix in lights]
+            case FadingLight() | DirectionalLight():
+                return [("light", *light_to_pyrender(node, net, self._losses))]
         return []
 
-    def _camera(self, path: NodePath, node: Camera) -> _Content:
+    def _camera(self, path: NodePath, node: Camera) -> Content:
         """Return a camera without its node's scale and shear, which the renderer ignores as well."""
         main = path == self._scene.camera
         camera, matrix = camera_to_pyrender(node.name, node.lens, self._size, self._losses, main)
@@ -136,7 +127,7 @@ class SceneWriter:
             rigid = view_to_world @ np.linalg.inv(net)
             matrix = rigid if matrix is None else matrix @ rigid
             matrix[:, 3] = 0.0, 0.0, 0.0, 1.0
-        return _Content("camera", camera, matrix)
+        return "camera", camera, matrix
 
     def _background(self) -> Float64:
         """Return the background as pyrender shows it: an opaque sRGB colour."""
@@ -154,17 +145,15 @@ class SceneWriter:
     def _note_light_limit(self) -> None:
         from pyrender.constants import MAX_N_LIGHTS
 
-        target = self._target
         for kind, nodes in (
-            ("point lights", target.point_light_nodes),
-            ("spotlights", target.spot_light_nodes),
-            ("directional lights", target.directional_light_nodes),
+            ("point lights", self._target.point_light_nodes),
+            ("spotlights", self._target.spot_light_nodes),
+            ("directional lights", self._target.directional_light_nodes),
         ):
             if len(nodes) > MAX_N_LIGHTS:
+                loss = f"pyrender draws at most {MAX_N_LIGHTS} {kind} on a mesh, the nearest"
                 for name in sorted(node.name for node in nodes):
-                    self._losses.add(
-                        f"pyrender draws at most {MAX_N_LIGHTS} {kind} on a mesh, the nearest", name
-                    )
+                    self._losses.add(loss, name)
 
 
 class SceneReader:
@@ -175,7 +164,7 @@ class SceneReader:
         self._meshes = MeshReader(losses)
         self._camera: NodePath | None = None
         self._taken_names = {node.name for node in scene.nodes}
-        self._counts: dict[str, int] = {}
+        self._numbers: dict[str, count[int]] = {}
 
     def read(self) -> Scene:
         """Return the Scene."""
@@ -218,10 +207,10 @@ class SceneReader:
             if lens is not None:
                 contents.append(Camera(name, lens))
         # hiding a node hides its children as well
-        alone = len(contents) == 1 and not (hidden and node.children)
-        path = parent.attach_new_node(contents[0] if alone else name)
+        single = len(contents) == 1 and not (hidden and node.children)
+        path = parent.attach_new_node(contents[0] if single else name)
         for content in contents:
-            content_path = path if alone else path.attach_new_node(content)
+            content_path = path if single else path.attach_new_node(content)
             if hidden and isinstance(content, GeomNode):
                 content_path.hide()
             if node is self._source.main_camera_node and isinstance(content, Camera):
@@ -233,28 +222,25 @@ class SceneReader:
 
     def _name(self, node: Any) -> str:
         """Return a node's name, or else that of its content, or else the content's kind and a number."""
-        held = [kind for kind in ("mesh", "light", "camera") if getattr(node, kind) is not None]
-        for thing in (node, *(getattr(node, kind) for kind in held)):
-            if thing.name:
-                return str(thing.name)
-        kind = held[0] if held else "node"
-        while True:
-            self._counts[kind] = self._counts.get(kind, 0) + 1
-            name = f"{kind} {self._counts[kind]}"
-            if name not in self._taken_names:
-                return name
+        kinds = [kind for kind in ("mesh", "light", "camera") if getattr(node, kind) is not None]
+        for named in (node, *(getattr(node, kind) for kind in kinds)):
+            if named.name:
+                return str(named.name)
+        kind = kinds[0] if kinds else "node"
+        numbered = (f"{kind} {number}" for number in self._numbers.setdefault(kind, count(1)))
+        return next(name for name in numbered if name not in self._taken_names)
 
     def _mesh(self, mesh: Any, name: str, net: Float64) -> GeomNode:
-        made = GeomNode(name)
+        node = GeomNode(name)
         for index, (geom, material, pose) in enumerate(self._meshes.parts(mesh, name, net)):
             if pose is None:
-                made.add_geom(geom, material)
+                node.add_geom(geom, material)
             else:
                 instance = GeomNode(f"{name}[{index}]")
                 instance.add_geom(geom, material)
                 NodePath(instance).set_mat(_matrix(pose))
-                made.add_child(instance)
-        return made
+                node.add_child(instance)
+        return node
 
 
 def _matrix(given: Any) -> Float64:

@@ -8,29 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.frame import Frame
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.shadows.maps import ShadowMap
 from firefly_sample.srgb import linear_to_srgb
 
 Pixels = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
+Picture = tuple[Pixels, str]
+"""A picture, shape (height, width, 3), black where nothing was drawn, and a note on how to read it."""
 
-BUFFERS = (
-    "albedo",
-    "normal",
-    "depth",
-    "position_world",
-    "id",
-    "specular",
-    "emission",
-    "light",
-    "overdraw",
-    "volumes",
-    "wireframe",
-    "shadow_atlas",
-    "particle_shadow_atlas",
-)
-"""The outputs that the window shows, in its order."""
 NOT_CLASSIC = ("specular", "emission", "shadow_atlas", "particle_shadow_atlas")
 """The look "classic" has no highlights, emission, shadows and particles."""
 
@@ -48,31 +35,31 @@ def buffers_of(look: str) -> tuple[str, ...]:
     return tuple(name for name in BUFFERS if look != "classic" or name not in NOT_CLASSIC)
 
 
+def picture_of(plan: FramePlan, frame: Frame, output: str) -> Picture:
+    """Return a picture of one output of a frame, as large as the frame's picture."""
+    image = frame[output]
+    if output == "shadow_atlas":
+        return shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
+    if output == "particle_shadow_atlas":
+        return particle_shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
+    return buffer_picture(output, image, classic=plan.settings.look == "classic", exposure=plan.exposure)
+
+
 def buffer_picture(
     output: str,
     image: NDArray[Any],
     *,
     classic: bool = False,
     exposure: tuple[float, float, float] = (1.0, 1.0, 1.0),
-) -> tuple[Pixels, str]:
-    """Return a picture of one output and a note on how to read it.
+) -> Picture:
+    """Return a picture of one output, an array of a `Frame`; the two atlases have functions of their own.
 
     Parameters
     ----------
-    output : str
-        One of `BUFFERS` except the two atlases, which have functions of their own.
-    image : ndarray
-        The output's array in a `Frame`.
     classic : bool
         True for the look "classic": its albedo, normals and light are display codes already.
     exposure : tuple of 3 floats
         Factor of light and emission, as in the rendered picture.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
-        Black where nothing was drawn.
-    str
     """
     if classic and output in ("albedo", "normal"):
         return codes(image), "as stored"
@@ -80,30 +67,22 @@ def buffer_picture(
         return codes(image), "light on white surfaces, in display codes"
     if output in ("light", "emission"):
         image = image * np.array(exposure, dtype=np.float32)
-    picture = _PICTURES[output](image)
-    return picture if isinstance(picture, tuple) else (picture, _NOTES[output])
+    convert, note = _CONVERSIONS[output]
+    picture = convert(image)
+    return picture if isinstance(picture, tuple) else (picture, note)
 
 
-def shadow_atlas_picture(depth: Float32, plan: FramePlan, size: tuple[int, int]) -> tuple[Pixels, str]:
-    """Return a picture of all shadow maps, as large as fits, and a note on how to read it.
+def shadow_atlas_picture(depth: Float32, plan: FramePlan, size: tuple[int, int]) -> Picture:
+    """Return a picture of all shadow maps, as large as fits into `size` (width, height).
 
     Each map is grey, from white at the surface nearest to its light to dark at the farthest. The scale is
-    logarithmic for a light with a position, linear for a directional light.
+    logarithmic for a light with a position, linear for a directional light. The picture is black around the
+    atlas, and in tiles that were not drawn for this frame.
 
     Parameters
     ----------
     depth : ndarray of float32, shape (height, width)
-        The output "shadow_atlas".
-    plan : FramePlan
-        The plan of the same frame.
-    size : (int, int)
-        Width and height of the picture; the atlas keeps its aspect ratio in it.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
-        Black around the atlas, and in tiles that were not drawn for this frame.
-    str
+        The output "shadow_atlas" of the plan's frame.
     """
     picture = np.zeros((size[1], size[0], 3), dtype=np.uint8)
     maps = plan.shadows.maps
@@ -127,17 +106,13 @@ def shadow_atlas_picture(depth: Float32, plan: FramePlan, size: tuple[int, int])
     return picture, f"{count}, {width} x {height} texels: white is near the light, dark is far, blue is empty"
 
 
-def particle_shadow_atlas_picture(
-    taken: Float32, plan: FramePlan, size: tuple[int, int]
-) -> tuple[Pixels, str]:
-    """Return a picture of all slices of the particle shadow, as large as fits, and a note on how to read it.
+def particle_shadow_atlas_picture(taken: Float32, plan: FramePlan, size: tuple[int, int]) -> Picture:
+    """Return a picture of all slices of the particle shadow, as large as fits into `size` (width, height).
 
     Parameters
     ----------
     taken : ndarray of float32, shape (height, width, 3)
-        The output "particle_shadow_atlas".
-    plan, size
-        See `shadow_atlas_picture`.
+        The output "particle_shadow_atlas" of the plan's frame.
     """
     picture = np.zeros((size[1], size[0], 3), dtype=np.uint8)
     shadow = plan.particle_shadow
@@ -177,7 +152,7 @@ def _normal(image: Float32) -> Pixels:
     return codes(np.where(drawn, image * 0.5 + 0.5, 0.0))
 
 
-def _depth(image: Float32) -> tuple[Pixels, str]:
+def _depth(image: Float32) -> Picture:
     """Use a logarithmic scale, because the eye judges distances by their ratio."""
     drawn = np.isfinite(image)
     # an orthographic lens may see behind its origin: such surfaces are as white as the nearest
@@ -189,7 +164,7 @@ def _depth(image: Float32) -> tuple[Pixels, str]:
     return np.repeat(codes(grey)[..., None], 3, axis=-1), note
 
 
-def _position(image: Float32) -> tuple[Pixels, str]:
+def _position(image: Float32) -> Picture:
     drawn = np.isfinite(image[..., 0])
     seen = image[drawn]
     span = float(np.ptp(seen, axis=0).max()) if seen.size else 0.0
@@ -216,7 +191,7 @@ def _id(image: NDArray[np.int32]) -> Pixels:
     return codes(colors)[image]
 
 
-def _overdraw(image: NDArray[np.int32]) -> tuple[Pixels, str]:
+def _overdraw(image: NDArray[np.int32]) -> Picture:
     most = int(image.max(initial=0))
     if most == 0:
         return np.zeros((*image.shape, 3), dtype=np.uint8), "no light shades any pixel"
@@ -227,51 +202,36 @@ def _overdraw(image: NDArray[np.int32]) -> tuple[Pixels, str]:
     return codes(table / 255.0)[image], note
 
 
-def _unchanged(image: Pixels) -> Pixels:
-    return image
-
-
-_PICTURES: dict[str, Callable[[NDArray[Any]], Pixels | tuple[Pixels, str]]] = {
-    "albedo": _srgb,
-    "normal": _normal,
-    "depth": _depth,
-    "position_world": _position,
-    "id": _id,
-    "specular": _srgb,
-    "emission": _toned,
-    "light": _toned,
-    "overdraw": _overdraw,
-    "volumes": _unchanged,
-    "wireframe": _unchanged,
+_CONVERSIONS: dict[str, tuple[Callable[[NDArray[Any]], Pixels | Picture], str]] = {
+    "albedo": (_srgb, "base colour, unlit"),
+    "normal": (_normal, "x, y, z from -1 to 1 as red, green, blue"),
+    "depth": (_depth, ""),
+    "position_world": (_position, ""),
+    "id": (_id, "one colour per object"),
+    "specular": (_srgb, "colour of highlights, unlit"),
+    "emission": (_toned, "light that surfaces emit, through 1 - exp(-x) and sRGB"),
+    "light": (_toned, "light on white surfaces, through 1 - exp(-x) and sRGB"),
+    "overdraw": (_overdraw, ""),
+    "volumes": (np.asarray, "the pixels that each light shades, in flat colours that add up"),
+    "wireframe": (np.asarray, "visible edges of the light volumes"),
 }
-_NOTES = {
-    "albedo": "base colour, unlit",
-    "normal": "x, y, z from -1 to 1 as red, green, blue",
-    "id": "one colour per object",
-    "specular": "colour of highlights, unlit",
-    "emission": "light that surfaces emit, through 1 - exp(-x) and sRGB",
-    "light": "light on white surfaces, through 1 - exp(-x) and sRGB",
-    "volumes": "the pixels that each light shades, in flat colours that add up",
-    "wireframe": "visible edges of the light volumes",
-}
+"""By output: the function that makes its picture, and a note, unless that function returns its own."""
+BUFFERS = (*_CONVERSIONS, "shadow_atlas", "particle_shadow_atlas")
+"""The outputs that the window shows, in its order."""
 
 
 def _fit(texels: tuple[int, ...], picture: Pixels) -> tuple[NDArray[np.intp], NDArray[np.intp], Pixels]:
     """Fit an image of `texels` (height, width) into the middle of a picture.
 
     Returns the rows and columns of the texels to show, and the part of the picture that shows them. Each
-    pixel takes the nearest texel, because the average of two depths is the depth of no surface.
+    pixel takes the texel at its middle, because the average of two depths is the depth of no surface.
     """
     height, width = picture.shape[:2]
     scale = min(height / texels[0], width / texels[1])
-    rows, columns = (_nearest(side, max(1, round(side * scale))) for side in texels[:2])
+    sides = ((side, max(1, round(side * scale))) for side in texels[:2])
+    rows, columns = (((np.arange(pixels) + 0.5) * (side / pixels)).astype(np.intp) for side, pixels in sides)
     top, left = (height - len(rows)) // 2, (width - len(columns)) // 2
     return rows, columns, picture[top : top + len(rows), left : left + len(columns)]
-
-
-def _nearest(texels: int, pixels: int) -> NDArray[np.intp]:
-    """Return the texel at the middle of each pixel."""
-    return ((np.arange(pixels) + 0.5) * (texels / pixels)).astype(np.intp)
 
 
 def _map_picture(depth: Float32, shadow: ShadowMap, clear: np.float32) -> Pixels:

@@ -6,12 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.parameter import KeyStep, Parameter
-from firefly_sample.viewer.overlay import Rows, Section, columns_plate
+from firefly_sample.viewer.overlay import Pixels, Rows, Section, columns_plate
 
 NAMED_KEYS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right", "escape": "Esc", "f1": "F1"}
 """Keys that have no letter or digit, and their labels."""
@@ -19,23 +16,14 @@ NAMED_KEYS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right", "esc
 
 @dataclass(frozen=True)
 class Binding:
-    """A key and its action.
-
-    Attributes
-    ----------
-    key : str
-        A letter (lower case), a digit, or a name from `NAMED_KEYS`.
-    help : str
-        A few words.
-    act : callable
-    repeats : bool
-        True if the action repeats while the key is held down.
-    """
+    """A key, help in a few words, and the key's action."""
 
     key: str
+    """A letter (lower case), a digit, or a name from `NAMED_KEYS`."""
     help: str
     act: Callable[[], None]
     repeats: bool = False
+    """True if the action repeats while the key is held down."""
 
 
 def parameter_bindings(
@@ -46,11 +34,8 @@ def parameter_bindings(
 ) -> list[Binding]:
     """Return a binding for each key that the parameters declare; it calls `step` with parameter and key.
 
-    Raises
-    ------
-    SceneError
-        If there is no such key, it is taken by `own` bindings or by another parameter, or the parameter
-        is text.
+    A SceneError names a key that does not exist, that one of the window's own bindings or another parameter
+    has taken, or that a parameter of text declares.
     """
     taken = {binding.key: binding.help for binding in own}
     bindings = []
@@ -84,22 +69,15 @@ def help_plate(
     size: tuple[int, int],
     scale: float,
     drag_help: str = "",
-) -> NDArray[np.uint8]:
+) -> Pixels:
     """Return a plate that lists keys, mouse and driver, scaled down to fit a window of `size`.
 
     `drag_help` says what a drag with the right button does to the scene; empty if it moves the camera.
     """
     of_scene: Section = (f"Scene {scene}", _key_rows(scene_keys))
     window: Section = ("Window", _key_rows(own_keys))
-    mouse: Section = (
-        "Mouse",
-        (
-            ("Left drag", "orbit"),
-            ("Right drag", drag_help or "pan"),
-            ("Middle drag", "pan"),
-            ("Wheel", "zoom in or out"),
-        ),
-    )
+    drags = ("Left drag", "orbit"), ("Right drag", drag_help or "pan"), ("Middle drag", "pan")
+    mouse: Section = ("Mouse", (*drags, ("Wheel", "zoom in or out")))
     columns = ((of_scene,), (window, mouse)) if of_scene[1] else ((window,), (mouse,))
     plate = columns_plate(columns, driver, scale)
     fit = min(size[0] / plate.shape[1], size[1] / plate.shape[0])

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from types import ModuleType, TracebackType
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from firefly_sample.errors import ViewerError
 from firefly_sample.extras import install_command
+from firefly_sample.viewer.controls import NAMED_KEYS
 
 if TYPE_CHECKING:
     from firefly_sample.viewer.viewer import Viewer
@@ -17,32 +18,23 @@ if TYPE_CHECKING:
 LARGEST = 16384
 """The largest width or height of a window."""
 
-_NAMES = {"UP": "up", "DOWN": "down", "LEFT": "left", "RIGHT": "right", "ESCAPE": "escape", "F1": "f1"}
-_BUTTONS = {"LEFT": "left", "RIGHT": "right", "MIDDLE": "middle"}
-
 
 def check_display() -> None:
-    """Check that a window can probably be opened, before anything slow is done.
-
-    Raises
-    ------
-    ViewerError
-        If there is no display, or glfw is not installed; the message names alternatives.
-    """
+    """Raise a ViewerError if there is no glfw or no display, before anything slow is done."""
     load_glfw()
     if _needs_x11() and not os.environ.get("DISPLAY"):
-        missing = (
-            "this Wayland session has no XWayland" if os.environ.get("WAYLAND_DISPLAY") else "no display"
-        )
+        wayland = os.environ.get("WAYLAND_DISPLAY")
+        missing = "this Wayland session has no XWayland" if wayland else "no display"
         raise _no_window(f"{missing} (DISPLAY is not set)")
 
 
 class Window:
     """An open window whose context is current in this thread; leaving it closes it.
 
+    Raises a ViewerError without a display, glfw or OpenGL 3.3, or if `size` is above `LARGEST`.
+
     Parameters
     ----------
-    title : str
     size : (int, int)
         Width and height in the screen's coordinates, which are pixels on an ordinary screen.
 
@@ -50,12 +42,6 @@ class Window:
     ----------
     uncovered : bool
         True if a part of the window was uncovered during the last `wait` and must be drawn again.
-
-    Raises
-    ------
-    ViewerError
-        If there is no display, glfw is not installed, the driver has no OpenGL 3.3, or `size` is above
-        `LARGEST`.
     """
 
     def __init__(self, title: str, size: tuple[int, int]) -> None:
@@ -106,8 +92,10 @@ class Window:
     def listen(self, viewer: Viewer) -> None:
         """Pass keys, drags and the wheel to `viewer` from now on; `wait` calls its methods."""
         glfw = self._glfw
-        names = {getattr(glfw, f"KEY_{key}"): name for key, name in _NAMES.items()}
-        buttons = {getattr(glfw, f"MOUSE_BUTTON_{button}"): name for button, name in _BUTTONS.items()}
+        names = {getattr(glfw, f"KEY_{name.upper()}"): name for name in NAMED_KEYS}
+        buttons = {
+            getattr(glfw, f"MOUSE_BUTTON_{name.upper()}"): name for name in ("left", "right", "middle")
+        }
 
         def key(_: Any, code: int, scancode: int, action: int, __: int) -> None:
             if action != glfw.RELEASE:
@@ -194,9 +182,7 @@ class Window:
     def __enter__(self) -> Window:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._glfw.destroy_window(self._handle)
         self._glfw.terminate()
 
@@ -206,15 +192,10 @@ def _needs_x11() -> bool:
 
 
 def load_glfw() -> ModuleType:
-    """Import glfw; on Linux in its X11 variant, because our window contexts are GLX.
+    """Import glfw, or raise a ViewerError; on Linux in its X11 variant, because our window contexts are GLX.
 
     During its import, glfw inspects libraries in child processes. PYTHONSAFEPATH keeps these from importing
     modules of the working folder.
-
-    Raises
-    ------
-    ViewerError
-        If glfw is not installed.
     """
     wanted = {"PYTHONSAFEPATH": "1"} | ({"PYGLFW_LIBRARY_VARIANT": "x11"} if _needs_x11() else {})
     before = {name: os.environ.get(name) for name in wanted}

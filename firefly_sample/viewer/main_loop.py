@@ -14,10 +14,9 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
-from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.orbit import OrbitCamera, SceneWithCamera
 from firefly_sample.viewer.performance import PerformanceResult, PerformanceTest, check_seconds
-from firefly_sample.viewer.shown_scene import ShownScene
+from firefly_sample.viewer.shown_scene import Clock, ShownScene
 from firefly_sample.viewer.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -36,9 +35,8 @@ def run(
     time: float = 0.0,
     require_gpu: bool = False,
     max_frames: int | None = None,
-    screenshot_dir: Path | str | None = None,
     performance_test: float | None = None,
-    report: Callable[[PerformanceResult], None] | None = None,
+    report: Callable[[PerformanceResult], None] = lambda result: print(result.line(), flush=True),
 ) -> None:
     """Show a scene in a window until the user closes it.
 
@@ -50,19 +48,16 @@ def run(
         As ``firefly run`` takes them; `time` is the scene time at first, in seconds.
     max_frames : int, optional
         Close after this number of frames: for tests, and to measure a known amount of work.
-    screenshot_dir : Path or str, optional
-        The folder in which the key S saves; the current one when absent.
     performance_test : float, optional
         Run a performance test of this number of seconds at once, and close.
-    report : callable, optional
-        Is given the result of each performance test, however it ends; its line is printed when absent.
+    report : callable
+        Is given the result of each performance test, however it ends; prints its line if absent.
 
     Raises
     ------
-    ViewerError
-        If there is no display, or glfw is not installed.
     FireflyError
-        If the scene, a parameter, the size, the seconds or the driver is wrong.
+        If there is no display or no glfw, or the scene, a parameter, the size, the seconds or the driver is
+        wrong.
     """
     from firefly_sample.viewer.glfw_window import Window, check_display
 
@@ -77,8 +72,7 @@ def run(
         Window(f"{plugin.name} - firefly", size) as window,
         Renderer(size, settings, require_gpu=require_gpu, window=True) as renderer,
     ):
-        clock, folder = Clock(time, perf_counter()), Path(screenshot_dir or ".")
-        viewer = Viewer(shown, renderer, clock, folder, report or _print_line)
+        viewer = Viewer(shown, renderer, Clock(time, perf_counter()), Path(), report)
         if performance_test is not None:
             viewer.start_test(performance_test, then_close=True)
         window.listen(viewer)
@@ -108,10 +102,6 @@ def _draw_until_closed(window: Window, viewer: Viewer, max_frames: int | None) -
         window.wait(0.0 if due and not hidden else IDLE_SECONDS)
 
 
-def _print_line(result: PerformanceResult) -> None:
-    print(result.line(), flush=True)
-
-
 def run_headless(
     scene_name: str,
     seconds: float,
@@ -122,40 +112,31 @@ def run_headless(
     settings: Settings | None = None,
     time: float = 0.0,
     require_gpu: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
-    """Draw a scene for some seconds while the camera turns, and report how fast that was.
+    """Draw a scene for some seconds while the camera turns, and report how fast that was; see `run`.
 
     Frames are drawn as in the window, each at its time on the clock, but neither shown nor read back.
 
     Parameters
     ----------
-    scene_name, parameters, size, settings, time, require_gpu
-        See `run`.
-    seconds : float
     report : callable
         Is given the result at the end, also if Ctrl-C or an error ends the test early.
     progress : callable, optional
         Is called with (whole seconds done, total), at first with (0, total), whenever that changes.
-
-    Raises
-    ------
-    FireflyError
-        If the seconds, the scene, a parameter, the size or the driver is wrong.
     """
     test, settings = PerformanceTest(seconds), settings or Settings()
     plugin = find_scene(scene_name)
     values = resolve_parameters(plugin.name, plugin.parameters, parameters)
     warned: set[str] = set()
     done, total = 0, math.ceil(seconds)
-    tell = progress or (lambda done, total: None)
     with Renderer(size, settings, require_gpu=require_gpu) as renderer:
         scene = build_scene(plugin, **values)
         frame = renderer.draw(renderer.plan(scene, time), read=False)
         clock, camera = Clock(time, perf_counter()), OrbitCamera(scene)
         turning = SceneWithCamera(scene, camera.path)
         try:
-            tell(0, total)
+            progress(0, total)
             test.advance(perf_counter(), frame, camera)
             while not test.done:
                 frame = renderer.draw(renderer.plan(turning, clock.time(perf_counter())), read=False)
@@ -166,6 +147,6 @@ def run_headless(
                         warnings.warn(text, stacklevel=2)
                 if min(int(test.elapsed), total) > done:
                     done = min(int(test.elapsed), total)
-                    tell(done, total)
+                    progress(done, total)
         finally:
             report(test.result(plugin.name, values, settings, frame))

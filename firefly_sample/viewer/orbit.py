@@ -46,8 +46,7 @@ class OrbitCamera:
     ----------
     path : NodePath
         To the `Camera`. It has a root of its own, so that moving it does not change the scene's graph.
-    pivot : ndarray of float64, shape (3,)
-        World space.
+    pivot : ndarray of float64, shape (3,), world space
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -91,18 +90,16 @@ class OrbitCamera:
         """
         self._zoom = min(max(self._zoom * ZOOM**steps, 1.0 / RANGE), RANGE)
         first = self._first_lens
-        if not isinstance(self._lens, OrthographicLens):
+        if isinstance(self._lens, OrthographicLens):
+            self._lens.scale_film(first.get_film_size()[0] / self._lens.get_film_size()[0] * self._zoom)
+        else:
             further = max(0.0, self.distance - self._first_distance)
             self._lens.set_near_far(first.get_near() * min(1.0, self._zoom), first.get_far() + further)
             self._place()
-        else:
-            factor = first.get_film_size()[0] / self._lens.get_film_size()[0] * self._zoom
-            self._lens.scale_film(factor)
 
-    def _axes(self) -> tuple[Float64, Float64, Float64]:
-        """Return right, forward and up in world space."""
-        x, y, z = rows_from_hpr((self._heading, self._pitch, self._roll))
-        return np.array(x), np.array(y), np.array(z)
+    def _axes(self) -> Float64:
+        """Return right, forward and up in world space, the rows of an array of shape (3, 3)."""
+        return np.array(rows_from_hpr((self._heading, self._pitch, self._roll)))
 
     def _place(self) -> None:
         self.path.set_hpr(self._heading, self._pitch, self._roll)

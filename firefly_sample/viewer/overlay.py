@@ -8,6 +8,7 @@ read-only array of uint8, shape (height, width, 4), first row on top, colours mu
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -47,7 +48,7 @@ class _Sheet:
         self._draw = ImageDraw.Draw(self._image)
 
     def text(self, x: float, y: float, text: str, fill: tuple[int, ...], anchor: str = "l") -> None:
-        """Draw text in the line whose top is `y`; `anchor` l, m or r tells which end of it is at `x`."""
+        """Draw text in the line whose top is `y`; its left end (l), middle (m) or right end (r) is at `x`."""
         point = (x * self.unit, (y + 0.5 * LINE) * self.unit)
         self._draw.text(point, text, font=_font(self.unit), fill=fill, anchor=anchor + "m")
 
@@ -85,12 +86,16 @@ def _width(text: str) -> float:
     return float(_font(SIZE).getlength(text)) / SIZE
 
 
+def _widest(texts: Iterable[str]) -> float:
+    return max(map(_width, texts), default=0.0)
+
+
 @lru_cache(maxsize=64)
 def text_plate(text: str, scale: float, widest: float = math.inf, title: str = "") -> Pixels:
     """Return a plate of text, wrapped at a width of `widest` pixels; beside a title, the text is dimmer."""
     left = _width(title) + (0.6 if title and text else 0.0)
     lines = _wrapped(text, widest / (SIZE * scale) - left - 2 * PADDING)
-    width, height = left + max(map(_width, lines)) + 2 * PADDING, len(lines) * LINE + 0.6 * PADDING
+    width, height = left + _widest(lines) + 2 * PADDING, len(lines) * LINE + 0.6 * PADDING
     sheet = _Sheet(width, height, scale)
     sheet.text(PADDING, 0.3 * PADDING, title, WARM)
     for number, line in enumerate(lines):
@@ -113,9 +118,8 @@ def _wrapped(text: str, widest: float) -> list[str]:
 @lru_cache(maxsize=4)
 def rows_plate(title: str, rows: Rows, footer: str, scale: float) -> Pixels:
     """Return a plate of a title, rows of (name, value), and a footer."""
-    names = max((_width(name) for name, _ in rows), default=0.0)
-    values = max((_width(value) for _, value in rows), default=0.0)
-    width = max(names + GAP + values, _width(title), _width(footer), ROWS_WIDTH)
+    names, values = _widest(name for name, _ in rows), _widest(value for _, value in rows)
+    width = max(names + GAP + values, _widest((title, footer)), ROWS_WIDTH)
     sheet = _Sheet(width + 2 * PADDING, (len(rows) + 2) * LINE + 1.4 * PADDING, scale)
     y = 0.7 * PADDING
     sheet.text(PADDING, y, title, WARM)
@@ -136,7 +140,15 @@ def columns_plate(columns: tuple[tuple[Section, ...], ...], footer: str, scale: 
     sheet = _Sheet(total + 4 * PADDING, (lines + 1.5) * LINE + 4 * PADDING, scale, DENSE_PLATE)
     x = 2 * PADDING
     for sections, (width, caps) in zip(columns, widths, strict=True):
-        _draw_column(sheet, x, sections, caps)
+        y = 2 * PADDING
+        for heading, rows in sections:
+            sheet.text(x, y, heading, WARM)
+            for key, text in rows:
+                y += LINE
+                sheet.cap(x, y, caps)
+                sheet.text(x + caps / 2, y, key, BRIGHT, "m")
+                sheet.text(x + caps + 0.7, y, text, BRIGHT)
+            y += 2 * LINE
         x += width + 2 * GAP
     sheet.text(2 * PADDING, 2 * PADDING + (lines + 0.5) * LINE, footer, DIM)
     return sheet.pixels()
@@ -145,31 +157,15 @@ def columns_plate(columns: tuple[tuple[Section, ...], ...], footer: str, scale: 
 def _column_width(sections: tuple[Section, ...]) -> tuple[float, float]:
     """Return the width of a column and of the key caps in it."""
     rows = [row for _, rows in sections for row in rows]
-    caps = max((_width(key) for key, _ in rows), default=0.0) + 0.9
-    texts = max((_width(text) for _, text in rows), default=0.0)
-    return max(caps + 0.7 + texts, *(_width(heading) for heading, _ in sections)), caps
-
-
-def _draw_column(sheet: _Sheet, x: float, sections: tuple[Section, ...], caps: float) -> None:
-    y = 2 * PADDING
-    for heading, rows in sections:
-        sheet.text(x, y, heading, WARM)
-        for key, text in rows:
-            y += LINE
-            sheet.cap(x, y, caps)
-            sheet.text(x + caps / 2, y, key, BRIGHT, "m")
-            sheet.text(x + caps + 0.7, y, text, BRIGHT)
-        y += 2 * LINE
+    caps = _widest(key for key, _ in rows) + 0.9
+    texts = _widest(text for _, text in rows)
+    return max(caps + 0.7 + texts, _widest(heading for heading, _ in sections)), caps
 
 
 def blend(picture: Pixels, plate: Pixels, corner: tuple[int, int]) -> Pixels:
     """Return a copy of a picture, shape (height, width, 3), with a plate over it, cut off at the edges.
 
-    Parameters
-    ----------
-    picture, plate : ndarray of uint8
-    corner : (int, int)
-        Pixels from the picture's left and top edge to the plate's.
+    `corner` is the number of pixels from the picture's left and top edge to the plate's.
     """
     result = picture.copy()
     left, top = corner

@@ -1,7 +1,8 @@
-"""The performance test: the camera goes once around the scene in half a minute, and every frame is counted.
+"""The rate of the frames, and the performance test.
 
-A frame counts when the GPU has finished it: `Renderer.draw` waits for the time of each pass, which the driver
-reports only when the pass is done.
+In the test the camera goes once around the scene in half a minute, and every frame is counted. A frame counts
+when the GPU has finished it: `Renderer.draw` waits for the time of each pass, which the driver reports only
+when the pass is done.
 """
 
 from __future__ import annotations
@@ -9,14 +10,16 @@ from __future__ import annotations
 import math
 import statistics
 from array import array
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from firefly_sample.errors import SettingsError
-from firefly_sample.frame import Frame
+from firefly_sample.frame import Frame, LightCounts
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.orbit import TURN, OrbitCamera
 
+PERIOD = 0.4
+"""Seconds over which the rate is averaged; its text changes as often."""
 SECONDS = 30.0
 """Default duration of a test."""
 LONGEST = 3600.0
@@ -24,14 +27,32 @@ TURN_SECONDS = 30.0
 """Duration of one turn of the camera around its pivot."""
 
 
-def check_seconds(seconds: float) -> float:
-    """Return the duration of a test as a float.
+class RateMeter:
+    """Frames per second and GPU time per frame, averaged over `PERIOD`."""
 
-    Raises
-    ------
-    SettingsError
-        If it is not a finite number above 0, or above `LONGEST`.
-    """
+    def __init__(self) -> None:
+        self._began: float | None = None
+        self._frames = 0
+        self._gpu = 0.0
+        self.text = "measuring"
+
+    def add(self, now: float, gpu_milliseconds: float) -> bool:
+        """Count a frame that was drawn at `now` (seconds of any clock); return True if `text` has changed."""
+        if self._began is None:
+            self._began = now
+            return True
+        self._frames += 1
+        self._gpu += gpu_milliseconds
+        if now - self._began < PERIOD:
+            return False
+        rate = self._frames / (now - self._began)
+        self.text = f"{rate:.{0 if rate >= 10 else 1}f} fps, GPU {self._gpu / self._frames:.1f} ms"
+        self._began, self._frames, self._gpu = now, 0, 0.0
+        return True
+
+
+def check_seconds(seconds: float) -> float:
+    """Return the duration of a test as a float; raise a SettingsError unless it is in (0, `LONGEST`]."""
     if not 0.0 < seconds <= LONGEST:  # false for NaN, too
         raise SettingsError(
             f"a performance test must last a finite number of seconds above 0, at most {LONGEST:g}, "
@@ -46,22 +67,16 @@ class PerformanceResult:
 
     Attributes
     ----------
-    scene : str
     parameters : dict of str to object
         The scene's values at the end.
-    settings : Settings
     size : (int, int)
         Width and height in pixels, at the end.
-    driver : str
-        The GL renderer string.
-    software : bool
-        True if that is a software rasteriser.
     frames : int
         Number of frames without the first, which compiles shaders and uploads the scene.
     seconds : float
         From the end of the first frame to the end of the last.
-    lights_in_scene, lights_in_view : int
-        Averages over the frames.
+    lights : LightCounts
+        In the scene and in view: averages over the frames; dropped: of the last frame.
     milliseconds : dict of str to float
         Median time of each pass over the frames that had it.
     """
@@ -74,11 +89,8 @@ class PerformanceResult:
     software: bool
     frames: int
     seconds: float
-    lights_in_scene: int
-    lights_in_view: int
+    lights: LightCounts
     milliseconds: dict[str, float]
-    lights_dropped: int = 0
-    """Lights in view that the last frame did not draw."""
 
     @property
     def frames_per_second(self) -> float:
@@ -92,7 +104,7 @@ class PerformanceResult:
         return (
             f"performance test: {frames} in {self.seconds:.1f} s, {self.frames_per_second:.1f} frames/s "
             f"at {width}x{height}, "
-            f"{self.lights_in_view} lights in view of {self.lights_in_scene} ({self.driver})"
+            f"{self.lights.in_view} lights in view of {self.lights.in_scene} ({self.driver})"
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -106,29 +118,14 @@ class PerformanceResult:
             "frames": self.frames,
             "seconds": self.seconds,
             "frames_per_second": self.frames_per_second,
-            "lights": {
-                "in_scene": self.lights_in_scene,
-                "in_view": self.lights_in_view,
-                "dropped": self.lights_dropped,
-            },
+            "lights": asdict(self.lights),
             "milliseconds": self.milliseconds,
             "settings": self.settings.as_dict(),
         }
 
 
 class PerformanceTest:
-    """A running test, which turns a camera and counts frames.
-
-    Parameters
-    ----------
-    seconds : float
-        Duration, counted from the end of the first frame.
-
-    Raises
-    ------
-    SettingsError
-        See `check_seconds`.
-    """
+    """A running test of `seconds`, counted from the end of the first frame; see `check_seconds`."""
 
     def __init__(self, seconds: float = SECONDS) -> None:
         self._limit = check_seconds(seconds)
@@ -140,12 +137,9 @@ class PerformanceTest:
         self._milliseconds: dict[str, array[float]] = {}
 
     def advance(self, now: float, frame: Frame, camera: OrbitCamera) -> None:
-        """Count a finished frame, and turn the camera for the next one; the first only starts the clock.
+        """Count a frame that was finished at `now` (seconds), and turn the camera for the next one.
 
-        Parameters
-        ----------
-        now : float
-            Seconds of any monotonic clock.
+        The first frame only starts the clock.
         """
         if self._began is None:
             self._began = self._last = now
@@ -183,7 +177,10 @@ class PerformanceTest:
         self, scene: str, parameters: dict[str, Any], settings: Settings, frame: Frame
     ) -> PerformanceResult:
         """Return the results so far; `frame` is the last one that was drawn."""
-        count = self._frames
+        count, lights = self._frames, frame.lights
+        if count:
+            averages = round(self._in_scene / count), round(self._in_view / count)
+            lights = LightCounts(*averages, lights.dropped)
         return PerformanceResult(
             scene=scene,
             parameters=dict(parameters),
@@ -193,8 +190,6 @@ class PerformanceTest:
             software=frame.software,
             frames=count,
             seconds=self.elapsed,
-            lights_in_scene=round(self._in_scene / count) if count else frame.lights.in_scene,
-            lights_in_view=round(self._in_view / count) if count else frame.lights.in_view,
+            lights=lights,
             milliseconds={name: statistics.median(values) for name, values in self._milliseconds.items()},
-            lights_dropped=frame.lights.dropped,
         )

@@ -1,4 +1,4 @@
-"""The scene that the window shows, the values of its parameters, and the rows of text that list them."""
+"""The scene that the window shows, its time, the values of its parameters, and the text that lists them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,38 @@ from firefly_sample.viewer.overlay import Rows
 MOST_PARAMETERS = 8
 
 
+class Clock:
+    """Scene time in seconds, which follows the wall clock and can be paused.
+
+    `now` is always the wall clock's time: seconds, monotonic, from any origin.
+    """
+
+    def __init__(self, start: float, now: float) -> None:
+        self._time = start
+        self._since: float | None = now
+
+    @property
+    def paused(self) -> bool:
+        """True while time stands still."""
+        return self._since is None
+
+    def time(self, now: float) -> float:
+        """Return the scene time."""
+        return self._time if self._since is None else self._time + (now - self._since)
+
+    def toggle(self, now: float) -> None:
+        """Pause, or continue from the time of the pause."""
+        self._time = self.time(now)
+        self._since = now if self.paused else None
+
+
 class ShownScene:
     """A plugin's scene, whose parameters keys change while it is shown.
 
-    Parameters
-    ----------
-    plugin : ScenePlugin
-    values : dict of str to object
-        Every parameter's value, checked.
-
     Attributes
     ----------
+    values : dict of str to object
+        Every parameter's value, checked.
     scene : Scene
         A new one after a parameter has changed that is not live.
     """
@@ -37,10 +58,7 @@ class ShownScene:
     def step(self, parameter: Parameter, key: KeyStep) -> str:
         """Change a parameter by one press of a key, and return a message for the user.
 
-        Raises
-        ------
-        FireflyError
-            If the scene refuses the new value; nothing has changed then.
+        Raises a FireflyError if the scene refuses the new value; nothing has changed then.
         """
         before = self.values[parameter.name]
         after = parameter.step(before, key)
@@ -52,11 +70,10 @@ class ShownScene:
 
     def undo(self) -> bool:
         """Undo the last step, after which the scene could not be drawn; return False if there was none."""
-        if self._undo is None:
-            return False
         undo, self._undo = self._undo, None
-        self._set(*undo)
-        return True
+        if undo is not None:
+            self._set(*undo)
+        return undo is not None
 
     def _set(self, parameter: Parameter, value: Any) -> None:
         values = self.values | {parameter.name: value}

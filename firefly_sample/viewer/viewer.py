@@ -1,14 +1,13 @@
-"""The window's behaviour: the actions of keys and mouse, and what is drawn after them. It knows no glfw."""
+"""Act on the events of the window, and draw its frames; only `glfw_window` calls glfw."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from firefly_sample.capture.writers import save_screenshot
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer
@@ -16,19 +15,28 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.scene import Scene
-from firefly_sample.viewer.clock import Clock, RateMeter
+from firefly_sample.viewer.buffer_pictures import Pixels
 from firefly_sample.viewer.controls import Binding, help_plate, parameter_bindings
 from firefly_sample.viewer.orbit import OrbitCamera, SceneWithCamera
 from firefly_sample.viewer.overlay import Rows, rows_plate, text_plate
-from firefly_sample.viewer.performance import SECONDS, PerformanceResult, PerformanceTest
-from firefly_sample.viewer.screenshot import save_screenshot
-from firefly_sample.viewer.shown_scene import ShownScene
+from firefly_sample.viewer.performance import SECONDS, PerformanceResult, PerformanceTest, RateMeter
+from firefly_sample.viewer.shown_scene import Clock, ShownScene
 from firefly_sample.viewer.window_views import PICTURE, STRIP, DrawnView, draw_view, views_of
 
 MARGIN = 10
 """Pixels between the window's edge and text, at scale 1."""
 MESSAGE_SECONDS = 4.0
 RESULT_SECONDS = 12.0
+_KEYS = {
+    "v": "next view: picture or buffers",
+    "p": "pause or continue",
+    "r": "back to the scene's camera",
+    "s": "save a screenshot",
+    "t": f"performance test: one turn, {SECONDS:g} s",
+    "f1": "show or hide this help",
+    "escape": "close",
+}
+"""The window's own keys, and their actions."""
 
 
 class Viewer:
@@ -36,10 +44,8 @@ class Viewer:
 
     Parameters
     ----------
-    shown : ShownScene
     renderer : Renderer
         Made with ``window=True``.
-    clock : Clock
     folder : Path
         For screenshots.
     report : callable
@@ -48,16 +54,11 @@ class Viewer:
     Attributes
     ----------
     bindings : dict of str to Binding
-        The action of each key.
+        The action of each key; see `parameter_bindings`.
     status : tuple of (str, str)
         The rows of text in the window's corner.
     closed : bool
         True after the user has asked to close the window.
-
-    Raises
-    ------
-    SceneError
-        If a parameter wants a key that it cannot have.
     """
 
     def __init__(
@@ -88,15 +89,7 @@ class Viewer:
         self._now = 0.0
         self._stale = True
         self.closed = False
-        self._own_keys = [
-            Binding("v", "next view: picture or buffers", self._next_view),
-            Binding("p", "pause or continue", self._pause),
-            Binding("r", "back to the scene's camera", self._reset_camera),
-            Binding("s", "save a screenshot", self._take_screenshot),
-            Binding("t", f"performance test: one turn, {SECONDS:g} s", self._toggle_test),
-            Binding("f1", "show or hide this help", self._toggle_help),
-            Binding("escape", "close", self._escape),
-        ]
+        self._own_keys = [Binding(key, action, partial(self._act, key)) for key, action in _KEYS.items()]
         plugin = shown.plugin
         self._scene_keys = parameter_bindings(plugin.name, plugin.parameters, self._own_keys, self._step)
         self.bindings = {binding.key: binding for binding in (*self._scene_keys, *self._own_keys)}
@@ -144,43 +137,36 @@ class Viewer:
         self._stale = True
         self._own_camera().zoom(steps)
 
-    # --- Actions of the keys ---
-
     def _step(self, parameter: Parameter, key: KeyStep) -> None:
         try:
             self._say(self._shown.step(parameter, key))
         except FireflyError as error:
             self._say(str(error))
 
-    def _next_view(self) -> None:
-        self._view = self._views[(self._views.index(self._view) + 1) % len(self._views)]
+    def _act(self, key: str) -> None:
+        """Do the action of one of the window's own keys.
 
-    def _pause(self) -> None:
-        self._clock.toggle(self._now)
-
-    def _reset_camera(self) -> None:
-        self._orbit = None
-
-    def _take_screenshot(self) -> None:
-        self._screenshot_wanted = True
-
-    def _toggle_help(self) -> None:
-        self._help = not self._help
-
-    def _toggle_test(self) -> None:
-        if self.testing:
-            self.end_test()
-        else:
-            self.start_test()
-
-    def _escape(self) -> None:
-        """Close the help, or else end the performance test, or else close the window."""
-        if self._help:
-            self._help = False
-        elif self.testing:
-            self.end_test()
-        else:
-            self.closed = True
+        Esc closes the help, or else ends the performance test, or else closes the window.
+        """
+        match key:
+            case "v":
+                self._view = self._views[(self._views.index(self._view) + 1) % len(self._views)]
+            case "p":
+                self._clock.toggle(self._now)
+            case "r":
+                self._orbit = None
+            case "s":
+                self._screenshot_wanted = True
+            case "f1":
+                self._help = not self._help
+            case "escape" if self._help:
+                self._help = False
+            case "t" | "escape" if self.testing:
+                self.end_test()
+            case "t":
+                self.start_test()
+            case "escape":
+                self.closed = True
 
     def _own_camera(self) -> OrbitCamera:
         if self._orbit is None:
@@ -214,13 +200,6 @@ class Viewer:
         if self._test is not None and self._test.began:
             self.end_test()
 
-    def _advance_test(self) -> None:
-        """Count the frame that is on the window now."""
-        if self._test is not None and self._frame is not None:
-            self._test.advance(self._now, self._frame, self._own_camera())
-            if self._test.done:
-                self.end_test()
-
     # --- Drawing ---
 
     def due(self, now: float) -> bool:
@@ -230,7 +209,7 @@ class Viewer:
         return self._stale or self.testing or not self._clock.paused
 
     def draw(self, size: tuple[int, int], scale: float, now: float) -> None:
-        """Draw a frame on the window.
+        """Draw a frame on the window at `now` (the clock's seconds).
 
         Parameters
         ----------
@@ -238,11 +217,13 @@ class Viewer:
             Of the window's framebuffer, in pixels.
         scale : float
             Scale of text; 1 on an ordinary screen.
-        now : float
-            The clock's seconds.
         """
         self._now = now
-        self._advance_test()
+        if self._test is not None and self._frame is not None:
+            # the last frame is on the window now
+            self._test.advance(now, self._frame, self._own_camera())
+            if self._test.done:
+                self.end_test()
         if size != self._renderer.size:
             self._renderer.resize(size)
         drawn = self._draw_or_undo(self._clock.time(now), scale)
@@ -280,7 +261,7 @@ class Viewer:
             scene = SceneWithCamera(scene, self._orbit.path)
         return draw_view(self._renderer, scene, time, self._view, scale, read=self._screenshot_wanted)
 
-    def _save(self, picture: NDArray[np.uint8]) -> None:
+    def _save(self, picture: Pixels) -> None:
         self._screenshot_wanted = False
         try:
             self._say(f"saved {save_screenshot(self._folder, self._shown.plugin.name, picture)}")

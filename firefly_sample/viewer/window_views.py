@@ -7,23 +7,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
-from firefly_sample.viewer.buffer_pictures import (
-    BUFFERS,
-    buffer_picture,
-    buffers_of,
-    particle_shadow_atlas_picture,
-    shadow_atlas_picture,
-)
+from firefly_sample.viewer.buffer_pictures import BUFFERS, Pixels, buffers_of, picture_of
 from firefly_sample.viewer.overlay import blend, text_plate
-
-Pixels = NDArray[np.uint8]
 
 PICTURE, STRIP = "picture", "strip"
 
@@ -44,33 +35,24 @@ def views_of(look: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class DrawnView:
-    """A view that was drawn and can be presented.
-
-    Attributes
-    ----------
-    plan, frame : FramePlan, Frame
-        Of the picture, or of the one buffer.
-    image : Layer or None
-        The image over the plan's colour, or in its place.
-    note : str
-        How to read the view.
-    milliseconds : float
-        GPU time in total.
-    """
+    """A view that was drawn and can be presented."""
 
     plan: FramePlan
+    """Of the picture, or of the one buffer."""
     frame: Frame
     image: Layer | None
+    """The image over the plan's colour, or in its place."""
     note: str
+    """How to read the view."""
     milliseconds: float
+    """GPU time in total."""
 
     def picture(self) -> Pixels:
         """Return the view as an array, shape (height, width, 3); it must have been drawn with `read`."""
-        if self.image is None:
-            return np.asarray(self.frame["color"], dtype=np.uint8)
-        if "color" not in self.plan.outputs:
+        if self.image is not None and "color" not in self.plan.outputs:
             return self.image.pixels
-        return blend(np.asarray(self.frame["color"], dtype=np.uint8), self.image.pixels, self.image.corner)
+        color = np.asarray(self.frame["color"], dtype=np.uint8)
+        return color if self.image is None else blend(color, self.image.pixels, self.image.corner)
 
 
 def draw_view(
@@ -89,12 +71,12 @@ def draw_view(
     """
     if view in BUFFERS:
         plan, frame = _draw_buffers(renderer, scene, time, (view,), renderer.size)
-        pixels, note = _picture_of(plan, frame, view)
-        return DrawnView(plan, frame, Layer(pixels), note, _total(frame))
+        pixels, note = picture_of(plan, frame, view)
+        return DrawnView(plan, frame, Layer(pixels), note, sum(frame.milliseconds.values()))
     strip, note, spent = _draw_strip(renderer, scene, time, scale) if view == STRIP else (None, "", 0.0)
     plan = renderer.plan(scene, time)
     frame = renderer.draw(plan, read=read)
-    return DrawnView(plan, frame, strip, note, spent + _total(frame))
+    return DrawnView(plan, frame, strip, note, spent + sum(frame.milliseconds.values()))
 
 
 def _draw_strip(
@@ -106,9 +88,10 @@ def _draw_strip(
     if grid is None:
         return None, "no room for the buffers: make the window larger", 0.0
     plan, frame = _draw_buffers(renderer, scene, time, buffers, grid.size)
-    band = buffer_strip({name: _picture_of(plan, frame, name)[0] for name in buffers}, grid, scale)
+    band = buffer_strip({name: picture_of(plan, frame, name)[0] for name in buffers}, grid, scale)
     width, height = renderer.size
-    return Layer(band, ((width - band.shape[1]) // 2, height - band.shape[0])), "", _total(frame)
+    layer = Layer(band, ((width - band.shape[1]) // 2, height - band.shape[0]))
+    return layer, "", sum(frame.milliseconds.values())
 
 
 def _draw_buffers(
@@ -130,20 +113,6 @@ def _draw_buffers(
         renderer.resize(window)
 
 
-def _picture_of(plan: FramePlan, frame: Frame, name: str) -> tuple[Pixels, str]:
-    """Return a picture of one buffer, as large as the frame's picture, and a note on how to read it."""
-    image = frame[name]
-    if name == "shadow_atlas":
-        return shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
-    if name == "particle_shadow_atlas":
-        return particle_shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
-    return buffer_picture(name, image, classic=plan.settings.look == "classic", exposure=plan.exposure)
-
-
-def _total(frame: Frame) -> float:
-    return sum(frame.milliseconds.values())
-
-
 class Grid(NamedTuple):
     """The layout of thumbnails: how many in a row, and the size of each."""
 
@@ -151,11 +120,11 @@ class Grid(NamedTuple):
     size: tuple[int, int]
 
 
-def thumbnail_grid(window: tuple[int, int], count: int, scale: float) -> Grid | None:
+def thumbnail_grid(window: tuple[int, int], number: int, scale: float) -> Grid | None:
     """Return the largest thumbnails with the window's aspect ratio, or None if there is no room for them."""
     gap, best = round(GAP * scale), None
-    for rows in range(1, count + 1):
-        columns = math.ceil(count / rows)
+    for rows in range(1, number + 1):
+        columns = math.ceil(number / rows)
         width = (window[0] - gap * (columns + 1)) // columns
         height = round(width * window[1] / window[0])
         if rows * (height + gap) + gap <= SHARE * window[1] and (best is None or width > best.size[0]):
@@ -166,12 +135,9 @@ def thumbnail_grid(window: tuple[int, int], count: int, scale: float) -> Grid | 
 
 
 def buffer_strip(pictures: dict[str, Pixels], grid: Grid, scale: float) -> Pixels:
-    """Return labelled thumbnails on a dark band, shape (height, width, 4), colours multiplied by alpha.
+    """Return thumbnails on a dark band, shape (height, width, 4), colours multiplied by alpha.
 
-    Parameters
-    ----------
-    pictures : dict of str to ndarray of uint8, shape (height, width, 3)
-        By label, in order; each has the grid's size.
+    `pictures` are by label, in order, each of the grid's size.
     """
     gap, (width, height) = round(GAP * scale), grid.size
     rows = math.ceil(len(pictures) / grid.columns)

@@ -194,7 +194,7 @@ def test_a_file_that_cannot_be_written_is_one_line(tmp_path, capsys):
 
 def test_images_are_encoded_while_the_next_frames_are_drawn(tmp_path, monkeypatch):
     """By other threads, so that the one that draws goes on."""
-    from firefly_sample.capture import frame_writer
+    from firefly_sample.capture import writers
 
     threads = set()
 
@@ -202,7 +202,7 @@ def test_images_are_encoded_while_the_next_frames_are_drawn(tmp_path, monkeypatc
         threads.add(threading.get_ident())
         write_image(*arguments)
 
-    monkeypatch.setattr(frame_writer, "write_image", write)
+    monkeypatch.setattr(writers, "write_image", write)
     capture_frames(GLADE, tmp_path, frames="0:4", size=(8, 6))
     assert threads
     assert threading.get_ident() not in threads

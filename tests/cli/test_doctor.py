@@ -54,12 +54,12 @@ def test_nothing_is_to_be_mended_where_only_extras_are_missing():
     broken = Finding("libGL", False, True, "not found", "apt-get install libgl1")
     noted = Finding("VARIABLE", True, False, "1: changes pictures", "unset VARIABLE")
     assert "To " not in as_text([here], True)
-    assert "\n\nTo undo what is noted:\n  unset VARIABLE\n\n" in as_text([here, noted], True)
+    assert "\n\nTo unset these variables:\n  unset VARIABLE\n\n" in as_text([here, noted], True)
     assert as_text([here, extra], True).endswith(
-        "\n\nTo add what is optional:\n  pip install 'embreex>=4,<5'\n\nfirefly capture works here."
+        "\n\nTo add optional parts:\n  pip install 'embreex>=4,<5'\n\nfirefly capture works here."
     )
     assert as_text([here, extra, broken], False).endswith(
-        "\n\nTo mend it:\n  apt-get install libgl1\n\nTo add what is optional:\n"
+        "\n\nTo fix it:\n  apt-get install libgl1\n\nTo add optional parts:\n"
         "  pip install 'embreex>=4,<5'\n\nfirefly capture cannot work here."
     )
 

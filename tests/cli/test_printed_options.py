@@ -36,8 +36,7 @@ def known():
     for words in cli.COMMANDS:
         names |= names_of(words, find_scene("forest") if words in cli.WITH_SCENE else None)
     for plugin in (*list_scenes(), find_scene("tests.cli.glade:crowded")):
-        options = zip(plugin.parameters, scene_options(plugin), strict=True)
-        for parameter, option in options:
+        for option, parameter in scene_options(plugin).items():
             names |= {option, option.replace("--", "--no-")} if parameter.default is True else {option}
     return names
 
@@ -65,10 +64,10 @@ def test_scenes_prints_the_options_that_commands_take(capsys):
     assert cli.main(["scenes"]) == 0
     text = capsys.readouterr().out
     for plugin in list_scenes():
-        assert set(scene_options(plugin)) <= names_of(("plan",), plugin)
+        assert scene_options(plugin).keys() <= names_of(("plan",), plugin)
         part = text.split(f"{plugin.name}: ")[1]
         printed = OPTION.findall("\n".join(line for line in part.splitlines()[1:] if line.startswith("  --")))
-        assert printed[: len(plugin.parameters)] == scene_options(plugin)
+        assert printed[: len(plugin.parameters)] == list(scene_options(plugin))
     assert "  --lights  256 " in text
 
 

@@ -14,7 +14,7 @@ import sys
 import pytest
 from PIL import Image
 
-from firefly_sample.commands.streams import failure_of, safe_streams
+from firefly_sample.commands.terminal import failure_of, safe_streams
 from tests.cli.command import ROOT, environment
 
 FIREFLY = f"{shlex.quote(sys.executable)} -m firefly_sample.cli"

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from firefly_sample.capture import frame_writer
-from firefly_sample.capture.frame_writer import FrameWriter
-from firefly_sample.capture.manifest import pixel_hash
-from firefly_sample.capture.writers import write_image
+from firefly_sample.capture import writers
+from firefly_sample.capture.writers import FrameWriter, pixel_hash, write_image
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame, LightCounts
 
@@ -43,7 +41,7 @@ def slowly(monkeypatch):
         time.sleep(0.03 / len(threads))
         write_image(path, output, image)
 
-    monkeypatch.setattr(frame_writer, "write_image", write)
+    monkeypatch.setattr(writers, "write_image", write)
     return threads
 
 
@@ -67,7 +65,7 @@ def test_images_are_encoded_and_hashed_by_other_threads(tmp_path, slowly, monkey
         slowly.append(threading.get_ident())
         return pixel_hash(image)
 
-    monkeypatch.setattr(frame_writer, "pixel_hash", hashed)
+    monkeypatch.setattr(writers, "pixel_hash", hashed)
     before = threading.active_count()
     with FrameWriter(tmp_path, threads=2) as writer:
         for index in range(6):
@@ -137,7 +135,7 @@ def test_after_ctrl_c_only_what_was_begun_is_written(tmp_path, monkeypatch):
         time.sleep(1.0)  # meanwhile the interruption must come, also on a busy machine
         write_image(path, output, image)
 
-    monkeypatch.setattr(frame_writer, "write_image", write)
+    monkeypatch.setattr(writers, "write_image", write)
 
     def run():
         with FrameWriter(tmp_path, threads=1) as writer:

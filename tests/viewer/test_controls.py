@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from firefly_sample.capture.writers import save_screenshot
 from firefly_sample.errors import FireflyError, ParameterError, SceneError, ViewerError
 from firefly_sample.frame import Frame, LightCounts
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scenes import find_scene
-from firefly_sample.viewer.clock import PERIOD, Clock, RateMeter
 from firefly_sample.viewer.controls import Binding, key_label, parameter_bindings
 from firefly_sample.viewer.glfw_window import LARGEST, Window, check_display
-from firefly_sample.viewer.screenshot import save_screenshot
-from firefly_sample.viewer.shown_scene import ShownScene, value_text
+from firefly_sample.viewer.performance import PERIOD, RateMeter
+from firefly_sample.viewer.shown_scene import Clock, ShownScene, value_text
 from tests.viewer.lamps import lamps
 
 OWN = [Binding("v", "next view", lambda: None)]

@@ -81,7 +81,7 @@ def test_frames_are_counted_between_the_ends_of_the_first_and_the_last(camera):
     assert test.done
     result = result_of(test)
     assert (result.frames, result.seconds, result.frames_per_second) == (4, 2.25, 4 / 2.25)
-    assert (result.lights_in_scene, result.lights_in_view) == (10, 7)
+    assert (result.lights.in_scene, result.lights.in_view) == (10, 7)
     assert result.milliseconds == {"geometry": 2.5}
     assert test.progress == "2 of 2 s"
 
@@ -116,8 +116,7 @@ def test_the_result_as_a_line_and_as_json():
         software=True,
         frames=412,
         seconds=30.04,
-        lights_in_scene=400,
-        lights_in_view=391,
+        lights=LightCounts(400, 391, 0),
         milliseconds={"geometry": 12.5},
     )
     assert result.line() == (
@@ -183,8 +182,8 @@ def test_headless_draws_until_the_time_is_over(run_on_glade):
     assert told == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert (result.scene, result.size, result.settings) == ("glade", (16, 12), settings)
     assert result.parameters == {"fireflies": 5, "seed": 7, "reach": 2.5, "glass": False, "dusk": True}
-    assert result.lights_in_scene == 5
-    assert 0 < result.lights_in_view <= 5
+    assert result.lights.in_scene == 5
+    assert 0 < result.lights.in_view <= 5
     assert result.milliseconds.keys() == {"geometry", "ambient", "point_lights", "resolve"}
     assert all(value > 0 for value in result.milliseconds.values())
 

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.performance import PerformanceResult
-from firefly_sample.viewer.shown_scene import ShownScene
+from firefly_sample.viewer.shown_scene import Clock, ShownScene
 from firefly_sample.viewer.viewer import MESSAGE_SECONDS, RESULT_SECONDS, Viewer
 from tests.conftest import make_renderer
 from tests.viewer.workshop import workshop

@@ -287,9 +287,8 @@ import warnings
 from pathlib import Path
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window
-from firefly_sample.viewer.shown_scene import ShownScene
+from firefly_sample.viewer.shown_scene import Clock, ShownScene
 from firefly_sample.viewer.viewer import Viewer
 from tests.viewer.workshop import Workshop
 
@@ -326,9 +325,8 @@ from pathlib import Path
 from firefly_sample.gpu.device import Device
 from firefly_sample.renderer import Renderer
 from firefly_sample.settings import Settings
-from firefly_sample.viewer.clock import Clock
 from firefly_sample.viewer.glfw_window import Window
-from firefly_sample.viewer.shown_scene import ShownScene
+from firefly_sample.viewer.shown_scene import Clock, ShownScene
 from firefly_sample.viewer.viewer import Viewer
 from firefly_sample.viewer.window_views import views_of
 from tests.viewer.workshop import workshop

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.lab.clouds import CLOUDS, Error, blob, faint, from_above, shadow_errors, slices_of
+from firefly_sample.lab.clouds import CLOUDS, blob, faint, from_above, shadow_errors, slices_of
 from firefly_sample.lab.experiments.bench import DrawnFrame, ExperimentBench
 from firefly_sample.lab.experiments.cases import cases
 from firefly_sample.lab.experiments.experiment import Experiment, Figures, Float64, relative_error
 from firefly_sample.lab.experiments.times import ratios_of
 from firefly_sample.lab.probe import Size
-from firefly_sample.lab.reference.particle_shadow import sliced_light
 from firefly_sample.lab.reference.particles import sliced_light
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.scene.lights import AmbientLight
@@ -49,10 +48,10 @@ SLICES = (16, 32, 64, 128, 256)
 
 def _shadow_errors(
     bench: ExperimentBench, changes: Iterable[Changes], make: Callable[..., ParticleNode], *arguments: int
-) -> list[Error]:
+) -> list[tuple[float, float]]:
     """Return `shadow_errors` in a cloud that `make` returns, measured once."""
     settings = [Settings(**each) for each in changes]
-    found: list[Error] = bench.once(
+    found: list[tuple[float, float]] = bench.once(
         (make, arguments, *settings), lambda: shadow_errors(bench.renderer, make(*arguments), settings)
     )
     return found
