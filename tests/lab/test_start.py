@@ -10,7 +10,7 @@ import pytest
 
 from firefly_sample.cli import main
 from firefly_sample.commands.measure_start import start_as_text
-from firefly_sample.derived import VARIABLE
+from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import FireflyError
 from firefly_sample.lab.start import CACHES, measure_start
 from tests.cli.command import ROOT, environment
