@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.derived import derived_folder, fingerprint, load_derived, save_derived
+from firefly_sample.disk_cache import derived_folder, fingerprint, load_derived, save_derived
 from firefly_sample.srgb import srgb_to_linear
 
 Float32 = NDArray[np.float32]
@@ -23,6 +23,8 @@ VERSION = 1
 """Version of the mipmaps; counts up whenever a bit of them changes, so that cached ones are not used."""
 
 _HALF = np.float32(0.5)
+_ALPHAS = np.arange(256, dtype=np.float32) / np.float32(255.0)
+"""The alpha of each 8-bit code."""
 _STRIP = 2**16
 """Texels that are decoded at once, so that they stay in the processor's cache."""
 
@@ -41,9 +43,9 @@ class Picture(Protocol):
 def texture_levels(
     pixels: NDArray[np.uint8], cutoff: float | None, stored: bool = False
 ) -> list[NDArray[np.uint16]]:
-    """Return all mipmap levels of an image: 16 bits per channel, the first row at the bottom.
+    """Return all mipmap levels of an image: linear, 16 bits per channel, the first row at the bottom.
 
-    They are decoded to linear colour, which costs no more to sample than 8-bit sRGB and is more accurate.
+    They cost no more to sample than 8-bit sRGB and are more accurate.
 
     Parameters
     ----------
@@ -54,36 +56,34 @@ def texture_levels(
     stored : bool
         Do not decode colours: the classic look.
     """
-    kept, decoded = _tables(stored)
+    texels, values = _tables(stored)
     image = pixels[::-1]
     height, width = image.shape[:2]
     level = np.empty((height, width, 4), dtype=np.uint16)
     halved = np.empty((max(height // 2, 1), max(width // 2, 1), 4), dtype=np.float32)
     for rows in _strips(height, width):
         pairs = np.ascontiguousarray(image[rows]).view(np.uint16).astype(np.intp)
-        level[rows] = _look_up(pairs, kept)
+        level[rows] = _look_up(pairs, *texels).view(np.uint16)
         into = slice(rows.start // 2, max(rows.stop // 2, 1))
-        halved[into] = _halve(_look_up(pairs, decoded), weighted=cutoff is not None)
+        halved[into] = _halve(_look_up(pairs, *values).view(np.float32), weighted=cutoff is not None)
     if level.shape[:2] == (1, 1):
         return [level]
-    coverage = None if cutoff is None else alpha_coverage(_alphas().take(image[..., 3]), cutoff)
+    coverage = None if cutoff is None else alpha_coverage(_ALPHAS.take(image[..., 3]), cutoff)
     return [level, *map(_as_texels, _smaller(halved, cutoff, coverage))]
 
 
 def kept_texture_levels(
     image: Picture, cutoff: float | None, stored: bool = False
 ) -> list[NDArray[np.uint16]]:
-    """Return `texture_levels`, from the cache if the image has a digest: see `firefly_sample.derived`."""
+    """Return `texture_levels`, from the cache if the image has a digest: see `firefly_sample.disk_cache`."""
     if image.digest is None or derived_folder() is None:
         return texture_levels(image.pixels, cutoff, stored)
     key = f"texture-{fingerprint(VERSION, np.__version__, image.digest, cutoff, stored)}"
     kept = load_derived(key)
     if kept is not None:
-        levels = list(kept.arrays.values())
-        whole = list(kept.arrays) == [str(number) for number in range(len(levels))]
-        whole &= all(level.dtype == np.dtype("<u2") for level in levels)
-        if whole and [level.shape for level in levels] == _shapes(image.size):
-            return levels
+        expected = [(str(number), "<u2", shape) for number, shape in enumerate(_shapes(image.size))]
+        if [(name, level.dtype.str, level.shape) for name, level in kept.arrays.items()] == expected:
+            return list(kept.arrays.values())
     levels = texture_levels(image.pixels, cutoff, stored)
     save_derived(key, {}, {str(number): level for number, level in enumerate(levels)})
     return levels
@@ -103,37 +103,27 @@ def _strips(height: int, width: int) -> Iterator[slice]:
         yield slice(start, min(start + step, height))
 
 
-def _alphas() -> Float32:
-    return np.arange(256, dtype=np.float32) / np.float32(255.0)
-
-
 @cache
-def _tables(stored: bool) -> tuple[_Table, _Table]:
-    """Return tables from two codes to 16 bits and to float32; two at once halve the look-ups."""
-    alphas = _alphas()
-    colors = alphas if stored else srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
+def _tables(stored: bool) -> tuple[tuple[NDArray[Any], ...], ...]:
+    """Return tables from two 8-bit codes to two texels of 16 bits, and to two float32.
+
+    There is a table for red and green and one for blue and alpha: two codes at once halve the look-ups.
+    """
+    colors = _ALPHAS if stored else srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
     pairs = np.arange(2**16, dtype=np.uint16).view(np.uint8).reshape(-1, 2)
-    red_green = colors[pairs]
-    blue_alpha = np.stack([colors[pairs[:, 0]], alphas[pairs[:, 1]]], axis=1)
-    kept = _as_texels(red_green).view(np.uint32), _as_texels(blue_alpha).view(np.uint32)
-    decoded = red_green.view(np.uint64), blue_alpha.view(np.uint64)
-    return _Table(*kept, np.uint16), _Table(*decoded, np.float32)
+    values = colors[pairs], np.stack([colors[pairs[:, 0]], _ALPHAS[pairs[:, 1]]], axis=1)
+    return (
+        tuple(_as_texels(table).view(np.uint32) for table in values),
+        tuple(table.view(np.uint64) for table in values),
+    )
 
 
-class _Table(NamedTuple):
-    """For each pair of 8-bit codes, a pair of numbers of `dtype`, stored as one."""
-
-    red_green: NDArray[Any]
-    blue_alpha: NDArray[Any]
-    dtype: type[np.generic]
-
-
-def _look_up(pairs: NDArray[np.intp], table: _Table) -> NDArray[Any]:
-    """Return the four numbers of each texel, from its two pairs of codes."""
-    found = np.empty(pairs.shape, dtype=table.red_green.dtype)
-    found[..., 0] = table.red_green.take(pairs[..., 0])
-    found[..., 1] = table.blue_alpha.take(pairs[..., 1])
-    return found.view(table.dtype)
+def _look_up(pairs: NDArray[np.intp], red_green: NDArray[Any], blue_alpha: NDArray[Any]) -> NDArray[Any]:
+    """Return the entries of both tables for each texel, from its two pairs of codes."""
+    found = np.empty(pairs.shape, dtype=red_green.dtype)
+    found[..., 0] = red_green.take(pairs[..., 0])
+    found[..., 1] = blue_alpha.take(pairs[..., 1])
+    return found
 
 
 def _as_texels(values: Float32) -> NDArray[np.uint16]:

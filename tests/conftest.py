@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings as search
 
 from firefly_sample import Renderer, SoftwareDriverWarning
-from firefly_sample.derived import VARIABLE
+from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.gpu.device import Device
 
 # the same examples each run, and no clock, since machines differ

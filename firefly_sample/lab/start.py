@@ -16,7 +16,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from firefly_sample.derived import VARIABLE
+from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import FireflyError, SceneError
 from firefly_sample.frame import check_size
 from firefly_sample.lab.measuring import quartile_spread

@@ -42,7 +42,7 @@ def load_model(path: str | Path) -> NodePath:
     Base colour, its texture, cut-out alpha, sidedness and vertex colours are read; other properties of glTF
     materials are ignored.
 
-    Files are cached and not parsed twice: see `firefly_sample.derived`. The root is named after the file.
+    Files are cached and not parsed twice: see `firefly_sample.disk_cache`. The root is named after the file.
 
     Raises
     ------

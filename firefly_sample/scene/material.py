@@ -45,7 +45,7 @@ class Texture(ReadOnlyArrays):
         Width and height.
     digest : str or None
         A hash of the pixels if the image came from a file, under which derived data is cached: see
-        `firefly_sample.derived`.
+        `firefly_sample.disk_cache`.
     """
 
     digest: str | None

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.derived import Kept, derived_folder, fingerprint, load_derived, save_derived
+from firefly_sample.disk_cache import Kept, derived_folder, fingerprint, load_derived, save_derived
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import AlphaMode, Material, Texture
 from firefly_sample.scene.nodepath import NodePath

@@ -131,17 +131,19 @@ def _modules(plugin: ScenePlugin) -> set[str]:
 
 def _fault(error: BaseException, modules: set[str]) -> str:
     """Describe what a plugin raised, on one line, and where: the innermost frame in one of its modules."""
-    text, places = str(error), []
-    for frame, line in traceback.walk_tb(error.__traceback__):
-        if frame.f_globals.get("__name__") in modules:
-            places.append(f"{frame.f_code.co_filename}:{line}")
+    text = str(error)
+    places = [
+        f"{frame.f_code.co_filename}:{line}"
+        for frame, line in traceback.walk_tb(error.__traceback__)
+        if frame.f_globals.get("__name__") in modules
+    ]
     if isinstance(error, SyntaxError) and error.filename and not error.filename.startswith("<"):
         # the module that does not compile has no frame, and the text would repeat the place
         text, places = error.msg, [f"{error.filename}:{error.lineno}"]
     name = "sys.exit was called" if isinstance(error, SystemExit) else type(error).__name__
-    parts = [name, *text.split()]
-    told = " ".join([f"{parts[0]}:", *parts[1:]] if parts[1:] else parts)
-    return f"{told} ({places[-1]})" if places else told
+    text = " ".join(text.split())
+    said = f"{name}: {text}" if text else name
+    return f"{said} ({places[-1]})" if places else said
 
 
 def _entry_points() -> dict[str, EntryPoint]:

@@ -8,7 +8,6 @@ fireflies never moves the first ones.
 from __future__ import annotations
 
 import math
-import operator
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import ParameterError
 from firefly_sample.scene.random import check_seed, uniform
+from firefly_sample.settings import to_whole
 
 Float64 = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ class FireflyState(NamedTuple):
     sizes : ndarray of float64, shape (n,)
         0.2 at rest to 1 at the peak of the pulse.
     colors : ndarray of float64, shape (n, 3)
-        Linear; red is 1, blue at most green. The same array every time; read only.
+        Linear; red is 1, blue at most green. Read-only, the same at all times.
     """
 
     positions: Float64
@@ -54,23 +54,14 @@ class FireflyState(NamedTuple):
 
 
 class Fireflies:
-    """Fireflies 0 to count - 1 of a seed.
-
-    Parameters
-    ----------
-    seed : int
-        0 to 2**64 - 1.
-    count : int
-        0 or more. The first fireflies are the same for every count, bit for bit.
+    """Fireflies 0 to count - 1 of a seed; the first ones are the same for every count, bit for bit.
 
     Attributes
     ----------
     start, step : ndarray of float64, shape (n, 3)
         The nearest and the farthest point of the flight are ``start`` and ``start + step``.
-    out, back : ndarray of float64, shape (n,)
-        Seconds from the start to the far point, and back.
-    flight_phase : ndarray of float64, shape (n,)
-        Seconds of the flight that have passed at time 0.
+    out, back, flight_phase : ndarray of float64, shape (n,)
+        Seconds from the start to the far point, from there back, and of the flight passed at time 0.
     rest, swell, shrink, pulse_phase : ndarray of float64, shape (n,)
         The same for the pulse: small for `rest`, growing for `swell`, shrinking for `shrink` seconds.
     colors : ndarray of float64, shape (n, 3)
@@ -84,12 +75,10 @@ class Fireflies:
 
     def __init__(self, seed: int, count: int) -> None:
         self.seed = check_seed(seed)
-        try:
-            self.count = operator.index(count)
-        except TypeError:
-            self.count = -1
-        if self.count < 0:
+        whole = to_whole(count)
+        if whole is None or whole < 0:
             raise ParameterError(f"the count of fireflies must be a whole number of 0 or more, got {count!r}")
+        self.count = whole
         u = uniform(self.seed, np.arange(_DRAWS)[:, np.newaxis], np.arange(self.count))
 
         self.start: Float64 = _between(u[0:3].T, np.array(START_LOW), np.array(START_HIGH))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.assets import model_path
 from firefly_sample.memo import Memo
-from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
 from firefly_sample.scene.loader import load_model
@@ -19,11 +18,18 @@ from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.random import uniform
-from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
+from firefly_sample.scene.scene import VerticalGradient
 from firefly_sample.scenes.fireflies import Fireflies, FireflyState
-from firefly_sample.scenes.forest_ground import ground_height
-from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, place_forest
-from firefly_sample.scenes.plugin import Plugin, check_live, find_part, seed_parameter, set_visible
+from firefly_sample.scenes.forest_layout import CAMERA, SPECIES, ground_height, place_forest
+from firefly_sample.scenes.plugin import (
+    LiveScene,
+    Plugin,
+    find_part,
+    seed_parameter,
+    set_visible,
+    switch,
+    with_keys,
+)
 
 Float64 = NDArray[np.float64]
 
@@ -44,55 +50,44 @@ _GLOW_RADIUS, _GLOW_RADIANCE = 3.4, (0.021, 0.0183, 0.0115)
 
 _PARAMETERS = (
     seed_parameter("Which fireflies: every random number about firefly k comes from (seed, k)."),
-    Parameter(
-        "fireflies",
-        int,
-        500,
-        "How many fireflies; more never move the first ones.",
-        minimum=0,
-        maximum=100_000,
-        keys=(KeyStep("up", 1.111, help="more fireflies"), KeyStep("down", 0.9, help="fewer fireflies")),
+    with_keys(
+        Parameter("fireflies", int, 500, "How many fireflies; more never move the first ones.", 0, 100_000),
+        KeyStep("up", 1.111, help="more fireflies"),
+        KeyStep("down", 0.9, help="fewer fireflies"),
     ),
-    Parameter(
-        "firefly_size",
-        float,
-        1.0,
-        "Size of the fireflies: scales the dot and the reach of the light.",
-        minimum=0.01,
-        maximum=20.0,
-        keys=(
-            KeyStep("right", 1.111, help="bigger fireflies"),
-            KeyStep("left", 0.9, help="smaller fireflies"),
+    with_keys(
+        Parameter(
+            "firefly_size",
+            float,
+            1.0,
+            "Size of the fireflies: scales the dot and the reach of the light.",
+            minimum=0.01,
+            maximum=20.0,
         ),
+        KeyStep("right", 1.111, help="bigger fireflies"),
+        KeyStep("left", 0.9, help="smaller fireflies"),
     ),
-    Parameter(
-        "ambient",
-        float,
-        1.0,
-        "Brightness of the moonlight that comes from everywhere; 0 is the original's black.",
-        minimum=0.0,
-        maximum=20.0,
-        keys=(
-            KeyStep("m", 1.25, 0.02, help="more moonlight"),
-            KeyStep("n", 0.8, -0.02, help="less moonlight"),
+    with_keys(
+        Parameter(
+            "ambient",
+            float,
+            1.0,
+            "Brightness of the moonlight that comes from everywhere; 0 is the original's black.",
+            minimum=0.0,
+            maximum=20.0,
         ),
+        KeyStep("m", 1.25, 0.02, help="more moonlight"),
+        KeyStep("n", 0.8, -0.02, help="less moonlight"),
     ),
-    Parameter(
-        "mist",
-        bool,
-        False,
-        "A thin mist over the ground, lit by the fireflies.",
-        keys=(KeyStep("f", help="mist on or off"),),
-    ),
+    switch("mist", False, "A thin mist over the ground, lit by the fireflies.", "f", "mist on or off"),
 )
 
 
 class _Swarm:
     """The fireflies as lights and as dots. It is called by nodes and refers to none, so there is no cycle."""
 
-    def __init__(self, seed: int, count: int, size: float) -> None:
-        self.fireflies = Fireflies(seed, count)
-        self.size = size
+    def __init__(self, fireflies: Fireflies, size: float) -> None:
+        self.fireflies, self.size = fireflies, size
         self._state: Memo[FireflyState] = Memo()
 
     def _at(self, time: float) -> FireflyState:
@@ -117,23 +112,8 @@ class _Swarm:
         )
 
 
-class _Haze:
-    """The haze, lit by the moon."""
-
-    ambient = 1.0
-
-    def dots(self, _: float) -> tuple[Float64, Float64, Float64]:
-        positions, colors, radii = _haze()
-        return positions, colors * self.ambient, radii
-
-
-class ForestScene(Scene):
-    """The clearing, its trees and its fireflies.
-
-    Parameters
-    ----------
-    seed, fireflies, firefly_size, ambient, mist
-        See ``scene.parameters``; all of them can be changed later by `set`.
+class ForestScene(LiveScene):
+    """The clearing, its trees and its fireflies; all parameters are live.
 
     Raises
     ------
@@ -141,61 +121,45 @@ class ForestScene(Scene):
         If a file in models/ is missing or damaged.
     """
 
-    def __init__(
-        self,
-        seed: int = 7,
-        fireflies: int = 500,
-        firefly_size: float = 1.0,
-        ambient: float = 1.0,
-        mist: bool = False,
-    ) -> None:
+    def __init__(self, **parameters: Any) -> None:
         # The original's lens, to its rounding at 4:3, and point of view; at other shapes its height stays.
         lens = PerspectiveLens(fov=(39.32, 30.0), near=50.0, far=500.0)
         lens.set_vfov(30.0)
         lens.set_aspect_ratio(None)
-        root = NodePath("forest")
-        camera = root.attach_new_node(Camera("camera", lens))
-        camera.set_pos_hpr(*CAMERA, 0.0, -7.5, 2.4)
-        super().__init__(root, camera, exposure=EXPOSURE)
-        _plant(root)
-        self._swarm = _Swarm(seed, fireflies, firefly_size)
-        root.attach_new_node(PointLights("fireflies", function=self._swarm.lights))
-        root.attach_new_node(Sprites("insects", function=self._swarm.dots))
-        self._haze = _Haze()
-        self._haze_path = root.attach_new_node(Sprites("haze", function=self._haze.dots))
-        self._mist_path = root.attach_new_node(ParticleNode("mist", function=mist_at, seed=MIST_SEED))
-        set_visible(self._mist_path, mist)
+        super().__init__("forest", _PARAMETERS, parameters, lens, exposure=EXPOSURE)
+        self.camera.set_pos_hpr(*CAMERA, 0.0, -7.5, 2.4)
+        _plant(self.root)
+        values = self.values
+        self._swarm = _Swarm(Fireflies(values["seed"], values["fireflies"]), values["firefly_size"])
+        self.root.attach_new_node(PointLights("fireflies", function=self._swarm.lights))
+        self.root.attach_new_node(Sprites("insects", function=self._swarm.dots))
+        self._haze = Sprites("haze")
+        self._haze_path = self.root.attach_new_node(self._haze)
+        self._mist_path = self.root.attach_new_node(ParticleNode("mist", function=mist_at, seed=MIST_SEED))
         self._moonlight = AmbientLight("moonlight")
-        root.attach_new_node(self._moonlight)
-        self._set_ambient(ambient)
+        self.root.attach_new_node(self._moonlight)
+        self.apply("mist")
+        self.apply("ambient")
 
     @property
     def fireflies(self) -> Fireflies:
         """The fireflies of the current seed and number."""
         return self._swarm.fireflies
 
-    def set(self, name: str, value: Any) -> None:
-        """Change a parameter of the running scene.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such parameter or the value is wrong.
-        """
-        checked = check_live("forest", _PARAMETERS, name, value)
+    def apply(self, name: str) -> None:
+        """Put the new value of a parameter into effect."""
         if name == "ambient":
-            self._set_ambient(checked)
+            self._set_ambient(self.values["ambient"])
         elif name == "mist":
-            set_visible(self._mist_path, checked)
+            set_visible(self._mist_path, self.values["mist"])
         elif name == "firefly_size":
-            self._swarm.size = checked
-        elif name == "seed":
-            self._swarm.fireflies = Fireflies(checked, self.fireflies.count)
+            self._swarm.size = self.values["firefly_size"]
         else:
-            self._swarm.fireflies = Fireflies(self.fireflies.seed, checked)
+            self._swarm.fireflies = Fireflies(self.values["seed"], self.values["fireflies"])
 
     def _set_ambient(self, ambient: float) -> None:
-        self._haze.ambient = ambient
+        positions, colors, radii = _haze()
+        self._haze.set_arrays(positions, ambient * colors, radii)
         self._moonlight.set_color(_scaled(MOONLIGHT, ambient))
         self.background = VerticalGradient(_scaled(SKY.horizon, ambient), _scaled(SKY.zenith, ambient))
         set_visible(self._haze_path, ambient > 0.0)
@@ -212,17 +176,13 @@ def _scaled(color: tuple[float, float, float], factor: float) -> tuple[float, fl
 
 def _plant(root: NodePath) -> None:
     """Add the terrain and every placement to `root`, as one node each that shares its model's Geoms."""
-    files: dict[str, NodePath] = {"terrain": load_model(model_path("terrain.glb"))}
-    root.attach_new_node(find_part(files["terrain"], "terrain"))
+    load, find = cache(lambda file: load_model(model_path(f"{file}.glb"))), cache(find_part)
+    root.attach_new_node(find(load("terrain"), "terrain"))
     groups = {kind: root.attach_new_node(kind) for kind in ("tree", "bush", "prop", "grass")}
-    models: dict[str, GeomNode] = {}
     for placement in place_forest():
         species = SPECIES[placement.species]
-        if placement.species not in models:
-            if species.file not in files:
-                files[species.file] = load_model(model_path(f"{species.file}.glb"))
-            models[placement.species] = find_part(files[species.file], placement.species)
-        path = groups[species.kind].attach_new_node(models[placement.species].make_copy())
+        model = find(load(species.file), placement.species)
+        path = groups[species.kind].attach_new_node(model.make_copy())
         path.set_pos_hpr_scale(
             *(placement.x, placement.y, placement.z),
             *(placement.heading, placement.pitch, placement.roll),
@@ -230,7 +190,7 @@ def _plant(root: NodePath) -> None:
         )
 
 
-@lru_cache(maxsize=1)
+@cache
 def _haze() -> tuple[Float64, Float64, Float64]:
     """Return soft balls of haze between the trees at the back."""
     count = 44

@@ -1,44 +1,98 @@
-"""The positions of everything in the forest: some are set by hand, the rest are scattered by rules.
+"""The forest's ground, and the positions of everything on it: some set by hand, the rest scattered by rules.
 
-The layout is a constant of the scene: the scene's seed changes fireflies, not trees. The terrain's texture
-has shading from this layout, so the models must be rebuilt after a change here.
+The layout is a constant of the scene: the scene's seed changes fireflies, not trees. The terrain's mesh and
+the shading in its texture follow from it, so the models must be rebuilt after a change here.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.scene.random import uniform
-from firefly_sample.scenes.forest_ground import (
-    X_RANGE,
-    Y_RANGE,
-    clearing_distance,
-    ground_height,
-    ground_noise,
-)
 
 Float64 = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
+X_RANGE = (-260.0, 260.0)
+Y_RANGE = (-230.0, 300.0)
+CLEARING = (-4.0, 12.0, 58.0, 84.0)
+"""Centre x and y, half width and half depth of the clearing, in scene units."""
 _Stand = tuple[str, float, float, float, float]
 """Species, x, y, heading and scale of a thing, without its height."""
-
 CAMERA = (-9.112, -211.077, 46.951)
 """The camera position of the original; nothing may stand between it and the near plane."""
-
 _SEED = 2007
 """Seed of the scattered things; any other gives a different forest of the same kind."""
 
 
+@cache
+def _lattice(seed: int) -> Float64:
+    return uniform(seed, np.arange(64)[:, None], np.arange(64)[None, :])
+
+
+def ground_noise(x: ArrayLike, y: ArrayLike, seed: int, wavelength: float) -> Float64:
+    """Return smooth noise in -1..1 at (x, y), in world space.
+
+    It blends random values on a lattice by a quintic. The lattice's spacing is `wavelength` scene units; the
+    noise repeats after 64 of them.
+    """
+    u, v = np.asarray(x, dtype=np.float64) / wavelength, np.asarray(y, dtype=np.float64) / wavelength
+    i, j = np.floor(u), np.floor(v)
+    a, b = u - i, v - j
+    a = a * a * a * (a * (6.0 * a - 15.0) + 10.0)
+    b = b * b * b * (b * (6.0 * b - 15.0) + 10.0)
+    i, j = i.astype(np.int64) % 64, j.astype(np.int64) % 64
+    right, up = (i + 1) % 64, (j + 1) % 64
+    table = _lattice(seed)
+    low = table[i, j] * (1.0 - a) + table[right, j] * a
+    high = table[i, up] * (1.0 - a) + table[right, up] * a
+    return np.asarray(2.0 * (low * (1.0 - b) + high * b) - 1.0)
+
+
+def clearing_distance(x: ArrayLike, y: ArrayLike) -> Float64:
+    """Return 0 at the clearing's centre, 1 on its rim, and more outside; the rim is not quite an ellipse."""
+    cx, cy, half_width, half_depth = CLEARING
+    u = (np.asarray(x, dtype=np.float64) - cx) / half_width
+    v = (np.asarray(y, dtype=np.float64) - cy) / half_depth
+    return np.asarray(np.hypot(u, v) * (1.0 + 0.12 * ground_noise(x, y, 11, 46.0)))
+
+
+def _ramp(t: Float64) -> Float64:
+    """Return 0 below 0, 1 above 1, and a smooth step between."""
+    t = np.clip(t, 0.0, 1.0)
+    return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+def ground_height(x: ArrayLike, y: ArrayLike) -> Float64:
+    """Return the height of the ground at (x, y), in scene units; arrays broadcast.
+
+    It is a shallow hollow with a few humps, banks on both sides, and a wooded rise at the back.
+    """
+    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    out = _ramp((clearing_distance(x, y) - 0.75) / 1.1)
+    height = 1.1 * ground_noise(x, y, 1, 37.0) + 0.45 * ground_noise(x, y, 2, 15.0)
+    height = height + out * (5.0 * ground_noise(x, y, 3, 74.0) + 1.6 * ground_noise(x, y, 4, 29.0) + 2.0)
+    height = height + 26.0 * _ramp((y - 120.0) / 190.0) * (1.0 + 0.35 * ground_noise(x, y, 5, 120.0))
+    height = height + 14.0 * _ramp((np.abs(x + 10.0) - 70.0) / 170.0)
+    return np.asarray(height - 1.5 * (1.0 - out))
+
+
+def ground_slope(x: ArrayLike, y: ArrayLike) -> tuple[Float64, Float64]:
+    """Return the derivatives of `ground_height` along x and y, by central differences over half a unit."""
+    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    along_x = (ground_height(x + 0.25, y) - ground_height(x - 0.25, y)) / 0.5
+    return along_x, (ground_height(x, y + 0.25) - ground_height(x, y - 0.25)) / 0.5
+
+
 @dataclass(frozen=True)
 class Species:
-    """The requirements of one model on its position.
+    """The requirements of one model on its position; lengths are in scene units, at scale 1.
 
     Attributes
     ----------
@@ -46,15 +100,15 @@ class Species:
         The name of its .glb file, without the ending; the node in it has the name of the species.
     kind : {"tree", "bush", "prop", "grass"}
     foot : float
-        Radius at the ground at scale 1, in scene units; feet do not overlap.
+        Radius at the ground; feet do not overlap.
     crown : float
-        Radius of the crown at scale 1, which stays behind the camera's near plane.
+        Radius of the crown, which stays behind the camera's near plane.
     sink : float
-        Depth of the origin in the ground, in scene units.
+        Depth of the origin in the ground.
     tilt : float
         Fraction of the ground's slope that it follows: 0 upright, 1 fully.
     length : float
-        Distance along its own X axis over which the slope is measured, in scene units.
+        Distance along its own X axis over which the slope is measured.
     """
 
     file: str
@@ -95,19 +149,7 @@ SPECIES: dict[str, Species] = {
 
 @dataclass(frozen=True)
 class Placement:
-    """One thing and its position.
-
-    Attributes
-    ----------
-    species : str
-        A key of `SPECIES`.
-    x, y, z : float
-        Its origin, world space, scene units.
-    heading, pitch, roll : float
-        Panda3D's H, P and R, in degrees.
-    scale : float
-        Uniform.
-    """
+    """One thing: its species, its origin in world space, Panda3D's H, P and R in degrees, and its scale."""
 
     species: str
     x: float
@@ -163,25 +205,20 @@ class _Ground:
     """The occupied ground: discs (x, y, radius)."""
 
     def __init__(self) -> None:
-        self.discs = np.zeros((0, 3))
+        self.discs = np.array(_FALLEN_FEET)
 
     def take(self, x: float, y: float, radius: float) -> None:
         self.discs = np.vstack([self.discs, [x, y, radius]])
 
     def room(self, x: float, y: float) -> float:
         """Return the distance from (x, y) to the nearest disc's edge."""
-        if not len(self.discs):
-            return math.inf
         gaps = np.hypot(self.discs[:, 0] - x, self.discs[:, 1] - y) - self.discs[:, 2]
         return float(gaps.min())
 
 
 @dataclass(frozen=True)
 class _Strewing:
-    """A rule for scattering: species and weights, number of tries, chance by position, gap, and scales.
-
-    `weights` and `where` take the x and y of all tries at once, which is much faster.
-    """
+    """A rule for scattering; `where` is the chance of a thing. It and `weights` take x and y of all tries."""
 
     species: tuple[str, ...]
     weights: Callable[[Float64, Float64], tuple[ArrayLike, ...]]
@@ -280,14 +317,14 @@ _STREWN: tuple[_Strewing, ...] = (
         ("fly agaric", "brown mushroom"), lambda x, y: (0.7, 1.2), 34, 2.0, (0.45, 0.8), _stones,
         (-70.0, 70.0), (-100.0, 60.0),
     ),
-)  # fmt: skip
-_TUFTS = _Strewing(
-    ("grass", "tall grass"), lambda x, y: (1.0, 0.45), 3000, 0.4, (0.6, 1.15), _meadow,
-    (-110.0, 110.0), (-112.0, 150.0),
+    _Strewing(
+        ("grass", "tall grass"), lambda x, y: (1.0, 0.45), 3000, 0.4, (0.6, 1.15), _meadow,
+        (-110.0, 110.0), (-112.0, 150.0),
+    ),
 )  # fmt: skip
 
 
-@lru_cache(maxsize=1)
+@cache
 def place_forest() -> tuple[Placement, ...]:
     """Return everything in the forest and its position; always the same.
 
@@ -296,18 +333,16 @@ def place_forest() -> tuple[Placement, ...]:
     method for a Poisson-disc pattern).
     """
     ground = _Ground()
-    for x, y, radius in _FALLEN_FEET:
-        ground.take(x, y, radius)
     for species, x, y, _, scale in _COMPOSED:
         ground.take(x, y, SPECIES[species].foot * scale)
     found = [_FALLEN, *_COMPOSED]
     for stream, rule in enumerate(_STREWN):
-        found.extend(_strew(rule, stream, ground, take=True))
-    found.extend(_strew(_TUFTS, len(_STREWN), ground, take=False))
+        found.extend(_strew(rule, stream, ground))
     return _settle(found)
 
 
-def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[_Stand]:
+def _strew(rule: _Strewing, stream: int, ground: _Ground) -> Iterator[_Stand]:
+    """Yield the things of one rule for which there is room, and occupy the ground; grass occupies none."""
     draws = uniform(_SEED, 8 * stream + np.arange(6)[:, None], np.arange(rule.tries)[None, :])
     u, v, chance, which, turn, size = draws
     x = rule.x_range[0] + (rule.x_range[1] - rule.x_range[0]) * u
@@ -315,31 +350,22 @@ def _strew(rule: _Strewing, stream: int, ground: _Ground, take: bool) -> list[_S
     kept = np.flatnonzero(chance < rule.where(x, y))
     x, y = x[kept], y[kept]
     weights = np.cumsum([np.broadcast_to(weight, x.shape) for weight in rule.weights(x, y)], axis=0)
-    species = np.minimum((weights < which[kept] * weights[-1]).sum(axis=0), len(weights) - 1)
+    numbers = np.minimum((weights < which[kept] * weights[-1]).sum(axis=0), len(weights) - 1)
     scales = rule.scales[0] + (rule.scales[1] - rule.scales[0]) * size[kept]
-    throws = zip(*(column.tolist() for column in (x, y, species, 360.0 * turn[kept], scales)), strict=True)
-    return [
-        (rule.species[number], px, py, heading, scale)
-        for px, py, number, heading, scale in throws
-        if _stands(SPECIES[rule.species[number]], px, py, scale, rule.gap, ground, take)
-    ]
+    columns = (column.tolist() for column in (numbers, x, y, 360.0 * turn[kept], scales))
+    for number, px, py, heading, scale in zip(*columns, strict=True):
+        name = rule.species[number]
+        species = SPECIES[name]
+        foot, crown = species.foot * scale, species.crown * scale
+        away = math.hypot(px - CAMERA[0], py - CAMERA[1])
+        if ground.room(px, py) < foot + rule.gap or not 62.0 + crown < away < 492.0 - crown:
+            continue
+        if species.kind != "grass":
+            ground.take(px, py, foot)
+        yield name, px, py, heading, scale
 
 
-def _stands(
-    species: Species, x: float, y: float, scale: float, gap: float, ground: _Ground, take: bool
-) -> bool:
-    """Return whether there is room for a thing, and occupy it if `take` is True."""
-    foot, crown = species.foot * scale, species.crown * scale
-    if ground.room(x, y) < foot + gap:
-        return False
-    if not 62.0 + crown < math.hypot(x - CAMERA[0], y - CAMERA[1]) < 492.0 - crown:
-        return False
-    if take:
-        ground.take(x, y, foot)
-    return True
-
-
-def _settle(stands: Sequence[_Stand]) -> tuple[Placement, ...]:
+def _settle(stands: list[_Stand]) -> tuple[Placement, ...]:
     """Put things on the ground, with the depth and tilt of their species."""
     kinds = [SPECIES[stand[0]] for stand in stands]
     x, y = np.array([stand[1:3] for stand in stands]).T
@@ -348,21 +374,15 @@ def _settle(stands: Sequence[_Stand]) -> tuple[Placement, ...]:
     # the heading turns +X into (cos, sin) and +Y into (-sin, cos)
     rise_x, middle = _lie(x, y, cos, sin, np.array([kind.length for kind in kinds]))
     rise_y, _ = _lie(x, y, -sin, cos, np.ones(len(kinds)))
-    return tuple(
-        Placement(
-            species,
-            px,
-            py,
-            height - kind.sink * scale,
-            heading,
-            math.degrees(math.atan(kind.tilt * along_y)),
-            -math.degrees(math.atan(kind.tilt * along_x)),
-            scale,
-        )
-        for (species, px, py, heading, scale), kind, height, along_x, along_y in zip(
-            stands, kinds, middle.tolist(), rise_x.tolist(), rise_y.tolist(), strict=True
-        )
-    )
+    columns = (column.tolist() for column in (middle, rise_x, rise_y))
+    placed = []
+    for (species, px, py, heading, scale), kind, height, along_x, along_y in zip(
+        stands, kinds, *columns, strict=True
+    ):
+        pitch = math.degrees(math.atan(kind.tilt * along_y))
+        roll = -math.degrees(math.atan(kind.tilt * along_x))
+        placed.append(Placement(species, px, py, height - kind.sink * scale, heading, pitch, roll, scale))
+    return tuple(placed)
 
 
 def _lie(x: Float64, y: Float64, dx: Float64, dy: Float64, length: Float64) -> tuple[Float64, Float64]:

@@ -22,18 +22,19 @@ from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLig
 from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
-from firefly_sample.scene.parameter import KeyStep, Parameter
+from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.random import uniform
-from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
+from firefly_sample.scene.scene import VerticalGradient
 from firefly_sample.scenes.plugin import (
+    LiveScene,
     Plugin,
-    check_live,
     find_part,
     hue_colors,
     seed_parameter,
     set_visible,
     sphere_directions,
+    switch,
 )
 
 Float64 = NDArray[np.float64]
@@ -69,7 +70,7 @@ _PLANETS = (
     ("rocky planet", (10.0, 62.0, 8.0), 2.2, -12.0),
     ("moon", (-27.0, 76.0, 19.0), 1.3, 0.0),
 )
-"""Name, place, radius, and the tilt of the axis in degrees, around a plinth of `_PLINTH`."""
+"""Name, position, radius, and the tilt of the axis in degrees, around a plinth of `_PLINTH`."""
 _PLINTH = 46.0
 """A side of the plinth of 20 cats; around a larger one, planets and stars are larger and farther alike."""
 _STARS, _STAR_DISTANCE, _FAR = 700, 320.0, 400.0
@@ -80,16 +81,10 @@ _PARAMETERS = (
     ),
     Parameter("columns", int, 20, "Cats, and bulbs, from left to right.", minimum=1, maximum=100, live=False),
     Parameter("rows", int, 20, "Cats, and bulbs, from front to back.", minimum=1, maximum=100, live=False),
-    Parameter(
-        "bulbs", bool, True, "Whether the light bulbs are on.", keys=(KeyStep("b", help="bulbs on, off"),)
-    ),
-    Parameter("sun", bool, False, "Whether the sun shines.", keys=(KeyStep("u", help="sun on, off"),)),
-    Parameter(
-        "hover", bool, True, "Whether the bulbs hover up and down.", keys=(KeyStep("h", help="hover, rest"),)
-    ),
-    Parameter(
-        "shadows", bool, True, "Whether the sun casts shadows.", keys=(KeyStep("k", help="shadows on, off"),)
-    ),
+    switch("bulbs", True, "Whether the light bulbs are on.", "b", "bulbs on, off"),
+    switch("sun", False, "Whether the sun shines.", "u", "sun on, off"),
+    switch("hover", True, "Whether the bulbs hover up and down.", "h", "hover, rest"),
+    switch("shadows", True, "Whether the sun casts shadows.", "k", "shadows on, off"),
 )
 
 
@@ -102,21 +97,20 @@ class _Bulbs:
         column, row = np.arange(count) % columns, np.arange(count) // columns
         # between four cats: half a step right of each cat and before its face, also of those in the first row
         x, y = _grid(column, columns) + 0.5 * SPACING, _grid(row, rows) - 0.5 * SPACING
-        self.places: Float64 = np.stack([x, y, np.full(count, BULB_HEIGHT)], axis=1)
+        self._home: Float64 = np.stack([x, y, np.full(count, BULB_HEIGHT)], axis=1)
         self.colors = hue_colors(u[0], 0.66 + 0.26 * u[1])  # neither pale nor of one channel alone
         low, high = HOVER_SECONDS
         self._period: Float64 = low + (high - low) * u[2]
         self._phase = u[3]
-        self.on = True
         self.hovering = True
 
     def at(self, time: float) -> Float64:
         """Return the centres at `time` (seconds), shape (n, 3)."""
-        places = self.places.copy()
+        positions = self._home.copy()
         if self.hovering:
             turns = np.fmod(time, self._period) / self._period + self._phase
-            places[:, 2] += HOVER_HEIGHT * np.sin(2.0 * math.pi * turns)
-        return places
+            positions[:, 2] += HOVER_HEIGHT * np.sin(2.0 * math.pi * turns)
+        return positions
 
     def lights(self, time: float) -> tuple[Float64, Float64, float]:
         """Return positions, colours and the max distance of the lights."""
@@ -127,13 +121,8 @@ class _Bulbs:
         return self.at(time), HALO_RADIANCE * self.colors, HALO_RADIUS
 
 
-class LightbulbsScene(Scene):
-    """Cats, bulbs, planets and a sun.
-
-    Parameters
-    ----------
-    seed, columns, rows, bulbs, sun, hover, shadows
-        See ``scene.parameters``; the last four can be changed later by `set`.
+class LightbulbsScene(LiveScene):
+    """Cats, bulbs, planets and a sun; `bulbs`, `sun`, `hover` and `shadows` are live.
 
     Raises
     ------
@@ -141,78 +130,61 @@ class LightbulbsScene(Scene):
         If a file in models/ is missing or damaged.
     """
 
-    def __init__(
-        self,
-        seed: int = 7,
-        columns: int = 20,
-        rows: int = 20,
-        bulbs: bool = True,
-        sun: bool = False,
-        hover: bool = True,
-        shadows: bool = True,
-    ) -> None:
-        root = NodePath("lightbulbs")
+    def __init__(self, **parameters: Any) -> None:
+        lens = PerspectiveLens(vfov=38.0, near=0.5, far=_FAR)
+        super().__init__("lightbulbs", _PARAMETERS, parameters, lens, background=SKY)
+        seed, columns, rows = (self.values[name] for name in ("seed", "columns", "rows"))
         size = SPACING * max(columns, rows)
         around = max(1.0, size / _PLINTH)
-        lens = PerspectiveLens(vfov=38.0, near=0.5, far=around * _FAR)
-        camera = root.attach_new_node(Camera("camera", lens))
-        camera.set_pos(0.30 * size, -(0.52 * size + 7.0), 0.13 * size + 2.0)
-        focus = (-0.02 * size, -0.02 * size, 0.045 * size + 0.3)
-        camera.look_at(*focus)
-        super().__init__(root, camera, focus=focus)
-        _place_cats(root, seed, columns, rows)
-        _place_planets(root, around)
-        root.attach_new_node(Sprites("stars", *_stars(around)))
+        lens.set_far(around * _FAR)
+        self.camera.set_pos(0.30 * size, -(0.52 * size + 7.0), 0.13 * size + 2.0)
+        self.focus = (-0.02 * size, -0.02 * size, 0.045 * size + 0.3)
+        self.camera.look_at(*self.focus)
+        _place_cats(self.root, seed, columns, rows)
+        _place_planets(self.root, around)
+        self.root.attach_new_node(Sprites("stars", *_stars(around)))
         self._bulbs = _Bulbs(seed, columns, rows)
-        self._spheres = _place_bulbs(root, self._bulbs)
-        self._lights = root.attach_new_node(
+        self._spheres = _place_bulbs(self.root, columns * rows)
+        self._lights = self.root.attach_new_node(
             PointLights("bulb lights", function=self._bulbs.lights, attenuation=BULB_ATTENUATION)
         )
-        self._halos = root.attach_new_node(Sprites("halos", function=self._bulbs.halos))
+        self._halos = self.root.attach_new_node(Sprites("halos", function=self._bulbs.halos))
         self._sun = DirectionalLight("sun", SUN_COLOR)
         self._sun.set_shadow_distance(SHADOW_DISTANCE * size + 10.0)
-        self._sun_path = root.attach_new_node(self._sun)
+        self._sun_path = self.root.attach_new_node(self._sun)
         self._sun_path.set_hpr(*SUN_HPR)
         self._ambient = AmbientLight("sky")
-        root.attach_new_node(self._ambient)
-        self._placed_at: float | None = None
-        for name, value in (("bulbs", bulbs), ("sun", sun), ("hover", hover), ("shadows", shadows)):
-            self.set(name, value)
+        self.root.attach_new_node(self._ambient)
+        self._updated: float | None = None
+        for name in ("bulbs", "sun", "hover", "shadows"):
+            self.apply(name)
 
-    def set(self, name: str, value: Any) -> None:
-        """Change a parameter of the running scene.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such parameter, it is not live, or the value is wrong.
-        """
-        checked = check_live("lightbulbs", _PARAMETERS, name, value)
+    def apply(self, name: str) -> None:
+        """Put the new value of a live parameter into effect."""
+        on = self.values[name]
         if name == "bulbs":
-            self._bulbs.on = checked
-            set_visible(self._lights, checked)
-            set_visible(self._halos, checked)
+            set_visible(self._lights, on)
+            set_visible(self._halos, on)
             for path, color in zip(self._spheres, self._bulbs.colors, strict=True):
                 material = path.node().material
                 assert material is not None
-                material.set_emission(BULB_EMISSION * color if checked else np.zeros(3))
+                material.set_emission(BULB_EMISSION * color if on else np.zeros(3))
         elif name == "sun":
-            set_visible(self._sun_path, checked)
-            self._ambient.set_color(DAY if checked else NIGHT)
+            set_visible(self._sun_path, on)
+            self._ambient.set_color(DAY if on else NIGHT)
         elif name == "hover":
-            self._bulbs.hovering = checked
-            self._placed_at = None
+            self._bulbs.hovering = on
+            self._updated = None
         else:
-            self._sun.set_shadow_caster(checked, SUN_MAP)
-        self.background = SKY
+            self._sun.set_shadow_caster(on, SUN_MAP)
 
     def update(self, time: float) -> None:
         """Move the bulbs to their positions at `time`; lights and glow are functions of time."""
         wanted = time if self._bulbs.hovering else 0.0
-        if wanted != self._placed_at:
-            self._placed_at = wanted
-            for path, place in zip(self._spheres, self._bulbs.at(wanted), strict=True):
-                path.set_pos(*place)
+        if wanted != self._updated:
+            self._updated = wanted
+            for path, position in zip(self._spheres, self._bulbs.at(wanted), strict=True):
+                path.set_pos(*position)
 
 
 scene = Plugin(
@@ -271,17 +243,17 @@ def _place_planets(root: NodePath, around: float) -> None:
     planets = root.attach_new_node("planets")
     planets.set_scale(around)
     file = load_model(model_path("planets.glb"))
-    for name, place, radius, tilt in _PLANETS:
+    for name, position, radius, tilt in _PLANETS:
         path = planets.attach_new_node(find_part(file, name))
-        path.set_pos_hpr_scale(*place, 0.0, 0.0, tilt, radius, radius, radius)
+        path.set_pos_hpr_scale(*position, 0.0, 0.0, tilt, radius, radius, radius)
 
 
-def _place_bulbs(root: NodePath, bulbs: _Bulbs) -> list[NodePath]:
+def _place_bulbs(root: NodePath, count: int) -> list[NodePath]:
     """Add a sphere for each bulb, with its own material; they are still one draw."""
     (glass, _), *_ = find_part(load_model(model_path("bulb.glb")), "bulb").geoms
     node = root.attach_new_node("bulbs")
     paths = []
-    for _ in bulbs.places:
+    for _ in range(count):
         sphere = GeomNode("bulb")
         sphere.add_geom(glass)
         path = node.attach_new_node(sphere)
@@ -295,8 +267,5 @@ def _stars(around: float) -> tuple[Float64, Float64, Float64]:
     u = uniform(1919, np.arange(5)[:, None], np.arange(_STARS)[None, :])
     tint = np.stack([0.8 + 0.4 * u[2], np.ones(_STARS), 1.2 - 0.4 * u[2]], axis=1)
     radii = around * (0.3 + 0.25 * u[4])
-    return (
-        around * _STAR_DISTANCE * sphere_directions(u[0], u[1]),
-        tint * (0.15 + 1.6 * u[3] ** 4)[:, None],
-        radii,
-    )
+    colors = tint * (0.15 + 1.6 * u[3] ** 4)[:, None]
+    return around * _STAR_DISTANCE * sphere_directions(u[0], u[1]), colors, radii

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import ParameterError, SceneError
+from firefly_sample.errors import ParameterError
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
-from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scenes.plugin import Plugin, check_live, seed_parameter
+from firefly_sample.scene.scene import VerticalGradient
+from firefly_sample.scenes.plugin import LiveScene, Plugin, seed_parameter, switch, with_keys
 from firefly_sample.scenes.smoke_cloud import LARGEST_PUFF, REACH, Cloud
 
 Float64 = NDArray[np.float64]
@@ -37,277 +37,214 @@ SWING_SECONDS = 16.0
 
 _PARAMETERS = (
     seed_parameter("Which puffs: every random number about puff k comes from (seed, k)."),
-    Parameter(
-        "particles",
-        int,
-        20_000,
-        "How many puffs the cloud has; more never move the first ones.",
-        minimum=0,
-        maximum=1_000_000,
-        keys=(KeyStep("up", 1.25, help="more puffs"), KeyStep("down", 0.8, help="fewer puffs")),
-    ),
-    Parameter("particle_size", float, 1.0, "Size of the puffs.", minimum=0.1, maximum=10.0),
-    Parameter(
-        "particle_alpha", float, 0.12, "Opacity of a puff through its centre.", minimum=0.0, maximum=1.0
-    ),
-    Parameter(
-        "morph",
-        float,
-        0.0,
-        "Least progress of the cloud from a heap (0) to a knot (1).",
-        minimum=0.0,
-        maximum=1.0,
-        keys=(
-            KeyStep("2", 1.0, 0.1, help="more of a knot"),
-            KeyStep("1", 1.0, -0.1, help="more of a heap"),
+    with_keys(
+        Parameter(
+            "particles",
+            int,
+            20_000,
+            "How many puffs the cloud has; more never move the first ones.",
+            minimum=0,
+            maximum=1_000_000,
         ),
+        KeyStep("up", 1.25, help="more puffs"),
+        KeyStep("down", 0.8, help="fewer puffs"),
     ),
-    Parameter(
+    Parameter("particle_size", float, 1.0, "Size of the puffs.", 0.1, 10.0),
+    Parameter("particle_alpha", float, 0.12, "Opacity of a puff through its centre.", 0.0, 1.0),
+    with_keys(
+        Parameter(
+            "morph", float, 0.0, "Least progress of the cloud from a heap (0) to a knot (1).", 0.0, 1.0
+        ),
+        KeyStep("2", 1.0, 0.1, help="more of a knot"),
+        KeyStep("1", 1.0, -0.1, help="more of a heap"),
+    ),
+    switch(
         "morphing",
-        bool,
         True,
         "Let the cloud move on to the knot and back over time; otherwise it stays at morph.",
-        keys=(KeyStep("z", help="morphing on or off"),),
+        "z",
+        "morphing on or off",
     ),
-    Parameter(
-        "ambient",
-        float,
-        1.0,
-        "Brightness of the sky's light, which reaches all puffs and the floor, in shadow too.",
-        minimum=0.0,
-        maximum=100.0,
-        keys=(
-            KeyStep("l", 1.25, 0.05, help="more ambient light"),
-            KeyStep("y", 0.8, -0.05, help="less ambient light"),
+    with_keys(
+        Parameter(
+            "ambient",
+            float,
+            1.0,
+            "Brightness of the sky's light, which reaches all puffs and the floor, in shadow too.",
+            minimum=0.0,
+            maximum=100.0,
         ),
+        KeyStep("l", 1.25, 0.05, help="more ambient light"),
+        KeyStep("y", 0.8, -0.05, help="less ambient light"),
     ),
-    Parameter(
-        "shadows",
-        bool,
-        True,
-        "Let puffs shadow each other and the floor.",
-        keys=(KeyStep("h", help="shadows on or off"),),
-    ),
-    Parameter(
-        "shadow_blur",
-        float,
-        0.0,
-        "Half-width of the shadow's blur.",
-        minimum=0.0,
-        maximum=32.0,
-        unit="texels",
-        keys=(KeyStep("b", 1.25, 0.5, help="more blur"), KeyStep("g", 0.8, -0.5, help="less blur")),
+    switch("shadows", True, "Let puffs shadow each other and the floor.", "h", "shadows on or off"),
+    with_keys(
+        Parameter("shadow_blur", float, 0.0, "Half-width of the shadow's blur.", 0.0, 32.0, "texels"),
+        KeyStep("b", 1.25, 0.5, help="more blur"),
+        KeyStep("g", 0.8, -0.5, help="less blur"),
     ),
     Parameter("shadow_kernel", str, "box", "The blur's weights: box or gaussian."),
-    Parameter(
-        "shadow_darkness",
-        float,
-        1.0,
-        "Factor of the light that each puff absorbs.",
-        minimum=0.0,
-        maximum=100.0,
-        keys=(KeyStep("d", 1.25, help="darker shadows"), KeyStep("f", 0.8, help="lighter shadows")),
+    with_keys(
+        Parameter("shadow_darkness", float, 1.0, "Factor of the light that each puff absorbs.", 0.0, 100.0),
+        KeyStep("d", 1.25, help="darker shadows"),
+        KeyStep("f", 0.8, help="lighter shadows"),
     ),
-    Parameter(
-        "shadow_tint",
-        float,
-        0.0,
-        "Fraction of the puffs' colour that is left in their shadow.",
-        minimum=0.0,
-        maximum=1.0,
-        keys=(KeyStep("c", 1.0, 0.1, help="more tint"), KeyStep("x", 1.0, -0.1, help="less tint")),
-    ),
-    Parameter(
-        "light_angle",
-        float,
-        32.0,
-        "Angle between the light's direction and straight down.",
-        minimum=0.0,
-        maximum=85.0,
-        unit="degrees",
-        keys=(
-            KeyStep("right", 1.0, 2.0, help="light lower"),
-            KeyStep("left", 1.0, -2.0, help="light higher"),
+    with_keys(
+        Parameter(
+            "shadow_tint", float, 0.0, "Fraction of the puffs' colour that is left in their shadow.", 0.0, 1.0
         ),
+        KeyStep("c", 1.0, 0.1, help="more tint"),
+        KeyStep("x", 1.0, -0.1, help="less tint"),
     ),
-    Parameter(
-        "light_heading",
-        float,
-        50.0,
-        "Which side the light comes from, seen from above; 0 is behind the cloud.",
-        minimum=-180.0,
-        maximum=180.0,
-        unit="degrees",
-        keys=(KeyStep("m", 1.0, 5.0, help="light around"), KeyStep("n", 1.0, -5.0, help="light back around")),
+    with_keys(
+        Parameter(
+            "light_angle",
+            float,
+            32.0,
+            "Angle between the light's direction and straight down.",
+            minimum=0.0,
+            maximum=85.0,
+            unit="degrees",
+        ),
+        KeyStep("right", 1.0, 2.0, help="light lower"),
+        KeyStep("left", 1.0, -2.0, help="light higher"),
     ),
-    Parameter(
-        "swing",
-        float,
-        60.0,
-        "How far the light swings to both sides.",
-        minimum=0.0,
-        maximum=180.0,
-        unit="degrees",
-        keys=(KeyStep("w", 1.0, 10.0, help="wider swing"), KeyStep("q", 1.0, -10.0, help="narrower swing")),
+    with_keys(
+        Parameter(
+            "light_heading",
+            float,
+            50.0,
+            "Which side the light comes from, seen from above; 0 is behind the cloud.",
+            minimum=-180.0,
+            maximum=180.0,
+            unit="degrees",
+        ),
+        KeyStep("m", 1.0, 5.0, help="light around"),
+        KeyStep("n", 1.0, -5.0, help="light back around"),
     ),
-    Parameter(
-        "camera_ratio",
-        float,
-        1.0,
-        "How far away the camera is: a factor.",
-        minimum=0.3,
-        maximum=10.0,
-        keys=(KeyStep("k", 0.9, help="nearer"), KeyStep("j", 1.111, help="farther")),
+    with_keys(
+        Parameter("swing", float, 60.0, "How far the light swings to both sides.", 0.0, 180.0, "degrees"),
+        KeyStep("w", 1.0, 10.0, help="wider swing"),
+        KeyStep("q", 1.0, -10.0, help="narrower swing"),
     ),
-    Parameter(
+    with_keys(
+        Parameter("camera_ratio", float, 1.0, "How far away the camera is: a factor.", 0.3, 10.0),
+        KeyStep("k", 0.9, help="nearer"),
+        KeyStep("j", 1.111, help="farther"),
+    ),
+    switch(
         "use_attenuation",
-        bool,
         False,
         "Let the light fade on puffs by their distance from it.",
-        keys=(KeyStep("a", help="attenuation on or off"),),
+        "a",
+        "attenuation on or off",
     ),
     Parameter("attenuation", str, "plane", "Distance from the light's plane, or its point: plane or point."),
-    Parameter(
-        "attenuation_power",
-        float,
-        2.0,
-        "Power of that distance by which the light fades.",
-        minimum=0.0,
-        maximum=16.0,
-    ),
-    Parameter(
+    Parameter("attenuation_power", float, 2.0, "Power of that distance by which the light fades.", 0.0, 16.0),
+    switch(
         "use_interpolation",
-        bool,
         True,
         "Interpolate shadows between two slices by depth.",
-        keys=(KeyStep("i", help="interpolation on or off"),),
+        "i",
+        "interpolation on or off",
     ),
-    Parameter(
-        "bounding_radius",
-        float,
-        REACH,
-        "Radius of a sphere around the centres of all puffs, which slices divide; 0 computes it per frame.",
-        minimum=0.0,
-        maximum=20.0,
-        keys=(KeyStep("o", 1.25, help="larger bounding sphere"), KeyStep("u", 0.8, help="smaller one")),
+    with_keys(
+        Parameter(
+            "bounding_radius",
+            float,
+            REACH,
+            "Radius of a sphere around the centres of all puffs, which slices divide; "
+            "0 computes it per frame.",
+            minimum=0.0,
+            maximum=20.0,
+        ),
+        KeyStep("o", 1.25, help="larger bounding sphere"),
+        KeyStep("u", 0.8, help="smaller one"),
     ),
-    Parameter(
+    switch(
         "show_texture",
-        bool,
         False,
         "Show the shadow's slices in a corner: the nearest to the light lower left, the last upper right.",
-        keys=(KeyStep("e", help="show the slices"),),
+        "e",
+        "show the slices",
     ),
 )
-
-
 _CHOICES = {"shadow_kernel": ("box", "gaussian"), "attenuation": ("plane", "point")}
 
 
-class SmokeScene(Scene):
-    """The cloud, its floor and its light.
-
-    Parameters
-    ----------
-    parameters
-        See ``scene.parameters``; all of them can be changed later by `set`.
-    """
+class SmokeScene(LiveScene):
+    """The cloud, its floor and its light; all parameters are live."""
 
     drag_help = "turn the light"
 
     def __init__(self, **parameters: Any) -> None:
-        root = NodePath("smoke")
-        camera = root.attach_new_node(Camera("camera", PerspectiveLens(vfov=30.0, near=0.1, far=200.0)))
-        super().__init__(root, camera, background=SKY, exposure=1.15, focus=FOCUS)
-        root.attach_new_node(_floor())
+        lens = PerspectiveLens(vfov=30.0, near=0.1, far=200.0)
+        super().__init__("smoke", _PARAMETERS, parameters, lens, background=SKY, exposure=1.15, focus=FOCUS)
+        self.root.attach_new_node(_floor())
         self._sky = AmbientLight("sky", AMBIENT)
-        root.attach_new_node(self._sky)
+        self.root.attach_new_node(self._sky)
         self._light = DirectionalLight("light", LIGHT)
-        self._light_path = root.attach_new_node(self._light)
-        self._values = {parameter.name: parameter.default for parameter in _PARAMETERS}
-        # the function refers to no node, so there is no cycle
-        self._puffs = _Puffs()
-        self._particles = ParticleNode("cloud", function=self._puffs.at)
-        root.attach_new_node(self._particles)
-        self._values |= parameters
-        self._build_cloud()
-        self._morph()
-        self._light_sky()
-        self._set_shadow()
-        self._place_camera()
-        self._placed_at: float | None = None
+        self._light_path = self.root.attach_new_node(self._light)
+        self._particles = ParticleNode("cloud")
+        self.root.attach_new_node(self._particles)
+        self._updated: float | None = None
+        for name in ("particles", "ambient", "camera_ratio"):
+            self.apply(name)
 
-    def set(self, name: str, value: Any) -> None:
-        """Change a parameter of the running scene.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such parameter or the value is wrong.
-        """
-        before = self._values
-        self._values = before | {name: check_live("smoke", _PARAMETERS, name, value)}
-        try:
-            self._apply(name)
-        except SceneError:
-            self._values = before
-            raise
-
-    def _apply(self, name: str) -> None:
-        """Apply a parameter's new value."""
+    def apply(self, name: str) -> None:
+        """Put the new value of a parameter into effect."""
+        values = self.values
         if name in ("seed", "particles", "particle_size", "particle_alpha"):
-            self._build_cloud()
+            self._cloud = Cloud(
+                values["seed"], values["particles"], values["particle_size"], values["particle_alpha"]
+            )
+            self._set_function()
             self._set_shadow()
         elif name in ("morph", "morphing"):
-            self._morph()
+            self._set_function()
         elif name == "ambient":
-            self._light_sky()
+            self._sky.set_color(values["ambient"] * np.array(AMBIENT))
         elif name == "camera_ratio":
-            self._place_camera()
+            middle = np.array(FOCUS)
+            self.camera.set_pos(*(middle + values["camera_ratio"] * (np.array(VIEW) - middle)))
+            self.camera.look_at(*FOCUS)
         elif name in ("light_angle", "light_heading", "swing"):
-            self._placed_at = None
+            self._updated = None
         else:
             self._set_shadow()
 
     def drag(self, right: float, down: float) -> dict[str, Any]:
         """Turn the light by a drag of the mouse, in window heights, and return the changed parameters."""
-        heading = self._values["light_heading"] + 180.0 * right
-        heading = (heading + 180.0) % 360.0 - 180.0
-        angle = min(max(self._values["light_angle"] + 90.0 * down, 0.0), 85.0)
-        for name, value in (("light_heading", heading), ("light_angle", angle)):
+        heading = self.values["light_heading"] + 180.0 * right
+        angle = self.values["light_angle"] + 90.0 * down
+        turned = {
+            "light_heading": (heading + 180.0) % 360.0 - 180.0,
+            "light_angle": min(max(angle, 0.0), 85.0),
+        }
+        for name, value in turned.items():
             self.set(name, value)
-        return {"light_heading": heading, "light_angle": angle}
+        return turned
 
     def update(self, time: float) -> None:
         """Set the light's direction at `time`."""
-        if time == self._placed_at:
+        if time == self._updated:
             return
-        values = self._values
+        values = self.values
         turned = values["light_heading"] + values["swing"] * math.sin(2.0 * math.pi * time / SWING_SECONDS)
         angle, heading = math.radians(values["light_angle"]), math.radians(turned)
         # from the centre to the light
         side = math.sin(angle)
-        way = np.array([side * math.sin(heading), side * math.cos(heading), math.cos(angle)])
-        self._light_path.set_pos(*(LIGHT_DISTANCE * way))
-        self._light.set_direction(-way)
-        self._placed_at = time
+        direction = np.array([side * math.sin(heading), side * math.cos(heading), math.cos(angle)])
+        self._light_path.set_pos(*(LIGHT_DISTANCE * direction))
+        self._light.set_direction(-direction)
+        self._updated = time
 
-    def _build_cloud(self) -> None:
-        values = self._values
-        self._puffs.cloud = Cloud(
-            values["seed"], values["particles"], values["particle_size"], values["particle_alpha"]
-        )
+    def _set_function(self) -> None:
+        self._particles.function = partial(_puffs, self._cloud, self.values["morph"], self.values["morphing"])
         self._particles.mark_changed()
-
-    def _morph(self) -> None:
-        self._puffs.morph, self._puffs.morphing = self._values["morph"], self._values["morphing"]
-        self._particles.mark_changed()
-
-    def _light_sky(self) -> None:
-        self._sky.set_color(self._values["ambient"] * np.array(AMBIENT))
 
     def _set_shadow(self) -> None:
-        values = self._values
+        values = self.values
         for name, choices in _CHOICES.items():
             if values[name] not in choices:
                 raise ParameterError(
@@ -327,25 +264,16 @@ class SmokeScene(Scene):
                 enabled=values["shadows"],
             )
         )
-        middles = values["bounding_radius"]
-        whole = middles + LARGEST_PUFF * values["particle_size"]
-        self._particles.set_bounding_sphere(whole if middles else None)
-
-    def _place_camera(self) -> None:
-        middle = np.array(FOCUS)
-        self.camera.set_pos(*(middle + self._values["camera_ratio"] * (np.array(VIEW) - middle)))
-        self.camera.look_at(*FOCUS)
+        radius = values["bounding_radius"]
+        whole = radius + LARGEST_PUFF * values["particle_size"]
+        self._particles.set_bounding_sphere(whole if radius else None)
 
 
-class _Puffs:
-    """The function of the particle node, with its live parameters."""
-
-    cloud: Cloud
-    morph: float
-    morphing: bool
-
-    def at(self, _: int, time: float) -> tuple[Float64, Float64, float, Float64]:
-        return self.cloud.at(time, self.morph, self.morphing)
+def _puffs(
+    cloud: Cloud, morph: float, morphing: bool, _: int, time: float
+) -> tuple[Float64, Float64, float, Float64]:
+    """Return the particles at `time`. It refers to no node, so there is no cycle."""
+    return cloud.at(time, morph, morphing)
 
 
 scene = Plugin(

@@ -45,13 +45,7 @@ _KNOT, _TUBE = 0.34, 0.20
 class Cloud:
     """Any number of puffs; adding more never moves the first ones.
 
-    Parameters
-    ----------
-    seed, count : int
-    size : float
-        Factor of the puffs' radii.
-    alpha : float
-        Opacity of a puff through its centre.
+    `size` is a factor of the puffs' radii; `alpha` is the opacity of a puff through its centre.
     """
 
     def __init__(self, seed: int, count: int, size: float, alpha: float) -> None:
@@ -66,12 +60,8 @@ class Cloud:
     ) -> tuple[Float64, Float64, float, Float64]:
         """Return positions, radii, alpha and colours at `time` (seconds).
 
-        Parameters
-        ----------
-        morph : float
-            The least progress of the puffs from the heap (0) to the knot (1).
-        morphing : bool
-            True if they move on to the knot and back over time.
+        `morph` is the least progress of the puffs from the heap (0) to the knot (1); if they are `morphing`,
+        they move on to the knot and back over time.
         """
         gone = (1.0 + _LATENESS) * morph - 0.5 * _LATENESS
         if morphing:
@@ -80,21 +70,14 @@ class Cloud:
             gone = max(gone, 1.9 * wave - 0.45)
         # no two puffs set out together
         share = _smooth(np.clip(gone - _LATENESS * (self._late - 0.5), 0.0, 1.0))[:, None]
-        places = (1.0 - share) * self._heap + share * self._knot
-        drift = np.sin(2.1 * places[:, [1, 2, 0]] + 0.31 * time) * np.cos(
-            2.7 * places[:, [2, 0, 1]] - 0.23 * time
-        )
-        places = places + 0.05 * drift + 0.16 * (share * (1.0 - share)) * drift
+        middles = (1.0 - share) * self._heap + share * self._knot
+        drift = np.sin(2.1 * middles[:, [1, 2, 0]] + 0.31 * time)
+        drift = drift * np.cos(2.7 * middles[:, [2, 0, 1]] - 0.23 * time)
+        x, y, z = (middles + 0.05 * drift + 0.16 * (share * (1.0 - share)) * drift).T
         turn = 2.0 * math.pi * time / (4.0 * PERIOD)
         c, s = math.cos(turn), math.sin(turn)
-        x, y, z = places.T
-        colors = (1.0 - share) * EMBER + share * GOLD
-        return (
-            np.stack([c * x - s * y, s * x + c * y, z], axis=1),
-            self.size * self._radii,
-            self.alpha,
-            colors,
-        )
+        positions = np.stack([c * x - s * y, s * x + c * y, z], axis=1)
+        return positions, self.size * self._radii, self.alpha, (1.0 - share) * EMBER + share * GOLD
 
 
 def _smooth(t: Float64) -> Float64:
@@ -107,12 +90,9 @@ def _heap(u: Float64) -> Float64:
     radii = np.array([radius for _, radius in _HEAPS])
     shares = np.cumsum(radii**2.5)
     which = np.minimum(np.searchsorted(shares / shares[-1], u[3]), len(radii) - 1)
-    return np.asarray(centers[which] + _ball(u[:3], 0.22) * radii[which, None])
-
-
-def _ball(u: Float64, power: float) -> Float64:
-    """Return positions in a unit ball: evenly at a power of 1/3, denser towards the surface below."""
-    return np.asarray(sphere_directions(u[0], u[1]) * u[2][:, None] ** power)
+    # a power of 1/3 would fill the balls evenly
+    ball = sphere_directions(u[0], u[1]) * u[2][:, None] ** 0.22
+    return np.asarray(centers[which] + ball * radii[which, None])
 
 
 def _knot(u: Float64) -> Float64:
@@ -121,14 +101,12 @@ def _knot(u: Float64) -> Float64:
     x = np.sin(t) + 2.0 * np.sin(2.0 * t)
     z = np.cos(t) - 2.0 * np.cos(2.0 * t)
     middle = _KNOT * np.stack([x, -1.1 * np.sin(3.0 * t), z], axis=1)
-    along = np.stack(
-        [np.cos(t) + 4.0 * np.cos(2.0 * t), -3.3 * np.cos(3.0 * t), 4.0 * np.sin(2.0 * t) - np.sin(t)], axis=1
-    )
+    dx, dz = np.cos(t) + 4.0 * np.cos(2.0 * t), 4.0 * np.sin(2.0 * t) - np.sin(t)
+    along = np.stack([dx, -3.3 * np.cos(3.0 * t), dz], axis=1)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     side = np.cross(along, (0.0, 1.0, 0.0))
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     other = np.cross(along, side)
     angle, radius = 2.0 * math.pi * u[1], _TUBE * np.sqrt(u[2]) ** 0.8
-    return np.asarray(
-        middle + (radius * np.cos(angle))[:, None] * side + (radius * np.sin(angle))[:, None] * other
-    )
+    across = (radius * np.cos(angle))[:, None] * side
+    return np.asarray(middle + across + (radius * np.sin(angle))[:, None] * other)

@@ -7,6 +7,7 @@ step and the others stay, so a renderer may reuse parts of the last frame.
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -20,8 +21,8 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.random import uniform
-from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
-from firefly_sample.scenes.plugin import Plugin, check_live, hue_colors, icosphere, seed_parameter
+from firefly_sample.scene.scene import VerticalGradient
+from firefly_sample.scenes.plugin import LiveScene, Plugin, hue_colors, seed_parameter, with_keys
 
 Float64 = NDArray[np.float64]
 
@@ -40,8 +41,7 @@ SPREAD = 1.0 / 1.32471795724474602596, 1.0 / 1.32471795724474602596**2, 0.5 * (5
 """Steps from one light's centre to the next, as fractions of the ground and of the heights: on the ground the
 additive recurrence of M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018, in height
 that of the golden ratio. Any number of lights is distributed evenly, so each reaches the same number of
-pixels
-within 1 %; with random positions it differs by up to 6 %."""
+pixels within 1 %; with random positions it differs by up to 6 %."""
 EYE, VFOV = (0.0, -24.0, 14.0), 45.0
 """The camera's position, and its vertical field of view in degrees."""
 POWER, POWER_LIGHTS = 2.6, 256
@@ -70,14 +70,17 @@ _SLACK = 1e-6
 
 _PARAMETERS = (
     seed_parameter("Which lights: where light k is, and its colour, comes from (seed, k)."),
-    Parameter(
-        "lights",
-        int,
-        256,
-        "How many lights; the circles of the first ones stay where they are when there are more.",
-        minimum=0,
-        maximum=100_000,
-        keys=(KeyStep("up", 1.25, help="more lights"), KeyStep("down", 0.8, help="fewer lights")),
+    with_keys(
+        Parameter(
+            "lights",
+            int,
+            256,
+            "How many lights; the circles of the first ones stay where they are when there are more.",
+            minimum=0,
+            maximum=100_000,
+        ),
+        KeyStep("up", 1.25, help="more lights"),
+        KeyStep("down", 0.8, help="fewer lights"),
     ),
 )
 
@@ -92,10 +95,10 @@ def light_power(count: int) -> float:
 
 
 class _Lights:
-    """Positions and colours of the lights. It refers to no node, so there is no cycle."""
+    """Positions and colours of the lights."""
 
     def __init__(self, seed: int, count: int) -> None:
-        self.seed, self.count = seed, count
+        self._count = count
         k = np.arange(count)
         first = uniform(seed, np.arange(3), 0)
         low, high = HEIGHTS
@@ -113,58 +116,34 @@ class _Lights:
         on the number of its own steps.
         """
         step = math.floor(time * STEPS_A_SECOND + _SLACK)
-        own = (step - np.arange(self.count)) // max(self.count, 1) + 1
+        own = (step - np.arange(self._count)) // max(self._count, 1) + 1
         angle = 2.0 * math.pi * (self._start + own % STEPS_A_SECOND) / STEPS_A_SECOND
-        places = self._home.copy()
-        places[:, 0] += CIRCLE * np.cos(angle)
-        places[:, 1] += CIRCLE * np.sin(angle)
-        return places, self._colors, REACH
+        positions = self._home.copy()
+        positions[:, 0] += CIRCLE * np.cos(angle)
+        positions[:, 1] += CIRCLE * np.sin(angle)
+        return positions, self._colors, REACH
 
 
-class SpheresScene(Scene):
-    """The spheres, their ground and the lights.
+class SpheresScene(LiveScene):
+    """The spheres, their ground and the lights; all parameters are live."""
 
-    Parameters
-    ----------
-    seed, lights
-        See ``scene.parameters``; both can be changed later by `set`.
-    """
+    def __init__(self, **parameters: Any) -> None:
+        lens = PerspectiveLens(vfov=VFOV, near=1.0, far=100.0)
+        super().__init__(
+            "spheres", _PARAMETERS, parameters, lens, background=SKY, exposure=EXPOSURE, focus=(0.0, 0.0, 0.0)
+        )
+        self.camera.set_pos(*EYE)
+        self.camera.look_at(0.0, 0.0, 0.0)
+        self.root.attach_new_node(_ground())
+        _place_spheres(self.root)
+        self.root.attach_new_node(AmbientLight("sky", AMBIENT))
+        self._lights = PointLights("lights")
+        self.root.attach_new_node(self._lights)
+        self.apply("lights")
 
-    def __init__(self, seed: int = 7, lights: int = 256) -> None:
-        root = NodePath("spheres")
-        camera = root.attach_new_node(Camera("camera", PerspectiveLens(vfov=VFOV, near=1.0, far=100.0)))
-        camera.set_pos(*EYE)
-        camera.look_at(0.0, 0.0, 0.0)
-        super().__init__(root, camera, background=SKY, exposure=EXPOSURE, focus=(0.0, 0.0, 0.0))
-        root.attach_new_node(_ground())
-        _place_spheres(root)
-        root.attach_new_node(AmbientLight("sky", AMBIENT))
-        # the function refers to no node, so there is no cycle
-        self._swarm = _Swarm(_Lights(seed, lights))
-        root.attach_new_node(PointLights("lights", function=self._swarm.at))
-
-    def set(self, name: str, value: Any) -> None:
-        """Change a parameter of the running scene.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such parameter or the value is wrong.
-        """
-        checked = check_live("spheres", _PARAMETERS, name, value)
-        before = self._swarm.lights
-        given = {"seed": before.seed, "count": before.count}
-        self._swarm.lights = _Lights(**given | {"count" if name == "lights" else name: checked})
-
-
-class _Swarm:
-    """The function of the node of lights, whose lights can be replaced."""
-
-    def __init__(self, lights: _Lights) -> None:
-        self.lights = lights
-
-    def at(self, time: float) -> tuple[Float64, Float64, float]:
-        return self.lights.at(time)
+    def apply(self, name: str) -> None:
+        """Replace the lights, by any of the two parameters."""
+        self._lights.function = _Lights(self.values["seed"], self.values["lights"]).at
 
 
 scene = Plugin(
@@ -175,12 +154,13 @@ scene = Plugin(
 )
 
 
-def _colors(place: Float64, one: Float64, other: Float64) -> Float64:
+def _colors(positions: Float64, one: Float64, other: Float64) -> Float64:
     """Return linear colours whose hues change slowly over the ground, with some scatter.
 
     Many lights of random hues would add up to the same grey everywhere; neighbours of similar hue do not.
     """
-    drift = 0.78 + 0.019 * place[:, 0] + 0.15 * np.sin(0.23 * place[:, 1] - 0.08 * place[:, 0])
+    drift = 0.78 + 0.019 * positions[:, 0]
+    drift = drift + 0.15 * np.sin(0.23 * positions[:, 1] - 0.08 * positions[:, 0])
     hue = drift + 0.26 * (one - 0.5)
     return hue_colors(hue, 0.55 + 0.4 * other)
 
@@ -196,17 +176,15 @@ def _ground() -> GeomNode:
     triangles = np.concatenate(
         [np.stack([corner, right, across], axis=1), np.stack([corner, across, above], axis=1)]
     )
+    normals = np.tile((0.0, 0.0, 1.0), (len(vertices), 1))
     node = GeomNode("ground")
-    node.add_geom(
-        Geom(vertices, triangles, np.tile((0.0, 0.0, 1.0), (len(vertices), 1)), name="ground"),
-        Material("ground", GROUND),
-    )
+    node.add_geom(Geom(vertices, triangles, normals, name="ground"), Material("ground", GROUND))
     return node
 
 
 def _place_spheres(root: NodePath) -> None:
     """Add sixteen rows of sixteen spheres, which share their triangles and are one draw."""
-    directions, triangles = icosphere(SUBDIVISIONS)
+    directions, triangles = _icosphere()
     geom = Geom(RADIUS * directions, triangles, directions, name="sphere")
     paints = [Material(f"paint {index}", color) for index, color in enumerate(_PAINTS)]
     u = uniform(1931, np.arange(2)[:, None], np.arange(ROWS * ROWS)[None, :])
@@ -218,3 +196,38 @@ def _place_spheres(root: NodePath) -> None:
         node.add_geom(geom, paints[paint])
         path = group.attach_new_node(node)
         path.set_pos(line[k % ROWS], line[k // ROWS], RADIUS)
+
+
+def _icosphere() -> tuple[Float64, NDArray[np.int32]]:
+    """Return corners (and normals) of a unit sphere, and triangles that are counter-clockwise from outside.
+
+    It is an icosahedron whose triangles are divided into four `SUBDIVISIONS` times.
+    """
+    golden = (1.0 + 5.0**0.5) / 2.0
+    flat = np.array([(a, b * golden, 0.0) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+    corners = np.concatenate([np.roll(flat, shift, axis=1) for shift in range(3)])
+    # an edge has length 2; a face is three corners at that distance, ordered so that it faces outwards
+    near = np.abs(np.linalg.norm(corners[:, None] - corners, axis=2) - 2.0) < 1e-9
+    triangles = [
+        (a, b, c) if np.linalg.det(corners[[a, b, c]]) > 0.0 else (a, c, b)
+        for a, b, c in itertools.combinations(range(12), 3)
+        if near[a, b] and near[b, c] and near[c, a]
+    ]
+    points = [corner / np.linalg.norm(corner) for corner in corners]
+    middles: dict[frozenset[int], int] = {}
+
+    def middle(one: int, other: int) -> int:
+        edge = frozenset((one, other))
+        if edge not in middles:
+            middles[edge] = len(points)
+            between = points[one] + points[other]
+            points.append(between / np.linalg.norm(between))
+        return middles[edge]
+
+    for _ in range(SUBDIVISIONS):
+        divided = []
+        for a, b, c in triangles:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            divided += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = divided
+    return np.array(points), np.array(triangles, dtype=np.int32)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import heapq
 import math
+import operator
 
 import numpy as np
 
@@ -67,9 +68,9 @@ class _Mesh:
 
     def _join(self, a, b):
         """What drawing the edge a-b together costs, and where its one vertex goes."""
-        q = [x + y for x, y in zip(self.quadrics[a], self.quadrics[b], strict=True)]
+        q = list(map(operator.add, self.quadrics[a], self.quadrics[b]))
         p, r = self.points[a], self.points[b]
-        middle = tuple(0.5 * (s + t) for s, t in zip(p, r, strict=True))
+        middle = (0.5 * (p[0] + r[0]), 0.5 * (p[1] + r[1]), 0.5 * (p[2] + r[2]))
         edge = _minus(r, p)
         span = _dot(edge, edge)
         places = [middle, p, r]

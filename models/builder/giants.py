@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from builder.canvas import spread, to_srgb
-from builder.noise import fractal, over, smooth, solid
+from builder.noise import BLOCK, fractal, over, smooth, solid
 from builder.randomness import Random
 from builder.sphere import Atlas
 from builder.surface import Surface, add_grid, unit
@@ -26,7 +26,15 @@ def _carried(directions, seed, steps, wavelength, churn, jets, vortices=()):
 
     `vortices` are (centre, radius, turn): ovals, twice as long as high, that turn as a whole.
     """
-    d = directions.copy()
+    # a block goes all its way at once: what is in between stays in a processor's cache
+    flat = directions.reshape(-1, 3)
+    blocks = [flat[first : first + BLOCK] for first in range(0, len(flat), BLOCK)]
+    carried = [_drifted(block, seed, steps, wavelength, churn, jets, vortices) for block in blocks]
+    return np.concatenate(carried).reshape(directions.shape)
+
+
+def _drifted(d, seed, steps, wavelength, churn, jets, vortices):
+    """`_carried` for directions of shape (n, 3)."""
     for _ in range(steps):
         east = np.stack([-d[..., 1], d[..., 0], 0.0 * d[..., 2]], axis=-1)
         stretched = d * np.array((1.0, 1.0, 2.2))

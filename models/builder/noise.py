@@ -97,22 +97,23 @@ def in_blocks(noise):
 @in_blocks
 def solid(points, seed, wavelength):
     """Smooth noise in -1..1 at points of shape (..., 3)."""
-    p = points / wavelength
+    # NumPy is fastest on whole rows: one for each coordinate
+    p = np.ascontiguousarray(points.T) / wavelength
     base = np.floor(p)
     t = p - base
     t = t * t * t * (t * (6.0 * t - 15.0) + 10.0)
-    i, j, k = np.moveaxis(base.astype(int) & 31, -1, 0)
+    i, j, k = base.astype(np.intp) & 31
     # The lattice's planes on both sides of each point, as steps into the flat table.
     x_steps = (i << 10, (i + 1 & 31) << 10)
     y_steps = (j << 5, (j + 1 & 31) << 5)
     z_steps = (k, k + 1 & 31)
-    x_shares, y_shares, z_shares = ((1.0 - t[..., axis], t[..., axis]) for axis in range(3))
+    x_shares, y_shares, z_shares = ((1.0 - share, share) for share in t)
+    columns = [(x_shares[a] * y_shares[b], x_steps[a] + y_steps[b]) for b in (0, 1) for a in (0, 1)]
     table = lattice(seed, 32, 32, 32).reshape(-1)
-    total = 0.0
-    for corner in range(8):
-        a, b, c = corner & 1, corner >> 1 & 1, corner >> 2
-        weight = x_shares[a] * y_shares[b] * z_shares[c]
-        total = total + weight * table[x_steps[a] + y_steps[b] + z_steps[c]]
+    total = np.zeros(len(points))
+    for z_share, z_step in zip(z_shares, z_steps, strict=True):
+        for share, step in columns:
+            total += share * z_share * table.take(step + z_step)
     return 2.0 * total - 1.0
 
 

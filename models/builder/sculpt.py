@@ -11,7 +11,11 @@ import numpy as np
 
 def length(v):
     """Lengths of vectors (..., 3), summed in a fixed order."""
-    return np.sqrt(v[..., 0] * v[..., 0] + v[..., 1] * v[..., 1] + v[..., 2] * v[..., 2])
+    return _length(v[..., 0], v[..., 1], v[..., 2])
+
+
+def _length(x, y, z):
+    return np.sqrt(x * x + y * y + z * z)
 
 
 def along(v, axis):
@@ -21,19 +25,19 @@ def along(v, axis):
 
 def ellipsoid(p, centre, radii):
     """Distance to an ellipsoid, exact on its surface and close to it near there."""
-    q = p - np.asarray(centre, float)
-    radii = np.asarray(radii, float)
-    k0, k1 = length(q / radii), length(q / (radii * radii))
+    q = [p[..., k] - centre[k] for k in range(3)]
+    k0 = _length(*(q[k] / radii[k] for k in range(3)))
+    k1 = _length(*(q[k] / (radii[k] * radii[k]) for k in range(3)))
     return k0 * (k0 - 1.0) / np.maximum(k1, 1e-9)
 
 
 def limb(p, start, end, thick, thin):
     """Distance to a tapered capsule; also how far along it the nearest point lies, 0 to 1."""
-    start = np.asarray(start, float)
-    axis = np.asarray(end, float) - start
-    q = p - start
-    t = np.clip(along(q, axis) / along(axis, axis), 0.0, 1.0)
-    return length(q - t[..., None] * axis) - (thick + (thin - thick) * t), t
+    axis = np.asarray(end, float) - np.asarray(start, float)
+    x, y, z = (p[..., k] - start[k] for k in range(3))
+    t = np.clip((x * axis[0] + y * axis[1] + z * axis[2]) / along(axis, axis), 0.0, 1.0)
+    distance = _length(x - t * axis[0], y - t * axis[1], z - t * axis[2])
+    return distance - (thick + (thin - thick) * t), t
 
 
 def blend(a, b, reach):

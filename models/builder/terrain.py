@@ -10,15 +10,16 @@ from builder.canvas import opaque
 from builder.noise import mix, smooth, spectral
 from builder.randomness import Random
 from builder.surface import Surface, grid_triangles
-from firefly_sample.scenes.forest_ground import (
+from firefly_sample.scenes.forest_layout import (
+    SPECIES,
     X_RANGE,
     Y_RANGE,
     clearing_distance,
     ground_height,
     ground_noise,
     ground_slope,
+    place_forest,
 )
-from firefly_sample.scenes.forest_layout import SPECIES, place_forest
 
 FOCUS = (-6.0, -42.0)
 """Where mesh and texture are finest: in the clearing, on the camera's side."""

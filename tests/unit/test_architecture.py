@@ -28,8 +28,7 @@ LAYERS = (
             "srgb",
             "planar",
             "mipmaps",
-            "derived",
-            "cache_files",
+            "disk_cache",
             "memo",
             "measure",  # old names
             "reference",

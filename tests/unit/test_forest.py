@@ -21,14 +21,17 @@ from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.traversal import iter_visible
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.scenes.forest import REACH, ForestScene
-from firefly_sample.scenes.forest_ground import (
+from firefly_sample.scenes.forest_layout import (
+    _FALLEN_FEET,
+    CAMERA,
+    SPECIES,
     X_RANGE,
     Y_RANGE,
     clearing_distance,
     ground_height,
     ground_slope,
+    place_forest,
 )
-from firefly_sample.scenes.forest_layout import _FALLEN_FEET, CAMERA, SPECIES, place_forest
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-import firefly_sample.derived as derived
+import firefly_sample.disk_cache as disk_cache
 import firefly_sample.mipmaps as mipmaps
 import firefly_sample.scene.loader as loader
 from firefly_sample.assets import model_path
-from firefly_sample.derived import VARIABLE
+from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import ModelError
 from firefly_sample.mipmaps import kept_texture_levels, mip_chain, texture_levels
 from firefly_sample.scene.geom import GeomNode
@@ -18,7 +18,7 @@ from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Texture
 from firefly_sample.scene.model_data import load_kept
 from firefly_sample.srgb import srgb_to_linear
-from tests.unit.test_derived import write_kept
+from tests.unit.test_disk_cache import write_kept
 
 MODELS = ("bulb", "grass", "cat", "rocks")
 
@@ -124,7 +124,7 @@ def test_what_is_kept_under_a_models_name_may_be_anything(folder, calls, content
     before = described(load_model(path))
     for file in folder.iterdir():
         if content is None:
-            from firefly_sample.derived import save_derived
+            from firefly_sample.disk_cache import save_derived
 
             save_derived(file.stem, {"name": "another"}, {"0": np.zeros(3)})
         else:
@@ -180,8 +180,8 @@ def test_a_model_with_a_right_checksum_and_a_wrong_inside_counts_as_missing(fold
     load_model(model_path("bulb.glb"))
     (path,) = (path for path in folder.iterdir() if path.name.startswith("model-"))
     content = path.read_bytes()
-    start = len(derived._MAGIC) + derived._FRAME.size
-    size, _ = derived._FRAME.unpack(content[len(derived._MAGIC) : start])
+    start = len(disk_cache._MAGIC) + disk_cache._FRAME.size
+    size, _ = disk_cache._FRAME.unpack(content[len(disk_cache._MAGIC) : start])
     text = content[start : start + size]
     write_kept(path, text, content[start + size :])
     assert load_kept(path.stem, fail) is not None

@@ -15,7 +15,7 @@ import trimesh
 from PIL import Image
 from trimesh.visual.material import PBRMaterial
 
-from firefly_sample.derived import VARIABLE
+from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import ModelError
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.loader import load_model

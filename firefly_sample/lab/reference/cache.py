@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.cache_files import drop_old, keep_whole, user_cache
-from firefly_sample.derived import fingerprint
+from firefly_sample.disk_cache import drop_old, fingerprint, keep_whole, user_cache
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.frame import (
     VERSION,
