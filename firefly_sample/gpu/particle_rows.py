@@ -19,8 +19,8 @@ from firefly_sample.plan.view import View
 Float32 = NDArray[np.float32]
 
 RECORD_TEXELS = 4
-"""Of a particle: its place and fade; its colour, and 1 if it takes shadows; its place in the particle_shadow;
-what a lookup there finds of itself."""
+"""Of a particle: its position and attenuation; its colour, and 1 if it receives shadows; its position in the
+particle shadow; its own contribution to a lookup there."""
 
 
 def splat_rows(particle_shadow: ParticleShadowPlan) -> Float32:
@@ -46,7 +46,7 @@ def particle_records(particles: ParticleSet, particle_shadow: ParticleShadowPlan
     height = -(-len(particles) // width)
     rows = np.zeros((width * height, RECORD_TEXELS, 4), dtype=np.float32)
     own = rows[: len(particles)]
-    own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.fades
+    own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.attenuations
     own[:, 1, :3] = particles.colors
     if particle_shadow is not None and len(particle_shadow):
         own[:, 1, 3] = particles.rows >= 0

@@ -60,7 +60,11 @@ def drawn():
 def shares(plan, light):
     """What of the only light the particles got, from their radiance."""
     (lights,) = plan.lights
-    return (light / plan.particles.colors - plan.ambient) / lights.colors[0] / plan.particles.fades[:, None]
+    return (
+        (light / plan.particles.colors - plan.ambient)
+        / lights.colors[0]
+        / plan.particles.attenuations[:, None]
+    )
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -110,7 +114,9 @@ def test_what_a_shadow_says_is_done_as_in_the_twin(drawn, shadow, kind):
     else:
         (lights,) = plan.lights
         unshadowed = light_of(plan, lights)
-        expected = (plan.ambient + unshadowed * found * plan.particles.fades[:, None]) * plan.particles.colors
+        expected = (
+            plan.ambient + unshadowed * found * plan.particles.attenuations[:, None]
+        ) * plan.particles.colors
         np.testing.assert_allclose(light, expected, atol=2e-5)
 
 

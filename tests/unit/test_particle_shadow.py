@@ -222,7 +222,7 @@ def test_attenuation_is_by_distance_from_the_light_or_its_plane():
     path.set_pos(0, 0, 4 - 2)
     scene.camera.set_pos(0, -20, 0)
     scene.camera.look_at(0, 0, 0)
-    fades = lambda: build_plan(scene).particles.fades  # noqa: E731
+    fades = lambda: build_plan(scene).particles.attenuations  # noqa: E731
     np.testing.assert_allclose(fades(), [1 / 4, 1 / 13, 1.0])
     node.change_shadow(attenuation="plane", power=3.0)
     np.testing.assert_allclose(fades(), [1 / 8, 1 / 8, 1.0])

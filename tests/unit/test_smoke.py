@@ -140,7 +140,7 @@ def test_a_frame_does_not_depend_on_the_frames_before():
         ("shadow_blur", 3.0, lambda plan: plan.particle_shadow.blur == 3.0),
         ("shadow_darkness", 2.0, lambda plan: plan.particle_shadow.strengths.max() > 0.15),
         ("shadow_tint", 1.0, lambda plan: plan.particle_shadow.tinted),
-        ("use_attenuation", True, lambda plan: plan.particles.fades.min() < 0.5),
+        ("use_attenuation", True, lambda plan: plan.particles.attenuations.min() < 0.5),
         ("use_interpolation", False, lambda plan: not plan.particle_shadow.interpolate),
         (
             "bounding_radius",
@@ -205,7 +205,7 @@ def test_the_seed_decides_which_puffs():
 
 def test_attenuation_is_by_any_power_from_the_plane_or_the_point():
     plane, point, cubed = (
-        build_plan(smoke(use_attenuation=True, **more)).particles.fades
+        build_plan(smoke(use_attenuation=True, **more)).particles.attenuations
         for more in ({}, {"attenuation": "point"}, {"attenuation_power": 3.0})
     )
     assert (point <= plane).all()

@@ -140,7 +140,7 @@ def particle_light(plan: FramePlan, lit: Lit | None = None) -> Float64:
             strength = strength * lit(position[reached], one)
         arriving = strength[:, None] * one.lights.colors[one.row]
         if one.lights.particle_shadowed:
-            arriving = arriving * left[reached] * particles.fades[reached, None]
+            arriving = arriving * left[reached] * particles.attenuations[reached, None]
         total[reached] += arriving
     return np.asarray(total * particles.colors)
 
