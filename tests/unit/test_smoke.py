@@ -131,7 +131,7 @@ def test_a_frame_does_not_depend_on_the_frames_before():
     build_plan(scene, time=11.0)
     again = build_plan(scene, time=5.0)
     np.testing.assert_array_equal(first.particles.positions, again.particles.positions)
-    np.testing.assert_array_equal(first.particle_shadow.places, again.particle_shadow.places)
+    np.testing.assert_array_equal(first.particle_shadow.positions, again.particle_shadow.positions)
 
 
 @pytest.mark.parametrize(
@@ -179,7 +179,7 @@ def test_each_parameter_acts_in_a_running_scene_as_in_a_new_one(name, value, see
     np.testing.assert_array_equal(after.ambient, new.ambient)
     assert (after.particle_shadow is None) == (new.particle_shadow is None)
     if after.particle_shadow is not None:
-        np.testing.assert_array_equal(after.particle_shadow.places, new.particle_shadow.places)
+        np.testing.assert_array_equal(after.particle_shadow.positions, new.particle_shadow.positions)
         np.testing.assert_array_equal(after.particle_shadow.strengths, new.particle_shadow.strengths)
 
 

@@ -180,7 +180,7 @@ def particle_shadowed(plan: FramePlan, position: Float64) -> Float64:
     particle_shadow = plan.particle_shadow
     assert particle_shadow is not None
     world = position @ plan.view.view_to_world[:3, :3] + plan.view.view_to_world[3, :3]
-    return light_left(particle_shadow, exact_taken(particle_shadow, particle_shadow.view.place(world)))
+    return light_left(particle_shadow, exact_taken(particle_shadow, particle_shadow.view.to_slices(world)))
 
 
 def _check_look(settings: Settings) -> None:

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.particles.shadow import ParticleShadowPlan, blur_weights, own_takings, splats
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, blur_weights, own_contributions, splats
 
 Float64 = NDArray[np.float64]
 
@@ -36,8 +36,8 @@ def exact_taken(
     taken = np.zeros((len(places), 3))
     if not len(particle_shadow):
         return taken
-    low = (particle_shadow.places[:, :2] - particle_shadow.radii[:, None]).min(axis=0)
-    high = (particle_shadow.places[:, :2] + particle_shadow.radii[:, None]).max(axis=0)
+    low = (particle_shadow.positions[:, :2] - particle_shadow.radii[:, None]).min(axis=0)
+    high = (particle_shadow.positions[:, :2] + particle_shadow.radii[:, None]).max(axis=0)
     with np.errstate(invalid="ignore"):
         reached = ((places[:, :2] >= low) & (places[:, :2] <= high)).all(axis=1) & (places[:, 2] > -np.inf)
     known = np.flatnonzero(reached)
@@ -56,10 +56,10 @@ def exact_taken(
     if (strengths == strengths[0]).all():
         strengths = strengths[:1]  # grey: one channel is every channel
     sums = np.zeros((len(strengths), len(order)))
-    middle = np.floor((particle_shadow.places[:, :2] - low) / cell).astype(np.int64) + 1
+    middle = np.floor((particle_shadow.positions[:, :2] - low) / cell).astype(np.int64) + 1
     starts = np.searchsorted(codes, np.arange(tall * wide + 1))
     discs = zip(
-        middle.tolist(), particle_shadow.places.tolist(), (particle_shadow.radii**2).tolist(), strict=True
+        middle.tolist(), particle_shadow.positions.tolist(), (particle_shadow.radii**2).tolist(), strict=True
     )
     for row, ((column, line), (u, v, d), square) in enumerate(discs):
         first, last = max(column - 1, 0), min(column + 1, wide - 1)
@@ -94,9 +94,9 @@ def slice_sums(particle_shadow: ParticleShadowPlan) -> Float64:
     tile = view.tile
     sums = np.zeros((view.slices, tile, tile, 3))
     radii, factors = splats(particle_shadow)
-    which = np.clip(np.floor(particle_shadow.places[:, 2]), 0, view.slices - 1).astype(np.int64)
+    which = np.clip(np.floor(particle_shadow.positions[:, 2]), 0, view.slices - 1).astype(np.int64)
     for place, index, radius, strength in zip(
-        particle_shadow.places, which, radii, particle_shadow.strengths * factors[:, None], strict=True
+        particle_shadow.positions, which, radii, particle_shadow.strengths * factors[:, None], strict=True
     ):
         columns, rows = _texels(place[0], radius, tile), _texels(place[1], radius, tile)
         squares = ((rows + 0.5 - place[1])[:, None] ** 2 + (columns + 0.5 - place[0]) ** 2) / radius**2
@@ -163,7 +163,7 @@ def sliced_light(
         here = here - before
     own = np.zeros((count, 3))
     if rows is not None and len(particle_shadow):
-        own = np.where((rows >= 0)[:, None], own_takings(particle_shadow)[rows], 0.0)
+        own = np.where((rows >= 0)[:, None], own_contributions(particle_shadow)[rows], 0.0)
     ends = particle_shadow.interpolate | (depth >= slices)
     others = np.maximum(here - own, 0.0) * (depth - index)[:, None]
     left = light_left(particle_shadow, before + np.where(ends[:, None], others, 0.0))

@@ -130,7 +130,7 @@ def particle_light(plan: FramePlan, lit: Lit | None = None) -> Float64:
     left = np.ones((len(position), 3))
     if plan.particle_shadow is not None and len(position):
         particle_shadow, known = plan.particle_shadow, particles.rows >= 0
-        taken = exact_taken(particle_shadow, particle_shadow.places[particles.rows], particles.rows)
+        taken = exact_taken(particle_shadow, particle_shadow.positions[particles.rows], particles.rows)
         left = np.where(known[:, None], light_left(particle_shadow, taken), 1.0)
     for one in each_light(plan.lights):
         reached = np.flatnonzero(one.in_reach(position))

@@ -52,7 +52,7 @@ class ParticleShadowView:
     tile: int  # texels across a slice
     slices: int
 
-    def place(self, world: Float64) -> Float64:
+    def to_slices(self, world: Float64) -> Float64:
         """Return texels across and up, and slices, of points in world space, shape (n, 3).
 
         They are NaN for points behind the light.
@@ -87,7 +87,7 @@ class ParticleShadowPlan:
     kernel: BlurKernel
     tinted: bool  # True if each colour has sums of its own
     show: bool  # True if the texture is drawn into the picture's corner
-    places: Float64  # (n, 3), positions: texels across and up, and slices
+    positions: Float64  # (n, 3), texels across and up, and slices
     radii: Float64  # (n,), texels
     strengths: Float64  # (n, 3), optical depth or alpha through the middle, times darkness, for each colour
     rows: NDArray[np.intp]  # (all particles,), each one's index into these arrays; -1 if it casts no shadow
@@ -98,7 +98,7 @@ class ParticleShadowPlan:
         return self.grid[0] * self.view.tile, self.grid[1] * self.view.tile
 
     def __len__(self) -> int:
-        return len(self.places)
+        return len(self.positions)
 
 
 def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan | None:
@@ -113,14 +113,13 @@ def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan
     slices = settings.particle_shadow_slices
     view = _fit_view(cloud, shadow, net, slices, settings.particle_shadow_tile)
     # behind a spotlight there is no shadow
-    places = view.place(cloud.positions)
-    chosen = cloud.casts & np.isfinite(places).all(axis=1)
-    positions, alphas = cloud.positions[chosen], cloud.alphas[chosen, None]
-    tints = cloud.tints[chosen, None]
+    positions = view.to_slices(cloud.positions)
+    chosen = cloud.casts & np.isfinite(positions).all(axis=1)
+    alphas, tints = cloud.alphas[chosen, None], cloud.tints[chosen, None]
     taken = alphas * (1.0 - tints * cloud.colors[chosen])  # of each colour
-    places = places[chosen]
+    positions = positions[chosen]
     # a shader has depths in float32, and must find a particle in the slice into which it was put
-    places[:, 2] = places[:, 2].astype(np.float32)
+    positions[:, 2] = positions[:, 2].astype(np.float32)
     strengths = optical_depths(taken) if method == "optical_depth" else taken
     return ParticleShadowPlan(
         light=shadow.light.name,
@@ -133,8 +132,8 @@ def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan
         kernel=shadow.kernel,
         tinted=bool(tints.any()),
         show=shadow.show_texture,
-        places=places,
-        radii=view.radii(positions, cloud.radii[chosen]),
+        positions=positions,
+        radii=view.radii(cloud.positions[chosen], cloud.radii[chosen]),
         strengths=strengths * cloud.darkness[chosen, None],
         rows=np.where(chosen, np.cumsum(chosen) - 1, -1),
     )
@@ -192,7 +191,7 @@ def splats(shadow: ParticleShadowPlan) -> tuple[Float64, Float64]:
     return radii, (shadow.radii / radii) ** 2
 
 
-def own_takings(shadow: ParticleShadowPlan) -> Float64:
+def own_contributions(shadow: ParticleShadowPlan) -> Float64:
     """Return a particle's own contribution to an interpolated lookup at its middle, shape (n, 3).
 
     It is the sum over its disc, weighted as the blur and the interpolation weight texels around the middle.
@@ -202,8 +201,8 @@ def own_takings(shadow: ParticleShadowPlan) -> Float64:
     reach = min(math.ceil(shadow.blur), math.ceil(float(radii.max(initial=1.0)))) + 1
     weights = np.pad(blur_weights(shadow.blur, shadow.kernel), reach + 2)
     middle = len(weights) // 2
-    first = np.floor(shadow.places[:, :2] - 0.5)
-    part = shadow.places[:, :2] - 0.5 - first
+    first = np.floor(shadow.positions[:, :2] - 0.5)
+    part = shadow.positions[:, :2] - 0.5 - first
     offsets = np.arange(-reach + 1, reach + 1)  # from the texel below the middle
     near, far = weights[middle + offsets], weights[middle + offsets - 1]
     share = near * (1.0 - part[..., None]) + far * part[..., None]  # (n, 2, taps)
