@@ -12,8 +12,8 @@ from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.pixel_buffers import Copies
 from firefly_sample.gpu.timers import Measured
 from firefly_sample.passes.lights import LIGHT_PASSES
-from firefly_sample.plan.cluster_lookup import list_lengths
 from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.plan.lights.clusters import list_lengths
 from firefly_sample.readback import Surface, read_images, targets_read
 
 

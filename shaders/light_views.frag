@@ -34,7 +34,7 @@ void main()
     Cell cell = find_cell(read_place(ivec2(gl_FragCoord.xy)));
     o_overdraw = 0.0;
     for (int word = cell.word; word < cell.end; word += 4)
-        for (uvec4 bits = words_at(cell, word); bits != uvec4(0u); bits &= bits - min(bits, 1u))
+        for (uvec4 bits = masks_at(cell, word); bits != uvec4(0u); bits &= bits - min(bits, 1u))
             o_overdraw += dot(vec4(min(bits, 1u)), vec4(1.0));
 }
 

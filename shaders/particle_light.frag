@@ -1,7 +1,7 @@
 #version 330 core
 // Lights each particle once, at its centre, by all lights of one kind: one texel per particle. Particles scatter light
 // equally in all directions.
-// FIRST: adds ambient light as well. FADED: multiplies by the fading that is stored with each particle.
+// FIRST: adds ambient light as well. ATTENUATED: multiplies by the attenuation that is stored with each particle.
 #define PLACED 1
 #define LIGHT_METHOD LIGHT_METHOD_LOOP
 #define POSITION_SOURCE POSITION_SOURCE_STORED
@@ -51,7 +51,7 @@ void main()
             sum += min(strength * light.color.rgb, 1e30);  // infinity times a colour of 0 would be NaN
         }
     }
-#if FADED
+#if ATTENUATED
     sum *= place.w;
 #endif
 #if PARTICLE_SHADOW

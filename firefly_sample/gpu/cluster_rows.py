@@ -1,4 +1,4 @@
-"""The lists of clusters as texels of two textures of whole numbers: the slices, and the words."""
+"""The lists of clusters as texels of two textures of whole numbers: the slices, and the bit masks."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class ClusterLists(NamedTuple):
         slice's. As wide however many there are, so that the texture stays.
     number : int
         Of slices.
-    words : ndarray of uint32, shape (places, texels, 4)
-        A place is a row; four words are a texel.
+    masks : ndarray of uint32, shape (lines, texels, 4)
+        Bit masks: a row for each line of tiles; four words are a texel.
     tiling : (int, int, int)
         Samples along a tile's side, tiles across and up.
-    places : (int, int, int, int)
+    first_lines : (int, int, int, int)
         The first one of columns of tiles, rows, rising and falling diagonals.
     slicing : (float, float, float, float)
         From log2 of the distance, orthographic from the distance, to the number of a slice; the first and
@@ -34,9 +34,9 @@ class ClusterLists(NamedTuple):
 
     slices: NDArray[np.uint32]
     number: int
-    words: NDArray[np.uint32]
+    masks: NDArray[np.uint32]
     tiling: tuple[int, int, int]
-    places: tuple[int, int, int, int]
+    first_lines: tuple[int, int, int, int]
     slicing: tuple[float, float, float, float]
 
 
@@ -44,7 +44,7 @@ def cluster_lists(clusters: Clusters, perspective: bool) -> ClusterLists:
     """The lists of a set's clusters."""
     grid = clusters.grid
     edges = grid.edges.astype(np.float32)
-    bits, first = edges.view(np.uint32), clusters.first
+    bits, first = edges.view(np.uint32), clusters.first_words
     slices = np.zeros((1, MOST_SLICES, 4), dtype=np.uint32)
     slices[0, : grid.slices] = np.stack([bits[:-1], bits[1:], first[:-1], first[1:]], axis=1)
     low, high = (math.log2(edge) if perspective else edge for edge in (grid.edges[0], grid.edges[-1]))
@@ -52,8 +52,8 @@ def cluster_lists(clusters: Clusters, perspective: bool) -> ClusterLists:
     return ClusterLists(
         slices,
         grid.slices,
-        clusters.words.reshape(len(clusters.words), -1, TEXEL),
+        clusters.masks.reshape(len(clusters.masks), -1, TEXEL),
         (grid.tile, *grid.tiles),
-        grid.first_places,
+        grid.first_lines,
         (scale, -low * scale, float(edges[0]), float(edges[-1])),
     )

@@ -94,13 +94,13 @@ def draw_clustered(
     lists = cluster_lists(clusters, plan.view.lens.perspective)
     tables = {
         "u_slices": gpu.tables.write(f"slices {key}", lists.slices),
-        "u_words": gpu.tables.write(f"words {key}", lists.words),
+        "u_masks": gpu.tables.write(f"masks {key}", lists.masks),
     }
     uniforms = {
         "u_slice_count": lists.number,
         "u_slicing": lists.slicing,
         "u_tiling": lists.tiling,
-        "u_places": lists.places,
+        "u_first_lines": lists.first_lines,
     }
     program.use(uniforms, textures | tables)
     gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.gpu.light_rows import dot_rows
 from firefly_sample.plan.frame_plan import SpriteSet
-from firefly_sample.plan.particles.shadow import ParticleShadowPlan, own_takings, splats
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, own_contributions, splats
 from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
 from firefly_sample.plan.view import View
@@ -19,16 +19,16 @@ from firefly_sample.plan.view import View
 Float32 = NDArray[np.float32]
 
 RECORD_TEXELS = 4
-"""Of a particle: its place and fade; its colour, and 1 if it takes shadows; its place in the particle_shadow;
-what a lookup there finds of itself."""
+"""Of a particle: its position and attenuation; its colour, and 1 if it receives shadows; its position in the
+particle shadow; its own contribution to a lookup there."""
 
 
 def splat_rows(particle_shadow: ParticleShadowPlan) -> Float32:
     """Rows of discs in slices, shape (n, 7): texels across and up, slice, radius in texels, strengths."""
     radii, factors = splats(particle_shadow)
-    slices = np.clip(np.floor(particle_shadow.places[:, 2:]), 0, particle_shadow.view.slices - 1)
+    slices = np.clip(np.floor(particle_shadow.positions[:, 2:]), 0, particle_shadow.view.slices - 1)
     columns = [
-        particle_shadow.places[:, :2],
+        particle_shadow.positions[:, :2],
         slices,
         radii[:, None],
         particle_shadow.strengths * factors[:, None],
@@ -46,12 +46,12 @@ def particle_records(particles: ParticleSet, particle_shadow: ParticleShadowPlan
     height = -(-len(particles) // width)
     rows = np.zeros((width * height, RECORD_TEXELS, 4), dtype=np.float32)
     own = rows[: len(particles)]
-    own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.fades
+    own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.attenuations
     own[:, 1, :3] = particles.colors
     if particle_shadow is not None and len(particle_shadow):
         own[:, 1, 3] = particles.rows >= 0
-        own[:, 2, :3] = particle_shadow.places[particles.rows]
-        own[:, 3, :3] = own_takings(particle_shadow)[particles.rows]
+        own[:, 2, :3] = particle_shadow.positions[particles.rows]
+        own[:, 3, :3] = own_contributions(particle_shadow)[particles.rows]
     return rows.reshape(height, width * RECORD_TEXELS, 4)
 
 

@@ -259,7 +259,7 @@ class Sweep:
 def shaded_by(frame: Frame, plan: FramePlan) -> int:
     """Return how many (fragment, light) pairs the lighting passes shaded."""
     shaded = frame.shaded or 0
-    if plan.culling.method != "loop":
+    if plan.light_method.name != "loop":
         return shaded
     # the renderer counts fragments, each of which loops over all lights; a large set has several passes
     passes = sum(len(lights.parts()) for lights in plan.lights)

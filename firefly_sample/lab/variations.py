@@ -146,7 +146,7 @@ def variations(plan: FramePlan, base: Settings) -> list[Variation]:
         found += [
             Variation(f"light_method={name}", "baseline", {"light_method": name})
             for name in ("volumes", "clustered", "loop", "fullscreen")
-            if name != plan.culling.method
+            if name != plan.light_method.name
         ]
         if any(lights.proxy == "sphere" for lights in plan.lights):
             untested = {"light_method": "volumes", "volume_depth_test": False}
@@ -206,7 +206,7 @@ def _particle_shadowed(plan: FramePlan) -> bool:
 
 
 def _proxied(plan: FramePlan) -> bool:
-    volumes = plan.culling.method == "volumes"
+    volumes = plan.light_method.name == "volumes"
     return volumes and any(lights.proxy == "sphere" for lights in plan.lights)
 
 

@@ -98,7 +98,7 @@ class ForwardPass(Pass):
             specular=needs.highlights,
             emission=needs.emits,
             orthographic=needs.orthographic,
-            particle_shadow=bool(needs.clouded) and needs.particle_shadowed,
+            particle_shadow=needs.particle_shadowed_kind is not None and needs.particle_shadowed,
         )
 
     def legal_variants(self) -> Iterator[Variant]:
@@ -109,13 +109,13 @@ class ForwardPass(Pass):
             for own, emission in product(both, repeat=2):
                 # without a light there is nothing but these
                 yield ForwardVariant("none", ambient=own, emission=emission, **rest)
-            for fade, model, clamp, taps, clouded in product(
+            for fade, model, clamp, taps, by_particles in product(
                 FADES, get_args(SpecularModel), both, get_args(ShadowTaps), both
             ):
-                if clouded and fade[0] == "point":
+                if by_particles and fade[0] == "point":
                     continue
                 lit = (*fade, model, clamp, taps)
-                shared = {"specular": model != "none", "particle_shadow": clouded, **rest}
+                shared = {"specular": model != "none", "particle_shadow": by_particles, **rest}
                 yield ForwardVariant(*lit, first=False, **shared)
                 for own, emission in product(both, repeat=2):
                     yield ForwardVariant(*lit, ambient=own, emission=emission, **shared)
@@ -136,7 +136,7 @@ class ForwardPass(Pass):
         self._ready.clear()
         gpu.uploads.prepare(plan.batches)
         outputs = images.color_names()
-        for index, lights in enumerate(LightSet.walked_together(plan.lights) or [None]):
+        for index, lights in enumerate(LightSet.joined_for_loops(plan.lights) or [None]):
             frame = _variant_for(step.variant, lights, first=index == 0)
             ready = []
             for batch in plan.batches:

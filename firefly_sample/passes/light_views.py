@@ -89,7 +89,7 @@ class LightViewPass(Pass):
             program = gpu.programs.get("light_views", step.variant, images.color_names(), "fullscreen")
             for index, clusters in enumerate(plan.clusters):
                 draw_clustered(gpu, plan, program, textures, clusters, f"light view {index}")
-        chosen: DrawMethod = "sphere" if plan.culling.method in ("volumes", "clustered") else "fullscreen"
+        chosen: DrawMethod = "sphere" if plan.light_method.name in ("volumes", "clustered") else "fullscreen"
         tested = "depth" in step.updates
         for index, lights in enumerate(plan.lights):
             if by_cells and lights.kind != "directional":

@@ -95,11 +95,11 @@ class LightPass(Pass):
         shiny = [f"highlights of {needs.looks.shiny}"] if needs.highlights else []
         reads = {"albedo": lights} if needs.picture and not needs.half else {}
         reads["normal"] = lights
-        if needs.is_placed(kind):
+        if needs.needs_position(kind):
             source, reasons = needs.tested_source, lights
             if kind == "directional":
                 reasons = needs.shadows([kind])
-                if needs.is_clouded(kind) and needs.particle_shadow is not None:
+                if needs.shadowed_by_particles(kind) and needs.particle_shadow is not None:
                     reasons.append(f"shadows of particles in light {needs.particle_shadow.light!r}")
             reads[source] = [f"{reason} (position_method={position})" for reason in reasons]
             if source == "depth_copy":
@@ -110,7 +110,7 @@ class LightPass(Pass):
             reads["specular"] = shiny
         if kind in needs.shadowed:
             reads["shadow_atlas"] = needs.shadows([kind])
-        if needs.is_clouded(kind):
+        if needs.shadowed_by_particles(kind):
             reads["particle_shadow_atlas"] = [needs.particle_shadow_reason]
         tested = needs.tests_volumes and kind != "directional"
         tests = ["half_depth" if needs.half else "depth"] if tested else []
@@ -127,12 +127,12 @@ class LightPass(Pass):
             specular_model=settings.specular_model if needs.highlights else "none",
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
-            position_source=needs.position_source if needs.is_placed(kind) else "distance",
+            position_source=needs.position_source if needs.needs_position(kind) else "distance",
             orthographic=needs.orthographic,
             radiance="radiance" in targets if not needs.half else "half_shine" in targets,
             light="light" in targets or needs.half,
             light_resolution="half" if needs.half else "full",
-            particle_shadow=needs.is_clouded(kind),
+            particle_shadow=needs.shadowed_by_particles(kind),
             **encodings(targets, "normal", "albedo"),
         )
 
@@ -144,17 +144,17 @@ class LightPass(Pass):
         for method, (falloff, end), flat, position in product(
             self.methods, fades, _BOTH, get_args(PositionSource)
         ):
-            for taps, clouded, model, clamp, resolution in product(
+            for taps, by_particles, model, clamp, resolution in product(
                 get_args(ShadowTaps), clouds, get_args(SpecularModel), _BOTH, get_args(LightResolution)
             ):
-                if not placed and position != "distance" and not (taps or clouded):
+                if not placed and position != "distance" and not (taps or by_particles):
                     continue  # without shadows, the shader does not need the surface's position
                 for radiance, light in [(model != "none", True)] if resolution == "half" else TARGETS:
                     if model != "none" and not radiance:
                         continue
                     how: Any = method, falloff, end, model, clamp, taps, position
                     for formats in FORMATS:
-                        what: Any = *formats, flat, radiance, light, resolution, clouded
+                        what: Any = *formats, flat, radiance, light, resolution, by_particles
                         yield LightVariant(*how, *what)
             if method in ("sphere", "cone", "fullscreen") and (placed or position == "distance"):
                 plain: Any = method, falloff, end, "none", False, 0, position

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 class ParticleLightVariant(Variant):
     """All lights of one kind on all particles.
 
-    `first` is the draw that brings ambient light. `faded` is for the light that fades on particles alone.
+    `first` is the draw that brings ambient light. `attenuated` is for the light whose attenuation with
+    distance is stored with each particle.
     """
 
     light_kind: LightKind = "point"
@@ -33,7 +34,7 @@ class ParticleLightVariant(Variant):
     range_falloff: RangeFalloff = "karis"
     shadow_taps: ShadowTaps = 0
     particle_shadow: bool = False
-    faded: bool = False
+    attenuated: bool = False
     first: bool = True
     orthographic: bool = False
 
@@ -45,7 +46,7 @@ class ParticleLightPass(Pass):
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if particles are in view."""
-        if not needs.hazy:
+        if not needs.draws_particles:
             return None
         reads = {"shadow_atlas": needs.shadows()} if needs.shadow_maps else {}
         if needs.particle_shadowed:
@@ -68,8 +69,9 @@ class ParticleLightPass(Pass):
         for flat in both:
             yield ParticleLightVariant("none", orthographic=flat)
             for fade, taps, first in product(FADES, get_args(ShadowTaps), both):
-                for clouded, faded in product(both, repeat=2) if fade[0] != "point" else [(False, False)]:
-                    yield ParticleLightVariant(*fade, taps, clouded, faded, first, flat)
+                shadows = product(both, repeat=2) if fade[0] != "point" else [(False, False)]
+                for by_particles, attenuated in shadows:
+                    yield ParticleLightVariant(*fade, taps, by_particles, attenuated, first, flat)
 
     def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
         """Return its fragment shader and the vertex shader of all full-screen passes."""
@@ -89,7 +91,7 @@ class ParticleLightPass(Pass):
         records = particle_records(plan.particles, plan.particle_shadow)
         framebuffer.viewport = (0, 0, framebuffer.size[0], len(records))  # what particles fill
         table = gpu.tables.write(self.name, records)
-        for index, lights in enumerate(LightSet.walked_together(plan.lights) or [None]):
+        for index, lights in enumerate(LightSet.joined_for_loops(plan.lights) or [None]):
             variant = _variant_for(step.variant, plan, lights, first=index == 0)
             program = gpu.programs.get(self.name, variant, images.color_names(), "fullscreen")
             uniforms = {}
@@ -111,6 +113,6 @@ def _variant_for(
     return replace(
         shining(frame, lights),
         light_kind=lights.kind,
-        faded=lights.particle_shadowed and bool((plan.particles.fades != 1.0).any()),
+        attenuated=lights.particle_shadowed and bool((plan.particles.attenuations != 1.0).any()),
         first=first,
     )

@@ -138,7 +138,7 @@ class ParticleShadowTexturePass(Pass):
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if a `ParticleShadow` asks for it."""
-        if not needs.textured:
+        if not needs.shows_slices:
             return None
         because = "show_texture: the slices of shadow in the picture's corner"
         return Declaration(because, reads={ATLAS: [needs.particle_shadow_reason]}, updates=["color"])

@@ -42,7 +42,7 @@ class ParticlesPass(Pass):
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if particles are in view."""
-        if not needs.hazy:
+        if not needs.draws_particles:
             return None
         reads = {"particle_light": [needs.particles_in_view]}
         if needs.drawn:

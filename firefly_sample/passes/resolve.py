@@ -48,9 +48,9 @@ class ResolvePass(FullscreenPass):
         radiance = needs.all_lights() if needs.lit else []
         radiance += ["ambient light"] if needs.ambient_lit else []
         radiance += [f"emission of {needs.looks.emissive}"] if needs.emits else []
-        radiance += [f"{needs.sprites} sprites"] if needs.dotted else []
+        radiance += [f"{needs.sprites} sprites"] if needs.draws_sprites else []
         reads = {"radiance": radiance} if radiance else {}
-        if needs.hazy:
+        if needs.draws_particles:
             among = [f"{needs.sprites} sprites among them"] if needs.sprites else []
             reads["particles"] = [needs.particles_in_view, *among]
         if needs.drawn and needs.forward:

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
     from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-    from firefly_sample.plan.shadows.atlas import Tile
-    from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap
+    from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap, Tile
 
 SLOPE_BIAS = 1.0
 """Texels: the slope-scaled bias of casters, so that a surface that faces a light does not shadow half of

@@ -32,7 +32,7 @@ class SpritesPass(Pass):
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if sprites are in view, and no particles, which are drawn with them."""
-        if not needs.dotted:
+        if not needs.draws_sprites:
             return None
         return Declaration(f"{needs.sprites} sprites in view", fills=["radiance"], tests=["depth"])
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, PlanError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
@@ -16,40 +15,29 @@ from firefly_sample.plan.frame_plan import Background, Batch, Capabilities, Fram
 from firefly_sample.plan.frustum import spheres_in_frustum
 from firefly_sample.plan.lights.clusters import Clusters, plan_clusters
 from firefly_sample.plan.lights.light_set import any_channel
-from firefly_sample.plan.lights.lighting import light_scene
-from firefly_sample.plan.lights.method import choose_method
-from firefly_sample.plan.needs import Needs, reverses_depth
+from firefly_sample.plan.lights.lighting import choose_method, light_scene
+from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.particles.cloud import gather_particles
 from firefly_sample.plan.particles.shadow import plan_particle_shadow
 from firefly_sample.plan.particles.visible import see_particles
+from firefly_sample.plan.plan_warnings import PlanWarnings
 from firefly_sample.plan.shadows.planner import ShadowPlanner
+from firefly_sample.plan.targets import COARSE_DEPTH
 from firefly_sample.plan.view import Eye, View, eye_state
 from firefly_sample.plan.visible import Visible, make_batches
-from firefly_sample.plan.warnings.plan_warnings import PlanWarnings
-from firefly_sample.scene.arrays import LARGEST, as_color, as_numbers
-from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.arrays import LARGEST, Float64, as_color, as_numbers
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import Settings, to_number
 
-Float64 = NDArray[np.float64]
 PointRows = tuple[Float64, Float64, Float64]
 
 
 class Planner:
-    """Builds plans and keeps what did not change between them: walks of the graph, shadow maps, draws.
+    """Builds plans, and keeps from one to the next the parts that did not change.
 
-    Parameters
-    ----------
-    passes : sequence of passes
-        In drawing order: see `firefly_sample.plan.frame_graph.Declares`.
-    window : bool
-        See `firefly_sample.plan.view.Eye`.
-
-    Raises
-    ------
-    PlanError
-        If two passes have the same name.
+    Those are walks of the graph, shadow maps and draws. The passes are in drawing order; for `window`, see
+    `firefly_sample.plan.view.Eye`.
     """
 
     def __init__(self, passes: Sequence[Declares], window: bool = False) -> None:
@@ -81,9 +69,8 @@ class Planner:
         seconds = to_number(time)
         if not np.isfinite(seconds):
             raise SceneError(f"time must be a finite number of seconds, got {time!r}")
-        time = seconds
-        scene.update(time)
-        if self._root != scene.root:  # what was kept is another scene's
+        scene.update(seconds)
+        if self._root != scene.root:  # the kept values are another scene's
             self._root, self._snapshots, self._shadows = scene.root, {}, ShadowPlanner()
         snapshot = self._snapshot(scene, scene.camera_node.camera_mask)
         eye = self._eye.get(eye_state(scene, size), lambda: Eye(scene, size, self._window))
@@ -93,8 +80,7 @@ class Planner:
             (instances, instances.revisions(), eye), lambda: Visible(instances, camera.world_to_view, planes)
         )
         exposure = _exposure(scene, settings)
-        cloud = gather_particles(snapshot, time) if settings.look != "classic" else None
-        reverse = reverses_depth(settings, capabilities)
+        reverse = capabilities.clip_control and settings.position_method not in COARSE_DEPTH
         view = View(
             size=(size[0] * settings.supersample, size[1] * settings.supersample),
             lens=lens.constants("zero_to_one" if reverse else "gl", reverse),
@@ -104,47 +90,50 @@ class Planner:
             world_to_view=camera.world_to_view,
             view_to_world=camera.view_to_world,
         )
+        cloud = gather_particles(snapshot, seconds) if settings.look != "classic" else None
         lighting = light_scene(
             snapshot,
             lambda mask: self._snapshot(scene, mask),
             self._shadows,
             settings,
-            time,
+            seconds,
             eye,
             seen,
             exposure,
             view,
             None if cloud is None else cloud.light,
         )
-        sprites = _sprites(snapshot, time, camera.world_to_view, planes)
-        clouded = lighting.counts(particle_shadowed=True)
-        particle_shadow = plan_particle_shadow(cloud, settings) if cloud is not None and clouded else None
+        sprites = _sprites(snapshot, seconds, camera.world_to_view, planes)
+        particle_shadow = None
+        if cloud is not None and lighting.particle_shadowed_kind is not None:
+            particle_shadow = plan_particle_shadow(cloud, settings)
         particles = see_particles(
             cloud, camera.world_to_view, lens, sprites.positions, settings, particle_shadow
         )
         ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
         background = _background(scene)
         surfaces = seen.nearest, seen.farthest
-        culling = choose_method(settings, lighting.sets, view, *surfaces)
+        light_method = choose_method(settings, lighting.sets, view, *surfaces)
         needs = Needs(
             settings=settings,
-            method=culling.method,
+            method=light_method.name,
             outputs=outputs,
             capabilities=capabilities,
             geometry=len(seen),
             sprites=len(sprites),
+            particles=len(particles),
             lights=lighting.counts(),
             endless=lighting.endless(),
             shadowed=lighting.counts(shadowed=True),
-            atlas=lighting.shadows.size,
-            maps=len(lighting.shadows.maps),
-            particles=len(particles),
+            particle_shadowed_kind=lighting.particle_shadowed_kind,
             particle_shadow=particle_shadow,
-            clouded=clouded,
+            maps=len(lighting.shadows.maps),
+            atlas=lighting.shadows.size,
             ambient=bool(ambient.any()),
             gradient=background.horizon != background.zenith,
             looks=seen.looks,
-            orthographic=not isinstance(lens, PerspectiveLens),
+            orthographic=not view.lens.perspective,
+            reverse=reverse,
         )
         for name in outputs:
             if needs.classic and name in ("specular", "shininess", "emission"):
@@ -156,18 +145,20 @@ class Planner:
                 )
         graph = self._graph.get(needs, lambda: choose_passes(self._passes, needs))
         clusters: tuple[Clusters, ...] = ()
-        if culling.method == "clustered" and (needs.lit or needs.counts_cells):
-            clusters = plan_clusters(lighting.sets, view, *_decoded(surfaces, settings, view))
+        if light_method.name == "clustered" and (needs.lit or needs.counts_cells):
+            if settings.position_method not in ("linear32f", "stored32f") and surfaces[0] <= surfaces[1]:
+                surfaces = view.near, view.far  # shaders may find them anywhere by a coarse depth
+            clusters = plan_clusters(lighting.sets, view, *surfaces)
         return FramePlan(
             size=size,
             settings=settings,
             outputs=outputs,
-            time=time,
+            time=seconds,
             view=view,
             batches=self._batches.get((seen, view.near), lambda: make_batches(seen, view.near)),
             ambient=ambient,
             lights=lighting.sets,
-            culling=culling,
+            light_method=light_method,
             clusters=clusters,
             shadows=lighting.shadows,
             sprites=sprites,
@@ -184,25 +175,18 @@ class Planner:
         )
 
     def _snapshot(self, scene: Scene, mask: int) -> Snapshot:
-        """What a camera with a mask sees, walked anew only when something has changed."""
+        """Return the nodes that a camera with a mask sees; the graph is walked again only after a change."""
         kept = self._snapshots.get(mask)
         if kept is not None and kept.is_current(scene.root, mask):
             return kept
         found = self._snapshots[mask] = collect(scene.root, mask)
         if kept is not None and found.instances.draws_as(kept.instances):
-            found.instances = kept.instances  # a light has moved: what is seen has not
+            found.instances = kept.instances  # a light has moved, the geometry has not
         return found
 
 
-def _decoded(surfaces: tuple[float, float], settings: Settings, view: View) -> tuple[float, float]:
-    """From where to where shaders find the surfaces in view: by a coarse depth they may be anywhere."""
-    if settings.position_method in ("linear32f", "stored32f") or not surfaces[0] <= surfaces[1]:
-        return surfaces
-    return view.near, view.far
-
-
 def _background(scene: Scene) -> Background:
-    """The background's two colours, checked."""
+    """Return the background's two colours, checked."""
     given = scene.background
     pair = (given.horizon, given.zenith) if isinstance(given, VerticalGradient) else (given, given)
     colors = []
@@ -213,7 +197,7 @@ def _background(scene: Scene) -> Background:
 
 
 def _exposure(scene: Scene, settings: Settings) -> tuple[float, float, float]:
-    """The scene's exposure times the setting's, a channel each, checked."""
+    """Return the scene's exposure times the setting's, for each channel, checked."""
     given = as_numbers("a scene's exposure", scene.exposure, SceneError, "one or three numbers")
     rgb = np.broadcast_to(given, (3,)) * settings.exposure if given.shape in ((), (3,)) else np.zeros(3)
     if not (rgb.min() > 0 and rgb.max() <= LARGEST):
@@ -225,12 +209,12 @@ def _exposure(scene: Scene, settings: Settings) -> tuple[float, float, float]:
 
 
 def _sprites(snapshot: Snapshot, time: float, world_to_view: Float64, planes: Float64) -> SpriteSet:
-    """All dots in view, in view space."""
+    """Return all dots in view, in view space."""
     parts: list[PointRows] = [(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))]
     for node, net in snapshot.sprites:
         arrays = node.evaluate(time)
-        places = net @ world_to_view
-        positions = arrays.positions @ places[:3, :3] + places[3, :3]
+        to_view = net @ world_to_view
+        positions = arrays.positions @ to_view[:3, :3] + to_view[3, :3]
         useful = (arrays.radii > 0) & any_channel(arrays.colors)
         chosen = np.flatnonzero(useful & spheres_in_frustum(planes, positions, arrays.radii))
         colors, radii = arrays.colors.take(chosen, axis=0), arrays.radii.take(chosen)

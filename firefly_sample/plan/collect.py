@@ -1,4 +1,4 @@
-"""Walk the scene graph once and keep what can be drawn as arrays, in world space.
+"""Walk the scene graph once and keep its instances, lights, sprites and particles as arrays, in world space.
 
 A walk is Python and slow; everything after it is vectorised. A `Snapshot` is kept until the graph's
 `subtree_revision` changes, so that a still forest is walked once and not once a frame.
@@ -6,7 +6,8 @@ A walk is Python and slow; everything after it is vectorised. A `Snapshot` is ke
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, NoReturn
 
@@ -14,53 +15,172 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import NodeError
-from firefly_sample.plan.instances import Group, Instances, Spheres, look_of, make_groups
+from firefly_sample.memo import Memo
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material
+from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.node import Color
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.traversal import Visit, iter_visible
 
-Float64 = NDArray[np.float64]
 LightNode = PointLights | FadingLight | DirectionalLight
+
+
+@dataclass(frozen=True, eq=False)
+class Factors:
+    """Linear colours of instances at one moment, from their materials and their nodes' flat colours."""
+
+    base_colors: Float64  # (n, 4)
+    ambients: Float64  # (n, 3), of a material without an ambient colour the base colour's
+    emissions: Float64  # (n, 3)
+    speculars: Float64  # (n, 4), the fourth is the shininess
+
+    def take(self, chosen: NDArray[Any] | slice) -> Factors:
+        """Return those of the chosen instances."""
+        return Factors(*(getattr(self, column.name)[chosen] for column in fields(self)))
+
+
+@dataclass(eq=False)
+class Group:
+    """All instances of one Geom that one call can draw: one texture, one cut-out; colours differ freely."""
+
+    key: tuple[Any, ...]  # hashable; distinguishes groups, and stays while a walk would find the same group
+    geom: Geom
+    texture: Texture | None
+    cutoff: float | None  # the alpha below which nothing is drawn; None for opaque instances
+    double_sided: bool
+    mirrored: bool  # True if the instances' matrices turn triangles inside out
+    materials: tuple[Material, ...]  # each once
+    which: NDArray[np.intp]  # (n,), each instance's index into `materials`
+    colors: Float64 | None  # (n, 4), flat colours, which replace vertex colours
+    model_to_world: Float64  # (n, 4, 4)
+    ids: NDArray[np.int32]  # (n,)
+    centers: Float64  # (n, 3), of the bounding spheres, world space
+    radii: Float64  # (n,)
+    _factors: Memo[Factors] = field(default_factory=Memo)
+
+    @property
+    def vertex_alpha(self) -> bool:
+        """True if the alpha of vertex colours takes part in the cut-out."""
+        return self.cutoff is not None and self.geom.alphas is not None and self.colors is None
+
+    def factors(self) -> Factors:
+        """Return the factors of all instances, remade when a material has changed."""
+        return self._factors.get(tuple(material.revision for material in self.materials), self._gather)
+
+    def _gather(self) -> Factors:
+        def column(values: list[Any]) -> Float64:
+            return np.array(values, dtype=np.float64)[self.which]
+
+        base = column([material.base_color for material in self.materials])
+        ambient = column([m.base_color[:3] if m.ambient is None else m.ambient for m in self.materials])
+        if self.colors is not None:
+            base, ambient = base * self.colors, ambient * self.colors[:, :3]
+        return Factors(
+            base,
+            ambient,
+            column([material.emission for material in self.materials]),
+            column([(*material.specular, material.shininess) for material in self.materials]),
+        )
+
+
+class Instances:
+    """The instances of some groups as columns, group by group.
+
+    Attributes
+    ----------
+    groups : tuple of Group
+    starts : ndarray of int, shape (groups + 1,)
+        Index of each group's first instance.
+    which : ndarray of int, shape (n,)
+        Each instance's group.
+    model_to_world, ids, centers, radii : ndarray
+        As of a `Group`, of all n instances.
+    """
+
+    def __init__(self, groups: Sequence[Group]) -> None:
+        self.groups = tuple(groups)
+        counts = [len(group.ids) for group in groups]
+        self.starts = np.concatenate([[0], np.cumsum(counts, dtype=np.intp)])
+        self.which = np.repeat(np.arange(len(counts)), counts)
+        self.model_to_world = _joined([group.model_to_world for group in groups], (4, 4))
+        self.ids = _joined([group.ids for group in groups], (), np.int32)
+        self.centers = _joined([group.centers for group in groups], (3,))
+        self.radii = _joined([group.radii for group in groups], ())
+        self._identity = [
+            (group.key, group.geom.revision, group.mirrored, *map(id, group.materials)) for group in groups
+        ]
+        self._materials = tuple(material for group in groups for material in group.materials)
+        self._factors: Memo[Factors] = Memo()
+
+    def draws_as(self, other: Instances) -> bool:
+        """Return whether the instances of a different walk would be drawn alike."""
+        return (
+            self._identity == other._identity
+            and self.revisions() == other.revisions()
+            and np.array_equal(self.model_to_world, other.model_to_world)
+            and np.array_equal(self.ids, other.ids)
+            and all(
+                np.array_equal(getattr(self.factors(), column.name), getattr(other.factors(), column.name))
+                for column in fields(Factors)
+            )
+        )
+
+    def revisions(self) -> tuple[int, ...]:
+        """Return the revisions of all groups' materials."""
+        return tuple(material.revision for material in self._materials)
+
+    def factors(self) -> Factors:
+        """Return the factors of all instances, remade when a material has changed."""
+        return self._factors.get(self.revisions(), self._gather)
+
+    def _gather(self) -> Factors:
+        parts = [group.factors() for group in self.groups]
+        widths = {"base_colors": 4, "ambients": 3, "emissions": 3, "speculars": 4}
+        return Factors(
+            **{name: _joined([getattr(part, name) for part in parts], (n,)) for name, n in widths.items()}
+        )
+
+    @cached_property
+    def sphere(self) -> tuple[Float64, float]:
+        """Center and radius of a sphere around all instances, world space; radius 0 if there are none."""
+        if not len(self.radii):
+            return np.zeros(3), 0.0
+        low = (self.centers - self.radii[:, None]).min(axis=0)
+        high = (self.centers + self.radii[:, None]).max(axis=0)
+        return 0.5 * (low + high), float(0.5 * np.linalg.norm(high - low))
+
+
+def _joined(parts: list[NDArray[Any]], shape: tuple[int, ...], dtype: Any = np.float64) -> NDArray[Any]:
+    return np.concatenate([np.zeros((0, *shape), dtype=dtype), *parts])
 
 
 @dataclass(eq=False)
 class Snapshot:
-    """The result of one walk: geometry groups; nodes of lights, sprites, particles with their net matrices.
+    """The result of one walk: groups of instances, and nodes with their net matrices."""
 
-    Attributes
-    ----------
-    watched : list of (object, int)
-        Geoms and lenses with their revisions: the graph does not hear of their changes.
-    looks : list of (Material, tuple)
-        Each material with its `look_of`.
-    """
-
+    root: NodePath
+    revision: int
+    camera_mask: int
     groups: list[Group] = field(default_factory=list)
     lights: list[tuple[LightNode, Float64]] = field(default_factory=list)
     ambient: list[AmbientLight] = field(default_factory=list)
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
-    id_names: tuple[str, ...] = ()
+    id_names: tuple[str, ...] = ()  # path of each geometry instance, by id
     watched: list[tuple[Any, int]] = field(default_factory=list)
+    """Geoms and lenses with their revisions: the graph does not hear of their changes."""
     looks: list[tuple[Material, tuple[Any, ...]]] = field(default_factory=list)
-    root: NodePath | None = None
-    revision: int = -1
-    camera_mask: int = 0
+    """Each material with its `_look_of`."""
 
     @cached_property
     def instances(self) -> Instances:
         """The instances of all groups."""
         return Instances(self.groups)
-
-    @cached_property
-    def spheres(self) -> Spheres:
-        """The bounding spheres of all instances."""
-        return Spheres(self.instances.centers, self.instances.radii)
 
     def alpha_state(self) -> tuple[int, ...]:
         """Return the revisions of the textures and materials of cut-outs, in the walk's order."""
@@ -75,20 +195,16 @@ class Snapshot:
             and self.camera_mask == camera_mask
             and self.revision == root.get_top().node().subtree_revision
             and all(thing.revision == revision for thing, revision in self.watched)
-            and all(look_of(material) == look for material, look in self.looks)
+            and all(_look_of(material) == look for material, look in self.looks)
         )
 
 
 def collect(root: NodePath, camera_mask: int) -> Snapshot:
     """Walk everything under `root` that a camera with this mask sees.
 
-    Raises
-    ------
-    NodeError
-        If a net transform is not finite; it names the node.
+    A `NodeError` names a node whose net transform is not finite.
     """
-    revision = root.get_top().node().subtree_revision
-    snapshot = Snapshot(root=root, revision=revision, camera_mask=camera_mask)
+    snapshot = Snapshot(root, root.get_top().node().subtree_revision, camera_mask)
     found: dict[tuple[Any, ...], _Found] = {}
     names: list[str] = []
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
@@ -97,7 +213,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if isinstance(node, GeomNode):
                 _add_geoms(found, node, visit, len(names))
                 names.append(visit.path)
-            elif isinstance(node, PointLights | FadingLight | DirectionalLight):
+            elif isinstance(node, LightNode):
                 snapshot.lights.append((node, visit.net))
                 if isinstance(node, Spotlight):
                     snapshot.watched.append((node.get_lens(), node.get_lens().revision))
@@ -113,28 +229,26 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
         if not finite.all():
             _refuse(names[entry.ids[int(np.argmin(finite))]])
         materials.update((id(material), material) for material in entry.materials)
-        snapshot.groups.extend(
-            make_groups(key, entry.geom, entry.materials, entry.colors, entry.nets, entry.ids)
-        )
+        snapshot.groups.extend(_make_groups(key, entry))
         snapshot.watched.append((entry.geom, entry.geom.revision))
     for nodes in (snapshot.lights, snapshot.sprites, snapshot.particles):
         for node, net in nodes:
             if not np.isfinite(net).all():
                 _refuse(node.name)
-    snapshot.looks = [(material, look_of(material)) for material in materials.values()]
+    snapshot.looks = [(material, _look_of(material)) for material in materials.values()]
     snapshot.id_names = tuple(names)
     return snapshot
 
 
 @dataclass(eq=False)
 class _Found:
-    """The instances of one group, in the order of the walk."""
+    """The instances of one Geom that can be drawn together, in the order of the walk."""
 
     geom: Geom
     nets: list[Float64] = field(default_factory=list)
     ids: list[int] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
-    colors: list[Any] = field(default_factory=list)
+    colors: list[Color | None] = field(default_factory=list)
 
 
 def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visit, index: int) -> None:
@@ -142,12 +256,60 @@ def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visi
         if not len(geom.triangles):
             continue  # nothing to draw must cost nothing
         material = visit.material if visit.material is not None else own
-        key = (id(geom), *look_of(material), visit.color is not None)
+        key = (id(geom), *_look_of(material), visit.color is not None)
         entry = found.setdefault(key, _Found(geom))
         entry.nets.append(visit.net)
         entry.ids.append(index)
         entry.materials.append(material)
         entry.colors.append(visit.color)
+
+
+def _look_of(material: Material) -> tuple[Any, ...]:
+    """Return the part of a material by which instances are grouped, hashable; the rest is per instance."""
+    cutout = material.alpha_mode != "opaque"
+    return (
+        None if material.texture is None else id(material.texture),
+        material.alpha_cutoff if cutout else None,
+        material.double_sided,
+    )
+
+
+def _make_groups(key: tuple[Any, ...], found: _Found) -> list[Group]:
+    """Return one group, or two if some instances are mirrored and others are not.
+
+    The radius of a bounding sphere grows with the matrix's largest singular value.
+    """
+    geom, first, matrices = found.geom, found.materials[0], np.array(found.nets)
+    unique = {id(material): material for material in found.materials}
+    index = {name: position for position, name in enumerate(unique)}
+    low, high = geom.bounds
+    center = 0.5 * (low + high)
+    radius = float(np.linalg.norm(geom.vertices - center, axis=1).max()) if len(geom.vertices) else 0.0
+    which = np.array([index[id(material)] for material in found.materials], dtype=np.intp)
+    colors = None if found.colors[0] is None else np.array(found.colors, dtype=np.float64)
+    ids = np.array(found.ids, dtype=np.int32)
+    centers = center @ matrices[:, :3, :3] + matrices[:, 3, :3]
+    radii = radius * np.linalg.norm(matrices[:, :3, :3], ord=2, axis=(1, 2))
+    turned = np.linalg.det(matrices[:, :3, :3]) < 0
+    return [
+        Group(
+            key=(*key, mirrored),
+            geom=geom,
+            texture=first.texture,
+            cutoff=first.alpha_cutoff if first.alpha_mode != "opaque" else None,
+            double_sided=first.double_sided,
+            mirrored=mirrored,
+            materials=tuple(unique.values()),
+            which=which[chosen],
+            colors=None if colors is None else colors[chosen],
+            model_to_world=matrices[chosen],
+            ids=ids[chosen],
+            centers=centers[chosen],
+            radii=radii[chosen],
+        )
+        for mirrored in (False, True)
+        if (chosen := turned == mirrored).any()
+    ]
 
 
 def _refuse(name: str) -> NoReturn:

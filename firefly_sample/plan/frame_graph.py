@@ -1,37 +1,49 @@
 """Choose a frame's passes and targets: a target exists because an output or a pass that is there reads it.
 
-Passes declare what they would do (`Declaration`), in drawing order. Going back from the outputs, a pass is
-there if somebody reads what it makes, and what it reads is wanted from the passes before it.
+Passes declare their targets (`Declaration`) in drawing order. Going back from the outputs, a pass is chosen
+if an output or a later pass reads its targets; the targets that it reads are then wanted from the passes
+before it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from firefly_sample.errors import PlanError
 from firefly_sample.plan.frame_plan import PassPlan
-from firefly_sample.plan.frame_targets import TARGETS, Shape, make_target, output_reads, output_sources
-from firefly_sample.plan.needs import Needs
-from firefly_sample.plan.targets import Target
+from firefly_sample.plan.needs import NORMAL_OUTPUTS, POSITION_OUTPUTS, Needs
+from firefly_sample.plan.targets import (
+    ACCUMULATION_FORMATS,
+    ALBEDO_FORMATS,
+    COARSE_DEPTH,
+    NORMAL_FORMATS,
+    PARTICLE_SHADOW_FORMATS,
+    STORED_POSITIONS,
+    UNSIGNED,
+    Target,
+    particle_texels,
+)
 from firefly_sample.plan.variants import Variant
 
 Reasons = Mapping[str, Sequence[str]]
+Shape = dict[str, Any]
+"""Arguments of `Target` but its name and reason."""
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """What a pass does in a frame if somebody reads what it makes.
+    """The targets that a pass reads and writes in a frame; it is left out if no pass or output reads them.
 
     Attributes
     ----------
     because : str
-        What in the scene asks for it.
+        The part of the scene that asks for it.
     reads : mapping of str to sequence of str
         Targets that it samples, and why.
     writes : sequence of str
-        Targets that it clears and fills, as far as somebody reads them.
+        Targets that it clears and fills, as far as a pass or an output reads them.
     fills : sequence of str
         Targets that several passes add to, likewise; the first one clears them.
     updates : sequence of str
@@ -41,8 +53,8 @@ class Declaration:
     keeps : mapping of str to sequence of str
         Targets that it writes because it needs them itself, and why.
     targets : mapping of str to callable
-        Targets that are not in `firefly_sample.plan.frame_targets.TARGETS`: a function of the `Needs` that
-        returns the arguments of `Target`, for example ``{"format": "rgba8"}``.
+        Targets that are not in `TARGETS`: a function of the `Needs` that returns the arguments of `Target`,
+        for example ``{"format": "rgba8"}``.
     """
 
     because: str
@@ -56,28 +68,19 @@ class Declaration:
 
 
 class Declares(Protocol):
-    """What planning knows of a pass."""
+    """The part of a pass that planning uses."""
 
     name: str
 
     def declare(self, needs: Needs) -> Declaration | None:
-        """Return what the pass would do, None if the scene has nothing for it."""
+        """Return the pass's targets, None if the scene has nothing for it."""
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the variant of its shader in a frame with some targets, by name."""
 
 
 class FrameGraph(NamedTuple):
-    """What a frame draws, and into what.
-
-    Attributes
-    ----------
-    targets : tuple of Target
-    passes : tuple of PassPlan
-        In drawing order.
-    sources : dict of str to tuple of str
-        The targets that each output is decoded from.
-    """
+    """The targets and the passes of a frame, in order, and the targets that each output is decoded from."""
 
     targets: tuple[Target, ...]
     passes: tuple[PassPlan, ...]
@@ -85,39 +88,30 @@ class FrameGraph(NamedTuple):
 
 
 def choose_passes(passes: Iterable[Declares], needs: Needs) -> FrameGraph:
-    """Return the targets and the passes of a frame, each with its reason.
-
-    Raises
-    ------
-    PlanError
-        As `check_passes`.
-    """
+    """Return the targets and the passes of a frame, each with its reason, checked by `check_passes`."""
     outputs: dict[str, dict[str, None]] = {}
     for output in needs.outputs:
-        for name, reason in output_reads(needs, output).items():
+        for name, reason in _output_reads(needs, output).items():
             outputs.setdefault(name, {})[reason] = None
     chosen = _wanted_passes(passes, needs, set(outputs))
 
     made: dict[str, dict[str, None]] = {}
-    own: dict[str, Callable[[Needs], Shape]] = {}
+    table = dict(TARGETS)
     for _, plan in chosen:
-        own.update(plan.targets)
-        for name in (*plan.writes, *plan.fills, *plan.keeps):
-            made.setdefault(name, {})
-    readers = [*(reads for _, plan in chosen for reads in (plan.keeps, plan.reads)), outputs]
-    for reads in readers:
+        table.update(plan.targets)
+        made.update((name, {}) for name in (*plan.writes, *plan.fills, *plan.keeps))
+    for reads in (*(reads for _, plan in chosen for reads in (plan.keeps, plan.reads)), outputs):
         for name, reasons in reads.items():
             if name in made:
                 made[name] |= dict.fromkeys(reasons)
-    order = [*TARGETS, *own]
     targets = {
-        name: make_target(name, needs, "; ".join(reasons), own)
-        for name, reasons in sorted(made.items(), key=lambda entry: order.index(entry[0]))
-        if reasons
+        name: Target(name, because="; ".join(made[name]), **shape(needs))
+        for name, shape in table.items()
+        if made.get(name)
     }
     steps = _steps(chosen, needs, targets)
     check_passes(steps, targets.values())
-    sources = {output: output_sources(needs, output, targets) for output in needs.outputs}
+    sources = {output: _output_sources(needs, output, targets) for output in needs.outputs}
     return FrameGraph(tuple(targets.values()), steps, sources)
 
 
@@ -152,13 +146,10 @@ def _steps(
 
 
 def check_passes(passes: Iterable[PassPlan], targets: Iterable[Target]) -> None:
-    """Hold the passes against each other.
+    """Raise a PlanError if the passes do not fit each other.
 
-    Raises
-    ------
-    PlanError
-        If a pass touches a target that does not exist, reads or updates what no pass wrote before it, or
-        samples what it also draws into, or if a target is never written.
+    A pass must not touch a target that does not exist, read or update one that no pass wrote before it, or
+    sample one that it also draws into. Every target must be written.
     """
     names = {target.name for target in targets}
     written: set[str] = set()
@@ -175,3 +166,119 @@ def check_passes(passes: Iterable[PassPlan], targets: Iterable[Target]) -> None:
         written.update(step.writes)
     for name in sorted(names - written):
         raise PlanError(f"target {name!r} is never written by any pass")
+
+
+def _shape(form: str, **rest: Any) -> Callable[[Needs], Shape]:
+    return lambda _: {"format": form, **rest}
+
+
+def _depth(needs: Needs) -> Shape:
+    """Return the depth buffer's format, and its value where nothing is."""
+    if needs.reverse:
+        return {"format": "depth32f", "clear": (0.0, 0.0, 0.0, 0.0)}
+    form = COARSE_DEPTH.get(needs.settings.position_method, "depth24")
+    return {"format": form, "clear": (1.0, 0.0, 0.0, 0.0)}
+
+
+def _shadow_atlas(needs: Needs) -> Shape:
+    form, lit = ("depth32f", ">=") if needs.reverse else ("depth24", "<=")
+    return _depth(needs) | {"format": form, "compare": lit, "per_sample": False, "size": needs.atlas}
+
+
+def _normal(needs: Needs) -> Shape:
+    form, encoding = NORMAL_FORMATS[needs.settings.normal_format]
+    if needs.classic:
+        form, encoding = "rgba8", "classic"
+    elif form == "rg16_snorm" and not needs.capabilities.snorm_targets:
+        form, encoding = UNSIGNED
+    return {"format": form, "encoding": encoding}
+
+
+def _colors(needs: Needs) -> Shape:
+    form, encoding = ("rgba8", "linear") if needs.classic else ALBEDO_FORMATS[needs.settings.albedo_format]
+    return {"format": form, "encoding": encoding}
+
+
+def _radiance(needs: Needs) -> Shape:
+    return {"format": "rgba8" if needs.classic else ACCUMULATION_FORMATS[needs.settings.accumulation_format]}
+
+
+def _slices(needs: Needs, one: bool = False) -> Shape:
+    """Return the shape of the texture of all slices of the particle shadows, or of one slice."""
+    shadow = needs.particle_shadow
+    assert shadow is not None
+    form = PARTICLE_SHADOW_FORMATS[needs.settings.particle_shadow_format][shadow.tinted]
+    size = (shadow.view.tile, shadow.view.tile) if one else shadow.size
+    return {"format": form, "per_sample": False, "size": size}
+
+
+TARGETS: dict[str, Callable[[Needs], Shape]] = {
+    "shadow_atlas": _shadow_atlas,
+    "particle_shadow_atlas": _slices,
+    "particle_shadow_scratch": _slices,
+    "particle_shadow_sum": lambda needs: _slices(needs, one=True),
+    "depth": _depth,
+    "coverage": _shape("r8"),
+    "albedo": _colors,
+    "normal": _normal,
+    "distance": _shape("r32f"),
+    "position": lambda needs: {"format": STORED_POSITIONS[needs.settings.position_method]},
+    "ambient_albedo": _colors,
+    "specular": _shape("rgba16"),
+    "emission": _shape("rgba32f"),
+    "id": _shape("r32ui"),
+    "visibility": _shape("rg32ui"),
+    "depth_copy": _depth,
+    "half_depth": lambda needs: _depth(needs) | {"half": True},
+    "half_light": lambda needs: _radiance(needs) | {"half": True},
+    "half_shine": lambda needs: _radiance(needs) | {"half": True},
+    "light": _shape("rgba32f"),
+    "radiance": _radiance,
+    "particle_light": lambda needs: {
+        "format": "rgba32f",
+        "per_sample": False,
+        "size": particle_texels(needs.particles),
+    },
+    "particles": _shape("rgba32f"),
+    "overdraw": _shape("r32f"),
+    "volumes": _shape("rgba8"),
+    "wireframe": _shape("rgba8"),
+    "color": _shape("rgba8", per_sample=False),
+    "final_radiance": _shape("rgba32f", per_sample=False),
+}
+"""Every target of the package's own passes by name, in the order in which plans list them."""
+
+MASKED_OUTPUTS = (*POSITION_OUTPUTS, *NORMAL_OUTPUTS, "light")
+"""Outputs with a value of their own where nothing was drawn, which the target itself does not show."""
+_OWN_TARGETS = {"radiance": "final_radiance", "shininess": "specular", "normal_world": "normal"}
+
+
+def _output_target(needs: Needs, output: str) -> str:
+    """Return the target that an output is decoded from."""
+    return needs.position_target_name if output in POSITION_OUTPUTS else _OWN_TARGETS.get(output, output)
+
+
+def _output_reads(needs: Needs, output: str) -> dict[str, str]:
+    """Return the targets that an output asks for, each with the reason."""
+    reads = {_output_target(needs, output): f"output {output}"}
+    # A distance target alone marks the background, since it is never 0 in perspective. A depth does not,
+    # since far geometry may round to the clear value, nor does a normal.
+    distance = needs.position_target_name == "distance" and not needs.orthographic
+    if output == "light":
+        masked = needs.lit or needs.ambient_lit
+    elif distance and not set(POSITION_OUTPUTS).isdisjoint(needs.outputs):
+        masked = False
+    else:
+        masked = output in (*MASKED_OUTPUTS, "specular", "shininess", "emission")
+    if masked:
+        reads["albedo"] = f"output {output} (its alpha marks the background)"
+    return reads
+
+
+def _output_sources(needs: Needs, output: str, targets: Mapping[str, Target]) -> tuple[str, ...]:
+    """Return those of a frame's targets that an output is decoded from, none if it has nothing for it."""
+    target = _output_target(needs, output)
+    if target not in targets:
+        return ()
+    mask = "albedo" if "albedo" in targets else "distance"
+    return tuple(dict.fromkeys((target, mask))) if output in MASKED_OUTPUTS else (target,)

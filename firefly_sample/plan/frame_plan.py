@@ -1,6 +1,6 @@
 """The frozen description of one frame: everything that passes or the float64 reference need, nothing else.
 
-All numbers are float64, all places are in view space (X right, Y forward, Z up).
+All numbers are float64, all positions are in view space (X right, Y forward, Z up).
 """
 
 from __future__ import annotations
@@ -14,26 +14,24 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import PlanError
 from firefly_sample.frame import LightCounts
-from firefly_sample.plan.instances import Factors
+from firefly_sample.plan.collect import Factors
 from firefly_sample.plan.lights.clusters import Clusters
 from firefly_sample.plan.lights.light_set import LightSet
-from firefly_sample.plan.lights.method import Culling
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.shadows.maps import ShadowPlan
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import SurfaceFeatures, Variant
 from firefly_sample.plan.view import View
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Texture
 from firefly_sample.settings import Settings
 
-Float64 = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What a driver can do beyond OpenGL 3.3 core, as far as it changes a plan.
+    """A driver's abilities beyond OpenGL 3.3 core, as far as they change a plan.
 
     Attributes
     ----------
@@ -60,37 +58,36 @@ class Background:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """One instanced draw: a Geom, a texture, and where its instances are and what colours they have.
+    """One instanced draw: a Geom, a texture, and where its instances are and what colours they have."""
+
+    key: tuple[Any, ...]  # hashable; the same from frame to frame for instances that are drawn together
+    geom: Geom
+    texture: Texture | None
+    alpha_cutoff: float  # the alpha below which a cut-out is not drawn
+    mirrored: bool  # True if the instances' matrices turn triangles inside out
+    model_to_view: Float64  # (n, 4, 4), front to back
+    ids: NDArray[np.int32]  # (n,), index of each geometry instance
+    factors: Factors  # colours of the instances' materials, times their nodes' flat colours
+    surface: SurfaceFeatures
+
+
+@dataclass(frozen=True)
+class LightMethod:
+    """The method by which lighting passes find their pixels.
 
     Attributes
     ----------
-    key : tuple
-        Hashable; the same from frame to frame for what is drawn together.
-    geom : Geom
-    texture : Texture or None
-    alpha_cutoff : float
-        The alpha below which a cut-out is not drawn.
-    mirrored : bool
-        True if the instances' matrices turn triangles inside out.
-    model_to_view : ndarray of float64, shape (n, 4, 4)
-        Front to back.
-    ids : ndarray of int32, shape (n,)
-        Index of each geometry instance.
-    factors : Factors
-        Colours of the instances' materials, times their nodes' flat colours.
-    surface : SurfaceFeatures
-        What it asks of its shader.
+    name : {"volumes", "clustered", "fullscreen", "loop", "forward"}
+    estimated_pairs : dict of str to float
+        About how many pairs of a pixel and a light each method would shade; empty if nothing was estimated
+        because the settings name the method.
+    because : str
+        The reason for the method.
     """
 
-    key: tuple[Any, ...]
-    geom: Geom
-    texture: Texture | None
-    alpha_cutoff: float
-    mirrored: bool
-    model_to_view: Float64
-    ids: NDArray[np.int32]
-    factors: Factors
-    surface: SurfaceFeatures
+    name: str
+    estimated_pairs: dict[str, float] = field(default_factory=dict)
+    because: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,30 +104,14 @@ class SpriteSet:
 
 @dataclass(frozen=True)
 class PassPlan:
-    """One pass of a frame.
+    """One pass of a frame."""
 
-    Attributes
-    ----------
-    name : str
-        Also the stem of its shaders and the key of its time.
-    reads : tuple of str
-        Targets that it samples.
-    writes : tuple of str
-        Targets that it clears and fills.
-    updates : tuple of str
-        Targets that it blends into or tests against.
-    because : str
-        What asked for it.
-    variant : Variant
-        Of its shader; draws of surfaces and of lights add what is their own.
-    """
-
-    name: str
-    reads: tuple[str, ...]
-    writes: tuple[str, ...]
-    updates: tuple[str, ...]
-    because: str
-    variant: Variant = field(default_factory=Variant)
+    name: str  # also the stem of its shaders and the key of its time
+    reads: tuple[str, ...]  # targets that it samples
+    writes: tuple[str, ...]  # targets that it clears and fills
+    updates: tuple[str, ...]  # targets that it blends into or tests against
+    because: str  # the reason why the frame has it
+    variant: Variant = field(default_factory=Variant)  # draws of surfaces and of lights add what is their own
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,20 +126,14 @@ class FramePlan:
         The sum of all ambient lights.
     lights : tuple of LightSet
         In drawing order.
-    culling : Culling
-        How the passes of light find their pixels.
+    light_method : LightMethod
+        How the lighting passes find their pixels.
     clusters : tuple of Clusters
-        Where that is by clusters: the lights again, those together that one draw shades.
-    shadows : ShadowPlan
-    particles : ParticleSet
-    particle_shadow : ParticleShadowPlan or None
-        The shadows of particles; None without any.
-    background : Background
+        With the clustered method: the lights again, joined to sets that one draw shades.
     exposure : tuple of 3 floats
         The scene's times the setting's; the classic look has none.
     sources : dict of str to tuple of str
         The targets that each output is decoded from; none where the frame has nothing for it.
-    counts : LightCounts
     id_names : tuple of str
         Path of each geometry instance, by id.
     """
@@ -171,7 +146,7 @@ class FramePlan:
     batches: tuple[Batch, ...]
     ambient: Float64
     lights: tuple[LightSet, ...]
-    culling: Culling
+    light_method: LightMethod
     clusters: tuple[Clusters, ...]
     shadows: ShadowPlan
     sprites: SpriteSet
@@ -187,11 +162,11 @@ class FramePlan:
     warnings: tuple[str, ...]
 
     def target(self, name: str) -> Target | None:
-        """The target of that name, None if this frame has none."""
+        """Return the target of that name, None if this frame has none."""
         return next((target for target in self.targets if target.name == name), None)
 
     def target_size(self, name: str) -> tuple[int, int]:
-        """Width and height of a target in texels."""
+        """Return width and height of a target in texels."""
         target = self.target(name)
         if target is None:
             raise PlanError(f"this frame has no target {name!r}")
@@ -202,7 +177,7 @@ class FramePlan:
 
     @property
     def bytes_per_pixel(self) -> float:
-        """Bytes of all targets a pixel of the picture; those with a size of their own, shadow maps, apart."""
+        """Bytes per pixel of the picture in all targets but those with a size of their own."""
         total = sum(
             target.bytes_per_pixel * math.prod(self.target_size(target.name))
             for target in self.targets

@@ -13,11 +13,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.lens_constants import LensConstants
-
-Float64 = NDArray[np.float64]
 
 FULLSCREEN_RADIUS = 1e15
 """Above it, float32 misplaces a sphere's vertices; a full-screen triangle is drawn instead."""
@@ -39,12 +38,8 @@ CELLS = 32
 def spheres_in_frustum(planes: Float64, centers: Float64, radii: Float64) -> NDArray[np.bool_]:
     """Return which spheres meet the frustum (some that just miss a corner count too), shape (n,).
 
-    Parameters
-    ----------
-    planes : ndarray, shape (p, 4)
-        View space, unit normals inwards: inside where n.x + d >= 0.
-    centers : ndarray, shape (n, 3)
-    radii : ndarray, shape (n,)
+    The planes, shape (p, 4), are rows (nx, ny, nz, d) with unit normals inwards, as `Lens.frustum_planes`
+    gives them; centers (n, 3) and radii (n,) are in view space.
     """
     # one row per plane: along axes of a few, NumPy is several times as slow
     inside = planes[:, :3] @ centers.T + planes[:, 3:]
@@ -57,17 +52,8 @@ def sectors_in_frustum(
     """Return which spherical sectors, the cones of spotlights, meet the frustum; as `spheres_in_frustum`.
 
     A sector lies outside a plane if its farthest point along the plane's normal does: a point of the cap
-    where the normal lies within the cone, else a point of the cap's rim or the tip.
-
-    Parameters
-    ----------
-    planes : ndarray, shape (p, 4)
-    centers, axes : ndarray, shape (n, 3)
-        Of the tips, and unit vectors.
-    radii : ndarray, shape (n,)
-        May be infinite.
-    openings : ndarray, shape (n,)
-        1 - cos of the half-angles.
+    where the normal lies within the cone, else a point of the cap's rim or the tip. The centers are the tips,
+    axes unit vectors, radii may be infinite, and openings are 1 - cos of the half-angles.
     """
     half = 2.0 * np.arcsin(np.sqrt(np.clip(openings / 2.0, 0.0, 1.0)))
     away = np.arccos(np.clip(axes @ planes[:, :3].T, -1.0, 1.0)) - half[:, None]
@@ -100,15 +86,7 @@ def frustum_corners(lens: LensConstants, near: float, far: float) -> Float64:
 def has_wide_caster(geom: Geom, model_to_light: Float64, planes: Float64, lens: Lens) -> bool:
     """Return whether an instance of a Geom is too wide to cast a shadow into all of a shadow map.
 
-    Parameters
-    ----------
-    geom : Geom
-    model_to_light : ndarray of float64, shape (n, 4, 4)
-        To the light's view space, for row vectors.
-    planes : ndarray of float64, shape (p, 4)
-        Of the map's view.
-    lens : Lens
-        The map's.
+    Matrices, shape (n, 4, 4), lead to the light's view space, for row vectors; planes and lens are the map's.
     """
     constants, near = lens.constants(), lens.get_near()
     low, high = geom.bounds
@@ -138,41 +116,33 @@ def has_wide(
     return False
 
 
-class _Boxes(NamedTuple):
-    """Middles and half sizes of the boxes of chunks, shape (k, 3), at a revision of their Geom."""
+class _Chunks(NamedTuple):
+    """A Geom's triangles in chunks at a revision: indices cell by cell, boxes' middles and half sizes."""
 
     revision: int
-    middles: Float64
+    order: NDArray[np.intp]
+    middles: Float64  # (k, 3)
     halves: Float64
 
 
-_order: WeakKeyDictionary[Geom, NDArray[np.intp]] = WeakKeyDictionary()
-_boxes: WeakKeyDictionary[Geom, _Boxes] = WeakKeyDictionary()
+_kept: WeakKeyDictionary[Geom, _Chunks] = WeakKeyDictionary()
 
 
 def corners_near(geom: Geom, planes: Float64, touch: float) -> Iterator[Float64]:
     """Yield corners, shape (n, 3, 3), of triangles that may reach into a convex region.
 
-    Left out are triangles that lie outside one of the planes.
-
-    Parameters
-    ----------
-    geom : Geom
-    planes : ndarray of float64, shape (p, 4)
-        Rows (nx, ny, nz, d) in the Geom's own space; nx*x + ny*y + nz*z + d > `touch` inside.
-    touch : float
+    Left out are triangles that lie outside one of the planes, shape (p, 4): rows (nx, ny, nz, d) in the
+    Geom's own space, with nx*x + ny*y + nz*z + d > `touch` inside.
     """
     triangles, vertices = geom.triangles, geom.vertices
-    if len(triangles) <= CHUNK:
-        parts: Any = (slice(None),)
-    else:
-        order, boxes = _order_of(geom), _boxes_of(geom)
-        nearest = boxes.middles @ planes[:, :3].T + boxes.halves @ np.abs(planes[:, :3]).T + planes[:, 3]
+    parts: Any = (slice(None),)
+    if len(triangles) > CHUNK:
+        _, order, middles, halves = _chunks_of(geom)
+        nearest = middles @ planes[:, :3].T + halves @ np.abs(planes[:, :3]).T + planes[:, 3]
         chosen = np.flatnonzero((nearest > touch).all(axis=1))
-        starts = range(0, len(chosen), TOGETHER)
         parts = (
             np.concatenate([order[CHUNK * k : CHUNK * (k + 1)] for k in chosen[start : start + TOGETHER]])
-            for start in starts
+            for start in range(0, len(chosen), TOGETHER)
         )
     for part in parts:
         corners = vertices[triangles[part]]
@@ -180,29 +150,27 @@ def corners_near(geom: Geom, planes: Float64, touch: float) -> Iterator[Float64]
         yield corners[~outside.reshape(len(corners), 3, -1).all(axis=1).any(axis=1)]
 
 
-def _order_of(geom: Geom) -> NDArray[np.intp]:
-    """Return indices of triangles, cell by cell. They stay when vertices move, since boxes may overlap."""
-    order = _order.get(geom)
-    if order is None:
-        first = geom.vertices[geom.triangles[:, 0]]
-        low, high = geom.bounds
-        size = np.where(high > low, high - low, 1.0)
-        cells = np.minimum((first - low) / size * CELLS, CELLS - 1).astype(np.uint16)
-        keys = cells @ np.array([CELLS * CELLS, CELLS, 1], dtype=np.uint16)
-        order = _order[geom] = np.argsort(keys, kind="stable")
-    return order
-
-
-def _boxes_of(geom: Geom) -> _Boxes:
-    """Return the boxes of the chunks of `_order_of`."""
-    boxes = _boxes.get(geom)
-    if boxes is None or boxes.revision != geom.revision:
-        indices = geom.triangles[_order_of(geom)].ravel()
+def _chunks_of(geom: Geom) -> _Chunks:
+    kept = _kept.get(geom)
+    if kept is None or kept.revision != geom.revision:
+        # the order stays when vertices move, since boxes may overlap
+        order = _order_of(geom) if kept is None else kept.order
+        indices = geom.triangles[order].ravel()
         starts = np.arange(0, len(indices), 3 * CHUNK)
         lows, highs = np.empty((2, len(starts), 3))
         for axis in range(3):  # one by one takes a third of the time
             coordinates = np.ascontiguousarray(geom.vertices[:, axis])[indices]
             lows[:, axis] = np.minimum.reduceat(coordinates, starts)
             highs[:, axis] = np.maximum.reduceat(coordinates, starts)
-        boxes = _boxes[geom] = _Boxes(geom.revision, 0.5 * (lows + highs), 0.5 * (highs - lows))
-    return boxes
+        kept = _Chunks(geom.revision, order, 0.5 * (lows + highs), 0.5 * (highs - lows))
+        _kept[geom] = kept
+    return kept
+
+
+def _order_of(geom: Geom) -> NDArray[np.intp]:
+    """Return indices of triangles, cell by cell."""
+    first = geom.vertices[geom.triangles[:, 0]]
+    low, high = geom.bounds
+    size = np.where(high > low, high - low, 1.0)
+    cells = np.minimum((first - low) / size * CELLS, CELLS - 1).astype(np.uint16)
+    return np.argsort(cells @ np.array([CELLS * CELLS, CELLS, 1], dtype=np.uint16), kind="stable")

@@ -1,4 +1,4 @@
-"""What a frame needs: what is in view, what is asked of it, and what follows from both."""
+"""The needs of a frame: counts of what is in view, the settings and outputs, and what follows from them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.lights.light_set import LightKind
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
-from firefly_sample.plan.targets import COARSE_DEPTH, NORMAL_FORMATS, STORED_POSITIONS, UNSIGNED
+from firefly_sample.plan.targets import STORED_POSITIONS
 from firefly_sample.plan.variants import PositionSource
 from firefly_sample.plan.visible import Looks
 from firefly_sample.settings import Settings
 
-PLACE_OUTPUTS = ("depth", "position", "position_world")
+POSITION_OUTPUTS = ("depth", "position", "position_world")
 NORMAL_OUTPUTS = ("normal", "normal_world")
 
 _NOUNS: dict[LightKind, str] = {
@@ -25,54 +25,27 @@ _NOUNS: dict[LightKind, str] = {
 
 @dataclass(frozen=True)
 class Needs:
-    """What is in view, and what is asked of it.
-
-    Attributes
-    ----------
-    method : str
-        How the lighting passes find their pixels: the setting "light_method", or what "auto" came to.
-    geometry, sprites : int
-        Counts in view.
-    lights : dict of LightKind to int
-        Lights in view; kinds without any are left out.
-    endless : dict of LightKind to int
-        Those of them that are drawn over the full screen because they end nowhere.
-    shadowed : dict of LightKind to int
-        Those of them that have shadow maps.
-    atlas : (int, int)
-        Size of the texture of all shadow maps.
-    maps : int
-        Shadow maps that are looked up.
-    particles : int
-        In view.
-    particle_shadow : ParticleShadowPlan or None
-    clouded : dict of LightKind to int
-        The light in view that particles shadow, if there is one.
-    ambient, gradient : bool
-        True if there is ambient light that is not black, and if the background is a gradient.
-    looks : Looks
-        Of the materials in view.
-    orthographic : bool
-    """
+    """Counts of what is in view, and what is asked of it; kinds of lights without any are left out."""
 
     settings: Settings
-    method: str
+    method: str  # how lighting passes find their pixels: the setting "light_method", or the choice of "auto"
     outputs: tuple[str, ...]
     capabilities: Capabilities
     geometry: int
     sprites: int
-    lights: dict[LightKind, int]
-    endless: dict[LightKind, int]
-    shadowed: dict[LightKind, int]
-    atlas: tuple[int, int]
-    maps: int
     particles: int
+    lights: dict[LightKind, int]
+    endless: dict[LightKind, int]  # drawn over the full screen because they end nowhere
+    shadowed: dict[LightKind, int]  # that have shadow maps
+    particle_shadowed_kind: LightKind | None  # of the light in view that particles shadow, if there is one
     particle_shadow: ParticleShadowPlan | None
-    clouded: dict[LightKind, int]
-    ambient: bool
-    gradient: bool
+    maps: int  # shadow maps
+    atlas: tuple[int, int]  # texels of the texture of all shadow maps
+    ambient: bool  # True if there is ambient light that is not black
+    gradient: bool  # True if the background is one
     looks: Looks
     orthographic: bool
+    reverse: bool  # True if depth is reversed in the [0, 1] clip range
 
     # --- what is drawn ---
 
@@ -117,14 +90,14 @@ class Needs:
         return self.lit and self.picture and bool(self.looks.shiny) and not self.classic
 
     @property
-    def hazy(self) -> bool:
+    def draws_particles(self) -> bool:
         """True if particles are drawn."""
         return self.picture and self.particles > 0
 
     @property
-    def dotted(self) -> bool:
+    def draws_sprites(self) -> bool:
         """True if sprites are drawn by themselves: among particles they are drawn with these."""
-        return self.picture and self.sprites > 0 and not self.hazy
+        return self.picture and self.sprites > 0 and not self.draws_particles
 
     @property
     def shadow_maps(self) -> bool:
@@ -136,11 +109,11 @@ class Needs:
         """True if shadows of particles are looked up, or shown."""
         if self.particle_shadow is None:
             return False
-        seen = bool(self.clouded) and (self.lit or self.hazy)
-        return seen or self.textured or "particle_shadow_atlas" in self.outputs
+        seen = self.particle_shadowed_kind is not None and (self.lit or self.draws_particles)
+        return seen or self.shows_slices or "particle_shadow_atlas" in self.outputs
 
     @property
-    def textured(self) -> bool:
+    def shows_slices(self) -> bool:
         """True if the picture shows the texture of the particle shadows' slices."""
         shadow = self.particle_shadow
         return shadow is not None and shadow.show and "color" in self.outputs
@@ -151,16 +124,13 @@ class Needs:
         near = any(kind != "directional" for kind in self.lights)
         return self.method == "clustered" and "overdraw" in self.outputs and near and self.drawn
 
-    def is_placed(self, kind: LightKind) -> bool:
-        """Return True if light of a kind depends on where the surface is.
+    def shadowed_by_particles(self, kind: LightKind) -> bool:
+        """Return whether particles shadow light of a kind."""
+        return kind == self.particle_shadowed_kind and self.particle_shadow is not None
 
-        All but shadowless directional light.
-        """
-        return kind != "directional" or kind in self.shadowed or self.is_clouded(kind)
-
-    def is_clouded(self, kind: LightKind) -> bool:
-        """Return True if particles shadow light of a kind."""
-        return kind in self.clouded and self.particle_shadow is not None
+    def needs_position(self, kind: LightKind) -> bool:
+        """Return whether light of a kind depends on a surface's position, as all but shadowless sunlight."""
+        return kind != "directional" or kind in self.shadowed or self.shadowed_by_particles(kind)
 
     # --- how ---
 
@@ -185,11 +155,6 @@ class Needs:
         return self.settings.interpolation == "float64" and self.capabilities.float64
 
     @property
-    def reverse(self) -> bool:
-        """True if depth is reversed in the [0, 1] clip range."""
-        return reverses_depth(self.settings, self.capabilities)
-
-    @property
     def tests_volumes(self) -> bool:
         """True if light volumes are tested against the depth buffer."""
         return self.method == "volumes" and self.settings.volume_depth_test
@@ -202,47 +167,29 @@ class Needs:
         return "position" if self.settings.position_method in STORED_POSITIONS else "depth"
 
     @property
-    def placed(self) -> bool:
+    def needs_positions(self) -> bool:
         """True if light depends on where the surface is."""
-        return self.lit and any(self.is_placed(kind) for kind in self.lights)
+        return self.lit and any(map(self.needs_position, self.lights))
 
     @property
     def tested_source(self) -> str:
         """The same for passes that may test against the depth buffer, which must not be sampled then."""
         copied = self.tests_volumes and self.position_target_name == "depth" and not self.half
-        return "depth_copy" if copied and self.placed else self.position_target_name
+        return "depth_copy" if copied and self.needs_positions else self.position_target_name
 
     @property
     def position_source(self) -> PositionSource:
-        """How shaders get positions."""
+        """The way in which shaders get positions."""
         if self.settings.position_method == "inverse_matrix":
             return "inverse_matrix"
         sources: dict[str, PositionSource] = {"distance": "distance", "position": "stored", "depth": "depth"}
         return sources[self.position_target_name]
 
-    @property
-    def normal_format(self) -> tuple[str, str]:
-        """Texture format of normals, and how they are encoded in it."""
-        if self.classic:
-            return "rgba8", "classic"
-        if self.settings.normal_format == "oct16" and not self.capabilities.snorm_targets:
-            return UNSIGNED
-        return NORMAL_FORMATS[self.settings.normal_format]
-
-    @property
-    def distance_marks(self) -> bool:
-        """True if a distance target alone shows what was drawn: in perspective it is never 0 there.
-
-        A depth does not, since far geometry may round to the clear value, nor does a normal.
-        """
-        linear = self.settings.position_method == "linear32f"
-        return bool(asked(self.outputs, PLACE_OUTPUTS)) and linear and not self.orthographic
-
     # --- in words ---
 
     def lights_of(self, kind: LightKind) -> str:
         """Return how many lights of a kind there are, in words."""
-        return count_of(self.lights[kind], _NOUNS[kind])
+        return _count(self.lights[kind], _NOUNS[kind])
 
     def all_lights(self) -> list[str]:
         """Return the same for each kind."""
@@ -250,38 +197,32 @@ class Needs:
 
     def in_view(self, kind: LightKind) -> str:
         """Return the lights of a kind in view, and how many of them cost a full screen each."""
+        text = f"{self.lights_of(kind)} in view"
         endless = self.endless.get(kind, 0)
-        if not endless:
-            return f"{self.lights_of(kind)} in view"
-        return (
-            f"{self.lights_of(kind)} in view, {endless} of them without end: over the full screen "
-            "(an attenuation or a max distance would bound it)"
-        )
+        if endless:
+            text += f", {endless} of them without end: over the full screen "
+            text += "(an attenuation or a max distance would bound it)"
+        return text
 
     def shadows(self, kinds: Iterable[LightKind] | None = None) -> list[str]:
         """Return how many lights of each kind cast shadows, in words."""
         chosen = self.shadowed if kinds is None else [kind for kind in kinds if kind in self.shadowed]
-        return [f"shadows of {count_of(self.shadowed[kind], _NOUNS[kind])}" for kind in chosen]
+        return [f"shadows of {_count(self.shadowed[kind], _NOUNS[kind])}" for kind in chosen]
 
     @property
     def particle_shadow_reason(self) -> str:
-        """What asks for the shadows of particles, in words."""
+        """The reason for the shadows of particles, in words."""
         assert self.particle_shadow is not None
-        count = count_of(len(self.particle_shadow), "particle")
+        count = _count(len(self.particle_shadow), "particle")
         return f"shadows of {count} in light {self.particle_shadow.light!r}"
 
     @property
     def particles_in_view(self) -> str:
-        """How many particles are drawn, in words."""
-        return f"{count_of(self.particles, 'particle')} in view"
+        """The number of particles that are drawn, in words."""
+        return f"{_count(self.particles, 'particle')} in view"
 
 
-def reverses_depth(settings: Settings, capabilities: Capabilities) -> bool:
-    """Return True if depth is reversed in the [0, 1] clip range."""
-    return capabilities.clip_control and settings.position_method not in COARSE_DEPTH
-
-
-def count_of(number: int, noun: str) -> str:
+def _count(number: int, noun: str) -> str:
     """Return a number and its noun, for example "2 point lights"."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 

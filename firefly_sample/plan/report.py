@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
@@ -13,18 +11,25 @@ from firefly_sample.plan.frame_plan import FramePlan
 
 
 def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
-    """The plan as plain JSON values.
+    """Return the plan as plain JSON values.
 
     Returns
     -------
     dict
         ``passes`` (name, reads, writes, updates, because) in drawing order, ``targets`` (name, format,
         bytes_per_pixel, because, and size if it is not the picture's), ``lights`` (in_scene, in_view,
-        dropped), ``light_method`` and ``warnings``. What the frame does not have is left out. With
+        dropped), ``light_method`` and ``warnings``. Entries that the frame does not have are left out. With
         supersampling a target's bytes are those of one sample. ``light_method`` has ``method``, ``because``,
         ``estimated_pairs`` if the method was chosen (about how many pairs of a pixel and a light each method
         would shade), and for clusters ``tile``, ``tiles`` and ``slices``.
     """
+    targets = []
+    for target in plan.targets:
+        names = "name", "format", "bytes_per_pixel", "because"
+        found = {name: getattr(target, name) for name in names}
+        if target.size is not None or target.half:
+            found["size"] = list(plan.target_size(target.name))
+        targets.append(found)
     return {
         "passes": [
             {
@@ -36,20 +41,7 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
             }
             for step in plan.passes
         ],
-        "targets": [
-            {
-                "name": target.name,
-                "format": target.format,
-                "bytes_per_pixel": target.bytes_per_pixel,
-                "because": target.because,
-            }
-            | (
-                {}
-                if target.size is None and not target.half
-                else {"size": list(plan.target_size(target.name))}
-            )
-            for target in plan.targets
-        ],
+        "targets": targets,
         "lights": asdict(plan.counts),
         **({"light_method": _light_method(plan)} if plan.counts.in_view else {}),
         "warnings": list(plan.warnings),
@@ -57,18 +49,18 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
 
 
 def _light_method(plan: FramePlan) -> dict[str, Any]:
-    culling = plan.culling
-    told: dict[str, Any] = {"method": culling.method, "because": culling.because}
-    if culling.shaded:
-        told["estimated_pairs"] = {name: round(pairs) for name, pairs in culling.shaded.items()}
+    found: dict[str, Any] = {"method": plan.light_method.name, "because": plan.light_method.because}
+    if plan.light_method.estimated_pairs:
+        pairs = plan.light_method.estimated_pairs
+        found["estimated_pairs"] = {name: round(count) for name, count in pairs.items()}
     if plan.clusters:
         grid = plan.clusters[0].grid
-        told |= {"tile": grid.tile, "tiles": list(grid.tiles), "slices": grid.slices}
-    return told
+        found |= {"tile": grid.tile, "tiles": list(grid.tiles), "slices": grid.slices}
+    return found
 
 
 def plan_as_dot(plan: FramePlan) -> str:
-    """The plan as a Graphviz graph: boxes are passes, rounded shapes targets, a dashed edge an update."""
+    """Return the plan as a Graphviz graph: passes are boxes, targets ovals, updates dashed edges."""
     lines = ["digraph frame {", "    rankdir=LR;", '    node [fontname="sans-serif"];']
     for target in plan.targets:
         label = _quote(f"{target.name}\n{target.format}, {target.bytes_per_pixel} B")
@@ -86,9 +78,13 @@ def plan_as_dot(plan: FramePlan) -> str:
 
 
 def plan_as_text(plan: FramePlan) -> str:
-    """The plan as two aligned tables and a line of sums."""
+    """Return the plan as two aligned tables and a line of sums."""
     passes = [
-        (step.name, _names(step.reads), _names(step.writes), _names(step.updates), step.because)
+        (
+            step.name,
+            *(", ".join(names) or "-" for names in (step.reads, step.writes, step.updates)),
+            step.because,
+        )
         for step in plan.passes
     ]
     targets = [
@@ -101,41 +97,31 @@ def plan_as_text(plan: FramePlan) -> str:
         for target in plan.targets
     ]
     width, height = plan.size
-    total = plan.bytes_per_pixel
-    own = [
-        f", {target.name} {target.bytes_per_pixel * math.prod(target.size) / 2**20:.1f} MiB "
-        f"at {target.size[0]}x{target.size[1]}"
-        for target in plan.targets
-        if target.size is not None
-    ]
-    counts = plan.counts
-    unit = "pixel" if plan.settings.supersample == 1 else "sample"
+    total, supersample = plan.bytes_per_pixel, plan.settings.supersample
+    sums = f"{total:g} bytes a pixel, {total * width * height / 2**20:.1f} MiB at {width}x{height}"
+    if supersample > 1:
+        sums += f", supersample {supersample}"
+    for target in plan.targets:
+        if target.size is not None:
+            across, up = target.size
+            sums += f", {target.name} {target.bytes_per_pixel * across * up / 2**20:.1f} MiB at {across}x{up}"
+    sums += f"; lights: {plan.counts.in_view} in view of {plan.counts.in_scene}"
+    if plan.counts.in_view:
+        sums += f"; {plan.light_method.name}"
+        if plan.clusters:
+            grid = plan.clusters[0].grid
+            sums += f" in {grid.tiles[0]}x{grid.tiles[1]} tiles of {grid.tile} by {grid.slices} slices"
+        sums += f" ({plan.light_method.because})"
+    unit = "PIXEL" if supersample == 1 else "SAMPLE"
     parts = [
         align([("PASS", "READS", "WRITES", "UPDATES", "BECAUSE"), *passes]),
-        align([("TARGET", "FORMAT", f"BYTES A {unit.upper()}", "BECAUSE"), *targets]),
-        f"{total:g} bytes a pixel, {total * width * height / 2**20:.1f} MiB at {width}x{height}"
-        f"{'' if unit == 'pixel' else f', supersample {plan.settings.supersample}'}{''.join(own)}; "
-        f"lights: {counts.in_view} in view of {counts.in_scene}{_in_words(plan)}",
+        align([("TARGET", "FORMAT", f"BYTES A {unit}", "BECAUSE"), *targets]),
+        sums,
         *(f"warning: {warning}" for warning in plan.warnings),
     ]
     return "\n\n".join(parts) + "\n"
 
 
-def _in_words(plan: FramePlan) -> str:
-    """How lights find their pixels."""
-    if not plan.counts.in_view:
-        return ""
-    method = plan.culling.method
-    if plan.clusters:
-        grid = plan.clusters[0].grid
-        method += f" in {grid.tiles[0]}x{grid.tiles[1]} tiles of {grid.tile} by {grid.slices} slices"
-    return f"; {method} ({plan.culling.because})"
-
-
-def _names(names: Iterable[str]) -> str:
-    return ", ".join(names) or "-"
-
-
 def _quote(text: str) -> str:
-    """A quoted string of the dot language, whose escapes of quotes and line breaks are those of JSON."""
+    """Return a quoted string of the dot language, which escapes quotes and line breaks as JSON does."""
     return json.dumps(text, ensure_ascii=False)

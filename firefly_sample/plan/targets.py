@@ -1,7 +1,6 @@
-"""The one table of render targets: format, bytes a pixel, clear value.
+"""Render targets and their pixel formats, by the settings that choose them.
 
-A target is a bare noun; its format follows from the settings. Which of them exist in a frame is decided
-in `firefly_sample.plan.frame_targets`, and each carries the reason.
+`firefly_sample.plan.frame_graph` chooses the targets of a frame.
 """
 
 from __future__ import annotations
@@ -15,32 +14,15 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class TargetFormat:
-    """A pixel format.
+    """A pixel format."""
 
-    Attributes
-    ----------
-    name : str
-        As the plan shows it.
-    bytes_per_pixel : int
-    components : int
-        Channels.
-    dtype : str
-        moderngl's dtype.
-    gl_format : int or None
-        The OpenGL internal format where the dtype alone does not say it.
-    depth : bool
-        True for a depth buffer.
-    srgb : bool
-        True if the driver encodes what is written and decodes what is read.
-    """
-
-    name: str
+    name: str  # as the plan shows it
     bytes_per_pixel: int
-    components: int
-    dtype: str
-    gl_format: int | None = None
+    components: int  # channels
+    dtype: str  # moderngl's
+    gl_format: int | None = None  # OpenGL's internal format where the dtype alone does not say it
     depth: bool = False
-    srgb: bool = False
+    srgb: bool = False  # True if the driver encodes what is written and decodes what is read
 
 
 FORMATS: dict[str, TargetFormat] = {
@@ -76,11 +58,9 @@ NORMAL_FORMATS: dict[str, tuple[str, str]] = {
     "rgba16f": ("rgba16f", "float"),
     "rgba32f": ("rgba32f", "float"),
 }
-"""Texture format and encoding of each setting `normal_format`.
-
-`UNSIGNED` where a driver cannot draw into signed targets.
-"""
+"""Texture format and encoding of each setting `normal_format`."""
 UNSIGNED = ("rg16", "oct16_unorm")
+"""The same of "oct16" where a driver cannot draw into signed targets."""
 ALBEDO_FORMATS: dict[str, tuple[str, str]] = {
     "sqrt10": ("r32ui", "sqrt10"),
     "sqrt8": ("rgba8", "sqrt8"),
@@ -109,8 +89,6 @@ PARTICLE_ROW = 1024
 """Particles in a row of texels."""
 COARSE_DEPTH = {"depth24": "depth24", "depth16": "depth16", "inverse_matrix": "depth24"}
 """Format of each `position_method` that needs a standard depth buffer; others take the best one."""
-
-
 _NUMBERS: dict[str, tuple[Any, float]] = {
     "f4": (np.float32, 1.0),
     "f2": (np.float16, 1.0),
@@ -118,16 +96,16 @@ _NUMBERS: dict[str, tuple[Any, float]] = {
     "nu2": (np.uint16, 65535.0),
     "ni2": (np.int16, 32767.0),
 }
-"""How the numbers of a format are read, by moderngl's dtype, and which of them stands for 1."""
+"""By moderngl's dtype, NumPy's and the number that stands for 1."""
 
 
 def stored_dtype(form: TargetFormat) -> Any:
-    """NumPy's dtype of what is read of a format that holds fractions or floats."""
+    """Return NumPy's dtype of the numbers read from a format that holds fractions or floats."""
     return _NUMBERS[form.dtype][0]
 
 
 def stored_fractions(form: TargetFormat, values: NDArray[Any]) -> NDArray[np.float64]:
-    """What numbers of a format stand for, any shape: fractions of 1, or themselves; sRGB not decoded."""
+    """Return the values of numbers read from a format, any shape, as fractions of 1; sRGB is not decoded."""
     fractions = values.astype(np.float64) / _NUMBERS[form.dtype][1]
     if form.name == "rgb10_a2":  # read with more bits than it has
         return np.asarray(np.round(fractions * 1023.0) / 1023.0)
@@ -135,53 +113,28 @@ def stored_fractions(form: TargetFormat, values: NDArray[Any]) -> NDArray[np.flo
 
 
 def particle_texels(count: int) -> tuple[int, int]:
-    """Width and height of a texture with a texel for each particle, row by row.
+    """Return width and height of a texture with a texel for each particle, row by row.
 
-    Powers of two, so that it stays while particles come into view and leave it.
+    They are powers of two, so that the texture stays while particles come into view and leave it.
     """
-    width = min(_power_of_two(count), PARTICLE_ROW)
-    return width, _power_of_two(-(-count // width))
-
-
-def _power_of_two(number: int) -> int:
-    """The next one from a number on, at least 1."""
-    return 1 << max(number - 1, 0).bit_length()
+    width = min(1 << max(count - 1, 0).bit_length(), PARTICLE_ROW)
+    rows = -(-count // width)
+    return width, 1 << max(rows - 1, 0).bit_length()
 
 
 @dataclass(frozen=True)
 class Target:
-    """One image that passes write and read.
-
-    Attributes
-    ----------
-    name : str
-    format : str
-        A key of `FORMATS`.
-    because : str
-        What in the scene, the settings or the outputs asked for it.
-    clear : tuple of 4 floats
-        What the first pass that writes it starts from; the first one is the depth of a depth buffer.
-    per_sample : bool
-        False for images of the output size when supersampling.
-    size : (int, int), optional
-        Texels across and down of an image that has a size of its own.
-    compare : {"", "<=", ">="}
-        How a depth buffer's texels are compared where shaders look them up instead of reading them.
-    encoding : str
-        How normals or colours are encoded in it: see `firefly_sample.plan.variants`.
-    half : bool
-        True for an image of half the samples across and half down, rounded up.
-    """
+    """One image that passes write and read."""
 
     name: str
-    format: str
-    because: str
-    clear: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    per_sample: bool = True
-    size: tuple[int, int] | None = None
-    compare: str = ""
-    encoding: str = ""
-    half: bool = False
+    format: str  # a key of `FORMATS`
+    because: str  # the part of the scene, the settings or the outputs that asked for it
+    clear: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)  # at first; of a depth buffer, its depth
+    per_sample: bool = True  # False for images of the output size when supersampling
+    size: tuple[int, int] | None = None  # texels across and down of an image that has a size of its own
+    compare: str = ""  # "<=" or ">=" if shaders look a depth buffer's texels up by comparing
+    encoding: str = ""  # of normals or colours: see `firefly_sample.plan.variants`
+    half: bool = False  # True for half the samples across and half down, rounded up
 
     @property
     def bytes_per_pixel(self) -> int:

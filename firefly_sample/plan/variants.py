@@ -52,24 +52,13 @@ class Variant:
 
 @dataclass(frozen=True)
 class SurfaceFeatures:
-    """What a draw of surfaces asks of its shader.
-
-    Attributes
-    ----------
-    textured : bool
-    vertex_color : bool
-    cutout : bool
-        True if alpha below the material's cutoff is not drawn.
-    double_sided : bool
-    vertex_alpha : bool
-        True if the alpha of vertex colours cuts out.
-    """
+    """The features of its shader that a draw of surfaces needs."""
 
     textured: bool = False
     vertex_color: bool = False
-    cutout: bool = False
+    cutout: bool = False  # True if alpha below the material's cutoff is not drawn
     double_sided: bool = False
-    vertex_alpha: bool = False
+    vertex_alpha: bool = False  # True if the alpha of vertex colours cuts out
 
 
 @cache

@@ -6,46 +6,29 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.errors import LensError, NodeError
 from firefly_sample.plan.frustum import frustum_corners
-from firefly_sample.scene.arrays import LARGEST
+from firefly_sample.scene.arrays import LARGEST, Float64
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.scene import Scene
 
-Float64 = NDArray[np.float64]
-
-PLANES = 1e-37, LARGEST
-"""Smallest and largest near distance: float32 holds it, with room for a product."""
+NEAREST = 1e-37
+"""The smallest near distance, as `LARGEST` is the largest: float32 holds both, with room for a product."""
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The camera of one frame, as a plan has it.
+    """The camera of one frame, as a plan has it; matrices are for row vectors."""
 
-    Attributes
-    ----------
-    size : (int, int)
-        Samples across and down: the picture's size times the supersampling.
-    lens : LensConstants
-        For the clip range and depth direction that this frame is drawn with.
-    reverse : bool
-        True if near is depth 1, far 0, in the [0, 1] clip range; False for OpenGL's own.
-    near, far : float
-        Scene units; far may be infinite.
-    world_to_view, view_to_world : ndarray of float64, shape (4, 4)
-        For row vectors.
-    """
-
-    size: tuple[int, int]
-    lens: LensConstants
-    reverse: bool
-    near: float
-    far: float
-    world_to_view: Float64
-    view_to_world: Float64
+    size: tuple[int, int]  # samples across and down: the picture's size times the supersampling
+    lens: LensConstants  # for the clip range and depth direction that this frame is drawn with
+    reverse: bool  # True if near is depth 1, far 0, in the [0, 1] clip range; False for OpenGL's own
+    near: float  # scene units
+    far: float  # may be infinite
+    world_to_view: Float64  # (4, 4)
+    view_to_world: Float64  # (4, 4)
 
 
 class CameraMatrices(NamedTuple):
@@ -56,56 +39,33 @@ class CameraMatrices(NamedTuple):
 
 
 class Eye:
-    """A scene's camera for a picture's size, and what follows from it alone.
+    """A scene's camera, for pictures of a size in pixels.
 
-    Parameters
-    ----------
-    scene : Scene
-    size : (int, int)
-        Of the picture in pixels.
-    window : bool
-        Accept a lens of intrinsics for pictures of another shape: a window may get any shape.
+    `window` accepts a lens of intrinsics for pictures of another shape: a window may get any shape.
 
-    Attributes
-    ----------
-    name : str
-        The camera's path.
-    lens : Lens
-    warnings : tuple of str
-        About the lens's shape.
-    camera : CameraMatrices
-    planes, corners : ndarray of float64
-        See `Lens.frustum_planes` and `firefly_sample.plan.frustum.frustum_corners`.
-
-    Raises
-    ------
-    LensError
-        If the lens is one of intrinsics for pictures of another shape, or float32 does not hold its planes;
-        it names the camera.
+    It has the camera's path as its name, warnings about the lens's shape, and the view's planes and corners:
+    see `Lens.frustum_planes` and `frustum_corners`. A `LensError` names the camera
+    if the lens is one of intrinsics for pictures of another shape, or if float32 does not hold its planes.
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int], window: bool = False) -> None:
         self.name = str(scene.camera)
         self.lens, self.warnings = _lens_for(scene, size, window)
-        self._check_planes()
+        near, far = self.lens.get_near(), self.lens.get_far()
+        if self.lens.is_perspective():
+            drawable = NEAREST <= near <= LARGEST
+            needed = f"a perspective near plane of {NEAREST:g} to {LARGEST:g} units, got {near:g}"
+        else:
+            drawable = max(abs(near), abs(far)) <= LARGEST
+            needed = f"orthographic planes of at most {LARGEST:g} units, got near {near:g} and far {far:g}"
+        if not drawable:
+            raise LensError(
+                f"camera {self.name}: a frame is drawn in float32, which needs {needed}: give the scene "
+                "another unit"
+            )
         self.camera = camera_matrices(scene)
         self.planes = self.lens.frustum_planes()
-        self.corners = frustum_corners(self.lens.constants(), self.lens.get_near(), self.lens.get_far())
-
-    def _check_planes(self) -> None:
-        near, far = self.lens.get_near(), self.lens.get_far()
-        low, high = PLANES
-        if self.lens.is_perspective():
-            if not low <= near <= high:
-                raise LensError(
-                    f"camera {self.name}: a frame is drawn in float32, which needs a perspective near plane "
-                    f"of {low:g} to {high:g} units, got {near:g}: give the scene another unit"
-                )
-        elif max(abs(near), abs(far)) > high:
-            raise LensError(
-                f"camera {self.name}: a frame is drawn in float32, which needs orthographic planes of at "
-                f"most {high:g} units, got near {near:g} and far {far:g}: give the scene another unit"
-            )
+        self.corners = frustum_corners(self.lens.constants(), near, far)
 
 
 def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
@@ -117,13 +77,8 @@ def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
 def lens_for_picture(lens: Lens, size: tuple[int, int]) -> tuple[Lens, str]:
     """Return the lens that a picture of a size is drawn with, and how it contradicts the picture's shape.
 
-    Where two of the lens's numbers contradict it, one is kept, as in Panda3D's window. The text begins with
-    "its"; it is empty if there is no contradiction.
-
-    Raises
-    ------
-    LensError
-        If the lens is one of intrinsics for pictures of another shape.
+    If two of the lens's numbers contradict it, one is kept, as in Panda3D's window; a lens of intrinsics is a
+    `LensError`. The text begins with "its"; it is empty if there is no contradiction.
     """
     shape = lens.shape
     if not shape.fixed_by or shape.fits(*size):
@@ -162,12 +117,8 @@ def _shaped(lens: Lens, size: tuple[int, int]) -> Lens:
 def camera_matrices(scene: Scene) -> CameraMatrices:
     """Return world to view and back, without the scale and shear that a camera's parents may have.
 
-    The forward direction stays; right and up are made perpendicular to it.
-
-    Raises
-    ------
-    NodeError
-        If the camera's net transform is singular, mirrored or not finite.
+    The forward direction stays; right and up are made perpendicular to it. It is a `NodeError` if the
+    camera's net transform is singular, mirrored or not finite.
     """
     net = np.array(scene.camera.get_net_transform().get_mat(), dtype=np.float64)
     if not np.isfinite(net).all() or not np.linalg.det(net[:3, :3]) > 0:

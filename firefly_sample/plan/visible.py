@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.plan.collect import Factors, Group, Instances
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.frustum import spheres_in_frustum
-from firefly_sample.plan.instances import Factors, Group, Instances
 from firefly_sample.plan.variants import SurfaceFeatures
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
-
-Float64 = NDArray[np.float64]
 
 MOST_NAMES = 4
 """Of materials in a reason."""
@@ -29,28 +28,15 @@ SHARE = 32
 
 @dataclass(frozen=True, eq=False)
 class VisiblePart:
-    """The instances of a group that are in view, nearest first.
-
-    Attributes
-    ----------
-    group : Group
-    first : int
-        Index of the part's first instance among all instances in view.
-    chosen : ndarray of int, shape (n,)
-        Indices into the group's instances.
-    nearest, farthest : ndarray of float64, shape (n,)
-        Along the view axis, of their bounding spheres.
-    model_to_view : ndarray of float64, shape (n, 4, 4)
-    ids : ndarray of int32, shape (n,)
-    """
+    """The n instances of a group that are in view, nearest first."""
 
     group: Group
-    first: int
-    chosen: NDArray[Any]
-    nearest: Float64
+    first: int  # index of the part's first instance among all instances in view
+    chosen: NDArray[Any]  # (n,), indices into the group's instances
+    nearest: Float64  # (n,), along the view axis, of their bounding spheres
     farthest: Float64
-    model_to_view: Float64
-    ids: NDArray[np.int32]
+    model_to_view: Float64  # (n, 4, 4)
+    ids: NDArray[np.int32]  # (n,)
 
     @cached_property
     def box(self) -> tuple[Float64, Float64]:
@@ -72,12 +58,10 @@ class Looks(NamedTuple):
 
 
 class Visible:
-    """The instances in view of one snapshot from one camera.
+    """The instances in view of one snapshot from one camera, a part for each group.
 
     Attributes
     ----------
-    parts : tuple of VisiblePart
-        One for each group with an instance in view.
     nearest, farthest : float
         Of all instances along the view axis; infinity and minus infinity if none is in view.
     factors : Factors
@@ -95,19 +79,16 @@ class Visible:
         self.centers, self.radii = centers[chosen], instances.radii[chosen]
         far = self.centers[:, 1] + self.radii
         matrices = (instances.model_to_world[chosen].reshape(-1, 4) @ world_to_view).reshape(-1, 4, 4)
-        ids = instances.ids[chosen]
+        indices = chosen - instances.starts[instances.which[chosen]]
+        columns: tuple[Any, ...] = indices, near, far, matrices, instances.ids[chosen]
         self.factors: Factors = instances.factors().take(chosen)
         self.nearest, self.farthest = float(near.min(initial=np.inf)), float(far.max(initial=-np.inf))
         bounds = np.searchsorted(instances.which[chosen], np.arange(len(instances.groups) + 1)).tolist()
-        parts = []
-        for group, start, first, end in zip(
-            instances.groups, instances.starts[:-1], bounds[:-1], bounds[1:], strict=True
-        ):
-            if first < end:
-                part = slice(first, end)
-                own = (chosen[part] - start, near[part], far[part], matrices[part], ids[part])
-                parts.append(VisiblePart(group, first, *own))
-        self.parts = tuple(parts)
+        self.parts = tuple(
+            VisiblePart(group, first, *(column[first:end] for column in columns))
+            for group, (first, end) in zip(instances.groups, pairwise(bounds), strict=True)
+            if first < end
+        )
 
     def __len__(self) -> int:
         return sum(len(part.ids) for part in self.parts)
@@ -139,12 +120,7 @@ def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
     """Return draws: opaque ones first, then cut-outs, each front to back.
 
     Groups are cut into depth zones, and nearer zones are drawn first. Geometry that surrounds the eye, like a
-    ground, is drawn last among its kind, because everything stands in front of it.
-
-    Parameters
-    ----------
-    near : float
-        The lens's near distance.
+    ground, is drawn last among its kind, because everything stands in front of it. `near` is the lens's.
     """
     distances = np.concatenate([np.zeros(0), *(part.nearest for part in visible.parts)])
     many = sum(len(part.ids) >= ZONES for part in visible.parts)

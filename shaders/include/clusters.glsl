@@ -1,26 +1,26 @@
 // Provides Cell, find_cell, next_light: the lights that may reach the surface at a pixel. After surface.glsl.
 // A cell has a bit mask, with a bit per light of its depth slice: firefly_sample/plan/lights/clusters.py.
-// Float64 twin: firefly_sample/plan/cluster_lookup.py
+// Float64 twin: cell_masks and the functions after it, in the same module
 
 uniform usampler2D u_slices;  // per slice: both edges, its first word, the next slice's first word
 uniform int u_slice_count;
-uniform usampler2D u_words;   // words of bit masks: four per texel; one row per line of tiles
+uniform usampler2D u_masks;   // words of bit masks: four per texel; one row per line of tiles
 uniform ivec3 u_tiling;       // samples along a tile's side, tiles across and up
-uniform ivec4 u_places;       // first row of tile columns, tile rows, rising and falling diagonals
+uniform ivec4 u_first_lines;  // of tile columns, tile rows, rising and falling diagonals
 uniform vec4 u_slicing;       // scale, offset from log2(distance) (orthographic: distance) to slice; first, last edge
 
 struct Cell {
     int word;      // first word of its slice
     int end;
-    ivec4 places;  // rows of its tile column, tile row, rising and falling diagonal
+    ivec4 lines;   // of its tile column, tile row, rising and falling diagonal
 };
 
 // Returns four words of a cell's bit mask: the bitwise AND of its column's, row's and two diagonals'.
-uvec4 words_at(Cell cell, int word)
+uvec4 masks_at(Cell cell, int word)
 {
     int i = word >> 2;
-    return texelFetch(u_words, ivec2(i, cell.places.x), 0) & texelFetch(u_words, ivec2(i, cell.places.y), 0)
-        & texelFetch(u_words, ivec2(i, cell.places.z), 0) & texelFetch(u_words, ivec2(i, cell.places.w), 0);
+    return texelFetch(u_masks, ivec2(i, cell.lines.x), 0) & texelFetch(u_masks, ivec2(i, cell.lines.y), 0)
+        & texelFetch(u_masks, ivec2(i, cell.lines.z), 0) & texelFetch(u_masks, ivec2(i, cell.lines.w), 0);
 }
 
 ivec2 tile_of(Surface s)
@@ -55,7 +55,7 @@ Cell find_cell(Surface s)
     slice = texelFetch(u_slices, ivec2(k, 0), 0);
     ivec2 tile = tile_of(s);
     ivec4 along = ivec4(tile, tile.x + tile.y, tile.x + u_tiling.z - 1 - tile.y);
-    return Cell(int(slice.z), int(slice.w), u_places + along);
+    return Cell(int(slice.z), int(slice.w), u_first_lines + along);
 }
 
 // Returns the index of the next light in four words, and clears its bit.

@@ -27,7 +27,7 @@ void main()
 #elif LIGHT_METHOD == LIGHT_METHOD_CLUSTERED
     Cell cell = find_cell(s);
     for (int word = cell.word; word < cell.end; word += 4) {
-        uvec4 bits = words_at(cell, word);
+        uvec4 bits = masks_at(cell, word);
         do {
             for (int n = 0; n < 32 && bits != uvec4(0u); ++n)
                 light_surface(s, fetch_light(next_light(word, bits)));

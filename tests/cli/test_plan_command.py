@@ -37,7 +37,7 @@ def test_the_dictionary_is_the_plan(plan):
     lights = next(step for step in told["passes"] if step["name"] == "point_lights")
     assert lights["reads"] == ["albedo", "normal", "depth"]
     assert lights["updates"] == ["radiance"]
-    assert told["light_method"]["method"] == plan.culling.method == "clustered"
+    assert told["light_method"]["method"] == plan.light_method.name == "clustered"
     assert told["light_method"]["estimated_pairs"].keys() == {"volumes", "clustered", "fullscreen"}
     assert (told["light_method"]["tiles"], told["light_method"]["tile"]) == ([8, 6], 8)
     assert told["lights"] == {"in_scene": 60, "in_view": plan.counts.in_view, "dropped": 0}

@@ -12,10 +12,10 @@ from tests.clouds import ball_of, cloud_scene, puff, volume_of
 
 def by_hand(particle_shadow, places, rows):
     """Every particle on every place."""
-    across = places[:, None, :2] - particle_shadow.places[None, :, :2]
+    across = places[:, None, :2] - particle_shadow.positions[None, :, :2]
     squares = (across**2).sum(axis=2) / particle_shadow.radii**2
     share = np.maximum(1.0 - squares, 0.0) ** 2
-    share *= places[:, None, 2] > particle_shadow.places[None, :, 2]
+    share *= places[:, None, 2] > particle_shadow.positions[None, :, 2]
     share[rows[:, None] == np.arange(len(particle_shadow))] = 0.0
     return share @ particle_shadow.strengths
 
@@ -28,7 +28,7 @@ def test_the_sum_is_that_over_all_particles(seed, count, size):
     if particle_shadow is None:  # every one of them is nothing
         return
     free = np.column_stack([rng.uniform(-40, 168, (50, 2)), rng.uniform(-5, 70, 50)])
-    places = np.concatenate([particle_shadow.places, free])
+    places = np.concatenate([particle_shadow.positions, free])
     rows = np.concatenate([np.arange(len(particle_shadow)), np.full(50, -1)])
     np.testing.assert_allclose(
         exact_sums(particle_shadow, places, rows), by_hand(particle_shadow, places, rows), atol=1e-12

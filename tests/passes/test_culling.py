@@ -6,8 +6,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.pipeline import build_plan
-from firefly_sample.plan.cluster_lookup import list_lengths
 from firefly_sample.plan.lights import lighting
+from firefly_sample.plan.lights.clusters import list_lengths
 from firefly_sample.plan.report import plan_as_dict
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.light import Falloff
@@ -207,7 +207,7 @@ def test_the_forests_cells_shade_few_pairs_in_vain():
     scene = build_scene(find_scene("forest"))
     with make_renderer((800, 600), count_fragments=True) as renderer:
         plan = renderer.plan(scene, 5.0, ("color", "position", "overdraw"))
-        assert plan.culling.method == "clustered"
+        assert plan.light_method.name == "clustered"
         frame = renderer.draw(plan)
         pairs = count_pairs(renderer.surface(plan).position(), plan.lights)
         assert frame.shaded == frame["overdraw"].sum(dtype=np.float64)
@@ -249,28 +249,28 @@ def test_a_light_before_an_empty_view_is_no_trouble():
 def test_a_light_that_holds_the_view_is_a_volume_for_auto():
     scene = wall_scene()
     scene.root.attach_new_node(PointLight("lamp", (1, 1, 1), 500.0))
-    assert build_plan(scene).culling.method == "volumes"
+    assert build_plan(scene).light_method.name == "volumes"
 
 
 def test_one_light_is_drawn_as_a_volume_and_many_by_cells():
     few, many = build_plan(ball_scene(1)), build_plan(ball_scene(500))
-    assert few.culling.method == "volumes"
+    assert few.light_method.name == "volumes"
     assert not few.clusters
-    assert many.culling.method == "clustered"
+    assert many.light_method.name == "clustered"
     assert sum(len(c.lights) for c in many.clusters) == many.counts.in_view
     for plan in few, many:
-        assert plan.culling.shaded.keys() == {"volumes", "clustered", "fullscreen"}
-        assert plan.culling.shaded["fullscreen"] == plan.counts.in_view * 800 * 600
+        assert plan.light_method.estimated_pairs.keys() == {"volumes", "clustered", "fullscreen"}
+        assert plan.light_method.estimated_pairs["fullscreen"] == plan.counts.in_view * 800 * 600
 
 
 def test_the_original_look_adds_light_by_light():
-    assert build_plan(ball_scene(500), Settings(look="classic")).culling.method == "volumes"
+    assert build_plan(ball_scene(500), Settings(look="classic")).light_method.name == "volumes"
 
 
 @pytest.mark.parametrize("method", ["volumes", "clustered", "fullscreen", "loop", "forward"])
 def test_a_named_method_is_taken_as_it_is(method):
     plan = build_plan(ball_scene(3), Settings(light_method=method))
-    assert (plan.culling.method, plan.culling.shaded) == (method, {})
+    assert (plan.light_method.name, plan.light_method.estimated_pairs) == (method, {})
 
 
 def test_falloffs_of_both_kinds_have_lists_of_their_own():

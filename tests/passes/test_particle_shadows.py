@@ -60,7 +60,11 @@ def drawn():
 def shares(plan, light):
     """What of the only light the particles got, from their radiance."""
     (lights,) = plan.lights
-    return (light / plan.particles.colors - plan.ambient) / lights.colors[0] / plan.particles.fades[:, None]
+    return (
+        (light / plan.particles.colors - plan.ambient)
+        / lights.colors[0]
+        / plan.particles.attenuations[:, None]
+    )
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -73,7 +77,7 @@ def test_slices_and_lookups_are_those_of_the_twin(drawn, name):
     expected = np.minimum(slice_sums(particle_shadow), most)
     np.testing.assert_allclose(slices, expected, atol=rounding, rtol=0)
     found = sliced_light(
-        particle_shadow, slices, particle_shadow.places[plan.particles.rows], plan.particles.rows
+        particle_shadow, slices, particle_shadow.positions[plan.particles.rows], plan.particles.rows
     )
     np.testing.assert_allclose(shares(plan, light), found, atol=4e-6)
 
@@ -103,14 +107,16 @@ def test_what_a_shadow_says_is_done_as_in_the_twin(drawn, shadow, kind):
     particle_shadow = plan.particle_shadow
     np.testing.assert_allclose(slices, slice_sums(particle_shadow), atol=4e-6, rtol=2e-6)
     found = sliced_light(
-        particle_shadow, slices, particle_shadow.places[plan.particles.rows], plan.particles.rows
+        particle_shadow, slices, particle_shadow.positions[plan.particles.rows], plan.particles.rows
     )
     if kind == "sun":
         np.testing.assert_allclose(shares(plan, light), found, atol=1e-5)
     else:
         (lights,) = plan.lights
         unshadowed = light_of(plan, lights)
-        expected = (plan.ambient + unshadowed * found * plan.particles.fades[:, None]) * plan.particles.colors
+        expected = (
+            plan.ambient + unshadowed * found * plan.particles.attenuations[:, None]
+        ) * plan.particles.colors
         np.testing.assert_allclose(light, expected, atol=2e-5)
 
 
@@ -139,7 +145,7 @@ def test_the_ground_gets_what_the_last_slice_lets_through():
         position = renderer.surface(plan).position()
     known = np.isfinite(position).all(axis=-1)
     to_world = plan.view.view_to_world
-    places = plan.particle_shadow.view.place(position[known] @ to_world[:3, :3] + to_world[3, :3])
+    places = plan.particle_shadow.view.to_slices(position[known] @ to_world[:3, :3] + to_world[3, :3])
     left = sliced_light(plan.particle_shadow, slices_of(plan, frame["particle_shadow_atlas"]), places)
     (sun,) = plan.lights
     facing = np.maximum(frame["normal"][known] @ -sun.directions[0], 0.0)[:, None]
@@ -227,8 +233,8 @@ def test_particles_in_one_slice_share_its_light(drawn):
     node = ParticleNode("c", flat, 0.1, 0.2)
     node.set_bounding_sphere(1.0)
     plan, slices, light, _ = drawn(from_above(node), Settings())
-    assert np.unique(np.floor(plan.particle_shadow.places[:, 2])).size == 1
-    below = plan.particle_shadow.places + np.array([0, 0, 1.0])
+    assert np.unique(np.floor(plan.particle_shadow.positions[:, 2])).size == 1
+    below = plan.particle_shadow.positions + np.array([0, 0, 1.0])
     whole = sliced_light(plan.particle_shadow, slices, below)
     np.testing.assert_allclose(shares(plan, light), np.sqrt(whole / (1 - 0.2)), rtol=0.02)
     assert whole.min() < 0.5

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.plan.shadows.atlas import pack_atlas
+from firefly_sample.plan.shadows.maps import pack_atlas
 
 sizes = st.lists(st.sampled_from([16, 33, 64, 100, 128, 256, 512, 1024]), max_size=60)
 

@@ -7,10 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.plan.cluster_lookup import cell_lights, cell_words, list_lengths
 from firefly_sample.plan.lights import clusters as module
 from firefly_sample.plan.lights.bounds import screen_bounds
-from firefly_sample.plan.lights.clusters import find_clusters, make_grid, plan_clusters, slices_of
+from firefly_sample.plan.lights.clusters import (
+    cell_lights,
+    cell_masks,
+    find_clusters,
+    list_lengths,
+    make_grid,
+    plan_clusters,
+    slices_of,
+)
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.view import View
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
@@ -163,7 +170,7 @@ def test_what_lies_beside_the_view_is_in_no_cell(spots):
     cells = plan_clusters([lights], view, 1.0, 250.0)
     for one in cells:
         columns, rows = one.grid.tiles
-        assert not cell_words(one, np.arange(columns), np.arange(rows)[:, None]).any()
+        assert not cell_masks(one, np.arange(columns), np.arange(rows)[:, None]).any()
 
 
 def test_without_surfaces_or_without_lights_there_is_nothing():
@@ -184,7 +191,7 @@ def test_many_lights_make_cells_larger_and_lose_none(monkeypatch):
     assert coarse.tile > fine.tile
     assert coarse.slices < fine.slices
     cells = find_clusters(lights, coarse, view)
-    assert cells.words.size <= 20_000
+    assert cells.masks.size <= 20_000
     column, row = rng.integers(0, 800, 300), rng.integers(0, 480, 300)
     depth = rng.uniform(5.0, 40.0, 300)
     inside = reached(lights, points_of(view, column, row, depth))
@@ -195,7 +202,12 @@ def test_many_lights_make_cells_larger_and_lose_none(monkeypatch):
 
 @pytest.mark.parametrize(
     ("limit", "most"),
-    [("MOST_WORDS", 30_000), ("MOST_RECORDS", 4096), ("MOST_A_LINE", 128), ("MOST_A_LINE", 64)],
+    [
+        ("MOST_WORDS", 30_000),
+        ("MOST_RECORDS", 4096),
+        ("MOST_WORDS_PER_LINE", 128),
+        ("MOST_WORDS_PER_LINE", 64),
+    ],
 )
 @pytest.mark.parametrize("count", [3, 1000])
 def test_words_keep_to_every_limit(monkeypatch, limit, most, count):
@@ -206,9 +218,9 @@ def test_words_keep_to_every_limit(monkeypatch, limit, most, count):
     monkeypatch.setattr(module, limit, most)
     (cells,) = plan_clusters([lights], view, 4.0, 45.0)
     taken = {
-        "MOST_WORDS": cells.words.size,
+        "MOST_WORDS": cells.masks.size,
         "MOST_RECORDS": len(cells.members),
-        "MOST_A_LINE": cells.words.shape[1],
+        "MOST_WORDS_PER_LINE": cells.masks.shape[1],
     }
     assert taken[limit] <= most
 

@@ -14,9 +14,9 @@ from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.collect import collect
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.frustum import corners_near
+from firefly_sample.plan.geometry_warnings import find_clipped
 from firefly_sample.plan.view import Eye
 from firefly_sample.plan.visible import Visible
-from firefly_sample.plan.warnings.clipping import find_clipped
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens

@@ -86,10 +86,10 @@ def test_a_cloud_lies_within_the_guard_of_its_tile(kind, seed, size, blur, slice
     particle_shadow = volume_of(scene, Settings(particle_shadow_slices=slices, particle_shadow_tile=tile))
     guard = GUARD + math.ceil(blur)
     for axis in (0, 1):
-        assert (particle_shadow.places[:, axis] - particle_shadow.radii >= guard - 1e-6).all()
-        assert (particle_shadow.places[:, axis] + particle_shadow.radii <= tile - guard + 1e-6).all()
-    assert (particle_shadow.places[:, 2] >= 0.0).all()
-    assert (particle_shadow.places[:, 2] <= slices).all()
+        assert (particle_shadow.positions[:, axis] - particle_shadow.radii >= guard - 1e-6).all()
+        assert (particle_shadow.positions[:, axis] + particle_shadow.radii <= tile - guard + 1e-6).all()
+    assert (particle_shadow.positions[:, 2] >= 0.0).all()
+    assert (particle_shadow.positions[:, 2] <= slices).all()
 
 
 def test_slices_begin_at_the_light():
@@ -97,8 +97,8 @@ def test_slices_begin_at_the_light():
     light = DirectionalLight("sun")
     light.set_direction((0, 0, -1))
     particle_shadow = volume_of(cloud_scene(node, light))
-    np.testing.assert_allclose(particle_shadow.places[:, 2], [64 * 0.05, 32.0, 64 * 0.95])
-    np.testing.assert_allclose(particle_shadow.places[:, :2], 64.0)
+    np.testing.assert_allclose(particle_shadow.positions[:, 2], [64 * 0.05, 32.0, 64 * 0.95])
+    np.testing.assert_allclose(particle_shadow.positions[:, :2], 64.0)
     np.testing.assert_allclose(particle_shadow.radii, 0.1 * 0.5 * (128 - 2 * GUARD))
 
 
@@ -111,10 +111,10 @@ def test_a_spotlight_sees_discs_by_their_distance():
     node.set_bounding_sphere(1.0)
     particle_shadow = volume_of(scene)
     np.testing.assert_allclose(particle_shadow.radii[0] / particle_shadow.radii[1], 4.5 / 3.5)
-    middle, aside = particle_shadow.places
+    middle, aside = particle_shadow.positions
     np.testing.assert_allclose(middle[:2], 64.0)
     np.testing.assert_allclose(np.linalg.norm(aside[:2] - 64.0) / particle_shadow.radii[1], 3.0)
-    np.testing.assert_allclose(particle_shadow.places[:, 2], [16.0, 48.0])
+    np.testing.assert_allclose(particle_shadow.positions[:, 2], [16.0, 48.0])
 
 
 def test_a_given_sphere_stays_where_it_is():
@@ -197,8 +197,8 @@ def test_clouds_in_one_light_shadow_each_other():
     high.set_shadow(scene.root.find("low").node().get_shadow())
     scene.root.attach_new_node(high)
     particle_shadow = build_plan(scene).particle_shadow
-    np.testing.assert_allclose(particle_shadow.places[0, :2], particle_shadow.places[1, :2], atol=0.05)
-    assert particle_shadow.places[1, 2] < particle_shadow.places[0, 2]
+    np.testing.assert_allclose(particle_shadow.positions[0, :2], particle_shadow.positions[1, :2], atol=0.05)
+    assert particle_shadow.positions[1, 2] < particle_shadow.positions[0, 2]
 
 
 def test_what_a_particle_takes_is_its_alpha_by_darkness_and_tint():
@@ -222,7 +222,7 @@ def test_attenuation_is_by_distance_from_the_light_or_its_plane():
     path.set_pos(0, 0, 4 - 2)
     scene.camera.set_pos(0, -20, 0)
     scene.camera.look_at(0, 0, 0)
-    fades = lambda: build_plan(scene).particles.fades  # noqa: E731
+    fades = lambda: build_plan(scene).particles.attenuations  # noqa: E731
     np.testing.assert_allclose(fades(), [1 / 4, 1 / 13, 1.0])
     node.change_shadow(attenuation="plane", power=3.0)
     np.testing.assert_allclose(fades(), [1 / 8, 1 / 8, 1.0])

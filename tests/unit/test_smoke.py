@@ -131,7 +131,7 @@ def test_a_frame_does_not_depend_on_the_frames_before():
     build_plan(scene, time=11.0)
     again = build_plan(scene, time=5.0)
     np.testing.assert_array_equal(first.particles.positions, again.particles.positions)
-    np.testing.assert_array_equal(first.particle_shadow.places, again.particle_shadow.places)
+    np.testing.assert_array_equal(first.particle_shadow.positions, again.particle_shadow.positions)
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_a_frame_does_not_depend_on_the_frames_before():
         ("shadow_blur", 3.0, lambda plan: plan.particle_shadow.blur == 3.0),
         ("shadow_darkness", 2.0, lambda plan: plan.particle_shadow.strengths.max() > 0.15),
         ("shadow_tint", 1.0, lambda plan: plan.particle_shadow.tinted),
-        ("use_attenuation", True, lambda plan: plan.particles.fades.min() < 0.5),
+        ("use_attenuation", True, lambda plan: plan.particles.attenuations.min() < 0.5),
         ("use_interpolation", False, lambda plan: not plan.particle_shadow.interpolate),
         (
             "bounding_radius",
@@ -179,7 +179,7 @@ def test_each_parameter_acts_in_a_running_scene_as_in_a_new_one(name, value, see
     np.testing.assert_array_equal(after.ambient, new.ambient)
     assert (after.particle_shadow is None) == (new.particle_shadow is None)
     if after.particle_shadow is not None:
-        np.testing.assert_array_equal(after.particle_shadow.places, new.particle_shadow.places)
+        np.testing.assert_array_equal(after.particle_shadow.positions, new.particle_shadow.positions)
         np.testing.assert_array_equal(after.particle_shadow.strengths, new.particle_shadow.strengths)
 
 
@@ -205,7 +205,7 @@ def test_the_seed_decides_which_puffs():
 
 def test_attenuation_is_by_any_power_from_the_plane_or_the_point():
     plane, point, cubed = (
-        build_plan(smoke(use_attenuation=True, **more)).particles.fades
+        build_plan(smoke(use_attenuation=True, **more)).particles.attenuations
         for more in ({}, {"attenuation": "point"}, {"attenuation_power": 3.0})
     )
     assert (point <= plane).all()

@@ -117,7 +117,7 @@ def _parts(plan: FramePlan) -> Iterator[object]:
     yield from _columns(plan.particles)
     if slices is not None:
         yield from (slices.view.world_to_slices, slices.view.scale, slices.view.first, slices.view.per_unit)
-        yield from (slices.method, slices.places, slices.radii, slices.strengths)
+        yield from (slices.method, slices.positions, slices.radii, slices.strengths)
     for shadow in plan.shadows.maps:
         yield from (shadow.lens, shadow.world_to_light)
         for caster in shadow.casters or ():

@@ -166,7 +166,7 @@ def _shadows(plan: FramePlan, position: Float64, rays: ShadowRays | None) -> Sha
     shadow, left = plan.particle_shadow, None
     if shadow is not None and any(lights.particle_shadowed for lights in plan.lights):
         world = position @ plan.view.view_to_world[:3, :3] + plan.view.view_to_world[3, :3]
-        left = transmittance(shadow, exact_sums(shadow, shadow.view.place(world)))
+        left = transmittance(shadow, exact_sums(shadow, shadow.view.to_slices(world)))
     if rays is None and left is None:
         return None
 

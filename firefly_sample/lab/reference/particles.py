@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.shade import OneLight, each_light
 from firefly_sample.plan.frame_plan import FramePlan, SpriteSet
-from firefly_sample.plan.particles.shadow import ParticleShadowPlan, blur_weights, own_takings, splats
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, blur_weights, own_contributions, splats
 from firefly_sample.plan.view import View
 
 Float64 = NDArray[np.float64]
@@ -164,7 +164,7 @@ def particle_light(plan: FramePlan, lit: Lit | None = None) -> Float64:
     total = np.tile(plan.ambient, (len(position), 1))
     left = np.ones((len(position), 3))
     if shadow is not None and len(position):
-        sums = exact_sums(shadow, shadow.places[particles.rows], particles.rows)
+        sums = exact_sums(shadow, shadow.positions[particles.rows], particles.rows)
         left = np.where((particles.rows >= 0)[:, None], transmittance(shadow, sums), 1.0)
     for one in each_light(plan.lights):
         reached = np.flatnonzero(one.in_reach(position))
@@ -174,7 +174,7 @@ def particle_light(plan: FramePlan, lit: Lit | None = None) -> Float64:
             strength = strength * lit(position[reached], one)
         arriving = strength[:, None] * one.lights.colors[one.row]
         if one.lights.particle_shadowed:
-            arriving = arriving * left[reached] * particles.fades[reached, None]
+            arriving = arriving * left[reached] * particles.attenuations[reached, None]
         total[reached] += arriving
     return np.asarray(total * particles.colors)
 
@@ -195,8 +195,8 @@ def exact_sums(shadow: ParticleShadowPlan, places: Float64, rows: NDArray[np.int
     result = np.zeros((len(places), 3))
     if not len(shadow):
         return result
-    low = (shadow.places[:, :2] - shadow.radii[:, None]).min(axis=0)
-    high = (shadow.places[:, :2] + shadow.radii[:, None]).max(axis=0)
+    low = (shadow.positions[:, :2] - shadow.radii[:, None]).min(axis=0)
+    high = (shadow.positions[:, :2] + shadow.radii[:, None]).max(axis=0)
     with np.errstate(invalid="ignore"):
         reached = ((places[:, :2] >= low) & (places[:, :2] <= high)).all(axis=1) & (places[:, 2] > -np.inf)
     known = np.flatnonzero(reached)
@@ -215,9 +215,9 @@ def exact_sums(shadow: ParticleShadowPlan, places: Float64, rows: NDArray[np.int
     if (strengths == strengths[0]).all():
         strengths = strengths[:1]  # grey: one channel is every channel
     sums = np.zeros((len(strengths), len(order)))
-    middle = np.floor((shadow.places[:, :2] - low) / cell).astype(np.int64) + 1
+    middle = np.floor((shadow.positions[:, :2] - low) / cell).astype(np.int64) + 1
     starts = np.searchsorted(codes, np.arange(tall * wide + 1))
-    discs = zip(middle.tolist(), shadow.places.tolist(), (shadow.radii**2).tolist(), strict=True)
+    discs = zip(middle.tolist(), shadow.positions.tolist(), (shadow.radii**2).tolist(), strict=True)
     for row, ((column, line), (u, v, d), square) in enumerate(discs):
         first, last = max(column - 1, 0), min(column + 1, wide - 1)
         if first > last:
@@ -250,9 +250,9 @@ def slice_sums(shadow: ParticleShadowPlan) -> Float64:
     tile, slices = shadow.view.tile, shadow.view.slices
     sums = np.zeros((slices, tile, tile, 3))
     radii, factors = splats(shadow)
-    which = np.clip(np.floor(shadow.places[:, 2]), 0, slices - 1).astype(np.int64)
+    which = np.clip(np.floor(shadow.positions[:, 2]), 0, slices - 1).astype(np.int64)
     for place, index, radius, strength in zip(
-        shadow.places, which, radii, shadow.strengths * factors[:, None], strict=True
+        shadow.positions, which, radii, shadow.strengths * factors[:, None], strict=True
     ):
         columns, rows = _texels(place[0], radius, tile), _texels(place[1], radius, tile)
         squares = ((rows + 0.5 - place[1])[:, None] ** 2 + (columns + 0.5 - place[0]) ** 2) / radius**2
@@ -315,7 +315,7 @@ def sliced_light(
         here = here - before
     own = np.zeros((count, 3))
     if rows is not None and len(shadow):
-        own = np.where((rows >= 0)[:, None], own_takings(shadow)[rows], 0.0)
+        own = np.where((rows >= 0)[:, None], own_contributions(shadow)[rows], 0.0)
     ends = shadow.interpolate | (depth >= slices)
     others = np.maximum(here - own, 0.0) * (depth - index)[:, None]
     left = transmittance(shadow, before + np.where(ends[:, None], others, 0.0))

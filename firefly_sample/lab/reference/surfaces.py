@@ -16,8 +16,8 @@ from firefly_sample.errors import OutputError
 from firefly_sample.lab.reference.chunks import chunks_of, run_all
 from firefly_sample.lab.reference.rays import Intersections, RayCorners, Rays, intersect, pixel_rays
 from firefly_sample.lab.reference.texture import Samplers, level_of_detail
+from firefly_sample.plan.collect import Factors
 from firefly_sample.plan.frame_plan import Batch, FramePlan
-from firefly_sample.plan.instances import Factors
 from firefly_sample.readback import GBuffer
 
 Float64 = NDArray[np.float64]

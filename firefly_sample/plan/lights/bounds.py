@@ -18,11 +18,9 @@ from firefly_sample.plan.frustum import (
     sectors_in_frustum,
     spheres_in_frustum,
 )
-from firefly_sample.plan.lights.gather import one_minus_cos
-from firefly_sample.plan.lights.light_set import LightSet, Proxy, any_channel, sector_extent
+from firefly_sample.plan.lights.light_set import LightSet, Proxy, any_channel, one_minus_cos, sector_extent
 from firefly_sample.plan.view import View
-
-Float64 = NDArray[np.float64]
+from firefly_sample.scene.arrays import Float64
 
 BETWEEN = 0.05
 """Samples by which a surface may lie beside its line of sight, from float32 and the rasterizer."""
@@ -30,6 +28,7 @@ SLANTS = (0.0, 0.3, -0.3, 1.0, -1.0, 3.0, -3.0)
 """Shares of the view axis that are mixed in to find bounds of a cone's part of a slice."""
 WIDEST_CONE = 53.0
 """Degrees: above this half-angle a sphere is the smaller proxy of a spotlight."""
+_PROXIES: tuple[Proxy, ...] = ("sphere", "cone", "fullscreen")
 
 
 def in_view(lights: LightSet, world_to_view: Float64, planes: Float64) -> LightSet:
@@ -146,10 +145,7 @@ def _tangents(x: Float64, y: Float64, reach: Float64, perspective: bool) -> tupl
 def choose_proxies(lights: LightSet, corners: Float64) -> list[LightSet]:
     """Return a set for each proxy, with and without shadow maps and particle shadows, in drawing order.
 
-    Parameters
-    ----------
-    corners : ndarray of float64, shape (8, 3)
-        Of the view.
+    `corners`, shape (8, 3), are the view's.
     """
     # seen from any point, the farthest corner is at least half as far as two corners are apart
     farthest = np.full(len(lights), np.inf)
@@ -162,10 +158,13 @@ def choose_proxies(lights: LightSet, corners: Float64) -> list[LightSet]:
     if lights.kind == "spot":
         cone = (lights.cones[:, 1] <= one_minus_cos(WIDEST_CONE)) & ~endless
     lights = replace(lights, heights=heights)
-    proxies: tuple[Proxy, ...] = ("sphere", "cone", "fullscreen")
-    # a number for each way to be drawn, in drawing order
-    drawn = 4 * np.where(cone, 1, 2 * fullscreen) + 2 * (lights.casters >= 0) + lights.shadowed_by_particles
+    # the sets' numbers, in drawing order
+    number_of = (
+        4 * np.where(cone, 1, 2 * fullscreen) + 2 * (lights.casters >= 0) + lights.shadowed_by_particles
+    )
     return [
-        lights.take(np.flatnonzero(drawn == number), proxy=proxies[number // 4], shadowed=bool(number & 2))
-        for number in np.flatnonzero(np.bincount(drawn))
+        lights.take(
+            np.flatnonzero(number_of == number), proxy=_PROXIES[number // 4], shadowed=bool(number & 2)
+        )
+        for number in np.flatnonzero(np.bincount(number_of))
     ]

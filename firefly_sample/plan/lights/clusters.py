@@ -13,6 +13,8 @@ the shader computes. Cells have no masks of their own, so they may be small.
 Nothing is sorted, no cell has a limit, and a few operations on whole arrays make all masks. Bounds are never
 too small: they hold the light's whole part of a slice, and margins cover the rounding of float64 and of a
 shader's float32.
+
+`cell_masks`, `cell_lights` and `list_lengths` are the float64 twin of ``shaders/include/clusters.glsl``.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise
 from typing import Any
 
@@ -29,8 +32,8 @@ from numpy.typing import NDArray
 from firefly_sample.plan.lights.bounds import Bodies, pixel_scales
 from firefly_sample.plan.lights.light_set import ROUNDING, LightSet
 from firefly_sample.plan.view import View
+from firefly_sample.scene.arrays import Float64
 
-Float64 = NDArray[np.float64]
 Spans = tuple[Float64, Float64]
 
 BITS = 32
@@ -47,8 +50,8 @@ MOST_WORDS = 1 << 22
 """Cells are made larger above this number, 16 MiB to make and upload each frame."""
 MOST_RECORDS = 1 << 20
 """Bits, each of which has its light's record in a table: 32 MiB of point lights."""
-MOST_A_LINE = TEXEL * 4096
-"""Words of a line of tiles, which is a row of a texture that every driver supports."""
+MOST_WORDS_PER_LINE = TEXEL * 4096
+"""A line of tiles is a row of a texture that every driver supports."""
 THINNEST = 1e-5
 """A slice's least depth, as a share of its distance, so that its edges differ in float32."""
 SLACK = 1e-3
@@ -63,21 +66,13 @@ EDGE = 1e-4
 class Grid:
     """The tiles and slices into which the view is cut.
 
-    Attributes
-    ----------
-    tile : int
-        Samples along a tile's side.
-    tiles : (int, int)
-        Across and up, from the lower left corner.
-    edges : ndarray of float64, shape (slices + 1,)
-        Rising distances along the view axis between slices, each a float32. No surface that a light reaches
-        lies before the first or behind the last. The ratios are equal in perspective, where a tile grows
-        with the distance, else the steps are.
+    No surface that a light reaches lies before the first edge or behind the last. The ratios of edges are
+    equal in perspective, where a tile grows with the distance, else the steps are.
     """
 
-    tile: int
-    tiles: tuple[int, int]
-    edges: Float64
+    tile: int  # samples along its side
+    tiles: tuple[int, int]  # across and up, from the lower left corner
+    edges: Float64  # (slices + 1,), rising distances along the view axis between slices, each a float32
 
     @property
     def slices(self) -> int:
@@ -85,49 +80,35 @@ class Grid:
         return len(self.edges) - 1
 
     @property
-    def first_places(self) -> tuple[int, int, int, int]:
-        """The row of masks where tile columns, tile rows, rising and falling diagonals begin.
+    def first_lines(self) -> tuple[int, int, int, int]:
+        """The index of the first tile column, tile row, rising and falling diagonal among all lines of tiles.
 
-        Each has one row more than it has lines, in which all bits have ended.
+        Each direction has one line more than there are tiles along it, in which all bits have ended.
         """
         columns, rows = self.tiles
         return 0, columns + 1, columns + rows + 2, 2 * (columns + rows) + 2
 
     @property
-    def places(self) -> int:
-        """The number of rows of masks, of all lines of tiles."""
+    def lines(self) -> int:
+        """The number of lines of tiles, of all directions."""
         return 3 * sum(self.tiles) + 2
 
-    def places_of(self, column: Any, row: Any) -> tuple[Any, Any, Any, Any]:
-        """Return the rows of masks of a tile's column, row, rising and falling diagonal."""
-        columns, rows, rising, falling = self.first_places
+    def lines_of(self, column: Any, row: Any) -> tuple[Any, Any, Any, Any]:
+        """Return the indices of a tile's column, row, rising and falling diagonal."""
+        columns, rows, rising, falling = self.first_lines
         up = self.tiles[1] - 1 - row
         return columns + column, rows + row, rising + column + row, falling + column + up
 
 
 @dataclass(frozen=True, eq=False)
 class Clusters:
-    """The lights of a set by cell.
-
-    Attributes
-    ----------
-    lights : LightSet
-    grid : Grid
-    first : ndarray of int64, shape (slices + 1,)
-        The first word of each slice, a multiple of `TEXEL`.
-    members : ndarray of int32, shape (32 * words,)
-        The light of each bit, an index into the set; 0 for unused bits.
-    words : ndarray of uint32, shape (places, words)
-        The bit masks of tile columns, tile rows, rising and falling diagonals, in the rows that
-        `Grid.places_of` gives. A cell's mask is the bitwise AND of its four lines', from its slice's first
-        word to the next slice's.
-    """
+    """The lights of a set by cell."""
 
     lights: LightSet
     grid: Grid
-    first: NDArray[np.int64]
-    members: NDArray[np.int32]
-    words: NDArray[np.uint32]
+    first_words: NDArray[np.int64]  # (slices + 1,), where each slice's masks begin, a multiple of `TEXEL`
+    members: NDArray[np.int32]  # (32 * words,), each bit's light, an index into the set; 0 for unused bits
+    masks: NDArray[np.uint32]  # (lines, words), bit masks of lines of tiles: see `Grid.lines_of`
 
 
 def plan_clusters(
@@ -135,12 +116,9 @@ def plan_clusters(
 ) -> tuple[Clusters, ...]:
     """Return the clusters of all lights that have a position, one for each loop of a shader.
 
-    Parameters
-    ----------
-    nearest, farthest : float
-        Of the geometry in view, along the view axis.
+    `nearest` and `farthest` bound the geometry in view along the view axis.
     """
-    parts = LightSet.walked_together(lights for lights in sets if lights.kind != "directional")
+    parts = LightSet.joined_for_loops(lights for lights in sets if lights.kind != "directional")
     if not parts or not nearest <= farthest:
         return ()
     grid = make_grid(parts, view, nearest, farthest)
@@ -148,13 +126,7 @@ def plan_clusters(
 
 
 def make_grid(sets: Sequence[LightSet], view: View, nearest: float, farthest: float) -> Grid:
-    """Return a grid of the distances that lights and surfaces share, as fine as the limits allow.
-
-    Parameters
-    ----------
-    nearest, farthest : float
-        Of the geometry in view, along the view axis.
-    """
+    """Return a grid of the distances that lights and surfaces share, as fine as the limits allow."""
     perspective = view.lens.perspective
     low, high = _widened(*common_range(sets, view, nearest, farthest), perspective)
     spans = [_shares(lights.spans, low, high, perspective) for lights in sets]
@@ -162,8 +134,8 @@ def make_grid(sets: Sequence[LightSet], view: View, nearest: float, farthest: fl
     while True:
         grid = _cut(view, low, high, tile, depth, most)
         words = [-(-_count(*span, grid.slices) // BITS) + TEXEL * grid.slices for span in spans]
-        fits = sum(words) * grid.places <= MOST_WORDS and BITS * sum(words) <= MOST_RECORDS
-        if (fits and max(words) <= MOST_A_LINE) or (grid.tiles == (1, 1) and grid.slices == 1):
+        fits = sum(words) * grid.lines <= MOST_WORDS and BITS * sum(words) <= MOST_RECORDS
+        if (fits and max(words) <= MOST_WORDS_PER_LINE) or (grid.tiles == (1, 1) and grid.slices == 1):
             return grid
         # in turn, to keep the cells' shape: twice as deep or as wide needs half as many words
         if deeper:
@@ -201,19 +173,16 @@ def _cut(view: View, low: float, high: float, tile: int, depth: float, most: int
     across, up = view.size
     wide = depth * 2.0 / max(view.lens.a, view.lens.c)
     if view.lens.perspective:
-        deep = math.log(high / low)
-        slices = _number(deep / wide, deep / THINNEST, most)
+        deep, thinnest = math.log(high / low), THINNEST
+    else:
+        deep, thinnest = high - low, THINNEST * max(abs(low), abs(high))
+    wanted, possible = min(deep / wide, 1e6), min(deep / thinnest, 1e6)
+    slices = max(1, min(math.ceil(wanted), math.floor(possible), most))
+    if view.lens.perspective:
         edges = low * (high / low) ** (np.arange(slices + 1) / slices)
     else:
-        thinnest = THINNEST * max(abs(low), abs(high))
-        slices = _number((high - low) / wide, (high - low) / thinnest, most)
         edges = np.linspace(low, high, slices + 1)
     return Grid(tile, (-(-across // tile), -(-up // tile)), edges.astype(np.float32).astype(np.float64))
-
-
-def _number(wanted: float, possible: float, most: int) -> int:
-    """Return the number of slices, at least one."""
-    return max(1, min(math.ceil(min(wanted, 1e6)), math.floor(min(possible, 1e6)), most))
 
 
 def _shares(spans: Spans, low: float, high: float, perspective: bool) -> Spans:
@@ -250,59 +219,97 @@ def slices_of(
 
 def find_clusters(lights: LightSet, grid: Grid, view: View) -> Clusters:
     """Return the cells that each light of a set may reach; spotlights as cones."""
-    slices = grid.slices
     first, counts = slices_of(grid.edges, *lights.spans, view.lens.perspective)
     light = np.repeat(np.arange(len(lights)), counts)
     started = np.cumsum(counts) - counts
     slice_of = np.arange(len(light)) - np.repeat(started - first, counts)
     order = np.argsort(slice_of.astype(np.uint8), kind="stable")  # a byte sorts by counting
     light, slice_of = light[order], slice_of[order]
-    inside = np.bincount(slice_of, minlength=slices)
-    first_word = np.concatenate([[0], np.cumsum(-(-inside // (BITS * TEXEL)))]) * TEXEL
+    inside = np.bincount(slice_of, minlength=grid.slices)
+    first_words = np.concatenate([[0], np.cumsum(-(-inside // (BITS * TEXEL)))]) * TEXEL
     # the bit of each light of a slice: slices begin with a whole texel
-    bit = np.arange(len(light)) - np.repeat(np.cumsum(inside) - inside - BITS * first_word[:-1], inside)
-    members = np.zeros(BITS * first_word[-1], dtype=np.int32)
+    bit = np.arange(len(light)) - np.repeat(np.cumsum(inside) - inside - BITS * first_words[:-1], inside)
+    members = np.zeros(BITS * first_words[-1], dtype=np.int32)
     members[bit] = light
-    words = _masks(lights, grid, view, light, slice_of, bit, int(first_word[-1]))
-    return Clusters(lights, grid, first_word, members, words)
+    masks = np.zeros((grid.lines, first_words[-1]), dtype=np.uint32)
+    for first_bit in range(0, len(light), AT_ONCE):
+        part = slice(first_bit, first_bit + AT_ONCE)
+        near, far = grid.edges[slice_of[part]], grid.edges[slice_of[part] + 1]
+        _mark(masks, grid, view, Bodies(lights, light[part], near, far, view.lens.perspective), bit[part])
+    # all bits have ended in the last line of each direction, so the sums need not begin anew
+    for before, after in pairwise(masks):
+        after += before
+    return Clusters(lights, grid, first_words, members, masks)
 
 
-def _masks(
-    lights: LightSet,
-    grid: Grid,
-    view: View,
-    light: NDArray[Any],
-    slice_of: NDArray[Any],
-    bit: NDArray[Any],
-    number: int,
-) -> NDArray[np.uint32]:
-    """Return `Clusters.words`, with a number of words in each row."""
+def _mark(masks: NDArray[np.uint32], grid: Grid, view: View, bodies: Bodies, bit: NDArray[Any]) -> None:
+    """Add each body's bit to the line where it begins, and subtract it where it has ended.
+
+    No bit is added twice, so there are no carries.
+    """
     columns, rows = grid.tiles
     (x, x0), (z, z0) = ((scale / grid.tile, center / grid.tile) for scale, center in pixel_scales(view))
     # columns, rows and the two diagonals: slopes along X and Z, the line of 0, number of lines, width of one
-    lines = (
+    directions = (
         (x, 0.0, x0, columns, 1.0),
         (0.0, z, z0, rows, 1.0),
         (x, z, x0 + z0, columns + rows - 1, 2.0),
         (x, -z, x0 - z0 + rows, columns + rows - 1, 2.0),
     )
-    words = np.zeros((grid.places, number), dtype=np.uint32)
-    flat = words.reshape(-1)
-    for first in range(0, len(light), AT_ONCE):
-        part = slice(first, first + AT_ONCE)
-        near, far = grid.edges[slice_of[part]], grid.edges[slice_of[part] + 1]
-        body = Bodies(lights, light[part], near, far, view.lens.perspective)
-        word = bit[part] // BITS
-        value = np.left_shift(np.uint32(1), (bit[part] & (BITS - 1)).astype(np.uint32))
-        for place, (along_x, along_z, center, count, width) in zip(grid.first_places, lines, strict=True):
-            least, most = body.bounds(along_x, along_z)
-            least += center - width - EDGE + 1.0
-            most += center + EDGE + 1.0
-            start, end = (np.clip(ends, 0.0, count).astype(np.intp) + place for ends in (least, most))
-            # each bit is added once where its range starts and subtracted once where it ends: no carries
-            np.add.at(flat, start * number + word, value)
-            np.subtract.at(flat, np.maximum(start, end) * number + word, value)
-    # all bits have ended in the last row of each kind of lines, so the sums need not begin anew
-    for before, after in pairwise(words):
-        after += before
-    return words
+    flat, number = masks.reshape(-1), masks.shape[1]
+    word = bit // BITS
+    value = np.left_shift(np.uint32(1), (bit & (BITS - 1)).astype(np.uint32))
+    for line, (along_x, along_z, center, count, width) in zip(grid.first_lines, directions, strict=True):
+        least, most = bodies.bounds(along_x, along_z)
+        least += center - width - EDGE + 1.0
+        most += center + EDGE + 1.0
+        start, end = (np.clip(ends, 0.0, count).astype(np.intp) + line for ends in (least, most))
+        np.add.at(flat, start * number + word, value)
+        np.subtract.at(flat, np.maximum(start, end) * number + word, value)
+
+
+def cell_masks(clusters: Clusters, column: NDArray[Any], row: NDArray[Any]) -> NDArray[np.uint32]:
+    """Return the bit masks of some columns and rows of tiles, of all slices, shape (..., words)."""
+    one, *others = (clusters.masks[line] for line in clusters.grid.lines_of(column, row))
+    return reduce(np.bitwise_and, others, one)
+
+
+def cell_lights(clusters: Clusters, column: int, row: int, y: float) -> NDArray[np.int64]:
+    """Return the lights of one sample's cell, indices into the set, rising; see `list_lengths`."""
+    inside, k = _slice(clusters.grid, np.array(y))
+    if not inside:
+        return np.zeros(0, dtype=np.int64)
+    first, end = int(clusters.first_words[k]), int(clusters.first_words[k + 1])
+    tile = clusters.grid.tile
+    words = cell_masks(clusters, np.array(column // tile), np.array(row // tile))[first:end]
+    bits = np.unpackbits(words.view(np.uint8), bitorder="little")
+    return np.sort(clusters.members[BITS * first : BITS * end][bits.astype(bool)]).astype(np.int64)
+
+
+def list_lengths(
+    clusters: Clusters, column: NDArray[Any], row: NDArray[Any], y: Float64
+) -> NDArray[np.int64]:
+    """Return the number of lights in the cells of some samples, shape (...,).
+
+    `column` and `row` count samples from the left and from the bottom, `y` is the distance along the view
+    axis; samples where it is not finite have no cell.
+    """
+    grid = clusters.grid
+    inside, k = _slice(grid, y)
+    lengths = np.zeros(np.shape(y), dtype=np.int64)
+    across, up = np.broadcast_to(column // grid.tile, k.shape), np.broadcast_to(row // grid.tile, k.shape)
+    every = np.arange(grid.tiles[0])
+    for tile_row in np.unique(up[inside]):  # a row of tiles at a time: the masks of all are many
+        before = np.zeros((len(every), clusters.masks.shape[1] + 1), dtype=np.int64)
+        np.cumsum(np.bitwise_count(cell_masks(clusters, every, tile_row)), axis=1, out=before[:, 1:])
+        here = inside & (up == tile_row)
+        first, end = clusters.first_words[k[here]], clusters.first_words[k[here] + 1]
+        lengths[here] = before[across[here], end] - before[across[here], first]
+    return lengths
+
+
+def _slice(grid: Grid, y: Float64) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+    """Return whether distances lie in the grid, and in which slice: a slice begins with its nearer edge."""
+    inside = (y >= grid.edges[0]) & (y <= grid.edges[-1])
+    k = np.searchsorted(grid.edges, np.where(inside, y, grid.edges[0]), side="right") - 1
+    return inside, np.clip(k, 0, grid.slices - 1)

@@ -1,4 +1,4 @@
-"""Lights as columns: many of one kind that are drawn in one call."""
+"""Gather the lights of a scene as columns: many of one kind that are drawn in one call."""
 
 from __future__ import annotations
 
@@ -10,13 +10,17 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.scene.light import Falloff
+from firefly_sample.errors import LightError
+from firefly_sample.plan.collect import LightNode, Snapshot
+from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.light import FadingLight, Falloff, Light
+from firefly_sample.scene.light import LightKind as LightKind
+from firefly_sample.scene.lights import DirectionalLight, PointLights, Spotlight
 
-Float64 = NDArray[np.float64]
-
-LightKind = Literal["directional", "point", "spot"]
 Proxy = Literal["sphere", "cone", "fullscreen"]
 
+FARTHEST = 1e30
+"""Scene units: the largest coordinate of a light."""
 MOST_LOOPED = 32768
 """Lights that one draw loops over: llvmpipe silently ends a shader's loops after 65,535 iterations."""
 ROUNDING = 2e-6
@@ -34,56 +38,27 @@ PASS_OF_KIND: dict[LightKind, str] = {
 class LightSet:
     """n lights that share kind, falloff and how they are drawn. Columns that a kind does not use are zeros.
 
-    Attributes
-    ----------
-    kind : {"directional", "point", "spot"}
-    falloff : Falloff
-        Of point lights and spotlights.
-    proxy : {"sphere", "cone", "fullscreen"}
-        The mesh that is drawn to find the pixels: the light's volume, or the whole screen where the volume
-        would hold the whole view, is infinite, or is too large for floats.
-    shadowed : bool
-        Whether these lights have shadow maps.
-    colors, specular_colors : ndarray of float64, shape (n, 3)
-        Linear: of diffuse light and of highlights.
-    positions : ndarray of float64, shape (n, 3)
-        View space.
-    directions : ndarray of float64, shape (n, 3)
-        Directions in which directional lights and spotlights shine, unit vectors, view space.
-    reaches : ndarray of float64, shape (n,)
-        Scene units: the light lights nothing beyond. Infinite if it is not limited.
-    ends : ndarray of float64, shape (n,)
-        Scene units: the radius of `Falloff.RAMP_SQUARED`, else the max distance where the window ends.
-    attenuations : ndarray of float64, shape (n, 3)
-        Constant, linear, quadratic.
-    cones : ndarray of float64, shape (n, 3)
-        Of spotlights: 1 - cos of the inner and of the outer half-angle, and the exponent.
-    heights : ndarray of float64, shape (n,)
-        Length of a drawn cone along its axis: the reach, or the distance of the view's farthest corner.
-    casters : ndarray of int32, shape (n,)
-        Index of the first of the light's shadow maps in `FramePlan.shadows`; -1 without shadows.
-    maps : ndarray of int32, shape (n,)
-        Number of the light's shadow maps: 0, 1 or 6.
-    shadowed_by_particles : ndarray of bool, shape (n,)
-        Whether particles shadow the light: at most one light of a frame, in a set of its own.
+    Positions and directions are in world space when gathered, in a plan in view space. Lengths are in scene
+    units. The proxy is the mesh that is drawn to find the pixels: the light's volume, or the whole screen
+    where the volume would hold the whole view, is infinite, or is too large for floats.
     """
 
     kind: LightKind
-    falloff: Falloff
+    falloff: Falloff  # of point lights and spotlights
     proxy: Proxy
-    shadowed: bool
-    colors: Float64
-    specular_colors: Float64
-    positions: Float64
-    directions: Float64
-    reaches: Float64
-    ends: Float64
-    attenuations: Float64
-    cones: Float64
-    heights: Float64
-    casters: NDArray[np.int32]
-    maps: NDArray[np.int32]
-    shadowed_by_particles: NDArray[np.bool_]
+    shadowed: bool  # True if these lights have shadow maps
+    colors: Float64  # (n, 3), linear, of diffuse light
+    specular_colors: Float64  # (n, 3), linear, of highlights
+    positions: Float64  # (n, 3)
+    directions: Float64  # (n, 3), in which directional lights and spotlights shine: unit vectors
+    reaches: Float64  # (n,), beyond which the light lights nothing; may be infinite
+    ends: Float64  # (n,), the radius of `Falloff.RAMP_SQUARED`, else the max distance where the window ends
+    attenuations: Float64  # (n, 3): constant, linear, quadratic
+    cones: Float64  # (n, 3), of spotlights: 1 - cos of the inner and outer half-angle, and the exponent
+    heights: Float64  # (n,), of a drawn cone: the reach, or the distance of the view's farthest corner
+    casters: NDArray[np.int32]  # (n,), the first shadow map's index, or a `LightSource`'s; -1 without shadows
+    maps: NDArray[np.int32]  # (n,), number of the light's shadow maps: 0, 1 or 6
+    shadowed_by_particles: NDArray[np.bool_]  # (n,), at most one light of a frame, in a set of its own
 
     @classmethod
     def make(cls, kind: LightKind, falloff: Falloff, colors: Float64, **columns: Any) -> LightSet:
@@ -115,13 +90,20 @@ class LightSet:
         return replace(sets[0], **columns)
 
     @classmethod
-    def walked_together(cls, sets: Iterable[LightSet]) -> list[LightSet]:
-        """Return the sets that one draw can loop over: joined whatever their proxies, in pieces if large."""
+    def joined_for_loops(cls, sets: Iterable[LightSet]) -> list[LightSet]:
+        """Return sets that one draw can loop over: joined whatever their proxies, in pieces if large."""
         found: dict[tuple[object, ...], list[LightSet]] = {}
         for lights in sets:
             key = (lights.kind, lights.falloff, lights.shadowed, lights.particle_shadowed)
             found.setdefault(key, []).append(lights)
         return [part for same in found.values() for part in cls.joined(same).parts()]
+
+    def parts(self) -> list[LightSet]:
+        """Return the set in pieces of up to `MOST_LOOPED` lights each."""
+        if len(self) <= MOST_LOOPED:
+            return [self]
+        indices = np.arange(len(self))
+        return [self.take(indices[first : first + MOST_LOOPED]) for first in indices[::MOST_LOOPED]]
 
     def take(self, chosen: NDArray[Any], **changes: Any) -> LightSet:
         """Return the lights at rising indices without repeats, with some fields changed."""
@@ -129,12 +111,6 @@ class LightSet:
             return replace(self, **changes)
         columns = {name: getattr(self, name).take(chosen, axis=0) for name in _COLUMNS}
         return replace(self, **(columns | changes))
-
-    def parts(self, most: int = MOST_LOOPED) -> list[LightSet]:
-        """Return the set in pieces of up to `most` lights each."""
-        if len(self) <= most:
-            return [self]
-        return [self.take(np.arange(len(self))[first : first + most]) for first in range(0, len(self), most)]
 
     @cached_property
     def safe_reaches(self) -> Float64:
@@ -155,7 +131,7 @@ class LightSet:
 
     @property
     def particle_shadowed(self) -> bool:
-        """Whether particles shadow these lights."""
+        """True if particles shadow these lights."""
         return bool(self.shadowed_by_particles.any())
 
     def __len__(self) -> int:
@@ -167,18 +143,121 @@ _COLUMNS = tuple(
 )
 
 
+@dataclass(frozen=True)
+class LightSource:
+    """A light that casts shadows: its node, and its index in the node."""
+
+    node: LightNode
+    index: int
+
+
+def gather_lights(
+    snapshot: Snapshot, time: float, particle_light: Light | None = None
+) -> tuple[list[LightSet], list[LightSource]]:
+    """Return all lights at `time` in world space, a set for each kind and falloff; no reach is limited yet.
+
+    Particles shadow `particle_light`. The second list has each light that casts shadows: the sets' `casters`
+    are indices into it. A `LightError` names a light whose position or direction is not finite.
+    """
+    many: dict[tuple[LightKind, Falloff], list[LightSet]] = {}
+    singles: dict[tuple[LightKind, Falloff], list[tuple[Light, Float64, int]]] = {}
+    sources: list[LightSource] = []
+    for node, net in snapshot.lights:
+        falloff = Falloff.ATTENUATION if isinstance(node, DirectionalLight) else node.falloff
+        if isinstance(node, PointLights):
+            many.setdefault(("point", falloff), []).append(_point_lights(node, net, time, sources))
+            continue
+        caster = len(sources) if node.is_shadow_caster() else -1
+        if node.is_shadow_caster():
+            sources.append(LightSource(node, 0))
+        singles.setdefault((node.kind, falloff), []).append((node, net, caster))
+    sets = []
+    for key in [(kind, falloff) for kind in PASS_OF_KIND for falloff in Falloff]:
+        parts = many.get(key, [])
+        if key in singles:
+            parts.append(_single_lights(*key, singles[key], particle_light))
+        if parts:
+            sets.append(LightSet.joined(parts))
+    return sets, sources
+
+
+def _point_lights(node: PointLights, net: Float64, time: float, sources: list[LightSource]) -> LightSet:
+    arrays = node.evaluate(time)
+    casters = np.full(len(arrays), -1, dtype=np.int32)
+    if node.is_shadow_caster():
+        casters[:] = np.arange(len(sources), len(sources) + len(arrays))
+        sources.extend(LightSource(node, index) for index in range(len(arrays)))
+    return LightSet.make(
+        "point",
+        node.falloff,
+        arrays.colors,
+        specular_colors=node.specular_colors_of(arrays),
+        positions=_checked_positions(node.name, arrays.positions @ net[:3, :3] + net[3, :3]),
+        ends=arrays.radii,
+        attenuations=np.tile(node.get_attenuation() or (0.0, 0.0, 0.0), (len(arrays), 1)),
+        casters=casters,
+    )
+
+
+def _single_lights(
+    kind: LightKind,
+    falloff: Falloff,
+    lights: list[tuple[Light, Float64, int]],
+    particle_light: Light | None,
+) -> LightSet:
+    """Return a set of nodes of one light each."""
+    nodes = [node for node, _, _ in lights]
+    columns: dict[str, Any] = {"specular_colors": [node.get_specular_color() for node in nodes]}
+    fading = [node for node in nodes if isinstance(node, FadingLight)]
+    if fading:
+        columns["positions"] = [_checked_positions(node.name, net[3, :3]) for node, net, _ in lights]
+        columns["ends"] = [node.get_max_distance() for node in fading]
+        columns["attenuations"] = [node.get_attenuation() or (0.0, 0.0, 0.0) for node in fading]
+    if kind == "spot":
+        cones = [node.get_cone() for node in nodes if isinstance(node, Spotlight)]
+        columns["cones"] = [(one_minus_cos(c.inner), one_minus_cos(c.outer), c.exponent) for c in cones]
+    if kind != "point":
+        columns["directions"] = [light_direction(node, net) for node, net, _ in lights]
+    return LightSet.make(
+        kind,
+        falloff,
+        np.array([node.get_color() for node in nodes]),
+        casters=np.array([caster for _, _, caster in lights], dtype=np.int32),
+        shadowed_by_particles=np.array([node is particle_light for node in nodes]),
+        **{name: np.array(column, dtype=np.float64) for name, column in columns.items()},
+    )
+
+
+def _checked_positions(name: str, positions: Float64) -> Float64:
+    if not np.isfinite(positions).all() or np.abs(positions).max(initial=0.0) > FARTHEST:
+        raise LightError(
+            f"light {name!r}: its position in the world must be finite and at most {FARTHEST:g} units along "
+            "each axis: give it and its parents positions and scales nearer to 1"
+        )
+    return positions
+
+
+def light_direction(light: Light, net: Float64) -> Float64:
+    """Return the direction in which a light shines, a unit vector in world space."""
+    # a light that is not directional shines along its node's +Y axis
+    direction = light.get_direction() @ net[:3, :3] if isinstance(light, DirectionalLight) else net[1, :3]
+    length = np.linalg.norm(direction)
+    if not (np.isfinite(length) and length > 0.0):
+        raise LightError(f"light {light.name!r}: its net transform leaves it no direction to shine in")
+    return np.asarray(direction / length)
+
+
+def one_minus_cos(degrees: float) -> float:
+    """Return 1 - cos of an angle, accurate to the last digit for small angles too."""
+    return float(2.0 * np.sin(np.radians(degrees) / 2.0) ** 2)
+
+
 def sector_extent(cosine: Float64, opening: Float64) -> Float64:
     """Return how far a spherical sector of radius 1 extends along a unit vector, never too little.
 
+    `cosine` is of the angle between the vector and the sector's axis, `opening` is 1 - cos of the half-angle.
     The extent is 1 if the vector lies within the cone; else that of the rim, the cosine of the angle to the
     cone's side; 0, that of the tip, if this angle is beyond 90 degrees. A margin covers rounded angles.
-
-    Parameters
-    ----------
-    cosine : ndarray
-        Of the angle between the vector and the sector's axis.
-    opening : ndarray
-        1 - cos of the half-angle.
     """
     within = 1.0 - np.clip(opening, 0.0, 2.0)
     sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))

@@ -14,19 +14,20 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from firefly_sample.plan.lights.light_set import LightSet, largest_channel
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.light import Falloff
 from firefly_sample.settings import Settings
-
-Float64 = NDArray[np.float64]
 
 _SPLIT = 2.0**27 + 1.0
 
 
 def light_reach(attenuation: ArrayLike, intensity: ArrayLike, threshold: ArrayLike) -> Float64:
-    """Return the distance beyond which each light is below a threshold, in scene units.
+    """Return the distance beyond which each light is below a threshold, in scene units, shape (n,).
+
+    It is 0 if a light is below its threshold everywhere, infinity if it is nowhere; accurate to a few ulp.
 
     Parameters
     ----------
@@ -36,11 +37,6 @@ def light_reach(attenuation: ArrayLike, intensity: ArrayLike, threshold: ArrayLi
         Largest channel of each light's colour, 0 or more.
     threshold : array_like, shape (n,) or ()
         Radiance, 0 or more; 0 limits nothing.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        0 if a light is below its threshold everywhere, infinity if it is nowhere; to a few ulp.
     """
     kc, kl, kq = np.asarray(attenuation, dtype=np.float64).reshape(-1, 3).T
     i, t = np.broadcast_arrays(
@@ -75,21 +71,10 @@ def _halves(value: Float64) -> tuple[Float64, Float64]:
 
 
 def budget_thresholds(intensity: ArrayLike, budget: float) -> Float64:
-    """Return thresholds that together drop at most `budget` of radiance at any point.
+    """Return thresholds, shape (n,), that together drop at most `budget` of radiance at any point.
 
     Each light gets the share sqrt(I) / sum of sqrt(I), which minimises the sum of the volumes' areas for
-    inverse-square lights (by a Lagrange multiplier).
-
-    Parameters
-    ----------
-    intensity : array_like, shape (n,)
-        As `light_reach` takes it.
-    budget : float
-        Radiance, 0 or more.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
+    inverse-square lights (by a Lagrange multiplier). `intensity` is as in `light_reach`.
     """
     roots = np.sqrt(np.asarray(intensity, dtype=np.float64))
     total = roots.sum()

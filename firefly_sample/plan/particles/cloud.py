@@ -4,51 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.plan.collect import Snapshot
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow, ShadowLight
-
-Float64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """All particles of a scene at one time, world space.
+    """All n particles of a scene at one time, world space."""
 
-    Attributes
-    ----------
-    positions, colors : ndarray of float64, shape (n, 3)
-    radii, alphas, darkness, tints : ndarray of float64, shape (n,)
-    named : ndarray of bool, shape (n,)
-        Whether a particle's node names the light: its attenuation with distance applies to these.
-    casts : ndarray of bool, shape (n,)
-        Whether a particle casts and receives shadows.
-    shadow : ParticleShadow or None
-        The settings that all particles share; darkness, tint and enabled are each node's own.
-    shadow_net : ndarray of float64, shape (4, 4), or None
-        The light's net transform; None if the light is not seen in the scene.
-    sphere : (ndarray of shape (3,), float)
-        Center and radius of a sphere around the particles that cast shadows, given or found.
-    outside : tuple of (str, int, float)
-        Names of nodes whose particles leave that sphere, how many do, and the radius that would hold them.
-    """
-
-    positions: Float64
-    radii: Float64
-    alphas: Float64
-    colors: Float64
-    darkness: Float64
-    tints: Float64
-    named: NDArray[np.bool_]
-    casts: NDArray[np.bool_]
-    shadow: ParticleShadow | None
-    shadow_net: Float64 | None
-    sphere: tuple[Float64, float]
+    positions: Float64  # (n, 3)
+    radii: Float64  # (n,)
+    alphas: Float64  # (n,)
+    colors: Float64  # (n, 3)
+    darkness: Float64  # (n,)
+    tints: Float64  # (n,)
+    named: NDArray[np.bool_]  # (n,), True if the node names the light, whose attenuation applies then
+    casts: NDArray[np.bool_]  # (n,), True if the particle casts and receives shadows
+    shadow: ParticleShadow | None  # shared by all particles, except darkness, tint and enabled
+    shadow_net: Float64 | None  # (4, 4), the light's net transform; None if the scene does not show it
+    sphere: tuple[Float64, float]  # around the particles that cast shadows, given or found: center, radius
     outside: tuple[tuple[str, int, float], ...]
+    """Names of nodes whose particles leave that sphere, how many do, and the radius that would hold them."""
 
     @property
     def light(self) -> ShadowLight | None:
@@ -62,12 +45,9 @@ class Cloud:
 def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
     """Return all particles that can be seen at `time`; None if there are none.
 
-    Raises
-    ------
-    SceneError
-        If particles name several lights for their shadows, or a position is not finite.
+    It is a `SceneError` if particles name several lights for their shadows, or a position is not finite.
     """
-    parts: list[tuple[Float64, ...]] = []
+    parts: list[tuple[NDArray[Any], ...]] = []
     spheres: list[tuple[Float64, float]] = []
     casting: list[tuple[str, Float64, Float64]] = []
     shadow: ParticleShadow | None = None
@@ -84,45 +64,22 @@ def gather_particles(snapshot: Snapshot, time: float) -> Cloud | None:
                 f"particles {node.name!r}: positions in the world must be finite and at most 1e30 units "
                 "along each axis: give the node and its parents positions and scales nearer to 1"
             )
-        own = node.get_shadow()
+        own, same = node.get_shadow(), (0.0, 0.0, False, False)  # for all particles of a node
         if own is not None:
             shadow, owner = _agreed(shadow, owner, own, node.name), node.name
+            same = own.darkness, own.tint, True, bool(own.enabled)
             if own.enabled:
                 spheres.append(_sphere(node, net, positions, radii))
                 casting.append((node.name, positions, radii))
-        count = len(useful)
-        parts.append(
-            (
-                positions,
-                radii,
-                arrays.alphas[useful],
-                arrays.colors[useful],
-                np.full(count, 0.0 if own is None else own.darkness),
-                np.full(count, 0.0 if own is None else own.tint),
-                np.full(count, own is not None),
-                np.full(count, own is not None and own.enabled),
-            )
-        )
+        columns = positions, radii, arrays.alphas[useful], arrays.colors[useful]
+        parts.append((*columns, *(np.full(len(useful), value) for value in same)))
     if not parts:
         return None
-    positions, radii, alphas, colors, darkness, tints, named, casts = (
-        np.concatenate(column) for column in zip(*parts, strict=True)
-    )
     sphere = _around(spheres)
-    return Cloud(
-        positions,
-        radii,
-        alphas,
-        colors,
-        darkness,
-        tints,
-        np.asarray(named, dtype=np.bool_),
-        np.asarray(casts, dtype=np.bool_),
-        shadow,
-        None if shadow is None else _net_of(shadow.light, snapshot),
-        sphere,
-        tuple(_outside(sphere, casting)),
-    )
+    shadow_net = None if shadow is None else _net_of(shadow.light, snapshot)
+    values: list[Any] = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    values += [shadow, shadow_net, sphere, tuple(_outside(sphere, casting))]
+    return Cloud(*values)
 
 
 def _agreed(before: ParticleShadow | None, owner: str, own: ParticleShadow, name: str) -> ParticleShadow:

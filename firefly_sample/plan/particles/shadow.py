@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.plan.lights.gather import light_direction
+from firefly_sample.plan.lights.light_set import light_direction
 from firefly_sample.plan.particles.cloud import Cloud
-from firefly_sample.plan.shadows.views import axes_along
+from firefly_sample.plan.shadows.views import axes_along, world_to_axes
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.particles import BlurKernel
+from firefly_sample.scene.particles import BlurKernel, ParticleShadow
 from firefly_sample.settings import Settings
 
-Float64 = NDArray[np.float64]
 ParticleShadowMethod = Literal["optical_depth", "blend", "loop"]
 
 MOST_OPAQUE = 1.0 - 2.0**-24
@@ -40,30 +40,19 @@ SMALLEST_SPLAT = 1.5
 class ParticleShadowView:
     """A light's view of a sphere, cut into slices.
 
-    Attributes
-    ----------
-    world_to_slices : ndarray of float64, shape (4, 4)
-        For row vectors: X right, Y along the light, Z up; the origin is the sphere's center, in perspective
-        the light's position.
-    perspective : bool
-    scale : float
-        Texels per unit across; in perspective, per unit of slope.
-    first, per_unit : float
-        Depth along Y where the first slice begins, and slices per unit.
-    tile : int
-        Texels across a slice.
-    slices : int
+    The axes are X right, Y along the light, Z up; the origin is the sphere's center, in perspective the
+    light's position.
     """
 
-    world_to_slices: Float64
+    world_to_slices: Float64  # (4, 4), for row vectors
     perspective: bool
-    scale: float
-    first: float
-    per_unit: float
-    tile: int
+    scale: float  # texels per unit across; in perspective, per unit of slope
+    first: float  # depth along Y where the first slice begins
+    per_unit: float  # slices per unit
+    tile: int  # texels across a slice
     slices: int
 
-    def place(self, world: Float64) -> Float64:
+    def to_slices(self, world: Float64) -> Float64:
         """Return texels across and up, and slices, of points in world space, shape (n, 3).
 
         They are NaN for points behind the light.
@@ -86,50 +75,22 @@ class ParticleShadowView:
 
 @dataclass(frozen=True, eq=False)
 class ParticleShadowPlan:
-    """The shadows of particles in one frame.
+    """The shadows of particles in one frame, of all that cast any, seen or not."""
 
-    Attributes
-    ----------
-    light : str
-        The light's name.
-    method : {"optical_depth", "blend", "loop"}
-    view : ParticleShadowView
-    grid : (int, int)
-        Tiles across and up; slice k is tile (k % across, k // across), the first one lower left.
-    reads : int
-        The number of slices that the method "loop" reads.
-    interpolate : bool
-    blur : float
-        Half-width in texels.
-    kernel : {"box", "gaussian"}
-    tinted : bool
-        Whether each colour has sums of its own.
-    show : bool
-        Whether the texture is drawn into the picture's corner.
-    places : ndarray of float64, shape (n, 3)
-        Positions of all particles, seen or not: texels across and up, and slices.
-    radii : ndarray of float64, shape (n,)
-        Texels.
-    strengths : ndarray of float64, shape (n, 3)
-        Optical depth, or alpha, through a particle's middle times its darkness, for each colour.
-    rows : ndarray of int, shape (all particles,)
-        Each particle's index into these arrays; -1 if it casts no shadow.
-    """
-
-    light: str
+    light: str  # its name
     method: ParticleShadowMethod
     view: ParticleShadowView
-    grid: tuple[int, int]
-    reads: int
+    grid: tuple[int, int]  # tiles across and up, from the lower left: slice k is (k % across, k // across)
+    reads: int  # slices that the method "loop" reads
     interpolate: bool
-    blur: float
+    blur: float  # half-width in texels
     kernel: BlurKernel
-    tinted: bool
-    show: bool
-    places: Float64
-    radii: Float64
-    strengths: Float64
-    rows: NDArray[np.intp]
+    tinted: bool  # True if each colour has sums of its own
+    show: bool  # True if the texture is drawn into the picture's corner
+    positions: Float64  # (n, 3), texels across and up, and slices
+    radii: Float64  # (n,), texels
+    strengths: Float64  # (n, 3), optical depth or alpha through the middle, times darkness, for each colour
+    rows: NDArray[np.intp]  # (all particles,), each one's index into these arrays; -1 if it casts no shadow
 
     @property
     def size(self) -> tuple[int, int]:
@@ -137,32 +98,28 @@ class ParticleShadowPlan:
         return self.grid[0] * self.view.tile, self.grid[1] * self.view.tile
 
     def __len__(self) -> int:
-        return len(self.places)
+        return len(self.positions)
 
 
 def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan | None:
     """Return the shadows of a cloud's particles; None if they cast none.
 
-    Raises
-    ------
-    SceneError
-        If a slice's tile has no room, or a spotlight is within the cloud's bounding sphere.
+    It is a `SceneError` if a slice's tile has no room, or a spotlight is within the cloud's bounding sphere.
     """
     shadow, net = cloud.shadow, cloud.shadow_net
     if shadow is None or net is None or not cloud.casts.any() or settings.particle_shadows == "none":
         return None
     method: ParticleShadowMethod = settings.particle_shadows
     slices = settings.particle_shadow_slices
-    view = _fit_view(cloud, slices, settings.particle_shadow_tile)
+    view = _fit_view(cloud, shadow, net, slices, settings.particle_shadow_tile)
     # behind a spotlight there is no shadow
-    places = view.place(cloud.positions)
-    chosen = cloud.casts & np.isfinite(places).all(axis=1)
-    positions, alphas = cloud.positions[chosen], cloud.alphas[chosen, None]
-    tints = cloud.tints[chosen, None]
+    positions = view.to_slices(cloud.positions)
+    chosen = cloud.casts & np.isfinite(positions).all(axis=1)
+    alphas, tints = cloud.alphas[chosen, None], cloud.tints[chosen, None]
     taken = alphas * (1.0 - tints * cloud.colors[chosen])  # of each colour
-    places = places[chosen]
+    positions = positions[chosen]
     # a shader has depths in float32, and must find a particle in the slice into which it was put
-    places[:, 2] = places[:, 2].astype(np.float32)
+    positions[:, 2] = positions[:, 2].astype(np.float32)
     strengths = optical_depths(taken) if method == "optical_depth" else taken
     return ParticleShadowPlan(
         light=shadow.light.name,
@@ -175,19 +132,19 @@ def plan_particle_shadow(cloud: Cloud, settings: Settings) -> ParticleShadowPlan
         kernel=shadow.kernel,
         tinted=bool(tints.any()),
         show=shadow.show_texture,
-        places=places,
-        radii=view.radii(positions, cloud.radii[chosen]),
+        positions=positions,
+        radii=view.radii(cloud.positions[chosen], cloud.radii[chosen]),
         strengths=strengths * cloud.darkness[chosen, None],
         rows=np.where(chosen, np.cumsum(chosen) - 1, -1),
     )
 
 
-def _fit_view(cloud: Cloud, slices: int, tile: int) -> ParticleShadowView:
+def _fit_view(
+    cloud: Cloud, shadow: ParticleShadow, net: Float64, slices: int, tile: int
+) -> ParticleShadowView:
     """Return the light's view of a cloud's sphere, with room for the blur; a spotlight faces its center."""
-    assert cloud.shadow is not None
-    assert cloud.shadow_net is not None
-    light, blur, net = cloud.shadow.light, cloud.shadow.blur, cloud.shadow_net
-    center, radius = cloud.sphere
+    light, blur = shadow.light, shadow.blur
+    center, radius = cloud.sphere[0], max(cloud.sphere[1], 1e-30)
     guard = GUARD + math.ceil(blur)
     inner = tile - 2 * guard
     if inner < 8:
@@ -195,10 +152,9 @@ def _fit_view(cloud: Cloud, slices: int, tile: int) -> ParticleShadowView:
             f"particle shadow of light {light.name!r}: a blur of {blur:g} leaves {max(inner, 0)} texels of a "
             f"slice's {tile}: choose a smaller blur, or a particle_shadow_tile of {8 + 2 * guard} or more"
         )
-    radius = max(radius, 1e-30)
     per_unit = 0.5 * slices / radius
     if isinstance(light, DirectionalLight):
-        matrix = _world_to_slices(light_direction(light, net), center)
+        matrix = world_to_axes(axes_along(light_direction(light, net)), center)
         return ParticleShadowView(matrix, False, 0.5 * inner / radius, -radius, per_unit, tile, slices)
     position = net[3, :3]
     distance = float(np.linalg.norm(center - position))
@@ -207,17 +163,9 @@ def _fit_view(cloud: Cloud, slices: int, tile: int) -> ParticleShadowView:
             f"particle shadow of light {light.name!r}: the light is within the particles' bounding sphere of "
             f"radius {radius:g}, {distance:g} from its middle: move it out, or give a smaller bounding sphere"
         )
-    matrix = _world_to_slices((center - position) / distance, position)
+    matrix = world_to_axes(axes_along((center - position) / distance), position)
     slope = radius / math.sqrt(distance**2 - radius**2)
     return ParticleShadowView(matrix, True, 0.5 * inner / slope, distance - radius, per_unit, tile, slices)
-
-
-def _world_to_slices(direction: Float64, origin: Float64) -> Float64:
-    """Return the matrix from world space to axes along a direction, with an origin in world space."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = axes_along(direction).T
-    matrix[3, :3] = -origin @ matrix[:3, :3]
-    return matrix
 
 
 def optical_depths(alphas: Float64) -> Float64:
@@ -243,7 +191,7 @@ def splats(shadow: ParticleShadowPlan) -> tuple[Float64, Float64]:
     return radii, (shadow.radii / radii) ** 2
 
 
-def own_takings(shadow: ParticleShadowPlan) -> Float64:
+def own_contributions(shadow: ParticleShadowPlan) -> Float64:
     """Return a particle's own contribution to an interpolated lookup at its middle, shape (n, 3).
 
     It is the sum over its disc, weighted as the blur and the interpolation weight texels around the middle.
@@ -253,8 +201,8 @@ def own_takings(shadow: ParticleShadowPlan) -> Float64:
     reach = min(math.ceil(shadow.blur), math.ceil(float(radii.max(initial=1.0)))) + 1
     weights = np.pad(blur_weights(shadow.blur, shadow.kernel), reach + 2)
     middle = len(weights) // 2
-    first = np.floor(shadow.places[:, :2] - 0.5)
-    part = shadow.places[:, :2] - 0.5 - first
+    first = np.floor(shadow.positions[:, :2] - 0.5)
+    part = shadow.positions[:, :2] - 0.5 - first
     offsets = np.arange(-reach + 1, reach + 1)  # from the texel below the middle
     near, far = weights[middle + offsets], weights[middle + offsets - 1]
     share = near * (1.0 - part[..., None]) + far * part[..., None]  # (n, 2, taps)

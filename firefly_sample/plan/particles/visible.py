@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.plan.frustum import spheres_in_frustum
-from firefly_sample.plan.lights.gather import light_direction
+from firefly_sample.plan.lights.light_set import light_direction
 from firefly_sample.plan.particles.cloud import Cloud, lengths
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan, optical_depths
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.lights import Spotlight
 from firefly_sample.settings import ParticleOrder, Settings
-
-Float64 = NDArray[np.float64]
 
 PLANE_MARGIN = 1e-5
 """Share of the near distance, or of the planes' distance, by which discs are drawn within the planes."""
@@ -24,31 +23,16 @@ PLANE_MARGIN = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class ParticleSet:
-    """The particles in view, in view space.
+    """The n particles in view, in view space."""
 
-    Attributes
-    ----------
-    positions, colors : ndarray of float64, shape (n, 3)
-    drawn : ndarray of float64, shape (n, 3)
-        Positions of their discs: their own, or on the near or far plane if that cuts them.
-    radii, optical_depths : ndarray of float64, shape (n,)
-        The optical depth through the middle, of the part between these planes.
-    fades : ndarray of float64, shape (n,)
-        Factors of the light that casts their shadows, by its attenuation with distance.
-    rows : ndarray of int, shape (n,)
-        Their rows in `ParticleShadowPlan`; -1 for particles without a shadow.
-    order : ndarray of int, shape (n + dots,)
-        Drawing order of the particles and of the frame's soft dots, whose numbers follow theirs.
-    """
-
-    positions: Float64
-    drawn: Float64
-    radii: Float64
-    optical_depths: Float64
-    colors: Float64
-    fades: Float64
-    rows: NDArray[np.intp]
-    order: NDArray[np.intp]
+    positions: Float64  # (n, 3)
+    drawn: Float64  # (n, 3), positions of their discs: on the near or far plane if that cuts a particle
+    radii: Float64  # (n,)
+    optical_depths: Float64  # (n,), through the middle, of the part between these planes
+    colors: Float64  # (n, 3)
+    attenuations: Float64  # (n,), with the distance from the light that casts their shadows
+    rows: NDArray[np.intp]  # (n,), in `ParticleShadowPlan`; -1 for particles without a shadow
+    order: NDArray[np.intp]  # (n + dots,), of drawing; the numbers of soft dots follow the particles'
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -64,10 +48,7 @@ def see_particles(
 ) -> ParticleSet:
     """Return the particles of a cloud that are in view.
 
-    Parameters
-    ----------
-    dots : ndarray of float64, shape (m, 3)
-        Positions of the soft dots in view, view space: they are drawn among the particles.
+    The soft dots in view, at `dots` in view space, shape (m, 3), are drawn among them.
     """
     if cloud is None:
         vectors, numbers, indices = np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.intp)
@@ -75,7 +56,7 @@ def see_particles(
     positions = cloud.positions @ world_to_view[:3, :3] + world_to_view[3, :3]
     chosen = np.flatnonzero(spheres_in_frustum(lens.frustum_planes(), positions, cloud.radii))
     positions = positions[chosen]
-    rows = np.full(len(cloud), -1) if particle_shadow is None else particle_shadow.rows
+    rows = np.full(len(cloud), -1, dtype=np.intp) if particle_shadow is None else particle_shadow.rows
     axis = _axis(settings.particle_order, cloud, world_to_view)
     radii = cloud.radii[chosen]
     drawn, share = _between_planes(positions, radii, lens.get_near(), lens.get_far())
@@ -85,8 +66,8 @@ def see_particles(
         radii=radii,
         optical_depths=optical_depths(cloud.alphas[chosen]) * share,
         colors=cloud.colors[chosen],
-        fades=_fades(cloud, chosen),
-        rows=np.asarray(rows[chosen], dtype=np.intp),
+        attenuations=_attenuations(cloud, chosen),
+        rows=rows[chosen],
         order=_order(positions, dots, axis, settings.particle_order_depths),
     )
 
@@ -104,20 +85,20 @@ def _between_planes(positions: Float64, radii: Float64, near: float, far: float)
     return drawn, share
 
 
-def _fades(cloud: Cloud, chosen: NDArray[np.intp]) -> Float64:
+def _attenuations(cloud: Cloud, chosen: NDArray[np.intp]) -> Float64:
     """Return 1 / max(distance^power, 1), of the distance from the light or from the plane through it."""
     shadow, net = cloud.shadow, cloud.shadow_net
-    fades = np.ones(len(chosen))
+    attenuations = np.ones(len(chosen))
     if shadow is None or net is None or shadow.attenuation == "none":
-        return fades
+        return attenuations
     named = cloud.named[chosen]
     offsets = cloud.positions[chosen[named]] - net[3, :3]
     if shadow.attenuation == "plane":
         distances = np.abs(offsets @ light_direction(shadow.light, net))
     else:
         distances = lengths(offsets)
-    fades[named] = np.maximum(distances, 1.0) ** -shadow.power
-    return fades
+    attenuations[named] = np.maximum(distances, 1.0) ** -shadow.power
+    return attenuations
 
 
 def _axis(order: ParticleOrder, cloud: Cloud, world_to_view: Float64) -> Float64 | None:

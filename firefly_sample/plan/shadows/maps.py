@@ -1,4 +1,4 @@
-"""Shadow maps, and the draws that fill them.
+"""Shadow maps: their tiles in the atlas, and the draws that fill them.
 
 A map's `key` covers everything that its texels depend on, and nothing else: while the key stays, the map
 that was drawn for an earlier frame is the one that this frame needs.
@@ -7,109 +7,66 @@ that was drawn for an earlier frame is the one that this frame needs.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from firefly_sample.plan.collect import Group
 from firefly_sample.plan.frustum import has_wide_caster, spheres_in_frustum
-from firefly_sample.plan.instances import Group
-from firefly_sample.plan.shadows.atlas import Tile
 from firefly_sample.plan.shadows.views import ShadowView
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.material import Texture
 
-Float64 = NDArray[np.float64]
+Size = tuple[int, int]
+
+
+class Tile(NamedTuple):
+    """A square of texels: its lower left corner and its side."""
+
+    x: int
+    y: int
+    size: int
 
 
 @dataclass(frozen=True, eq=False)
 class CasterBatch:
-    """One instanced draw into a shadow map.
-
-    Attributes
-    ----------
-    geom : Geom
-    texture : Texture or None
-        The texture whose alpha cuts out; None for opaque instances.
-    cutoff : float
-        The alpha below which nothing is drawn.
-    alphas : ndarray of float64, shape (n,)
-        Factors of the alpha of texture and vertices.
-    model_to_world, model_to_clip : ndarray of float64, shape (n, 4, 4)
-        For row vectors; the first is for the reference, which traces rays instead.
-    vertex_alpha : bool
-        Whether the alpha of vertex colours also cuts out.
-    """
+    """One instanced draw into a shadow map; matrices are for row vectors."""
 
     geom: Geom
-    texture: Texture | None
-    cutoff: float
-    alphas: Float64
-    model_to_world: Float64
-    model_to_clip: Float64
-    vertex_alpha: bool = False
+    texture: Texture | None  # whose alpha cuts out; None for opaque instances
+    cutoff: float  # the alpha below which nothing is drawn
+    alphas: Float64  # (n,), factors of the alpha of texture and vertices
+    model_to_world: Float64  # (n, 4, 4), for the reference, which traces rays
+    model_to_clip: Float64  # (n, 4, 4)
+    vertex_alpha: bool = False  # True if the alpha of vertex colours also cuts out
 
 
 @dataclass(frozen=True, eq=False)
 class ShadowMap:
-    """One tile of the atlas, a light's view.
+    """One tile of the atlas, a light's view."""
 
-    Attributes
-    ----------
-    name : str
-        The light's, with the face for one of six.
-    tile : Tile
-        Position in the atlas, in texels.
-    lens : LensConstants
-        For this frame's clip range. Its used part leaves a border of texels in the tile.
-    world_to_light : ndarray of float64, shape (4, 4)
-        For row vectors; the light looks along +Y.
-    casters : tuple of CasterBatch or None
-        None if nothing in view can lie in this map: it is not drawn.
-    key : bytes
-        Digest of everything that the texels depend on.
-    light : str
-        The light's name.
-    wide : tuple of str
-        Names of Geoms that are too wide to cast a shadow into all of the map.
-    """
-
-    name: str
+    name: str  # the light's, with the face for one of six
     tile: Tile
-    lens: LensConstants
-    world_to_light: Float64
-    casters: tuple[CasterBatch, ...] | None
-    key: bytes
-    light: str = ""
-    wide: tuple[str, ...] = ()
+    lens: LensConstants  # for this frame's clip range; its used part leaves a border of texels in the tile
+    world_to_light: Float64  # (4, 4), for row vectors; the light looks along +Y
+    casters: tuple[CasterBatch, ...] | None  # None if nothing in view can lie in this map: it is not drawn
+    key: bytes  # digest of everything that the texels depend on
+    light: str = ""  # the light's name
+    wide: tuple[str, ...] = ()  # names of Geoms that are too wide to cast a shadow into all of the map
 
 
 @dataclass(frozen=True, eq=False)
 class ShadowPlan:
-    """All shadow maps of a frame.
+    """All shadow maps of a frame."""
 
-    Attributes
-    ----------
-    size : (int, int)
-        Of the atlas in texels; (0, 0) without maps.
-    layout : tuple of Tile
-        All tiles of the atlas, also those of lights out of view. While it stays, tiles keep their contents.
-    maps : tuple of ShadowMap
-    """
-
-    size: tuple[int, int] = (0, 0)
-    layout: tuple[Tile, ...] = ()
+    size: Size = (0, 0)  # of the atlas in texels; (0, 0) without maps
+    layout: tuple[Tile, ...] = ()  # also of lights out of view; while it stays, the tiles keep their contents
     maps: tuple[ShadowMap, ...] = ()
-
-    def too_wide(self) -> dict[str, tuple[str, ...]]:
-        """Return names of Geoms that are too wide for a map, by the lights' names."""
-        found: dict[str, dict[str, None]] = {}
-        for shadow in self.maps:
-            if shadow.wide:
-                found.setdefault(shadow.light, {}).update(dict.fromkeys(shadow.wide))
-        return {light: tuple(names) for light, names in found.items()}
 
 
 def make_map(
@@ -122,14 +79,8 @@ def make_map(
 ) -> ShadowMap:
     """Return a light's shadow map with everything that casts shadows into it.
 
-    Parameters
-    ----------
-    light : str
-        The light's name.
-    groups : iterable of Group or None
-        Instances that may cast shadows; None for a map that is not drawn.
-    reach : float
-        Scene units: geometry farther from the light casts no shadow.
+    `light` is its name, and `groups` are None for a map that is not drawn. Geometry farther from the light
+    than `reach` casts no shadow.
     """
     casters = None if groups is None else tuple(_casters(groups, view, lens, reach))
     planes = view.lens.frustum_planes()
@@ -190,3 +141,45 @@ def _digest(tile: Tile, lens: LensConstants, casters: Iterable[CasterBatch]) -> 
         state.update(batch.alphas.tobytes())
         state.update(batch.model_to_clip.tobytes())
     return state.digest()
+
+
+@lru_cache(maxsize=8)
+def pack_atlas(sizes: tuple[int, ...], largest: int) -> tuple[Size, tuple[Tile, ...]] | None:
+    """Lay squares out on shelves; return the atlas's size and a tile for each, or None if they do not fit.
+
+    The atlas is the smallest among those as wide as 1, 2, 3 ... of the largest square, and neither wider nor
+    higher than `largest`.
+    """
+    if not sizes:
+        return (0, 0), ()
+    widest = max(sizes)
+    total = sum(size * size for size in sizes)
+    best: tuple[Size, tuple[Tile, ...]] | None = None
+    for width in range(widest, min(largest, widest * len(sizes)) + 1, widest):
+        if best is not None and width * widest > best[0][0] * best[0][1]:
+            break
+        if width * largest < total:
+            continue
+        height, tiles = _shelves(sizes, width)
+        if height <= largest and (best is None or _badness(width, height) < _badness(*best[0])):
+            best = (width, height), tiles
+    return best
+
+
+def _badness(width: int, height: int) -> Size:
+    """Return a sort key: fewer texels are better, then the squarer shape."""
+    return width * height, abs(width - height)
+
+
+def _shelves(sizes: Sequence[int], width: int) -> tuple[int, tuple[Tile, ...]]:
+    """Return the height that a width needs, and the tiles, laid out from the largest to the smallest."""
+    tiles: dict[int, Tile] = {}
+    x = y = shelf = 0
+    for index in sorted(range(len(sizes)), key=lambda index: -sizes[index]):
+        size = sizes[index]
+        if x + size > width:
+            x, y, shelf = 0, y + shelf, 0
+        tiles[index] = Tile(x, y, size)
+        x += size
+        shelf = max(shelf, size)
+    return y + shelf, tuple(tiles[index] for index in range(len(sizes)))

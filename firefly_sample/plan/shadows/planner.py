@@ -6,18 +6,16 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import LightError
 from firefly_sample.memo import Memo
-from firefly_sample.plan.collect import Snapshot
-from firefly_sample.plan.instances import Spheres
-from firefly_sample.plan.lights.gather import LightSource
-from firefly_sample.plan.lights.light_set import LightSet
-from firefly_sample.plan.shadows.atlas import Tile, pack_atlas
-from firefly_sample.plan.shadows.maps import ShadowMap, ShadowPlan, make_map
+from firefly_sample.plan.collect import Instances, Snapshot
+from firefly_sample.plan.lights.light_set import LightSet, LightSource
+from firefly_sample.plan.shadows.maps import ShadowMap, ShadowPlan, Tile, make_map, pack_atlas
 from firefly_sample.plan.shadows.views import (
     FACES,
     WIDEST_MAP,
@@ -57,9 +55,9 @@ class _Caster:
     @property
     def count(self) -> int:
         """The number of its maps."""
-        if self.lights.kind == "directional":
-            return 1
-        return 1 if self.lights.kind == "spot" and self.half_angle <= WIDEST_MAP else len(FACES)
+        kind = self.lights.kind
+        one = kind == "directional" or (kind == "spot" and self.half_angle <= WIDEST_MAP)
+        return 1 if one else len(FACES)
 
     @property
     def reach(self) -> float:
@@ -67,7 +65,7 @@ class _Caster:
         reach = float(self.lights.reaches[self.row])
         return 2.0 ** math.ceil(math.log2(reach)) if 0.0 < reach < math.inf else reach
 
-    def views(self, sight: Sight, casters: Spheres, reverse: bool) -> list[ShadowView]:
+    def views(self, sight: Sight, casters: Instances, reverse: bool) -> list[ShadowView]:
         """Return the views of its maps."""
         resolution = self.resolution
         direction, position = self.lights.directions[self.row], self.lights.positions[self.row]
@@ -80,15 +78,11 @@ class _Caster:
         return cube_views(position, near, resolution)
 
 
-Kept = dict[tuple[LightSource, str], Memo[ShadowMap]]
-"""Shadow maps by light and face."""
-
-
 class ShadowPlanner:
     """Plans shadow maps, and keeps those that do not change between frames."""
 
     def __init__(self) -> None:
-        self._kept: Kept = {}
+        self._kept: dict[tuple[LightSource, str], Memo[ShadowMap]] = {}  # by light and face
 
     def plan(
         self,
@@ -100,55 +94,32 @@ class ShadowPlanner:
         reverse: bool,
         snapshot_for: Callable[[int], Snapshot],
     ) -> tuple[ShadowPlan, NDArray[np.int32]]:
-        """Return the maps of the lights in view that cast shadows.
+        """Return the maps of the lights in view that cast shadows, and which of them are each light's.
 
-        Parameters
-        ----------
-        sets : iterable of LightSet
-            All lights in world space; `casters` are indices into `sources`.
-        sources : list of LightSource
-            Every light in the scene that casts shadows, in view or not: each has tiles in the atlas, so that
-            no tile moves when a light comes into view.
-        seen : set of int
-            Indices of the sources in view.
-        sight : Sight
-            The part of the scene that the camera sees.
-        settings : Settings
-            `shadow_atlas` and `shadow_resolution` count.
-        reverse : bool
-            Whether depth is reversed in the [0, 1] clip range.
-        snapshot_for : callable
-            Returns the nodes that a camera with a mask sees.
+        The array, int32, has a row for each source: the index of its first map, and its number of
+        maps; -1 and 0 for lights without.
 
-        Returns
-        -------
-        ShadowPlan
-        ndarray of int32, shape (number of sources, 2)
-            The index of each light's first map, and its number of maps: -1 and 0 for lights without.
-
-        Raises
-        ------
-        LightError
-            If the maps do not fit the atlas; it says how to make them fit.
+        The sets have all lights, in world space. The sources are every light in the scene that casts shadows,
+        in view or not: each has tiles in the atlas, so that no tile moves when a light comes into view.
+        `seen` has the indices of those in view. `snapshot_for` returns the nodes that a camera with a mask
+        sees.
         """
         index_of = no_maps(len(sources))
         if not seen:
             return ShadowPlan(), index_of
-        resolution = settings.shadow_resolution
         casters: dict[int, _Caster] = {}
         for lights in sets:
             for row in np.flatnonzero(lights.casters >= 0):
                 index = int(lights.casters[row])
-                texels = resolution or sources[index].node.get_shadow_resolution()
+                texels = settings.shadow_resolution or sources[index].node.get_shadow_resolution()
                 casters[index] = _Caster(sources[index], lights, int(row), texels)
         ordered = [casters[index] for index in range(len(sources))]
-        size, tiles = _layout(ordered, settings.shadow_atlas, resolution is not None)
+        size, tiles = _layout(ordered, settings)
         maps: list[ShadowMap] = []
-        first, kept = 0, self._kept
+        free, kept = iter(tiles), self._kept
         self._kept = {}
         for index, caster in enumerate(ordered):
-            own = tiles[first : first + caster.count]
-            first += caster.count
+            own = list(islice(free, caster.count))
             if index in seen:
                 snapshot = snapshot_for(caster.source.node.camera_mask)
                 made = self._maps(caster, snapshot, own, sight, reverse, kept)
@@ -161,29 +132,21 @@ class ShadowPlanner:
         self,
         caster: _Caster,
         snapshot: Snapshot,
-        tiles: tuple[Tile, ...],
+        tiles: Iterable[Tile],
         sight: Sight,
         reverse: bool,
-        kept: Kept,
+        kept: dict[tuple[LightSource, str], Memo[ShadowMap]],
     ) -> list[ShadowMap]:
         reach, alpha_state = caster.reach, snapshot.alpha_state()
         maps = []
-        for view, tile in zip(caster.views(sight, snapshot.spheres, reverse), tiles, strict=True):
+        for view, tile in zip(caster.views(sight, snapshot.instances, reverse), tiles, strict=True):
             lens = view.lens.constants("zero_to_one" if reverse else "gl", reverse)
             groups = snapshot.groups if _may_meet(view, sight) else None
-            state = (
-                snapshot,
-                alpha_state,
-                tile,
-                lens,
-                view.world_to_light.tobytes(),
-                reach,
-                groups is None,
-            )
+            matrix = view.world_to_light.tobytes()
+            state = snapshot, alpha_state, tile, lens, matrix, reach, groups is None
             key = (caster.source, view.name)
             memo = self._kept[key] = kept.get(key) or Memo()
-            make = partial(make_map, caster.name, view, tile, lens, groups, reach)
-            maps.append(memo.get(state, make))
+            maps.append(memo.get(state, partial(make_map, caster.name, view, tile, lens, groups, reach)))
         return maps
 
 
@@ -192,21 +155,22 @@ def no_maps(lights: int) -> NDArray[np.int32]:
     return np.tile(np.array([-1, 0], dtype=np.int32), (lights, 1))
 
 
-def _layout(casters: list[_Caster], largest: int, forced: bool) -> tuple[tuple[int, int], tuple[Tile, ...]]:
-    """Return the atlas's size and the tiles of all maps; `forced` says that a setting gives their size."""
+def _layout(casters: list[_Caster], settings: Settings) -> tuple[tuple[int, int], tuple[Tile, ...]]:
+    """Return the atlas's size and the tiles of all maps."""
     sizes = tuple(caster.resolution for caster in casters for _ in range(caster.count))
+    largest = settings.shadow_atlas
     packed = pack_atlas(sizes, largest)
     if packed is not None:
         return packed
     names = list(dict.fromkeys(caster.source.node.name for caster in casters))
     shown = ", ".join(map(repr, names[:MOST_NAMES])) + (" and others" if len(names) > MOST_NAMES else "")
     side = largest // math.ceil(math.sqrt(len(sizes)))
+    texels = 2 ** math.floor(math.log2(max(side, 1)))
     if side < SHADOW_RESOLUTIONS[0]:
         remedies = ["let fewer lights cast shadows"]
-    elif forced:
-        remedies = [f"lower the setting shadow_resolution to {2 ** math.floor(math.log2(side))}"]
+    elif settings.shadow_resolution is not None:
+        remedies = [f"lower the setting shadow_resolution to {texels}"]
     else:
-        texels = 2 ** math.floor(math.log2(side))
         remedies = [f"give each {texels} texels (set_shadow_caster(True, resolution))"]
     if largest < LARGEST_ATLAS:
         remedies.append(f"raise the setting shadow_atlas (up to {LARGEST_ATLAS})")

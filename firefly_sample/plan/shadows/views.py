@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from firefly_sample.plan.instances import Spheres
+from firefly_sample.plan.collect import Instances
 from firefly_sample.plan.view import Eye
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
-
-Float64 = NDArray[np.float64]
 
 BORDER = 3
 """Texels around the used part of a map, so that lookups of a filter 4 texels wide stay in its tile."""
@@ -45,19 +43,14 @@ STEP = 20
 class Sight:
     """The part of the scene that the camera sees.
 
-    Attributes
-    ----------
-    eye : Eye
-    nearest, farthest : float
-        Distances along the view axis between which there is geometry in view; finite.
-    receivers : Spheres
-        All geometry that this camera may come to see.
+    Geometry in view lies between two finite distances along the view axis; `receivers` is all geometry that
+    this camera may come to see.
     """
 
     eye: Eye
     nearest: float
     farthest: float
-    receivers: Spheres
+    receivers: Instances
 
     @cached_property
     def corners(self) -> Float64:
@@ -80,7 +73,7 @@ class Sight:
         centers = np.linspace(0.0, 1.0, 65)[:, None] * (ends[1] - ends[0]) + ends[0]
         radii = np.linalg.norm(corners[None] - centers[:, None], axis=2).max(axis=1)
         best = int(np.argmin(radii))
-        center, radius = self.receivers.around
+        center, radius = self.receivers.sphere
         if radius <= radii[best]:
             return center, radius
         return self._to_world(centers[best]), float(radii[best])
@@ -98,15 +91,9 @@ class Sight:
 
 @dataclass(frozen=True, eq=False)
 class ShadowView:
-    """One shadow map's view.
+    """One shadow map's view: its face, if there are six, its lens, and a matrix, for row vectors.
 
-    Attributes
-    ----------
-    name : str
-        The face, if there are six; else empty.
-    lens : Lens
-    world_to_light : ndarray of float64, shape (4, 4)
-        For row vectors; the light looks along +Y.
+    The light looks along +Y.
     """
 
     name: str
@@ -122,7 +109,7 @@ def axes_along(direction: Float64) -> Float64:
     return np.array([right, direction, np.cross(right, direction)])
 
 
-def _world_to_light(axes: Float64, origin: Float64) -> Float64:
+def world_to_axes(axes: Float64, origin: Float64) -> Float64:
     """Return the matrix, shape (4, 4), from world space to axes (rows) with an origin in world space."""
     matrix = np.eye(4)
     matrix[:3, :3] = axes.T
@@ -136,9 +123,9 @@ def _perspective(half_angle: float, resolution: int, near: float) -> Perspective
     return PerspectiveLens(fov=2.0 * math.degrees(math.atan(tangent)), near=near, far=math.inf)
 
 
-def near_plane(position: Float64, reach: float, casters: Spheres, reverse: bool) -> float:
+def near_plane(position: Float64, reach: float, casters: Instances, reverse: bool) -> float:
     """Return the near distance of a light's maps: a power of two, with reversed depth in large steps."""
-    center, radius = casters.around
+    center, radius = casters.sphere
     end = min(reach, float(np.linalg.norm(center - position)) + radius)
     share, step = (NEAREST, STEP) if reverse else (NEAREST_STANDARD, 1)
     return 2.0 ** (step * math.floor(math.log2(max(share * end, 1e-20)) / step))
@@ -148,7 +135,7 @@ def cube_views(position: Float64, near: float, resolution: int) -> list[ShadowVi
     """Return six views around a position, along the world's axes."""
     lens = _perspective(45.0, resolution, near)
     return [
-        ShadowView(name, lens, _world_to_light(axes_along(np.array(axis)), position)) for name, axis in FACES
+        ShadowView(name, lens, world_to_axes(axes_along(np.array(axis)), position)) for name, axis in FACES
     ]
 
 
@@ -159,11 +146,11 @@ def spot_views(
     if half_angle > WIDEST_MAP:
         return cube_views(position, near, resolution)
     lens = _perspective(half_angle, resolution, near)
-    return [ShadowView("", lens, _world_to_light(axes_along(direction), position))]
+    return [ShadowView("", lens, world_to_axes(axes_along(direction), position))]
 
 
 def sun_view(
-    direction: Float64, distance: float, sight: Sight, resolution: int, casters: Spheres
+    direction: Float64, distance: float, sight: Sight, resolution: int, casters: Instances
 ) -> ShadowView:
     """Return the view of a directional light, fitted to the camera's view up to a distance.
 
@@ -190,4 +177,4 @@ def sun_view(
     grow = 0.01 * (far - near) + texel
     side = texel * resolution
     lens = OrthographicLens(film_size=(side, side), near=near - grow, far=far + grow)
-    return ShadowView("", lens, _world_to_light(axes, origin @ axes))
+    return ShadowView("", lens, world_to_axes(axes, origin @ axes))

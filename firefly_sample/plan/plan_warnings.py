@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from firefly_sample.memo import Memo
-from firefly_sample.plan.collect import LightNode, Snapshot
-from firefly_sample.plan.instances import Group
+from firefly_sample.plan.collect import Group, LightNode, Snapshot
+from firefly_sample.plan.geometry_warnings import (
+    Clipped,
+    Extent,
+    clipping_warnings,
+    extent_warnings,
+    find_clipped,
+    find_extent,
+)
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.lights.lighting import Lighting
-from firefly_sample.plan.needs import NORMAL_OUTPUTS, PLACE_OUTPUTS, Needs, asked
+from firefly_sample.plan.needs import NORMAL_OUTPUTS, POSITION_OUTPUTS, Needs, asked
 from firefly_sample.plan.particles.cloud import Cloud
+from firefly_sample.plan.position_error import position_warnings
 from firefly_sample.plan.view import Eye, View
 from firefly_sample.plan.visible import Visible
-from firefly_sample.plan.warnings.clipping import Clipped, clipping_warnings, find_clipped
-from firefly_sample.plan.warnings.extent import Extent, extent_warnings
-from firefly_sample.plan.warnings.position import position_warnings
 from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
 
@@ -43,31 +48,19 @@ class PlanWarnings:
     ) -> tuple[str, ...]:
         """Return the warnings of a plan.
 
-        Parameters
-        ----------
-        snapshot : Snapshot
-            The nodes that the camera sees.
-        eye, view : Eye, View
-            The camera.
-        seen : Visible
-            The geometry in view.
-        cloud : Cloud or None
-            The particles.
-        exposure : tuple of float
-            Per channel.
+        The snapshot holds the nodes that the camera sees, `seen` the geometry in view, `cloud` all particles.
         """
         others = bool(needs.sprites or needs.particles)
         clipped = self._clipped.get(
             (seen, others), lambda: find_clipped(snapshot.instances, eye, seen, others)
         )
-        extent = self._extent.get(seen, lambda: Extent.of(seen, eye.planes, view.lens, view.near))
-        too_wide = lighting.shadows.too_wide()
+        extent = self._extent.get(seen, lambda: find_extent(seen, eye.planes, view.lens, view.near))
         return (
             *_blended_warnings(snapshot),
             *_driver_warnings(needs),
             *eye.warnings,
             *clipping_warnings(clipped, eye, snapshot.id_names),
-            *extent_warnings(extent, lighting.sets, view, seen.farthest, too_wide),
+            *extent_warnings(extent, lighting.sets, view, seen.farthest, lighting.shadows.maps),
             *position_warnings(needs, eye, seen, lighting.sets, max(exposure)),
             *_accumulation_warnings(needs, lighting.sets),
             *_particle_warnings(needs, snapshot, cloud),
@@ -107,7 +100,7 @@ def _driver_warnings(needs: Needs) -> Iterator[str]:
             "position_method=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit "
             "buffer, as accurate as depth24; use position_method=linear32f, which is accurate here"
         )
-    wanted = needs.lit or asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS))
+    wanted = needs.lit or asked(needs.outputs, (*POSITION_OUTPUTS, *NORMAL_OUTPUTS))
     if needs.settings.interpolation == "float64" and not needs.capabilities.float64 and wanted:
         yield "interpolation=float64: the driver lacks ARB_gpu_shader_fp64, so the rasterizer interpolates"
 
@@ -137,14 +130,13 @@ def _particle_warnings(needs: Needs, snapshot: Snapshot, cloud: Cloud | None) ->
                 "shadowed as if they lay on its surface, or not at all: give a bounding radius of "
                 f"{1.001 * radius:.4g}, or none, so that it is found"
             )
-    shadow, root = cloud.shadow, snapshot.root
-    if shadow is not None and cloud.shadow_net is None:
-        nodes = root.node().iter_descendants() if root is not None else ()
-        if not any(node is shadow.light for node in nodes):  # a hidden light needs no warning
-            yield (
-                f"light {shadow.light.name!r}, which casts the shadows of particles, is not in the scene: "
-                "attach it, or there are no such shadows"
-            )
+    shadow, nodes = cloud.shadow, snapshot.root.node().iter_descendants()
+    # a hidden light needs no warning
+    if shadow is not None and cloud.shadow_net is None and not any(node is shadow.light for node in nodes):
+        yield (
+            f"light {shadow.light.name!r}, which casts the shadows of particles, is not in the scene: "
+            "attach it, or there are no such shadows"
+        )
 
 
 def _classic_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
@@ -164,12 +156,12 @@ def _classic_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
 
 def _darkness_warnings(needs: Needs, snapshot: Snapshot, in_scene: int) -> Iterator[str]:
     """Yield a line about a scene without light, unless something in it emits light."""
-    if in_scene or snapshot.ambient or not needs.picture or not (needs.geometry or needs.hazy):
+    if in_scene or snapshot.ambient or not needs.picture or not (needs.geometry or needs.draws_particles):
         return
     materials = (material for group in snapshot.groups for material in group.materials)
     if snapshot.sprites or any(any(material.emission) for material in materials):
         return
-    nodes = snapshot.root.node().iter_descendants() if snapshot.root is not None else ()
+    nodes = snapshot.root.node().iter_descendants()
     # an empty PointLights that is not hidden is no light either
     hidden = not snapshot.lights and any(isinstance(node, LightNode | AmbientLight) for node in nodes)
     why = "every light of the scene is hidden" if hidden else "the scene has no light"
