@@ -79,10 +79,10 @@ def position_errors(
 ) -> Float64:
     """Return the largest expected errors of positions at some distances, all in scene units.
 
-    The method is a choice of `Settings.position_method`. Distances are along the view axis, of any shape, and
-    `far` may be infinite in perspective. `from_origin` is the camera's distance from the world's origin,
-    which matters because "inverse_matrix" goes through world coordinates. Without `clip_control`, "depth32f" is a
-    standard 24-bit depth buffer. An error may be larger than its distance, which means noise.
+    The method is a choice of `Settings.position_method`. Distances are along the view axis, of any shape;
+    `far` may be infinite in perspective. `from_origin` is the camera's distance from the world's origin: the
+    method "inverse_matrix" goes through world coordinates. Without `clip_control`, "depth32f" is a standard
+    24-bit depth buffer. An error may be larger than its distance, which means noise.
     """
     y = np.asarray(distance, dtype=np.float64)
     if method == "stored16f":
