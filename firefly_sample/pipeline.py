@@ -6,8 +6,7 @@ from firefly_sample.passes.ambient import AmbientPass
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.depths import DepthCopyPass, HalfDepthPass
 from firefly_sample.passes.forward import ForwardPass
-from firefly_sample.passes.geometry import GeometryPass
-from firefly_sample.passes.interpolation import InterpolationPass
+from firefly_sample.passes.geometry import GeometryPass, InterpolationPass
 from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
 from firefly_sample.passes.lights import DirectionalLightsPass, PointLightsPass, SpotlightsPass
 from firefly_sample.passes.particle_light import ParticleLightPass
@@ -18,10 +17,9 @@ from firefly_sample.passes.particle_shadows import (
     ParticleShadowSumsPass,
     ParticleShadowTexturePass,
 )
-from firefly_sample.passes.particles import ParticlesPass
+from firefly_sample.passes.particles import ParticlesPass, SpritesPass
 from firefly_sample.passes.resolve import ResolvePass
 from firefly_sample.passes.shadow_maps import ShadowMapsPass
-from firefly_sample.passes.sprites import SpritesPass
 from firefly_sample.passes.upsample import UpsamplePass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities, FramePlan

@@ -13,10 +13,9 @@ from typing import NoReturn, SupportsIndex
 from firefly_sample.errors import GpuError, SoftwareDriverWarning
 from firefly_sample.frame import Frame, check_size
 from firefly_sample.gpu.device import Device
-from firefly_sample.gpu.driver_variables import silent_changes
+from firefly_sample.gpu.driver_checks import silent_changes
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.gpu.limits import check_plan_limits, check_size_limit
 from firefly_sample.gpu.presenter import Layer, Presenter
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.lights import LIGHT_PASSES
@@ -152,7 +151,7 @@ class Renderer:
             If it is below 1, or above what the driver can draw.
         """
         size = check_size(size)
-        check_size_limit(size, self.settings.supersample, self._device.max_size)
+        self._device.check_size(size, self.settings.supersample)
         self.size = size
 
     def _check_open(self) -> None:
@@ -252,14 +251,16 @@ class Renderer:
 
     def _draw_passes(self, plan: FramePlan) -> PendingFrame:
         gpu = self._gpu
-        check_plan_limits(plan, self._device.max_size)
+        gpu.images.check_limits(plan)
         self._drawn = None
         gpu.reuse = self.reuse
         gpu.begin(plan)
+        depth_func = ">=" if plan.view.reverse else "<="
         try:
             for step in plan.passes:
                 made, images = self._passes[step.name], BoundImages(gpu.images, plan, step)
                 made.prepare(gpu, plan, step, images)
+                gpu.reset_state(depth_func)
                 walked = getattr(step.variant, "light_method", None) == "clustered"
                 counted = self.count_fragments and step.name in LIGHT_PASSES and not walked
                 with gpu.timers.measure(step.name, count=counted):

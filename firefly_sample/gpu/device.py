@@ -21,8 +21,13 @@ from firefly_sample.gpu.current import (
     restore_current,
     thread_without_context,
 )
-from firefly_sample.gpu.driver_variables import check_vector_width, variables_set
-from firefly_sample.gpu.forks import check_not_forked, check_threads, note_opened
+from firefly_sample.gpu.driver_checks import (
+    check_not_forked,
+    check_threads,
+    check_vector_width,
+    note_opened,
+    variables_set,
+)
 from firefly_sample.gpu.raw import DEPTH_CLAMP, FRAMEBUFFER_SRGB, RawGL
 from firefly_sample.plan.frame_plan import Capabilities
 
@@ -105,6 +110,15 @@ class Device:
             raise NoGpuError(
                 f"a GPU is required, but the driver is a software rasteriser ({self.renderer}): "
                 "install the GPU's driver, or leave require_gpu out"
+            )
+
+    def check_size(self, size: tuple[int, int], samples: int = 1) -> None:
+        """Raise `GpuError` if a picture with `samples` per pixel across and down is too large."""
+        if max(size) * samples > self.max_size:
+            scaled = f" at supersample {samples}" if samples > 1 else ""
+            raise GpuError(
+                f"size {size[0]}x{size[1]}{scaled} is above this driver's limit of {self.max_size} pixels a "
+                "side: choose a smaller one"
             )
 
     def _can_render(self, internal_format: int) -> bool:

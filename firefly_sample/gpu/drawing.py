@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
-import moderngl
-import numpy as np
-
-from firefly_sample.gpu.gpu import Gpu
-from firefly_sample.gpu.images import BoundImages
-from firefly_sample.gpu.programs import Program
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 
-SQUARE = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype=np.float32)
-"""Corners of a strip of two triangles."""
+if TYPE_CHECKING:
+    import moderngl
+
+    from firefly_sample.gpu.gpu import Gpu
+    from firefly_sample.gpu.images import BoundImages
+    from firefly_sample.gpu.programs import Program
 
 
 def draw_fullscreen(
     gpu: Gpu,
     step: PassPlan,
     images: BoundImages,
-    flags: int = moderngl.NOTHING,
+    flags: int = 0,
     textures: Mapping[str, moderngl.Texture] | None = None,
     folder: Path | None = None,
 ) -> None:
@@ -38,18 +36,12 @@ def draw_fullscreen(
     images.draw_into()
     gpu.ctx.enable_only(flags)
     program = gpu.programs.get(step.name, step.variant, images.color_names(), "fullscreen", folder)
-    program.use(None, textures_of(images, step.reads) | dict(textures or {}))
-    gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
+    program.use(None, images.samplers() | dict(textures or {}))
+    gpu.draw_screen(program)
 
 
-def textures_of(images: BoundImages, names: Iterable[str]) -> dict[str, moderngl.Texture]:
-    """Return targets that a pass reads as its shader calls them: ``u_<name>``; a copied depth is u_depth."""
-    return {f"u_{'depth' if name == 'depth_copy' else name}": images.read(name) for name in names}
-
-
-@dataclass(frozen=True, eq=False)
-class Drawable:
-    """A batch that is on the GPU, and what draws it."""
+class Drawable(NamedTuple):
+    """A batch that is on the GPU, and the objects that draw it."""
 
     batch: Batch
     program: Program
@@ -75,11 +67,9 @@ def draw_surface(
     textures: Mapping[str, moderngl.Texture],
 ) -> None:
     """Draw a batch with its own uniforms and textures and these; `flags` are moderngl's, without culling."""
-    batch = drawable.batch
-    cull = moderngl.NOTHING if batch.surface.double_sided else moderngl.CULL_FACE
-    gpu.ctx.enable_only(flags | cull)
-    gpu.ctx.cull_face = "back"
-    gpu.ctx.front_face = "cw" if batch.mirrored else "ccw"
+    batch, ctx = drawable.batch, gpu.ctx
+    ctx.enable_only(flags | (ctx.NOTHING if batch.surface.double_sided else ctx.CULL_FACE))
+    ctx.front_face = "cw" if batch.mirrored else "ccw"
     cutoff = {"u_alpha_cutoff": batch.alpha_cutoff} if batch.surface.cutout else {}
     drawable.program.use({**uniforms, **cutoff}, {**drawable.textures, **textures})
-    gpu.render(drawable.array, moderngl.TRIANGLES)
+    gpu.render(drawable.array, ctx.TRIANGLES)

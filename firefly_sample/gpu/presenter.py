@@ -61,7 +61,7 @@ class Presenter:
         program = self._gpu.programs.get("present", Variant(), ("screen",), vertex="fullscreen")
         program.use({"u_corner": corner}, {"u_picture": texture})
         self._gpu.ctx.viewport = (*corner, *texture.size)
-        self._gpu.array("present", program).render(moderngl.TRIANGLES, vertices=3)
+        self._gpu.draw_screen(program)
 
     def _upload(self, pixels: NDArray[np.uint8]) -> moderngl.Texture:
         if id(pixels) not in self._uploaded:

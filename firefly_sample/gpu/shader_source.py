@@ -10,7 +10,7 @@ from pathlib import Path
 from firefly_sample.assets import asset_dir
 from firefly_sample.errors import ShaderError
 from firefly_sample.gpu.blocks import BLOCKS, block_glsl
-from firefly_sample.gpu.records import RECORDS, record_glsl
+from firefly_sample.gpu.light_records import RECORDS, record_glsl
 from firefly_sample.plan.variants import SHADER_CONSTANTS
 
 _DIRECTIVE = re.compile(

@@ -1,6 +1,6 @@
 """Vertices, instances and textures on the GPU, cached by (serial number, revision).
 
-Casts from float64 to float32 happen here, in `instance_rows`, `light_rows` and `blocks`, nowhere else.
+Casts from float64 to float32 happen here, in `instance_rows`, `light_records`, `corner_tables` and `blocks`.
 Positions are uploaded in view space, or in a light's space, so that float32 stays exact far from the world's
 origin.
 """
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import GpuError
 from firefly_sample.gpu.device import Device
-from firefly_sample.gpu.growing_buffer import GrowingBuffer
 from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
 from firefly_sample.gpu.programs import Program
+from firefly_sample.gpu.streams import Streams
 from firefly_sample.mipmaps import kept_texture_levels
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows.maps import CasterBatch
@@ -81,9 +81,10 @@ _Table = dict[tuple[Any, ...], _Kept]
 class Uploads:
     """The scene's objects on the GPU."""
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, streams: Streams) -> None:
         self._raw = device.raw
         self._ctx = device.ctx
+        self._streams = streams
         self._frame = 0
         self._sources: dict[int, weakref.ref[Any]] = {}
         self._meshes: _Table = {}
@@ -91,9 +92,7 @@ class Uploads:
         self._arrays: _Table = {}
         self._caster_arrays: _Table = {}
         self._tables = (self._arrays, self._caster_arrays, self._meshes, self._images)
-        self._instances = GrowingBuffer(self._ctx)
         self._instance_buffer: moderngl.Buffer | None = None
-        self._casters = GrowingBuffer(self._ctx)
         self._batches: tuple[Batch, ...] = ()
         self._first_rows: dict[int, int] = {}
 
@@ -139,7 +138,7 @@ class Uploads:
         """Upload the instances of a frame's batches, one batch after the other, into one buffer."""
         if batches is self._batches and self._instance_buffer is not None:
             return
-        self._instance_buffer = self._instances.write(instance_rows(batches))
+        self._instance_buffer = self._streams.buffer("instances", instance_rows(batches))
         starts = np.cumsum([0, *(len(batch.ids) for batch in batches)]).tolist()
         self._first_rows = {id(batch): start for batch, start in zip(batches, starts, strict=False)}
         self._batches = batches
@@ -164,7 +163,7 @@ class Uploads:
     def caster_array(self, batch: CasterBatch, program: Program) -> moderngl.VertexArray:
         """Return the vertex array that draws `batch` into a shadow map; it is valid until the next call."""
         rows = caster_rows(batch)
-        casters = self._casters.write(rows)
+        casters = self._streams.buffer("casters", rows)
         key = (self._serial(batch.geom), id(program))
         attributes = batch.geom.colors is not None, batch.vertex_alpha
         kept = self._array(self._caster_arrays, key, batch.geom, attributes, casters, CASTER_DTYPE, program)
@@ -251,8 +250,6 @@ class Uploads:
             for kept in table.values():
                 kept.release()
             table.clear()
-        self._casters.release()
-        self._instances.release()
         self._instance_buffer = None
         self._batches = ()
         self._sources.clear()

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import product
 from typing import get_args
 
-from firefly_sample.passes.base import FullscreenPass, encodings
+from firefly_sample.passes.base import BOTH, FullscreenPass, encodings
+from firefly_sample.passes.lights import TARGETS
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -33,6 +34,7 @@ class AmbientPass(FullscreenPass):
     """Fill the radiance with ambient light and emission."""
 
     name = "ambient"
+    colors = "radiance", "light"
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if there is ambient light or emission."""
@@ -63,15 +65,8 @@ class AmbientPass(FullscreenPass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield every combination; at least one target is written."""
-        both = (False, True)
-        for colors, (radiance, light) in product(
-            get_args(AlbedoFormat), ((True, False), (False, True), (True, True))
-        ):
-            for lit, own, emission in product(both, repeat=3):
-                # emission is no light that falls on something, and an ambient colour is for ambient light
+        for colors, (radiance, light) in product(get_args(AlbedoFormat), TARGETS):
+            for lit, own, emission in product(BOTH, repeat=3):
+                # emission does not fall on a surface, and an ambient colour is for ambient light
                 if (lit or (emission and radiance)) and (lit or not own):
                     yield AmbientVariant(lit, own, emission, colors, radiance, light)
-
-    def outputs(self, variant: Variant) -> tuple[str, ...]:
-        """Return the targets that the variant writes."""
-        return tuple(name for name in ("radiance", "light") if getattr(variant, name))

@@ -1,21 +1,19 @@
-"""Copies of the depth buffer.
-
-One to sample while the original is tested against, and one of half the resolution.
-"""
+"""Copies of the depth buffer: one to sample while the original is tested, one of half the resolution."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from firefly_sample.gpu.drawing import draw_fullscreen
 from firefly_sample.passes.base import FullscreenPass, Pass
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.variants import Variant
 
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 _REASON = ["geometry hides what is behind it"]
 
@@ -46,27 +44,17 @@ class HalfDepthPass(FullscreenPass):
     """Take the depth of every second pixel, not a mean, which would be the depth of no surface."""
 
     name = "half_depth"
+    colors = ()
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if light volumes are drawn at half the resolution."""
         if not (needs.half and needs.tests_volumes and set(needs.lights) != {"directional"}):
             return None
         because = "light_resolution=half: the depth of every second pixel, to test volumes against"
-        reason = "light_resolution=half tests volumes at its own"
-        return Declaration(
-            because, reads={"depth": _REASON}, writes=["half_depth"], keeps={"half_depth": [reason]}
-        )
-
-    def outputs(self, variant: Variant) -> tuple[str, ...]:
-        """Return nothing: it writes depth alone."""
-        return ()
+        keeps = {"half_depth": ["light_resolution=half tests volumes at its own"]}
+        return Declaration(because, reads={"depth": _REASON}, writes=["half_depth"], keeps=keeps)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        import moderngl
-
-        from firefly_sample.gpu.drawing import draw_fullscreen
-
-        gpu.ctx.depth_func = "1"
-        draw_fullscreen(gpu, step, images, moderngl.DEPTH_TEST)  # without the test, nothing is written either
-        gpu.ctx.depth_func = "<"
+        gpu.ctx.depth_func = "1"  # always: without the test, nothing is written either
+        draw_fullscreen(gpu, step, images, gpu.ctx.DEPTH_TEST)

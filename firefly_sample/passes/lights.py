@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from firefly_sample.passes.base import Pass, encodings
+from firefly_sample.gpu.light_drawing import draw_clustered, draw_loop, draw_volumes, light_table
+from firefly_sample.passes.base import BOTH, Pass, encodings
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -28,7 +30,6 @@ from firefly_sample.plan.variants import (
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 TARGETS = ((True, False), (False, True), (True, True))
 """Radiance and light: at least one is written."""
@@ -40,7 +41,6 @@ FADES: list[tuple[LightKind, FalloffChoice, RangeFalloff]] = [
     *((kind, "attenuation", end) for kind in ("point", "spot") for end in get_args(RangeFalloff)),
 ]
 """Kinds of light, and how each may fade and end."""
-_BOTH = (False, True)
 _METHODS: dict[str, DrawMethod] = {
     "volumes": "sphere",
     "clustered": "clustered",
@@ -85,6 +85,7 @@ class LightPass(Pass):
     kind: LightKind
     methods: tuple[DrawMethod, ...]
     """How it can be drawn."""
+    colors = "radiance", "light"
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if lights of its kind meet surfaces."""
@@ -138,12 +139,12 @@ class LightPass(Pass):
         """Yield every combination that a frame can have, and the classic look's."""
         placed = self.kind != "directional"
         fades = [(falloff, end) for kind, falloff, end in FADES if kind == self.kind]
-        clouds = _BOTH if self.kind != "point" else (False,)
+        clouds = BOTH if self.kind != "point" else (False,)
         for method, (falloff, end), flat, position in product(
-            self.methods, fades, _BOTH, get_args(PositionMethod)
+            self.methods, fades, BOTH, get_args(PositionMethod)
         ):
             for taps, clouded, model, clamp, resolution in product(
-                get_args(ShadowTaps), clouds, get_args(SpecularModel), _BOTH, get_args(LightResolution)
+                get_args(ShadowTaps), clouds, get_args(SpecularModel), BOTH, get_args(LightResolution)
             ):
                 if not placed and position != "distance" and not (taps or clouded):
                     continue  # without shadows, the shader does not need the surface's position
@@ -160,37 +161,26 @@ class LightPass(Pass):
                     what = "classic", "linear", flat, radiance, light
                     yield LightVariant(*plain, *what)
 
-    def outputs(self, variant: Variant) -> tuple[str, ...]:
-        """Return the targets that the variant writes, as its shader calls them."""
-        return tuple(name for name in ("radiance", "light") if getattr(variant, name))
-
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        import moderngl
-
-        from firefly_sample.gpu.drawing import textures_of
-        from firefly_sample.gpu.light_drawing import draw_clustered, draw_loop, draw_volumes, light_table
-
         assert isinstance(step.variant, LightVariant)
         images.draw_into()
-        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
         by_cells = step.variant.light_method == "clustered"
         tested = bool({"depth", "half_depth"} & set(step.updates))
+        outputs = tuple(_SHADER_NAMES.get(name, name) for name in images.color_names())
         drawn = [cells.lights for cells in plan.clusters] if by_cells else plan.lights
         for index, lights in enumerate(drawn):
             if lights.kind != self.kind:
                 continue
             variant = variant_for(step.variant, lights)
             method, key = variant.light_method, f"{self.name} {index}"
-            outputs = tuple(_SHADER_NAMES.get(name, name) for name in images.color_names())
             program = gpu.programs.get(self.name, variant, outputs)
-            textures = textures_of(images, _read_by(variant, lights, step.reads))
+            textures = images.samplers(_read_by(variant, lights, step.reads))
             if variant.shadow_taps:
                 textures["u_shadow_maps"] = gpu.shadow_table(plan)
             if method == "loop":
                 draw_loop(gpu, plan, program, textures, lights, variant, key)
             elif method == "clustered":
-                gpu.ctx.enable_only(moderngl.BLEND)
                 # a record for each bit: to look the light's number up first would cost a tenth of the pass
                 cells = plan.clusters[index]
                 table = light_table(gpu, plan, lights, variant, key, cells.members)

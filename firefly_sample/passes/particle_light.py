@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, get_args
 
-from firefly_sample.passes.base import Pass
+from firefly_sample.gpu.instance_rows import particle_records
+from firefly_sample.gpu.light_drawing import light_table, shadow_textures
+from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -18,7 +21,6 @@ from firefly_sample.plan.variants import FalloffChoice, LightKind, RangeFalloff,
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class ParticleLightPass(Pass):
     """Draw a full-screen triangle over the particles' texels for all lights that shine and fade alike."""
 
     name = "particle_light"
+    vertex = "fullscreen"
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if particles are in view."""
@@ -64,34 +67,23 @@ class ParticleLightPass(Pass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield every combination; no point light has particle shadows."""
-        both = (False, True)
-        for flat in both:
+        for flat in BOTH:
             yield ParticleLightVariant("none", orthographic=flat)
-            for fade, taps, first in product(FADES, get_args(ShadowTaps), both):
-                for clouded, faded in product(both, repeat=2) if fade[0] != "point" else [(False, False)]:
+            for fade, taps, first in product(FADES, get_args(ShadowTaps), BOTH):
+                for clouded, faded in product(BOTH, repeat=2) if fade[0] != "point" else [(False, False)]:
                     yield ParticleLightVariant(*fade, taps, clouded, faded, first, flat)
-
-    def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
-        """Return its fragment shader and the vertex shader of all full-screen passes."""
-        return [(self.name, "fullscreen")]
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        import moderngl
-
-        from firefly_sample.gpu.light_drawing import light_table, shadow_textures
-        from firefly_sample.gpu.particle_rows import particle_records
-
         assert isinstance(step.variant, ParticleLightVariant)
         framebuffer = images.draw_into()
-        gpu.ctx.enable_only(moderngl.BLEND)
-        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
+        gpu.ctx.enable_only(gpu.ctx.BLEND)
         records = particle_records(plan.particles, plan.particle_shadow)
         framebuffer.viewport = (0, 0, framebuffer.size[0], len(records))  # what particles fill
-        table = gpu.tables.write(self.name, records)
+        table = gpu.streams.texture(self.name, records)
         for index, lights in enumerate(LightSet.walked_together(plan.lights) or [None]):
             variant = _variant_for(step.variant, plan, lights, first=index == 0)
-            program = gpu.programs.get(self.name, variant, images.color_names(), "fullscreen")
+            program = self.program(gpu, variant, images)
             uniforms = {}
             textures = shadow_textures(gpu, plan, images, variant.shadow_taps, variant.particle_shadow)
             textures["u_particles"] = table
@@ -99,7 +91,7 @@ class ParticleLightPass(Pass):
                 textures["u_lights"] = light_table(gpu, plan, lights, variant, f"{self.name} {index}")
                 uniforms["u_light_count"] = len(lights)
             program.use(uniforms, textures)
-            gpu.render(gpu.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
+            gpu.draw_screen(program)
 
 
 def _variant_for(

@@ -1,13 +1,15 @@
-"""Particles pass: particles, and sprites among them, one over the other from back to front."""
+"""Particles and sprites: layers of haze, and soft dots that are hidden by surfaces and not lit."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
 
-from firefly_sample.passes.base import Pass
+from firefly_sample.gpu.instance_rows import dot_rows, particle_rows
+from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import PositionMethod, Variant
@@ -15,7 +17,6 @@ from firefly_sample.plan.variants import PositionMethod, Variant
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 _SOFT = ["particles end softly where surfaces are"]
 
@@ -68,33 +69,59 @@ class ParticlesPass(Pass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield every combination."""
-        both = (False, True)
-        for flat in both:
+        for flat in BOTH:
             yield ParticleVariant(False, orthographic=flat)
             for method in get_args(PositionMethod):
-                for reverse in both if method == "depth" else (False,):
-                    for packed in both if flat and method in ("distance", "stored") else (False,):
+                for reverse in BOTH if method == "depth" else (False,):
+                    for packed in BOTH if flat and method in ("distance", "stored") else (False,):
                         yield ParticleVariant(True, method, flat, reverse, packed)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        import moderngl
-
-        from firefly_sample.gpu.drawing import SQUARE, textures_of
-        from firefly_sample.gpu.particle_rows import particle_rows
-
         images.draw_into()
-        gpu.ctx.enable_only(moderngl.BLEND)
-        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
-        program = gpu.programs.get(self.name, step.variant, images.color_names())
-        program.use(None, textures_of(images, step.reads))
-        rows = gpu.stream(self.name, particle_rows(plan.particles, plan.sprites, plan.view))
+        ctx = gpu.ctx
+        ctx.enable_only(ctx.BLEND)
+        ctx.blend_func = ctx.ONE, ctx.ONE_MINUS_SRC_ALPHA
+        program = self.program(gpu, step.variant, images)
+        program.use(None, images.samplers())
         names = "in_dot", "in_pixel", "in_per_radius", "in_color", "in_particle"
-        array = gpu.array(
-            self.name,
-            program,
-            (gpu.fixed("square", SQUARE), "2f", "in_corner"),
-            (rows, "4f 4f 2f 3f 3f/i", *names),
-        )
-        gpu.render(array, moderngl.TRIANGLE_STRIP, vertices=4, instances=len(plan.particles.order))
-        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
+        rows = particle_rows(plan.particles, plan.sprites, plan.view)
+        gpu.draw_squares(program, rows, "4f 4f 2f 3f 3f", *names)
+
+
+@dataclass(frozen=True)
+class SpriteVariant(Variant):
+    """Sprites, seen through a lens of one kind or the other."""
+
+    orthographic: bool = False
+
+
+class SpritesPass(Pass):
+    """Draw squares, instanced, that are added to the radiance."""
+
+    name = "sprites"
+    colors = ("radiance",)
+
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if sprites are in view, and no particles, which are drawn with them."""
+        if not needs.dotted:
+            return None
+        return Declaration(f"{needs.sprites} sprites in view", fills=["radiance"], tests=["depth"])
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
+        """Return the frame's variant."""
+        return SpriteVariant(needs.orthographic)
+
+    def legal_variants(self) -> Iterable[Variant]:
+        """Return both."""
+        return [SpriteVariant(False), SpriteVariant(True)]
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        images.draw_into()
+        tested = "depth" in step.updates
+        gpu.ctx.enable_only(gpu.ctx.BLEND | (gpu.ctx.DEPTH_TEST if tested else gpu.ctx.NOTHING))
+        program = self.program(gpu, step.variant, images)
+        program.use()
+        names = "in_dot", "in_pixel", "in_per_radius", "in_color"
+        gpu.draw_squares(program, dot_rows(plan.sprites, plan.view), "4f 4f 2f 3f", *names)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
-from firefly_sample.passes.base import FullscreenPass
+from firefly_sample.passes.base import BOTH, FullscreenPass
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs, asked
 from firefly_sample.plan.targets import Target
@@ -40,6 +40,7 @@ class ResolvePass(FullscreenPass):
     """Make the picture of radiance, particles and background."""
 
     name = "resolve"
+    colors = "color", "final_radiance"
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if a picture is asked for."""
@@ -79,26 +80,21 @@ class ResolvePass(FullscreenPass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield every combination."""
-        both = (False, True)
         tones: tuple[tuple[Look, Tone], ...] = (
             ("correct", "exponential"),
             ("correct", "none"),
             ("classic", "none"),
         )
         samples: tuple[Literal[1, 2], ...] = (1, 2)
-        for radiance, masked, color, final, gradient in product(both, repeat=5):
+        for radiance, masked, color, final, gradient in product(BOTH, repeat=5):
             if not (color or final):
                 continue
             for supersample, (look, tone) in product(samples, tones):
                 classic = look == "classic"
-                for marked in both if masked and not classic else (False,):
+                for marked in BOTH if masked and not classic else (False,):
                     for flat, particles in product(
-                        both if gradient else (False,), (False,) if classic else both
+                        BOTH if gradient else (False,), (False,) if classic else BOTH
                     ):
                         flags = radiance, masked, color, final, gradient, flat, look, tone, supersample
-                        for packed in both if masked and not (marked or classic) else (False,):
+                        for packed in BOTH if masked and not (marked or classic) else (False,):
                             yield ResolveVariant(*flags, marked, particles, packed)
-
-    def outputs(self, variant: Variant) -> tuple[str, ...]:
-        """Return the targets that the variant writes."""
-        return tuple(name for name in ("color", "final_radiance") if getattr(variant, name))

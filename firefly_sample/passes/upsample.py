@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, get_args
 
-from firefly_sample.passes.base import FullscreenPass, encodings
+from firefly_sample.passes.base import BOTH, FullscreenPass, encodings
 from firefly_sample.passes.lights import FORMATS, TARGETS
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
@@ -17,8 +17,9 @@ from firefly_sample.plan.variants import AlbedoFormat, NormalFormat, PositionMet
 
 @dataclass(frozen=True)
 class UpsampleVariant(Variant):
-    """What light of half the resolution is spread to (`radiance` and `light` are the targets), with
-    highlights or not (`shine`), along surfaces that are found by their positions and normals.
+    """The targets `radiance` and `light`, highlights or not (`shine`), and how surfaces are recognised: by
+    their
+    positions and normals.
     """
 
     position_method: PositionMethod = "distance"
@@ -35,6 +36,7 @@ class UpsamplePass(FullscreenPass):
 
     name = "upsample"
     adds = True
+    colors = "radiance", "light"
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if light is computed at half the resolution."""
@@ -64,14 +66,9 @@ class UpsamplePass(FullscreenPass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield every combination: highlights are for radiance alone."""
-        both = (False, True)
         for position, formats, flat, (radiance, light), shine in product(
-            get_args(PositionMethod), FORMATS, both, TARGETS, both
+            get_args(PositionMethod), FORMATS, BOTH, TARGETS, BOTH
         ):
             if radiance or not shine:
                 how: Any = position, *formats, flat, radiance, light, shine
                 yield UpsampleVariant(*how)
-
-    def outputs(self, variant: Variant) -> tuple[str, ...]:
-        """Return the targets that the variant writes."""
-        return tuple(name for name in ("radiance", "light") if getattr(variant, name))

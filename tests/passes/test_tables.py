@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from firefly_sample.gpu.tables import Tables
+from firefly_sample.gpu.streams import Streams
 
 
 @pytest.fixture
 def tables(device):
     with device:
-        made = Tables(device.ctx)
+        made = Streams(device.ctx)
         yield made
         made.release()
 
@@ -25,7 +25,7 @@ def test_a_table_holds_what_was_written_last_however_it_grows(tables, components
     largest = 0, 0
     for height, width in [(2, 3), (5, 2), (3, 9), (1, 1), (20, 30), (20, 30), (19, 4)]:
         texels = rng.integers(0, 2**32, (height, width, components), dtype=np.uint32)
-        texture = tables.write("words", texels if components > 1 else texels[..., 0])
+        texture = tables.texture("words", texels if components > 1 else texels[..., 0])
         assert np.array_equal(read_back(texture, texels.shape), texels)
         largest = max(largest[0], height), max(largest[1], width)
         assert texture.height <= 1.5 * largest[0]
@@ -33,15 +33,15 @@ def test_a_table_holds_what_was_written_last_however_it_grows(tables, components
 
 
 def test_what_fits_makes_no_texture(tables):
-    first = tables.write("words", np.ones((6, 8), dtype=np.uint32))
+    first = tables.texture("words", np.ones((6, 8), dtype=np.uint32))
     for height, width in [(6, 8), (2, 8), (6, 1)]:
-        assert tables.write("words", np.zeros((height, width), dtype=np.uint32)) is first
-    assert tables.write("other", np.zeros((6, 8), dtype=np.uint32)) is not first
-    assert tables.write("words", np.zeros((6, 9), dtype=np.uint32)) is not first
+        assert tables.texture("words", np.zeros((height, width), dtype=np.uint32)) is first
+    assert tables.texture("other", np.zeros((6, 8), dtype=np.uint32)) is not first
+    assert tables.texture("words", np.zeros((6, 9), dtype=np.uint32)) is not first
 
 
 def test_a_wide_table_and_a_high_one_take_turns_in_no_more_than_either_needs(tables):
     """As words do: few lights in a large picture, many in a small one."""
     for shape in [(40, 3000), (1700, 90), (40, 3000)]:
-        texture = tables.write("words", np.zeros((*shape, 4), dtype=np.uint32))
+        texture = tables.texture("words", np.zeros((*shape, 4), dtype=np.uint32))
         assert texture.width * texture.height <= 2.5 * 1700 * 90

@@ -6,10 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from firefly_sample.gpu.blocks import BLOCKS, block_dtype, block_glsl
-from firefly_sample.gpu.light_rows import light_rows, light_texels, pixel_slopes
+from firefly_sample.gpu.blocks import BLOCKS, block_dtype, block_glsl, pixel_slopes
+from firefly_sample.gpu.light_records import (
+    RECORDS,
+    light_rows,
+    light_texels,
+    record_dtype,
+    record_fields,
+    record_glsl,
+)
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_icosphere
-from firefly_sample.gpu.records import RECORDS, record_dtype, record_fields, record_glsl
 from firefly_sample.mipmaps import alpha_coverage, mip_chain
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.scene.falloff import Falloff
