@@ -6,7 +6,7 @@ import os
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from types import TracebackType
 from typing import Any
 
@@ -50,8 +50,7 @@ class Device:
     Raises
     ------
     NoGpuError
-        If there is no OpenGL library, no such device, no OpenGL 3.3, or this process was forked after the
-        driver was used.
+        If there is no OpenGL 3.3 or no such device, or if this process was forked after the driver was used.
     GpuError
         If the environment makes the driver overwrite memory.
     """
@@ -123,16 +122,13 @@ class Device:
 
     def _can_render(self, internal_format: int) -> bool:
         """Return True if pairs of 16-bit signed normalised numbers can be drawn to, an option of 3.3."""
-        texture = None
-        try:
-            texture = self.ctx.texture((1, 1), 2, dtype="ni2", internal_format=internal_format)
-            framebuffer = self.ctx.framebuffer([texture])
-            framebuffer.release()
-        except Exception:  # noqa: BLE001  moderngl has one class for every refusal
-            return False
-        finally:
-            if texture is not None:
-                texture.release()
+        with ExitStack() as made:
+            try:
+                texture = self.ctx.texture((1, 1), 2, dtype="ni2", internal_format=internal_format)
+                made.callback(texture.release)
+                self.ctx.framebuffer([texture]).release()
+            except Exception:  # noqa: BLE001  moderngl has one class for every refusal
+                return False
         return self.ctx.error == "GL_NO_ERROR"
 
     def set_depth_clamp(self, on: bool) -> None:
@@ -159,13 +155,7 @@ class Device:
         return os.getpid() != self._process
 
     def exclusively(self) -> AbstractContextManager[Any]:
-        """Return a context manager that keeps other threads from entering.
-
-        Raises
-        ------
-        GpuError
-            If this process was forked from the one that made the device.
-        """
+        """Return a context manager that keeps other threads out; raise `GpuError` in a forked process."""
         if self.inherited:  # in a fork, the lock may be held by a thread that only the parent has
             check_not_forked(self._own)
             raise GpuError("this renderer was made before this process was forked: make a new one here")
@@ -295,8 +285,7 @@ def _egl_backend(index: int | None) -> Any:
 def _window_backend() -> Any:
     import glcontext
 
-    context = current_context()
-    if context is not None and context.api != "GLX":
+    if (context := current_context()) is not None and context.api != "GLX":
         raise NoGpuError(
             f"window=True needs a window's GLX context, but one of {context.api} is current in this thread: "
             "make the window's context current first, and have its library create it with GLX"

@@ -46,15 +46,8 @@ def draw_volumes(
 ) -> None:
     """Draw a volume, or a full-screen triangle, for each light in one instanced draw; `program` is in use.
 
-    Parameters
-    ----------
-    method : {"sphere", "cone", "fullscreen"}
-    key : str
-        Names the buffer of the lights' records.
-    tested : bool
-        Draw only where a volume's back faces lie behind the surface.
-    lines : bool
-        Draw the edges of all faces instead, as far as no surface hides them.
+    `key` names the buffer of the lights' records. If `tested`, draw only where a volume's back faces are
+    behind the surface; with `lines`, draw the edges of all faces instead, as far as no surface hides them.
     """
     if lines and method == "fullscreen":
         return  # no volume: it has no edges

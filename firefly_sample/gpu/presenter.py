@@ -20,8 +20,8 @@ class Layer:
     Attributes
     ----------
     pixels : ndarray of uint8, shape (height, width, 3 or 4)
-        Display codes, first row on top; colours are already multiplied by alpha, if there is one. The array
-        must not change while it is shown, because it is uploaded once.
+        Display codes, first row on top; colours are multiplied by alpha, if there is one. The array must not
+        change while it is shown, because it is uploaded once.
     corner : (int, int)
         Pixels from the window's left and top edge to the image's, which is cut off at the window's edges.
     """
