@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,14 +199,13 @@ class Frame:
     warnings: tuple[str, ...] = ()
 
     def __getitem__(self, output: str) -> Image:
-        try:
-            return self.images[output]
-        except KeyError:
+        if output not in self.images:
             _check_name(output)
-            have = ", ".join(self.images)
             raise OutputError(
-                f"this frame has no {output!r}: it was rendered with outputs {have}; add {output!r} to them"
-            ) from None
+                f"this frame has no {output!r}: it was rendered with outputs {', '.join(self.images)}; "
+                f"add {output!r} to them"
+            )
+        return self.images[output]
 
     def __getattr__(self, name: str) -> Image:
         if name in OUTPUTS:
@@ -216,10 +216,7 @@ class Frame:
 def check_outputs(outputs: Iterable[str], supersample: int = 1) -> tuple[str, ...]:
     """Return `outputs` as a tuple without repetitions, in the given order.
 
-    Raises
-    ------
-    OutputError
-        If one does not exist, none is given, or one of point samples is given with supersampling.
+    It raises `OutputError` if one does not exist, if there is none, or for point samples with supersampling.
     """
     names = tuple(dict.fromkeys([outputs] if isinstance(outputs, str) else outputs))
     if not names:
@@ -242,17 +239,13 @@ def _check_name(name: str) -> None:
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Return `size` (width, height) as whole numbers.
+    """Return `size` (width, height) as whole numbers, or raise `OutputError`.
 
-    Raises
-    ------
-    OutputError
-        If it is not two whole numbers of 1 or more, or a side is above 2^20, more than any driver draws.
+    A side has 1 to 2^20 pixels, which is more than any driver draws.
     """
-    try:
+    width = height = None
+    with suppress(TypeError, ValueError):
         width, height = map(to_whole, size)
-    except (TypeError, ValueError):
-        width = height = None
     if width is None or height is None or width < 1 or height < 1:
         raise OutputError(f"size must be two whole numbers of pixels, 1 or more, got {size!r}")
     if max(width, height) > 2**20:

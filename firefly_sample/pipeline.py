@@ -2,54 +2,49 @@
 
 from __future__ import annotations
 
-from firefly_sample.passes.ambient import AmbientPass
-from firefly_sample.passes.base import Pass
-from firefly_sample.passes.depths import DepthCopyPass, HalfDepthPass
-from firefly_sample.passes.forward import ForwardPass
-from firefly_sample.passes.geometry import GeometryPass, InterpolationPass
-from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
-from firefly_sample.passes.lights import DirectionalLightsPass, PointLightsPass, SpotlightsPass
-from firefly_sample.passes.particle_light import ParticleLightPass
-from firefly_sample.passes.particle_shadows import (
-    ParticleShadowBlurXPass,
-    ParticleShadowBlurYPass,
-    ParticleShadowSlicesPass,
-    ParticleShadowSumsPass,
-    ParticleShadowTexturePass,
+from firefly_sample.passes import (
+    ambient,
+    depths,
+    forward,
+    geometry,
+    light_views,
+    lights,
+    particle_shadows,
+    particles,
+    resolve,
+    shadow_maps,
+    upsample,
 )
-from firefly_sample.passes.particles import ParticlesPass, SpritesPass
-from firefly_sample.passes.resolve import ResolvePass
-from firefly_sample.passes.shadow_maps import ShadowMapsPass
-from firefly_sample.passes.upsample import UpsamplePass
+from firefly_sample.passes.base import Pass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities, FramePlan
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
 PASSES: tuple[type[Pass], ...] = (
-    ShadowMapsPass,
-    ParticleShadowSlicesPass,
-    ParticleShadowSumsPass,
-    ParticleShadowBlurXPass,
-    ParticleShadowBlurYPass,
-    GeometryPass,
-    InterpolationPass,
-    ForwardPass,
-    DepthCopyPass,
-    HalfDepthPass,
-    AmbientPass,
-    DirectionalLightsPass,
-    PointLightsPass,
-    SpotlightsPass,
-    UpsamplePass,
-    ParticleLightPass,
-    ParticlesPass,
-    SpritesPass,
-    OverdrawPass,
-    VolumesPass,
-    WireframePass,
-    ResolvePass,
-    ParticleShadowTexturePass,
+    shadow_maps.ShadowMapsPass,
+    particle_shadows.ParticleShadowSlicesPass,
+    particle_shadows.ParticleShadowSumsPass,
+    particle_shadows.ParticleShadowBlurXPass,
+    particle_shadows.ParticleShadowBlurYPass,
+    geometry.GeometryPass,
+    geometry.InterpolationPass,
+    forward.ForwardPass,
+    depths.DepthCopyPass,
+    depths.HalfDepthPass,
+    ambient.AmbientPass,
+    lights.DirectionalLightsPass,
+    lights.PointLightsPass,
+    lights.SpotlightsPass,
+    upsample.UpsamplePass,
+    particles.ParticleLightPass,
+    particles.ParticlesPass,
+    particles.SpritesPass,
+    light_views.OverdrawPass,
+    light_views.VolumesPass,
+    light_views.WireframePass,
+    resolve.ResolvePass,
+    particle_shadows.ParticleShadowTexturePass,
 )
 """Every pass in drawing order; a plan holds those that its frame needs."""
 

@@ -7,7 +7,6 @@ import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from types import TracebackType
 from typing import NoReturn, SupportsIndex
 
 from firefly_sample.errors import GpuError, SoftwareDriverWarning
@@ -115,13 +114,6 @@ class Renderer:
         self._open = True
 
     def __reduce_ex__(self, _: SupportsIndex) -> NoReturn:
-        """Refuse to be copied or pickled.
-
-        Raises
-        ------
-        GpuError
-            Always.
-        """
         raise GpuError(
             "a Renderer cannot be copied or pickled, because it holds an OpenGL context: hand on its size "
             "and settings, and make Renderer(size, settings) where it is needed, in each process its own"
@@ -148,7 +140,7 @@ class Renderer:
         Raises
         ------
         OutputError, GpuError
-            If it is below 1, or above what the driver can draw.
+            If it is below 1, or above the driver's limit.
         """
         size = check_size(size)
         self._device.check_size(size, self.settings.supersample)
@@ -235,7 +227,7 @@ class Renderer:
     def present(self, plan: FramePlan, layers: Iterable[Layer] = ()) -> None:
         """Put the output "color" of the plan that was drawn last on the window, and `layers` over it.
 
-        A plan without that output gives a black window. The window's own buffers are the caller's to swap.
+        A plan without that output gives a black window. The caller swaps the window's buffers.
 
         Raises
         ------
@@ -275,8 +267,7 @@ class Renderer:
     def surface(self, plan: FramePlan) -> Surface:
         """Return the G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.
 
-        `Frame` holds the same as float32; whoever measures errors wants this. A Surface reads what it
-        needs when one of its methods first asks for it.
+        `Frame` holds the same as float32. A Surface reads a target when one of its methods first needs it.
 
         Raises
         ------
@@ -303,10 +294,7 @@ class Renderer:
             yield
 
     def close(self) -> None:
-        """Free every GL object and the context.
-
-        In a process that was forked from the one that made the renderer, nothing is freed, and nothing said.
-        """
+        """Free every GL object and the context; in a forked process, which cannot, do nothing."""
         if self._device.inherited:
             self._open = False
             return
@@ -327,24 +315,19 @@ class Renderer:
         if not getattr(self, "_open", False) or self._device.inherited or sys.is_finalizing():
             return
         self._open = False
-        try:
-            warnings.warn(self._dropped(), ResourceWarning, stacklevel=2, source=self)
-        finally:
-            self._device.abandon()
-
-    def _dropped(self) -> str:
-        """Say that nobody closed it."""
         width, height = self.size
         kept = "" if self._presenter is None else "; its images stay in the window's context until that ends"
-        return (
+        text = (
             f"a Renderer of {width}x{height} was dropped without close(){kept}: "
             "use 'with Renderer(...) as renderer:' or call renderer.close()"
         )
+        try:
+            warnings.warn(text, ResourceWarning, stacklevel=2, source=self)
+        finally:
+            self._device.abandon()
 
     def __enter__(self) -> Renderer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()

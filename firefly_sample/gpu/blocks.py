@@ -15,50 +15,38 @@ from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.view import View
 
-BLOCKS: dict[str, tuple[tuple[str, str], ...]] = {
-    "View": (
-        ("projection", "A, B, C, D of the lens, for this frame's clip range"),
-        ("film", "x and z film offset, 1/A, 1/C"),
-        (
-            "unprojection",
-            "y_fold and w_fold: y = y_fold/(depth + w_fold), orthographic y_fold*(depth + w_fold)",
-        ),
-        ("size", "samples across and down, and half of each"),
-        ("pixel", "slope of the way through a pixel, per pixel right and up; least distance of a light"),
-        ("east", "the world's X axis in view space"),
-        ("north", "the world's Y axis in view space"),
-        ("up", "the world's Z axis in view space"),
-        ("origin", "the world's origin in view space"),
-        ("inverse_x", "rows of clip space to world space, for row vectors"),
-        ("inverse_y", "of y"),
-        ("inverse_z", "of z"),
-        ("inverse_w", "of w"),
-    ),
-    "ParticleShadow": (
-        ("particle_shadow_x", "view space to particle_shadow space: its X, rows for column vectors"),
-        ("particle_shadow_y", "its Y, along the light"),
-        ("particle_shadow_z", "its Z"),
-        (
-            "particle_shadow_scale",
-            "texels a unit (or slope); where slices begin; slices a unit; 1 for perspective",
-        ),
-        (
-            "particle_shadow_tiles",
-            "texels across a tile; tiles across; slices; how many a lookup adds up, 0 for sums",
-        ),
-        (
-            "particle_shadow_sums",
-            "1 to take the exponential; 1 to interpolate; half-width of the blur; 1 if Gaussian",
-        ),
-    ),
-    "Shading": (
-        ("ambient", "sum of the ambient lights"),
-        ("horizon", "background at and below elevation 0"),
-        ("zenith", "background straight up"),
-        ("exposure", "before the tone curve, a channel each"),
-    ),
+BLOCKS: dict[str, dict[str, str]] = {
+    "View": {
+        "projection": "A, B, C, D of the lens, for this frame's clip range",
+        "film": "x and z film offset, 1/A, 1/C",
+        "unprojection": "y_fold, w_fold: y = y_fold/(depth + w_fold), orthographic y_fold*(depth + w_fold)",
+        "size": "samples across and down, and half of each",
+        "pixel": "slope of the ray through a pixel, per pixel right and up; least distance of a light",
+        "east": "the world's X axis in view space",
+        "north": "the world's Y axis in view space",
+        "up": "the world's Z axis in view space",
+        "origin": "the world's origin in view space",
+        "inverse_x": "rows of clip space to world space, for row vectors",
+        "inverse_y": "of y",
+        "inverse_z": "of z",
+        "inverse_w": "of w",
+    },
+    "ParticleShadow": {
+        "particle_shadow_x": "view space to particle_shadow space: its X, rows for column vectors",
+        "particle_shadow_y": "its Y, along the light",
+        "particle_shadow_z": "its Z",
+        "particle_shadow_scale": "texels per unit or slope; start of slices; slices per unit; 1: perspective",
+        "particle_shadow_tiles": "texels across a tile; tiles across; slices; slices per lookup, 0 for sums",
+        "particle_shadow_sums": "1: exponential; 1: interpolate; half-width of the blur; 1: Gaussian",
+    },
+    "Shading": {
+        "ambient": "sum of the ambient lights",
+        "horizon": "background at and below elevation 0",
+        "zenith": "background straight up",
+        "exposure": "before the tone curve, a channel each",
+    },
 }
-"""Blocks by name: (field, its content); every field is a vec4, named u_<field> in GLSL."""
+"""Contents of fields by block and name; every field is a vec4, named u_<field> in GLSL."""
 
 
 def binding(block: str) -> int:
@@ -69,19 +57,19 @@ def binding(block: str) -> int:
 @cache
 def block_dtype(block: str) -> np.dtype[Any]:
     """Return the NumPy dtype of a block: four float32 per field."""
-    return np.dtype([(name, np.float32, 4) for name, _ in BLOCKS[block]])
+    return np.dtype([(name, np.float32, 4) for name in BLOCKS[block]])
 
 
 def block_glsl(block: str) -> str:
     """Return the GLSL declaration of a block."""
-    lines = [f"    vec4 u_{name};  // {content}" for name, content in BLOCKS[block]]
+    lines = [f"    vec4 u_{name};  // {content}" for name, content in BLOCKS[block].items()]
     return "\n".join([f"layout(std140) uniform {block} {{", *lines, "};"])
 
 
 def _packed(block: str, *values: Any) -> NDArray[Any]:
     """Return a block of the values of its fields, in their order, each padded to four numbers."""
     packed = np.zeros((), dtype=block_dtype(block))
-    for (name, _), value in zip(BLOCKS[block], values, strict=True):
+    for name, value in zip(BLOCKS[block], values, strict=True):
         numbers = np.asarray(value, dtype=np.float64)
         with np.errstate(over="ignore"):  # what float32 cannot hold is infinite
             packed[name][: len(numbers)] = numbers

@@ -83,14 +83,34 @@ def _seen_pixels(lights: LightSet, view: View) -> Float64:
     return np.asarray(np.clip(pixels, -LARGEST, LARGEST))
 
 
+def _place(lights: LightSet, _: View) -> Float64:
+    return np.column_stack((lights.positions, lights.reaches))
+
+
 def _pixel(lights: LightSet, view: View) -> Float64:
     pixels = _seen_pixels(lights, view)
     return np.column_stack((_rounded(pixels), rests(pixels)))
 
 
+def _color(lights: LightSet, _: View) -> Float64:
+    return np.column_stack((lights.colors, rests(lights.positions[:, 1])))
+
+
 def _seen(lights: LightSet, view: View) -> Float64:
     across, up = _seen_pixels(lights, view).T
-    return np.column_stack((across, lights.positions[:, 1], up))
+    return np.column_stack((across, lights.positions[:, 1], up, lights.reaches))
+
+
+def _tint(lights: LightSet, view: View) -> Float64:
+    return np.column_stack((lights.colors, packed_rests(_seen(lights, view)[:, :3])))
+
+
+def _specular(lights: LightSet, _: View) -> Float64:
+    return lights.specular_colors
+
+
+def _shadow(lights: LightSet, _: View) -> Float64:
+    return np.column_stack((lights.casters, lights.maps)).astype(np.float64)
 
 
 def _fade(lights: LightSet, _: View) -> Float64:
@@ -116,18 +136,10 @@ def _cone(lights: LightSet, _: View) -> Float64:
 
 
 class Field(NamedTuple):
-    """A vec4 of a record.
+    """A vec4 of a record, ``Light.<name>`` in GLSL.
 
-    Attributes
-    ----------
-    name : str
-        ``Light.<name>`` in GLSL.
-    needs : str
-        The define that must not be 0; empty for a field that is always there.
-    comment : str
-        Its content, for the shader's reader.
-    values : callable
-        Returns its first numbers for each light, shape (n, 1 to 4); the others are 0.
+    `needs` is the define that must not be 0, empty for a field that is always there; `comment` describes the
+    content; `values` returns its first numbers for each light, shape (n, 1 to 4). The others are 0.
     """
 
     name: str
@@ -136,47 +148,19 @@ class Field(NamedTuple):
     values: Callable[[LightSet, View], Float64]
 
 
-_PLACE = Field(
-    "place",
-    "",
-    "centre in view space, reach",
-    lambda lights, _: np.column_stack((lights.positions, lights.reaches)),
-)
+_PLACE = Field("place", "", "centre in view space, reach", _place)
 _PIXEL = Field(
     "pixel", "", "where the centre is seen, pixels across and up, and what float32 took of them", _pixel
 )
-_COLOR = Field(
-    "color",
-    "",
-    "linear colour, rest of the centre's y that float32 took",
-    lambda lights, _: np.column_stack((lights.colors, rests(lights.positions[:, 1]))),
-)
-_SEEN = Field(
-    "seen",
-    "",
-    "pixel across where the centre is seen, its distance, pixel up; reach",
-    lambda lights, view: np.column_stack((_seen(lights, view), lights.reaches)),
-)
-_TINT = Field(
-    "tint",
-    "",
-    "linear colour; what float32 took of seen: shaders/include/rests.glsl",
-    lambda lights, view: np.column_stack((lights.colors, packed_rests(_seen(lights, view)))),
-)
-_SPECULAR = Field(
-    "specular", "SPECULAR_MODEL", "linear colour of highlights", lambda lights, _: lights.specular_colors
-)
+_COLOR = Field("color", "", "linear colour, rest of the centre's y that float32 took", _color)
+_SEEN = Field("seen", "", "pixel across where the centre is seen, its distance, pixel up; reach", _seen)
+_TINT = Field("tint", "", "linear colour; what float32 took of seen: shaders/include/rests.glsl", _tint)
+_SPECULAR = Field("specular", "SPECULAR_MODEL", "linear colour of highlights", _specular)
 _FADE = Field("fade", "FALLOFF", "constant, linear, quadratic; 1/max distance, 0 without one", _fade)
 _AXIS = Field("axis", "", "where it shines, unit vector; 1 - cos of the outer half-angle", _axis)
-_CONE = Field(
-    "cone", "", "1/width of the edge in 1 - cos, 0 for a hard one; exponent; height, tan of a proxy", _cone
-)
-_SHADOW = Field(
-    "shadow",
-    "SHADOW_TAPS",
-    "first shadow map, how many",
-    lambda lights, _: np.column_stack((lights.casters, lights.maps)).astype(np.float64),
-)
+_EDGE = "1/width of the edge in 1 - cos, 0 for a hard one; exponent; height, tan of a proxy"
+_CONE = Field("cone", "", _EDGE, _cone)
+_SHADOW = Field("shadow", "SHADOW_TAPS", "first shadow map, how many", _shadow)
 
 RECORDS: dict[str, tuple[Field, ...]] = {
     "PointLight": (_PLACE, _PIXEL, _COLOR, _SPECULAR, _FADE, _SHADOW),

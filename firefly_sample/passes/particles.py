@@ -1,24 +1,120 @@
-"""Particles and sprites: layers of haze, and soft dots that are hidden by surfaces and not lit."""
+"""Particles: lit once each, and drawn from back to front; sprites: soft dots that are not lit."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING, get_args
 
-from firefly_sample.gpu.instance_rows import dot_rows, particle_rows
+from firefly_sample.gpu.instance_rows import dot_rows, particle_records, particle_rows
+from firefly_sample.gpu.light_drawing import light_table, shadow_textures
 from firefly_sample.passes.base import BOTH, Pass
+from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import PositionMethod, Variant
+from firefly_sample.plan.variants import (
+    FalloffChoice,
+    LightKind,
+    PositionMethod,
+    RangeFalloff,
+    ShadowTaps,
+    Variant,
+)
 
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
 
 _SOFT = ["particles end softly where surfaces are"]
+
+
+@dataclass(frozen=True)
+class ParticleLightVariant(Variant):
+    """All lights of one kind on all particles.
+
+    `first` is the draw that brings ambient light. `faded` is for the light that fades on particles alone.
+    """
+
+    light_kind: LightKind = "point"
+    falloff: FalloffChoice = "ramp_squared"
+    range_falloff: RangeFalloff = "karis"
+    shadow_taps: ShadowTaps = 0
+    particle_shadow: bool = False
+    faded: bool = False
+    first: bool = True
+    orthographic: bool = False
+
+
+class ParticleLightPass(Pass):
+    """Draw a full-screen triangle over the particles' texels for all lights that shine and fade alike."""
+
+    name = "particle_light"
+    vertex = "fullscreen"
+
+    def declare(self, needs: Needs) -> Declaration | None:
+        """Return what it does if particles are in view."""
+        if not needs.hazy:
+            return None
+        reads = {"shadow_atlas": needs.shadows()} if needs.shadow_maps else {}
+        if needs.particle_shadowed:
+            reads["particle_shadow_atlas"] = [needs.particle_shadow_reason]
+        return Declaration(needs.particles_in_view, reads=reads, writes=["particle_light"])
+
+    def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
+        """Return the frame's variant; each set of lights fills in the rest."""
+        settings = needs.settings
+        return ParticleLightVariant(
+            range_falloff=settings.range_falloff,
+            shadow_taps=settings.shadow_taps if needs.shadow_maps else 0,  # type: ignore[arg-type]
+            particle_shadow=needs.particle_shadowed,
+            orthographic=needs.orthographic,
+        )
+
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield every combination; no point light has particle shadows."""
+        for flat in BOTH:
+            yield ParticleLightVariant("none", orthographic=flat)
+            for fade, taps, first in product(FADES, get_args(ShadowTaps), BOTH):
+                for clouded, faded in product(BOTH, repeat=2) if fade[0] != "point" else [(False, False)]:
+                    yield ParticleLightVariant(*fade, taps, clouded, faded, first, flat)
+
+    def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
+        """Draw `step` of `plan`."""
+        assert isinstance(step.variant, ParticleLightVariant)
+        framebuffer = images.draw_into()
+        gpu.ctx.enable_only(gpu.ctx.BLEND)
+        records = particle_records(plan.particles, plan.particle_shadow)
+        framebuffer.viewport = (0, 0, framebuffer.size[0], len(records))  # what particles fill
+        table = gpu.streams.texture(self.name, records)
+        for index, lights in enumerate(LightSet.walked_together(plan.lights) or [None]):
+            variant = _variant_for(step.variant, plan, lights, first=index == 0)
+            program = self.program(gpu, variant, images)
+            uniforms = {}
+            textures = shadow_textures(gpu, plan, images, variant.shadow_taps, variant.particle_shadow)
+            textures["u_particles"] = table
+            if lights is not None:
+                textures["u_lights"] = light_table(gpu, plan, lights, variant, f"{self.name} {index}")
+                uniforms["u_light_count"] = len(lights)
+            program.use(uniforms, textures)
+            gpu.draw_screen(program)
+
+
+def _variant_for(
+    frame: ParticleLightVariant, plan: FramePlan, lights: LightSet | None, first: bool
+) -> ParticleLightVariant:
+    """Return the frame's variant with what is a set's own."""
+    if lights is None:
+        return ParticleLightVariant("none", orthographic=frame.orthographic)
+    return replace(
+        shining(frame, lights),
+        light_kind=lights.kind,
+        faded=lights.particle_shadowed and bool((plan.particles.fades != 1.0).any()),
+        first=first,
+    )
 
 
 @dataclass(frozen=True)

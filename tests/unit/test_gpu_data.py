@@ -100,7 +100,7 @@ def test_icospheres_hold_the_unit_sphere_and_no_more(subdivisions, scale):
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_blocks_dtype_and_text_come_from_one_table(device, block):
     """The driver's own std140 layout has the size and the offsets of the dtype."""
-    fields = [name for name, _ in BLOCKS[block]]
+    fields = list(BLOCKS[block])
     uses = " + ".join(f"u_{name}" for name in fields)
     with device:
         program = device.ctx.program(
