@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import product
-from typing import get_args
 
-from firefly_sample.passes.base import BOTH, FullscreenPass, encodings
-from firefly_sample.passes.lights import TARGETS
+from firefly_sample.passes.base import FullscreenPass, combinations, encodings
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -64,9 +61,10 @@ class AmbientPass(FullscreenPass):
         )
 
     def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination; at least one target is written."""
-        for colors, (radiance, light) in product(get_args(AlbedoFormat), TARGETS):
-            for lit, own, emission in product(BOTH, repeat=3):
-                # emission does not fall on a surface, and an ambient colour is for ambient light
-                if (lit or (emission and radiance)) and (lit or not own):
-                    yield AmbientVariant(lit, own, emission, colors, radiance, light)
+        """Yield the variants that write a target."""
+        for made in combinations(AmbientVariant):
+            # emission does not fall on a surface, and an ambient colour is for ambient light
+            if (made.lit and (made.radiance or made.light)) or (
+                made.emission and made.radiance and not made.own
+            ):
+                yield made

@@ -7,9 +7,10 @@ its constants from `Gpu.ctx`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 from firefly_sample.gpu.drawing import draw_fullscreen
 from firefly_sample.plan.frame_graph import Declaration
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from firefly_sample.gpu.programs import Program
 
 BOTH = (False, True)
+
+AnyVariant = TypeVar("AnyVariant", bound=Variant)
 
 
 class Pass:
@@ -80,6 +83,13 @@ class Pass:
     def program(self, gpu: Gpu, variant: Variant, images: BoundImages) -> Program:
         """Return the program of a variant, which draws into `images`."""
         return gpu.programs.get(self.name, variant, images.color_names(), self.vertex, self.shaders)
+
+
+def combinations(kind: type[AnyVariant]) -> Iterator[AnyVariant]:
+    """Yield a variant for every combination of its fields' choices."""
+    hints = get_type_hints(kind).values()
+    for values in product(*(BOTH if hint is bool else get_args(hint) for hint in hints)):
+        yield kind(*values)
 
 
 def encodings(targets: Mapping[str, Target], *names: str) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, get_args
 
 from firefly_sample.gpu.drawing import Drawable, draw_surface, make_drawable
-from firefly_sample.passes.base import BOTH, FullscreenPass, Pass, encodings
+from firefly_sample.passes.base import BOTH, FullscreenPass, Pass, combinations, encodings
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
@@ -91,14 +91,22 @@ class GeometryPass(Pass):
 
     name = "geometry"
     colors = (
-        *("albedo", "normal", "distance", "ambient_albedo", "specular", "emission", "id", "visibility"),
+        "albedo",
+        "normal",
+        "distance",
         "position",
+        "ambient_albedo",
+        "specular",
+        "emission",
+        "id",
+        "visibility",
     )
 
     def __init__(self) -> None:
         self._ready: list[Drawable] = []
-        self._state: _State | None = None
-        self._drawn: _State | None = None
+        self._state: tuple[Any, ...] = ()
+        self._drawn_state: tuple[Any, ...] | None = None
+        self._drawn: tuple[Batch, ...] | None = None
         self._same = False
 
     def declare(self, needs: Needs) -> Declaration | None:
@@ -107,13 +115,13 @@ class GeometryPass(Pass):
             return None
         return Declaration(
             f"{needs.geometry} geometry instances in view",
-            writes=["depth", *self.colors[:3], "position", *self.colors[3:-1]],
+            writes=["depth", *self.colors],
             keeps={"depth": ["geometry hides what is behind it"]},
         )
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> GeometryVariant:
         """Return the frame's variant; a draw fills in what its surfaces ask for."""
-        written: dict[str, Any] = {name: name in targets for name in self.colors[:-1]}
+        written: dict[str, Any] = {name: name in targets for name in self.colors if name != "position"}
         again = needs.float64 and any(name in targets for name in INTERPOLATED)
         return GeometryVariant(
             **written,
@@ -148,7 +156,9 @@ class GeometryPass(Pass):
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
         self._ready.clear()  # a frame before may have failed half-way
         self._state = _state_of(plan, step)
-        self._same = gpu.reuse and self._state.same_as(self._drawn) and _untouched(step, images)
+        # batches are compared by identity, and kept so that no other ones get their address
+        same = plan.batches is self._drawn and self._state == self._drawn_state
+        self._same = gpu.reuse and same and _untouched(step, images)
         if self._same:
             return
         assert isinstance(step.variant, GeometryVariant)
@@ -168,9 +178,7 @@ class GeometryPass(Pass):
         self._drawn = None
         images.draw_into()
         ready, self._ready = self._ready, []
-        encoded = images.encodes_srgb()
-        if encoded:
-            gpu.device.set_srgb_encoding(True)
+        gpu.device.set_srgb_encoding(images.encodes_srgb())
         first, counts = 0, "visibility" in step.writes
         try:
             for index, drawable in enumerate(ready):
@@ -180,29 +188,15 @@ class GeometryPass(Pass):
                 draw_surface(gpu, drawable, gpu.ctx.DEPTH_TEST, uniforms, {})
                 first += len(drawable.batch.ids)
         finally:
-            if encoded:
-                gpu.device.set_srgb_encoding(False)
-        self._drawn = self._state
+            gpu.device.set_srgb_encoding(False)
+        self._drawn, self._drawn_state = plan.batches, self._state
 
 
-@dataclass(frozen=True, eq=False)
-class _State:
-    """All that decides what the pass draws, beside the textures that it draws into.
-
-    Batches are compared by identity, and kept so that nothing else takes their place.
-    """
-
-    batches: tuple[Batch, ...]
-    rest: tuple[Any, ...]
-
-    def same_as(self, other: _State | None) -> bool:
-        return other is not None and self.batches is other.batches and self.rest == other.rest
-
-
-def _state_of(plan: FramePlan, step: PassPlan) -> _State:
+def _state_of(plan: FramePlan, step: PassPlan) -> tuple[Any, ...]:
+    """Return all that decides what the pass draws, beside the batches and the textures that it draws into."""
     images = tuple(batch.texture.revision for batch in plan.batches if batch.texture is not None)
-    view = (plan.view.lens, plan.view.size, plan.view.reverse, plan.view.near)
-    return _State(plan.batches, (images, view, plan.settings.look, step.variant))
+    view = plan.view
+    return images, view.lens, view.size, view.reverse, view.near, plan.settings.look, step.variant
 
 
 def _untouched(step: PassPlan, images: BoundImages) -> bool:
@@ -253,15 +247,12 @@ class InterpolationPass(FullscreenPass):
         )
 
     def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination of targets."""
-        stores: list[tuple[bool, PositionTarget]] = [
-            *((distance, "none") for distance in BOTH),
-            *((False, stored) for stored in get_args(PositionTarget)[1:]),
-        ]
-        for normal, (distance, stored), flat in product(BOTH, stores, BOTH):
-            for normals in get_args(NormalFormat)[:5] if normal else ("oct16",):
-                if normal or distance or stored != "none":
-                    yield InterpolationVariant(normal, distance, stored, normals, flat)
+        """Yield the variants that write a target; there is a distance or a position."""
+        for made in combinations(InterpolationVariant):
+            encoded = made.normal_format != "classic" if made.normal else made.normal_format == "oct16"
+            placed = made.distance + made.position
+            if encoded and placed < 2 and (made.normal or placed):
+                yield made
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring the tables of corners up to date."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, get_args
 
 from firefly_sample.gpu.instance_rows import dot_rows, particle_records, particle_rows
 from firefly_sample.gpu.light_drawing import light_table, shadow_textures
-from firefly_sample.passes.base import BOTH, Pass
+from firefly_sample.passes.base import BOTH, Pass, combinations
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
@@ -164,13 +164,16 @@ class ParticlesPass(Pass):
         )
 
     def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination."""
-        for flat in BOTH:
-            yield ParticleVariant(False, orthographic=flat)
-            for method in get_args(PositionMethod):
-                for reverse in BOTH if method == "depth" else (False,):
-                    for packed in BOTH if flat and method in ("distance", "stored") else (False,):
-                        yield ParticleVariant(True, method, flat, reverse, packed)
+        """Yield the variants whose surfaces are found by a position, and marked where the distance cannot."""
+        for made in combinations(ParticleVariant):
+            unmarked = not made.orthographic or made.position_method not in ("distance", "stored")
+            plain = made.position_method == "distance" and not made.packed
+            if (
+                (made.surfaces or plain)
+                and (made.position_method == "depth" or not made.reverse)
+                and not (made.packed and unmarked)
+            ):
+                yield made
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -208,9 +211,9 @@ class SpritesPass(Pass):
         """Return the frame's variant."""
         return SpriteVariant(needs.orthographic)
 
-    def legal_variants(self) -> Iterable[Variant]:
-        """Return both."""
-        return [SpriteVariant(False), SpriteVariant(True)]
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield both."""
+        return combinations(SpriteVariant)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""

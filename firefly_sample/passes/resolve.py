@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import product
 from typing import Literal
 
-from firefly_sample.passes.base import BOTH, FullscreenPass
+from firefly_sample.passes.base import FullscreenPass, combinations
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs, asked
 from firefly_sample.plan.targets import Target
@@ -79,22 +78,14 @@ class ResolvePass(FullscreenPass):
         )
 
     def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination."""
-        tones: tuple[tuple[Look, Tone], ...] = (
-            ("correct", "exponential"),
-            ("correct", "none"),
-            ("classic", "none"),
-        )
-        samples: tuple[Literal[1, 2], ...] = (1, 2)
-        for radiance, masked, color, final, gradient in product(BOTH, repeat=5):
-            if not (color or final):
-                continue
-            for supersample, (look, tone) in product(samples, tones):
-                classic = look == "classic"
-                for marked in BOTH if masked and not classic else (False,):
-                    for flat, particles in product(
-                        BOTH if gradient else (False,), (False,) if classic else BOTH
-                    ):
-                        flags = radiance, masked, color, final, gradient, flat, look, tone, supersample
-                        for packed in BOTH if masked and not (marked or classic) else (False,):
-                            yield ResolveVariant(*flags, marked, particles, packed)
+        """Yield the variants that make an output."""
+        for made in combinations(ResolveVariant):
+            covered = made.marked or made.packed
+            if (
+                (made.color or made.final_radiance)
+                and (made.gradient or not made.orthographic)
+                and (made.masked or not covered)
+                and not (made.marked and made.packed)
+                and (made.look == "correct" or not (made.tone != "none" or covered or made.particles))
+            ):
+                yield made

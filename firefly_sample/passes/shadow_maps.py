@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING
 
-from firefly_sample.passes.base import BOTH, Pass
+from firefly_sample.passes.base import Pass, combinations
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
@@ -57,9 +56,9 @@ class ShadowMapsPass(Pass):
         """Return a variant that stands for those of the maps' batches."""
         return ShadowVariant()
 
-    def legal_variants(self) -> Iterable[Variant]:
-        """Return every combination."""
-        return [ShadowVariant(*alphas) for alphas in product(BOTH, repeat=2)]
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield every combination."""
+        return combinations(ShadowVariant)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import product
-from typing import Any, get_args
 
-from firefly_sample.passes.base import BOTH, FullscreenPass, encodings
-from firefly_sample.passes.lights import FORMATS, TARGETS
+from firefly_sample.passes.base import FullscreenPass, combinations, encodings
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -65,10 +62,7 @@ class UpsamplePass(FullscreenPass):
         )
 
     def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination: highlights are for radiance alone."""
-        for position, formats, flat, (radiance, light), shine in product(
-            get_args(PositionMethod), FORMATS, BOTH, TARGETS, BOTH
-        ):
-            if radiance or not shine:
-                how: Any = position, *formats, flat, radiance, light, shine
-                yield UpsampleVariant(*how)
+        """Yield the variants that write a target: highlights are for radiance alone."""
+        for made in combinations(UpsampleVariant):
+            if (made.radiance or (made.light and not made.shine)) and made.normal_format != "classic":
+                yield made
