@@ -74,12 +74,7 @@ OUTPUTS: dict[str, OutputInfo] = {
         "float32", 3, "world", "scene units", "NaN", "surface position; float32 is coarse far from the origin"
     ),
     "id": OutputInfo(
-        "int32",
-        1,
-        "scene",
-        "index into Frame.id_names",
-        "-1",
-        "number of the geometry instance, hidden ones not counted",
+        "int32", 1, "scene", "index into Frame.id_names", "-1", "number of the instance, without hidden ones"
     ),
     "visibility": OutputInfo(
         "int32",
@@ -93,12 +88,7 @@ OUTPUTS: dict[str, OutputInfo] = {
     "shininess": OutputInfo("float32", 1, "surface", "exponent 0..1e6", "0", "exponent of highlights"),
     "emission": OutputInfo("float32", 3, "scene", "linear radiance", "0", "light that surfaces emit"),
     "light": OutputInfo(
-        "float32",
-        3,
-        "scene",
-        "linear radiance",
-        "0",
-        "light alone, as white surfaces without highlights show it",
+        "float32", 3, "scene", "linear radiance", "0", "light as white surfaces without highlights show it"
     ),
     "overdraw": OutputInfo(
         "int32",
@@ -143,7 +133,7 @@ class LightCounts:
     in_view : int
         Lights that can change a pixel of the view; these are drawn.
     dropped : int
-        Lights in view that were not drawn: always 0; it is counted so that it can be checked.
+        Lights in view that were not drawn: always 0, which can be checked.
     """
 
     in_scene: int

@@ -58,7 +58,7 @@ def build_plan(
     capabilities: Capabilities | None = None,
     passes: tuple[type[Pass], ...] = PASSES,
 ) -> FramePlan:
-    """Return the plan of one frame; nothing is drawn and no driver is needed.
+    """Return the plan of one frame; nothing is drawn, and no driver is needed.
 
     Parameters
     ----------

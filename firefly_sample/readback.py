@@ -23,7 +23,7 @@ Read = Callable[[str], bytes]
 _WITHOUT_STEEP = 0x7FFFFFFF
 """Mask of a triangle's number without its mark: see ``shaders/include/steep.glsl``."""
 _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1, "visibility": -1}
-"""Where nothing was drawn; 0 in the others."""
+"""Values where nothing was drawn; 0 in the others."""
 _OWN_SIZE = ("shadow_atlas", "particle_shadow_atlas")
 _BAND = 1 << 16
 """Pixels that are decoded at a time: their float64 stay in a processor's cache."""

@@ -88,10 +88,9 @@ def check_vector_width(driver: str) -> None:
 
 def _has_avx() -> bool:
     """Return True if the processor has AVX, False also if the system does not say."""
-    try:
+    with suppress(OSError):
         return re.search(r"^flags\s*:.*\bavx\b", Path("/proc/cpuinfo").read_text(), re.MULTILINE) is not None
-    except OSError:
-        return False
+    return False
 
 
 _FORKED_WITHOUT_EXEC = 0x40  # PF_FORKNOEXEC of Linux' sched.h
@@ -143,11 +142,10 @@ def _refusal(who: str) -> str:
 
 def was_forked() -> bool:
     """Return True if this process is a fork that has started no other program; False if not on Linux."""
-    try:
+    with suppress(OSError):
         fields = Path("/proc/self/stat").read_bytes().rpartition(b")")[2].split()  # names may be no UTF-8
-    except OSError:
-        return False
-    return bool(int(fields[6]) & _FORKED_WITHOUT_EXEC)
+        return bool(int(fields[6]) & _FORKED_WITHOUT_EXEC)
+    return False
 
 
 def _wants_threads() -> bool:

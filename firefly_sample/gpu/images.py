@@ -79,7 +79,7 @@ class Images:
             raise self._no_memory(plan)
 
     def _no_memory(self, plan: FramePlan) -> GpuError:
-        """Free everything, and return an error that says how much memory was missing."""
+        """Free everything, and return an error that says how much memory was needed."""
         self.release()
         while self._device.ctx.error != "GL_NO_ERROR":
             pass

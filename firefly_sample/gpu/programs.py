@@ -26,7 +26,16 @@ class Program:
         self.name = fragment.name.removesuffix(".frag")
         self._ctx = ctx
         self._texts = (vertex.text, fragment.text)
-        self.mgl = _link(ctx, vertex, fragment, outputs)
+        try:
+            self.mgl = ctx.program(
+                vertex_shader=vertex.text,
+                fragment_shader=fragment.text,
+                fragment_outputs={f"o_{name}": index for index, name in enumerate(outputs)},
+            )
+        except moderngl.Error as error:
+            # moderngl's report is headed by the stage's name
+            source = vertex if "vertex_shader" in str(error) else fragment
+            raise ShaderError(source.explain(str(error))) from error
         self.attributes = frozenset(
             name for name in self.mgl if isinstance(self.mgl[name], moderngl.Attribute)
         )
@@ -115,22 +124,6 @@ class Program:
     def release(self) -> None:
         """Free the GL program."""
         self.mgl.release()
-
-
-def _link(
-    ctx: moderngl.Context, vertex: ShaderSource, fragment: ShaderSource, outputs: tuple[str, ...]
-) -> moderngl.Program:
-    try:
-        return ctx.program(
-            vertex_shader=vertex.text,
-            fragment_shader=fragment.text,
-            fragment_outputs={f"o_{name}": index for index, name in enumerate(outputs)},
-        )
-    except moderngl.Error as error:
-        log = str(error)
-        # moderngl's report is headed by the stage's name
-        source = vertex if "vertex_shader" in log else fragment
-        raise ShaderError(source.explain(log)) from error
 
 
 class Programs:

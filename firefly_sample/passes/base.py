@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 BOTH = (False, True)
 
-AnyVariant = TypeVar("AnyVariant", bound=Variant)
+Choices = TypeVar("Choices")
 
 
 class Pass:
@@ -85,8 +85,8 @@ class Pass:
         return gpu.programs.get(self.name, variant, images.color_names(), self.vertex, self.shaders)
 
 
-def combinations(kind: type[AnyVariant]) -> Iterator[AnyVariant]:
-    """Yield a variant for every combination of its fields' choices."""
+def combinations(kind: type[Choices]) -> Iterator[Choices]:
+    """Yield an object of a dataclass for every combination of its fields' choices: bools and Literals."""
     hints = get_type_hints(kind).values()
     for values in product(*(BOTH if hint is bool else get_args(hint) for hint in hints)):
         yield kind(*values)

@@ -75,11 +75,8 @@ def position_target_of(targets: Mapping[str, Target]) -> PositionTarget:
 
 def legal_surfaces() -> list[SurfaceFeatures]:
     """Return what a draw of surfaces can ask for: alpha of vertex colours needs these, and cuts out."""
-    return [
-        SurfaceFeatures(textured, colored, cutout, double_sided, alpha)
-        for textured, colored, cutout, double_sided, alpha in product(BOTH, repeat=5)
-        if (colored and cutout) or not alpha
-    ]
+    made = combinations(SurfaceFeatures)
+    return [each for each in made if (each.vertex_color and each.cutout) or not each.vertex_alpha]
 
 
 class GeometryPass(Pass):

@@ -41,20 +41,13 @@ FADES: list[tuple[LightKind, FalloffChoice, RangeFalloff]] = [
     *((kind, "attenuation", end) for kind in ("point", "spot") for end in get_args(RangeFalloff)),
 ]
 """Kinds of light, and how each may fade and end."""
-_METHODS: dict[str, DrawMethod] = {
-    "volumes": "sphere",
-    "clustered": "clustered",
-    "fullscreen": "fullscreen",
-    "loop": "loop",
-}
-"""By the plan's method; a volume's shape is each set's own."""
 _SHADER_NAMES = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
 
 
 @dataclass(frozen=True)
 class LightVariant(Variant):
-    """How lights find their pixels, where a pixel's position comes from, and what light does there.
+    """How lights find their pixels, how a pixel's position is found, and how it is shaded.
 
     `shadow_taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles shadow.
     `radiance` and `light` are the targets; at half resolution the first is of highlights alone.
@@ -93,7 +86,6 @@ class LightPass(Pass):
         if not needs.lit or needs.forward or kind not in needs.lights:
             return None
         lights, position = [needs.lights_of(kind)], needs.settings.position
-        shiny = [f"highlights of {needs.looks.shiny}"] if needs.highlights else []
         reads = {"albedo": lights} if needs.picture and not needs.half else {}
         reads["normal"] = lights
         if needs.is_placed(kind):
@@ -105,8 +97,8 @@ class LightPass(Pass):
             reads[source] = [f"{reason} (position={position})" for reason in reasons]
             if source == "depth_copy":
                 reads[source] = [f"position={position} samples the depth that the volumes are tested against"]
-        if shiny:
-            reads["specular"] = shiny
+        if needs.highlights:
+            reads["specular"] = [f"highlights of {needs.looks.shiny}"]
         if kind in needs.shadowed:
             reads["shadow_atlas"] = needs.shadows([kind])
         if needs.is_clouded(kind):
@@ -117,9 +109,9 @@ class LightPass(Pass):
         return Declaration(needs.in_view(kind), reads=reads, fills=fills, tests=tests)
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> LightVariant:
-        """Return the frame's variant; `variant_for` adds what is a set's own."""
+        """Return the frame's variant; `variant_for` makes that of a set of lights."""
         kind, settings = self.kind, needs.settings
-        method = _METHODS[needs.method]
+        method: Any = "sphere" if needs.method == "volumes" else needs.method  # or each set's shape
         return LightVariant(
             light_method="fullscreen" if kind == "directional" and method != "loop" else method,
             range_falloff=settings.range_falloff if kind != "directional" else "karis",
@@ -200,10 +192,7 @@ class DirectionalLightsPass(LightPass):
 
 
 class PointLightsPass(LightPass):
-    """Add every point light in view: as spheres, or by cells.
-
-    Where a sphere would hold the whole view, the full screen is drawn.
-    """
+    """Add every point light in view: as spheres, full-screen if one contains the view, or by cells."""
 
     name = "point_lights"
     kind = "point"
@@ -237,7 +226,7 @@ def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
 
 
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
-    """Return the frame's variant with what is the set's own."""
+    """Return the frame's variant for one set of lights."""
     placed = lights.kind != "directional" or lights.shadowed or lights.particle_shadowed
     return replace(
         shining(frame, lights),
@@ -248,11 +237,11 @@ def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
 
 def shining(frame: Shines, lights: LightSet) -> Shines:
     """Return a variant with how a set's lights fade, and which shadows they have."""
-    fades = lights.kind != "directional"
     given: Any = frame
+    falloff = lights.falloff.value if lights.kind != "directional" else "ramp_squared"
     changes: dict[str, Any] = {
-        "falloff": lights.falloff.value if fades else "ramp_squared",
-        "range_falloff": given.range_falloff if fades and lights.falloff.value == "attenuation" else "karis",
+        "falloff": falloff,
+        "range_falloff": given.range_falloff if falloff == "attenuation" else "karis",
         "shadow_taps": given.shadow_taps if lights.shadowed else 0,
         "particle_shadow": given.particle_shadow and lights.particle_shadowed,
     }
