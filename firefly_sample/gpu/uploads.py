@@ -22,7 +22,7 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
 from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.streams import Streams
-from firefly_sample.mipmaps import kept_texture_levels
+from firefly_sample.mipmaps import Picture, kept_texture_levels
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows.maps import CasterBatch
 
@@ -43,18 +43,12 @@ class MeshSource(Protocol):
     triangles: NDArray[np.int32]
 
 
-class TextureSource(Protocol):
+class TextureSource(Picture, Protocol):
     """The source of a texture, such as a scene's Texture."""
 
     name: str
     serial: int
     revision: int
-    size: tuple[int, int]
-    digest: str | None
-
-    @property
-    def pixels(self) -> NDArray[np.uint8]:
-        """The same as the pixels of a `Texture`."""
 
 
 @dataclass(eq=False)

@@ -162,8 +162,9 @@ def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) ->
             emission=frame.emission,
             orthographic=frame.orthographic,
         )
-    return replace(
-        shining(frame, lights),
+    return shining(
+        frame,
+        lights,
         light_kind=lights.kind,
         first=first,
         ambient_albedo=frame.ambient_albedo and first,

@@ -228,21 +228,20 @@ def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
     """Return the frame's variant for one set of lights."""
     placed = lights.kind != "directional" or lights.shadowed or lights.particle_shadowed
-    return replace(
-        shining(frame, lights),
+    return shining(
+        frame,
+        lights,
         light_method=method_for(frame.light_method, lights),
         position_method=frame.position_method if placed else "distance",
     )
 
 
-def shining(frame: Shines, lights: LightSet) -> Shines:
-    """Return a variant with how a set's lights fade, and which shadows they have."""
+def shining(frame: Shines, lights: LightSet, **changes: Any) -> Shines:
+    """Return a variant with the falloff and the shadows of a set's lights, and other `changes`."""
     given: Any = frame
     falloff = lights.falloff.value if lights.kind != "directional" else "ramp_squared"
-    changes: dict[str, Any] = {
-        "falloff": falloff,
-        "range_falloff": given.range_falloff if falloff == "attenuation" else "karis",
-        "shadow_taps": given.shadow_taps if lights.shadowed else 0,
-        "particle_shadow": given.particle_shadow and lights.particle_shadowed,
-    }
+    changes["falloff"] = falloff
+    changes["range_falloff"] = given.range_falloff if falloff == "attenuation" else "karis"
+    changes["shadow_taps"] = given.shadow_taps if lights.shadowed else 0
+    changes["particle_shadow"] = given.particle_shadow and lights.particle_shadowed
     return replace(frame, **changes)

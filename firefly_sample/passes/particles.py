@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, get_args
 
@@ -28,8 +28,6 @@ from firefly_sample.plan.variants import (
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-
-_SOFT = ["particles end softly where surfaces are"]
 
 
 @dataclass(frozen=True)
@@ -106,15 +104,11 @@ class ParticleLightPass(Pass):
 def _variant_for(
     frame: ParticleLightVariant, plan: FramePlan, lights: LightSet | None, first: bool
 ) -> ParticleLightVariant:
-    """Return the frame's variant with what is a set's own."""
+    """Return the frame's variant for one set of lights."""
     if lights is None:
         return ParticleLightVariant("none", orthographic=frame.orthographic)
-    return replace(
-        shining(frame, lights),
-        light_kind=lights.kind,
-        faded=lights.particle_shadowed and bool((plan.particles.fades != 1.0).any()),
-        first=first,
-    )
+    faded = lights.particle_shadowed and bool((plan.particles.fades != 1.0).any())
+    return shining(frame, lights, light_kind=lights.kind, faded=faded, first=first)
 
 
 @dataclass(frozen=True)
@@ -144,9 +138,9 @@ class ParticlesPass(Pass):
         reads = {"particle_light": [needs.particles_in_view]}
         if needs.drawn:
             source = "depth" if needs.forward else needs.position_source
-            reads[source] = _SOFT
+            reads[source] = ["particles end softly where surfaces are"]
             if source != "depth" and needs.orthographic:
-                reads["albedo"] = _SOFT
+                reads["albedo"] = reads[source]
         return Declaration(needs.particles_in_view, reads=reads, writes=["particles"])
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
