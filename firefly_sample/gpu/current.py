@@ -135,7 +135,8 @@ def make_current(wanted: CurrentContext | None, present: CurrentContext | None) 
         return
     if wanted.lost_connection():
         raise GpuError(_GONE["GLX"])
-    error, name = _set(wanted), "eglGetCurrentContext" if wanted.api == "EGL" else "glXGetCurrentContext"
+    error = _set(wanted)
+    name = "eglGetCurrentContext" if wanted.api == "EGL" else "glXGetCurrentContext"
     if getattr(_loaded[wanted.api], name)() != wanted.context:
         raise GpuError(_refusal(wanted, error))
 

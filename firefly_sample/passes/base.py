@@ -104,13 +104,13 @@ class FullscreenPass(Pass):
     ----------
     adds : bool
         True to add to what the targets hold instead of replacing it.
-    textures : mapping of str to Texture
+    textures : mapping of str to Texture, optional
         What its shader samples besides the targets that the pass reads; `prepare` may set it.
     """
 
     vertex = "fullscreen"
     adds = False
-    textures: Mapping[str, moderngl.Texture] = {}
+    textures: Mapping[str, moderngl.Texture] | None = None
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""

@@ -78,7 +78,7 @@ class ParticleShadowBlurXPass(FullscreenPass):
     """Blur all slices horizontally, into a texture of their own."""
 
     name = "particle_shadow_blur_x"
-    source, result = ATLAS, SCRATCH
+    source = ATLAS
     colors = (SCRATCH,)
 
     def declare(self, needs: Needs) -> Declaration | None:
@@ -89,14 +89,14 @@ class ParticleShadowBlurXPass(FullscreenPass):
         blur = f"blur of {shadow.blur:g} texels"
         reason = needs.particle_shadow_reason if self.source == ATLAS else f"a {blur}"
         because = f"a {shadow.kernel} {blur}"
-        return Declaration(because, reads={self.source: [reason]}, writes=[self.result])
+        return Declaration(because, reads={self.source: [reason]}, writes=self.colors)
 
 
 class ParticleShadowBlurYPass(ParticleShadowBlurXPass):
     """Blur them vertically, back into the atlas."""
 
     name = "particle_shadow_blur_y"
-    source, result = SCRATCH, ATLAS
+    source = SCRATCH
     colors = (ATLAS,)
 
 
