@@ -7,8 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, get_args
 
-from firefly_sample.gpu.drawing import Drawable, draw_surface, make_drawable
-from firefly_sample.gpu.light_drawing import light_table, shadow_textures
+from firefly_sample.gpu.drawing import Drawable, draw_surface, light_table, make_drawable, shadow_textures
 from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.passes.geometry import legal_surfaces
 from firefly_sample.passes.lights import FADES, shining

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, get_args
 
-from firefly_sample.gpu.light_drawing import draw_clustered, draw_volumes
+from firefly_sample.gpu.drawing import draw_clustered, draw_volumes
 from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.passes.lights import method_for
 from firefly_sample.plan.frame_graph import Declaration

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from firefly_sample.gpu.light_drawing import draw_clustered, draw_loop, draw_volumes, light_table
+from firefly_sample.gpu.drawing import draw_clustered, draw_loop, draw_volumes, light_table
 from firefly_sample.passes.base import BOTH, Pass, encodings
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan

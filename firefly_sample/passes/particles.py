@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, get_args
 
+from firefly_sample.gpu.drawing import light_table, shadow_textures
 from firefly_sample.gpu.instance_rows import dot_rows, particle_records, particle_rows
-from firefly_sample.gpu.light_drawing import light_table, shadow_textures
 from firefly_sample.passes.base import BOTH, Pass, combinations
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
