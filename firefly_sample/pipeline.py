@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from firefly_sample.passes import (
-    ambient,
-    depths,
     forward,
+    fullscreen,
     geometry,
     light_views,
     lights,
     particle_shadows,
     particles,
-    resolve,
     shadow_maps,
-    upsample,
 )
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.build import Planner
@@ -30,20 +27,20 @@ PASSES: tuple[type[Pass], ...] = (
     geometry.GeometryPass,
     geometry.InterpolationPass,
     forward.ForwardPass,
-    depths.DepthCopyPass,
-    depths.HalfDepthPass,
-    ambient.AmbientPass,
+    fullscreen.DepthCopyPass,
+    fullscreen.HalfDepthPass,
+    fullscreen.AmbientPass,
     lights.DirectionalLightsPass,
     lights.PointLightsPass,
     lights.SpotlightsPass,
-    upsample.UpsamplePass,
+    fullscreen.UpsamplePass,
     particles.ParticleLightPass,
     particles.ParticlesPass,
     particles.SpritesPass,
     light_views.OverdrawPass,
     light_views.VolumesPass,
     light_views.WireframePass,
-    resolve.ResolvePass,
+    fullscreen.ResolvePass,
     particle_shadows.ParticleShadowTexturePass,
 )
 """Every pass in drawing order; a plan holds those that its frame needs."""
