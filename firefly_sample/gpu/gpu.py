@@ -71,8 +71,8 @@ class Gpu:
     def reset_state(self, depth_func: str = "<") -> None:
         """Set the state that draws may change: every pass begins with it.
 
-        Blending adds up. `depth_func` of a pass lets equal depths pass, and OpenGL starts with "<": it would
-        drop geometry whose depth rounds to the clear value.
+        Blending adds. The `depth_func` of passes is "<=", or ">=" for reversed depth: "<", with which OpenGL
+        starts, would drop geometry whose depth rounds to the clear value.
         """
         self.ctx.blend_func = moderngl.ONE, moderngl.ONE
         self.ctx.depth_func = depth_func
