@@ -43,8 +43,8 @@ CASTER_DTYPE = np.dtype([*((f"in_clip_{axis}", np.float32, 4) for axis in "xyzw"
 
 SMALLEST_DOT = 1.0
 """Radius in pixels."""
-LARGEST_PIXEL = 3e38
-"""Pixels are clipped to this, because float32 holds little more."""
+LARGEST = 3e38
+"""Coordinates are clipped to this, because float32 holds little more."""
 RECORD_TEXELS = 4
 """Texels per particle: its position and fade; its colour, and 1 if it takes shadows; its position in the
 particle shadow; its own share of what a lookup finds there."""
@@ -107,7 +107,7 @@ def dot_rows(dots: SpriteSet, view: View) -> Float32:
     grow = np.maximum(SMALLEST_DOT / np.maximum(dots.radii[:, None] * scales[:, 1:], 1e-30), 1.0)
     radii = dots.radii[:, None] * grow
     pixels = dots.positions[:, [0, 2]] * scales + half * (1.0 + np.array([lens.x_offset, lens.z_offset]))
-    pixels = np.clip(pixels, -LARGEST_PIXEL, LARGEST_PIXEL)
+    pixels = np.clip(pixels, -LARGEST, LARGEST)
     held = pixels.astype(np.float32).astype(np.float64)
     columns = [dots.positions, radii, held, pixels - held, 1.0 / (radii * scales), dots.colors / grow**2]
     with np.errstate(over="ignore"):  # a radius beyond float32 reaches everything, as infinity does

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.blocks import pixel_slopes
+from firefly_sample.gpu.instance_rows import LARGEST
 from firefly_sample.plan.lights.light_set import LightKind, LightSet
 from firefly_sample.plan.shadows.maps import ShadowPlan
 from firefly_sample.plan.variants import SHADER_CONSTANTS
@@ -33,8 +34,6 @@ ROW = 256
 """Records in a row of their texture: a power of two, which shaders need not divide by."""
 SHADOW_TEXELS = 5
 """Texels per shadow map: three rows of view-to-light; scales and the depth's constants; its tile."""
-LARGEST = 3e38
-"""Coordinates are clipped to this, because float32 holds little more."""
 MIDDLE = 128.0
 """The byte that stands for no step."""
 PROXY_MARGIN = 1e-4
@@ -256,7 +255,8 @@ def _fetch_light(texels: tuple[Field, ...], values: list[str]) -> list[str]:
     rest = []
     if texels[0] is _SEEN:
         rest = ["    vec3 rest = rests(seen.xyz, tint.w);"]
-        values[:3] = "vec4(0.0, seen.y, 0.0, seen.w)", "vec4(seen.xz, rest.xz)", "vec4(tint.rgb, rest.y)"
+        unpacked = "vec4(0.0, seen.y, 0.0, seen.w)", "vec4(seen.xz, rest.xz)", "vec4(tint.rgb, rest.y)"
+        values = [*unpacked, *values[3:]]
     return [
         f"uniform sampler2D u_lights;  // {len(texels)} texels a light",
         "uniform int u_light_count;",
