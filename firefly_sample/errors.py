@@ -103,6 +103,10 @@ class SoftwareDriverWarning(UserWarning):
 
 RENAMED: dict[str, tuple[str, ...]] = {
     # settings
+    "position": ("position_method",),
+    "normals": ("normal_format",),
+    "albedo": ("albedo_format",),
+    "accumulation": ("accumulation_format",),
     "lights": ("light_method", "counts"),  # the second of measure speed
     "window": ("range_falloff",),
     "specular": ("specular_model",),

@@ -107,8 +107,8 @@ OUTPUTS: dict[str, OutputInfo] = {
         1,
         "light",
         "depth 0..1",
-        "0 (1 with position=depth24)",
-        "all shadow maps, 1 near the light (but reversed with position=depth24); 0x0 without any",
+        "0 (1 with position_method=depth24)",
+        "all shadow maps, 1 near the light (but reversed with position_method=depth24); 0x0 without any",
     ),
     "particle_shadow_atlas": OutputInfo(
         "float32",

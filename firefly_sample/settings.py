@@ -22,7 +22,7 @@ PositionMethod = Literal[
 NormalFormat = Literal["oct16", "rgb10a2", "rgba8", "oct8", "rgba16f", "rgba32f"]
 AlbedoFormat = Literal["sqrt10", "sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"]
 Interpolation = Literal["rasterizer", "float64"]
-Accumulation = Literal["rgba32f", "rgba16f", "r11g11b10f", "rgba8"]
+AccumulationFormat = Literal["rgba32f", "rgba16f", "r11g11b10f", "rgba8"]
 LightMethod = Literal["auto", "volumes", "clustered", "fullscreen", "loop", "forward"]
 VolumeProxy = Literal["cube", "icosphere0", "icosphere1", "icosphere2", "icosphere3"]
 LightResolution = Literal["full", "half"]
@@ -169,7 +169,7 @@ class Settings:
         stored; each light is cut off and rounded as it is added into 8 bits. docs/lighting.md lists them, and
         what still differs.""",
     )
-    position: PositionMethod = _setting(
+    position_method: PositionMethod = _setting(
         "linear32f",
         "How the position of a pixel is found: from a stored distance, from the depth buffer, or stored.",
         """The method "linear32f" stores the distance along the view axis in an R32F target: 4 bytes per
@@ -181,7 +181,7 @@ class Settings:
         "stored16f" store view-space positions: 16 or 8 bytes per pixel. Half floats have an error of 5e-4, or
         1e-3 where a driver truncates, and end at 65504.""",
     )
-    normals: NormalFormat = _setting(
+    normal_format: NormalFormat = _setting(
         "oct16",
         "The format in which normals are stored.",
         """The formats "oct16" and "oct8" are octahedral, two components of 16 or 8 bits: 4 or 2 bytes per
@@ -190,7 +190,7 @@ class Settings:
         magnify the error by the square root of the shininess.""",
         limits=(_classic("oct16"),),
     )
-    albedo: AlbedoFormat = _setting(
+    albedo_format: AlbedoFormat = _setting(
         "sqrt10",
         "The format in which base colours are stored.",
         """The format "sqrt10" stores square roots in ten bits each: 4 bytes per pixel, and exact to decode.
@@ -209,7 +209,7 @@ class Settings:
         Vertex colours, and depth where positions come from it, remain the rasterizer's.""",
         limits=(_classic("rasterizer"), _forward("rasterizer")),
     )
-    accumulation: Accumulation = _setting(
+    accumulation_format: AccumulationFormat = _setting(
         "rgba32f",
         "The format of the target in which lights are added.",
         """500 lights lose 1e-6 in "rgba32f" (16 bytes per pixel), up to 12 % in "rgba16f" (8) on a driver
@@ -503,8 +503,8 @@ Settings.__init__ = _checking_names(Settings.__init__)  # type: ignore[method-as
 
 PRESETS: dict[str, dict[str, Any]] = {
     "fast": {
-        "normals": "oct8",
-        "albedo": "sqrt8",
+        "normal_format": "oct8",
+        "albedo_format": "sqrt8",
         "cutoff_threshold": 1e-3,
         "volume_proxy": "icosphere0",
         "shadow_taps": 1,
@@ -513,8 +513,8 @@ PRESETS: dict[str, dict[str, Any]] = {
     },
     "balanced": {},
     "accurate": {
-        "normals": "rgba32f",
-        "albedo": "rgba32f",
+        "normal_format": "rgba32f",
+        "albedo_format": "rgba32f",
         "interpolation": "float64",
         "cutoff_budget": 1e-6,
         "particle_shadow_slices": 128,

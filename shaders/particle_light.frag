@@ -4,7 +4,7 @@
 // FIRST: adds ambient light as well. FADED: multiplies by the fading that is stored with each particle.
 #define PLACED 1
 #define LIGHT_METHOD LIGHT_METHOD_LOOP
-#define POSITION_METHOD POSITION_METHOD_STORED
+#define POSITION_SOURCE POSITION_SOURCE_STORED
 #define LIGHT_RESOLUTION LIGHT_RESOLUTION_FULL
 #define RADIANCE 0
 #define SPECULAR_MODEL SPECULAR_MODEL_NONE

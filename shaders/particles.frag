@@ -14,14 +14,14 @@ flat in float v_optical_depth;
 out vec4 o_particles;
 
 #if SURFACES
-#if POSITION_METHOD == POSITION_METHOD_DISTANCE
+#if POSITION_SOURCE == POSITION_SOURCE_DISTANCE
 uniform sampler2D u_distance;
-#elif POSITION_METHOD == POSITION_METHOD_STORED
+#elif POSITION_SOURCE == POSITION_SOURCE_STORED
 uniform sampler2D u_position;
 #else
 uniform sampler2D u_depth;
 #endif
-#if ORTHOGRAPHIC && (POSITION_METHOD == POSITION_METHOD_DISTANCE || POSITION_METHOD == POSITION_METHOD_STORED)
+#if ORTHOGRAPHIC && (POSITION_SOURCE == POSITION_SOURCE_DISTANCE || POSITION_SOURCE == POSITION_SOURCE_STORED)
 #if PACKED
 uniform usampler2D u_albedo;
 #else
@@ -31,15 +31,15 @@ uniform sampler2D u_albedo;
 
 float surface_distance(ivec2 texel)
 {
-#if POSITION_METHOD == POSITION_METHOD_DISTANCE
+#if POSITION_SOURCE == POSITION_SOURCE_DISTANCE
     float y = texelFetch(u_distance, texel, 0).r;
-#elif POSITION_METHOD == POSITION_METHOD_STORED
+#elif POSITION_SOURCE == POSITION_SOURCE_STORED
     float y = texelFetch(u_position, texel, 0).y;
 #else
     float depth = texelFetch(u_depth, texel, 0).r;
     float y = distance_from_depth(depth);
 #endif
-#if POSITION_METHOD == POSITION_METHOD_DISTANCE || POSITION_METHOD == POSITION_METHOD_STORED
+#if POSITION_SOURCE == POSITION_SOURCE_DISTANCE || POSITION_SOURCE == POSITION_SOURCE_STORED
 #if ORTHOGRAPHIC
 #if PACKED
     bool covered = texelFetch(u_albedo, texel, 0).r != 0u;

@@ -23,6 +23,10 @@ from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import CHOICES, PRESETS, Settings
 
 RENAMED = {
+    "position": "position_method",
+    "normals": "normal_format",
+    "albedo": "albedo_format",
+    "accumulation": "accumulation_format",
     "lights": "light_method",
     "window": "range_falloff",
     "specular": "specular_model",
@@ -85,8 +89,8 @@ def variations():
     for method in METHODS:
         yield f"classic {method}", {"look": "classic", here["light_method"]: method}
         for light_resolution in ("full", "half"):
-            for position in CHOICES["position"]:
-                changes = {"position": position, here["light_method"]: method}
+            for position in CHOICES[here["position_method"]]:
+                changes = {here["position_method"]: position, here["light_method"]: method}
                 changes["light_resolution"] = light_resolution
                 yield f"{method} {light_resolution} {position}", changes
 

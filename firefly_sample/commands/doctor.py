@@ -204,7 +204,7 @@ def _device(index: int, chosen: bool) -> Iterator[Finding]:
     if chosen:
         yield Finding("same bytes", True, False, _same_bytes(device))
         can = device.capabilities
-        found = "yes" if can.clip_control else "no; position=depth32f is as coarse as depth24"
+        found = "yes" if can.clip_control else "no; position_method=depth32f is as coarse as depth24"
         yield Finding("reversed depth", can.clip_control, False, found)
         found = "yes" if can.snorm_targets else "no; normals are stored in RG16"
         yield Finding("signed normals", can.snorm_targets, False, found)

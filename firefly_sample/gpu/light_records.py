@@ -39,7 +39,7 @@ MIDDLE = 128.0
 PROXY_MARGIN = 1e-4
 """How much wider than a cone its proxy is, as a share of its height, because of rounding."""
 
-_COMPARED = SHADER_CONSTANTS["POSITION_METHOD_INVERSE_MATRIX"]
+_COMPARED = SHADER_CONSTANTS["POSITION_SOURCE_INVERSE_MATRIX"]
 """From this method on, a shader compares positions."""
 _LOOP = SHADER_CONSTANTS["LIGHT_METHOD_LOOP"]
 _FETCHED = (_LOOP, SHADER_CONSTANTS["LIGHT_METHOD_CLUSTERED"])
@@ -183,7 +183,7 @@ def record_fields(record: str, defines: dict[str, int]) -> tuple[Field, ...]:
     """
     fields = _light_fields(record, defines)
     fetched = defines.get("LIGHT_METHOD", _LOOP) in _FETCHED
-    if fetched and fields[0] is _PLACE and defines.get("POSITION_METHOD", _COMPARED) < _COMPARED:
+    if fetched and fields[0] is _PLACE and defines.get("POSITION_SOURCE", _COMPARED) < _COMPARED:
         return (_SEEN, _TINT, *fields[3:])
     return fields
 

@@ -122,7 +122,7 @@ def measure_stability(
         Names, parts of names, or patterns as in a shell; all if absent. A whole name of a case does not count
         as a part of another's.
     methods : sequence of str, optional
-        Most cases have one for each choice of `Settings.position`; all if absent.
+        Most cases have one for each choice of `Settings.position_method`; all if absent.
     progress : callable, optional
         Called with (done, in all).
     device, require_gpu : see `firefly_sample.Renderer`

@@ -22,9 +22,9 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
 FINEST = {
-    "position": "linear32f",
-    "normals": "rgba32f",
-    "albedo": "rgba32f",
+    "position_method": "linear32f",
+    "normal_format": "rgba32f",
+    "albedo_format": "rgba32f",
     "interpolation": "float64",
     "particle_shadows": "optical_depth",
     "particle_shadow_format": "float32",

@@ -26,42 +26,51 @@ LOOKS = (
 )
 """Settings that presets and combinations leave as they are in the base."""
 
-_THIN = {"position": "depth24", "normals": "oct8", "albedo": "sqrt8", "accumulation": "r11g11b10f"}
+_THIN = {
+    "position_method": "depth24",
+    "normal_format": "oct8",
+    "albedo_format": "sqrt8",
+    "accumulation_format": "r11g11b10f",
+}
 COMBINATIONS: dict[str, dict[str, Any]] = {
     "thin buffer": _THIN,
     "half floats": {
-        "position": "stored16f",
-        "normals": "rgba16f",
-        "albedo": "rgba16f",
-        "accumulation": "rgba16f",
+        "position_method": "stored16f",
+        "normal_format": "rgba16f",
+        "albedo_format": "rgba16f",
+        "accumulation_format": "rgba16f",
     },
     "as the slides": {
-        "position": "stored32f",
-        "normals": "rgba32f",
-        "albedo": "rgba8",
+        "position_method": "stored32f",
+        "normal_format": "rgba32f",
+        "albedo_format": "rgba8",
         "cutoff_threshold": 5.0 / 256.0,
         "light_method": "volumes",
         "volume_depth_test": False,
     },
     "as the assignment": {
-        "position": "inverse_matrix",
-        "normals": "rgba16f",
-        "albedo": "rgba8",
+        "position_method": "inverse_matrix",
+        "normal_format": "rgba16f",
+        "albedo_format": "rgba8",
         "light_method": "loop",
     },
     "as the original": {
-        "position": "depth24",
-        "normals": "rgba8",
-        "albedo": "rgba8",
-        "accumulation": "rgba8",
+        "position_method": "depth24",
+        "normal_format": "rgba8",
+        "albedo_format": "rgba8",
+        "accumulation_format": "rgba8",
         "light_method": "volumes",
         "volume_depth_test": False,
     },
-    "half, else accurate": {"light_resolution": "half", "normals": "rgba32f", "albedo": "rgba32f"},
+    "half, else accurate": {
+        "light_resolution": "half",
+        "normal_format": "rgba32f",
+        "albedo_format": "rgba32f",
+    },
     "half, thin buffer": {"light_resolution": "half", **_THIN},
-    "cube, depth24": {"volume_proxy": "cube", "position": "depth24"},
-    "icosphere0, depth32f": {"volume_proxy": "icosphere0", "position": "depth32f"},
-    "rgba32f normals, rgba16f albedo": {"normals": "rgba32f", "albedo": "rgba16f"},
+    "cube, depth24": {"volume_proxy": "cube", "position_method": "depth24"},
+    "icosphere0, depth32f": {"volume_proxy": "icosphere0", "position_method": "depth32f"},
+    "rgba32f normals, rgba16f albedo": {"normal_format": "rgba32f", "albedo_format": "rgba16f"},
 }
 """Choices that are used together: those of the documents that the sample follows, small and accurate ones."""
 
@@ -174,11 +183,11 @@ def _choices(plan: FramePlan) -> Iterator[tuple[str, Any]]:
     positioned = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
     attenuated, clouded = _attenuated(plan), _particle_shadowed(plan)
     table: tuple[tuple[bool, str, Iterable[Any]], ...] = (
-        (positioned and deferred, "position", CHOICES["position"]),
-        (deferred, "normals", CHOICES["normals"]),
-        (plan.target("albedo") is not None, "albedo", CHOICES["albedo"]),
+        (positioned and deferred, "position_method", CHOICES["position_method"]),
+        (deferred, "normal_format", CHOICES["normal_format"]),
+        (plan.target("albedo") is not None, "albedo_format", CHOICES["albedo_format"]),
         (deferred, "interpolation", CHOICES["interpolation"]),
-        (plan.target("radiance") is not None, "accumulation", CHOICES["accumulation"]),
+        (plan.target("radiance") is not None, "accumulation_format", CHOICES["accumulation_format"]),
         (attenuated, "cutoff_budget", (1e-6, 1.5e-4, 1.5e-3)),
         (attenuated, "cutoff_threshold", (1e-3, 1e-2, 5.0 / 256.0)),
         (_proxied(plan), "volume_proxy", CHOICES["volume_proxy"]),

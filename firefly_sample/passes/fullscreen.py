@@ -12,7 +12,7 @@ from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs, asked
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import AlbedoFormat, Look, NormalFormat, PositionMethod, Tone, Variant
+from firefly_sample.plan.variants import AlbedoFormat, Look, NormalFormat, PositionSource, Tone, Variant
 
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
@@ -30,7 +30,8 @@ class DepthCopyPass(Pass):
         """Return what it does if lighting passes both sample and test depth."""
         if not needs.drawn or needs.tested_source != "depth_copy":
             return None
-        because = f"position={needs.settings.position}: a depth buffer cannot be tested and sampled at once"
+        method = needs.settings.position_method
+        because = f"position_method={method}: a depth buffer cannot be tested and sampled at once"
         return Declaration(because, reads={"depth": _REASON}, writes=["depth_copy"])
 
     def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
@@ -128,7 +129,7 @@ class UpsampleVariant(Variant):
     positions and normals.
     """
 
-    position_method: PositionMethod = "distance"
+    position_source: PositionSource = "distance"
     normal_format: NormalFormat = "oct16"
     albedo_format: AlbedoFormat = "sqrt10"
     orthographic: bool = False
@@ -155,14 +156,14 @@ class UpsamplePass(FullscreenPass):
         if needs.picture:
             reads["albedo"] = lights
         reads["normal"] = lights
-        reads[needs.position_source] = ["light_resolution=half finds neighbours on the same surface"]
+        reads[needs.position_target_name] = ["light_resolution=half finds neighbours on the same surface"]
         because = "light_resolution=half: each pixel takes light from neighbours on its surface"
         return Declaration(because, reads=reads, fills=["radiance", "light"])
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the frame's variant."""
         return UpsampleVariant(
-            position_method=needs.position_method,
+            position_source=needs.position_source,
             orthographic=needs.orthographic,
             radiance="radiance" in targets,
             light="light" in targets,

@@ -14,7 +14,7 @@ from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import DrawMethod, LightView, PositionMethod, Variant
+from firefly_sample.plan.variants import DrawMethod, LightView, PositionSource, Variant
 
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 class LightViewVariant(Variant):
     """What is drawn in place of light.
 
-    `position_method` is how the distance that a cell is found by is known.
+    `position_source` is how the distance that a cell is found by is known.
     """
 
     light_view: LightView = "overdraw"
     light_method: DrawMethod = "sphere"
     orthographic: bool = False
-    position_method: PositionMethod = "distance"
+    position_source: PositionSource = "distance"
 
 
 class LightViewPass(Pass):
@@ -54,7 +54,7 @@ class LightViewPass(Pass):
         """Return the frame's variant."""
         flat = needs.orthographic
         if self.view == "overdraw" and needs.counts_cells:
-            return LightViewVariant(self.view, "clustered", flat, needs.position_method)
+            return LightViewVariant(self.view, "clustered", flat, needs.position_source)
         return LightViewVariant(self.view, orthographic=flat)
 
     def legal_variants(self) -> Iterator[Variant]:
@@ -63,7 +63,7 @@ class LightViewPass(Pass):
             for method in get_args(DrawMethod)[:3]:
                 yield LightViewVariant(self.view, method, flat)
             if self.view == "overdraw":
-                for position in get_args(PositionMethod):
+                for position in get_args(PositionSource):
                     yield LightViewVariant(self.view, "clustered", flat, position)
 
     def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
@@ -88,7 +88,7 @@ class LightViewPass(Pass):
             if by_cells and lights.kind != "directional":
                 continue
             method = method_for(chosen, lights)
-            variant = replace(step.variant, light_method=method, position_method="distance")
+            variant = replace(step.variant, light_method=method, position_source="distance")
             vertex, key = PASS_OF_KIND[lights.kind], f"light view {index}"
             program = gpu.programs.get("light_views", variant, images.color_names(), vertex)
             program.use()

@@ -20,7 +20,7 @@ from firefly_sample.plan.variants import (
     FalloffChoice,
     LightResolution,
     NormalFormat,
-    PositionMethod,
+    PositionSource,
     RangeFalloff,
     ShadowTaps,
     SpecularModel,
@@ -59,7 +59,7 @@ class LightVariant(Variant):
     specular_model: SpecularModel = "none"
     clamp_light: bool = False
     shadow_taps: ShadowTaps = 0
-    position_method: PositionMethod = "distance"
+    position_source: PositionSource = "distance"
     normal_format: NormalFormat = "oct16"
     albedo_format: AlbedoFormat = "sqrt10"
     orthographic: bool = False
@@ -85,7 +85,7 @@ class LightPass(Pass):
         kind = self.kind
         if not needs.lit or needs.forward or kind not in needs.lights:
             return None
-        lights, position = [needs.lights_of(kind)], needs.settings.position
+        lights, position = [needs.lights_of(kind)], needs.settings.position_method
         reads = {"albedo": lights} if needs.picture and not needs.half else {}
         reads["normal"] = lights
         if needs.is_placed(kind):
@@ -94,9 +94,11 @@ class LightPass(Pass):
                 reasons = needs.shadows([kind])
                 if needs.is_clouded(kind) and needs.particle_shadow is not None:
                     reasons.append(f"shadows of particles in light {needs.particle_shadow.light!r}")
-            reads[source] = [f"{reason} (position={position})" for reason in reasons]
+            reads[source] = [f"{reason} (position_method={position})" for reason in reasons]
             if source == "depth_copy":
-                reads[source] = [f"position={position} samples the depth that the volumes are tested against"]
+                reads[source] = [
+                    f"position_method={position} samples the depth that the volumes are tested against"
+                ]
         if needs.highlights:
             reads["specular"] = [f"highlights of {needs.looks.shiny}"]
         if kind in needs.shadowed:
@@ -118,7 +120,7 @@ class LightPass(Pass):
             specular_model=settings.specular_model if needs.highlights else "none",
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
-            position_method=needs.position_method if needs.is_placed(kind) else "distance",
+            position_source=needs.position_source if needs.is_placed(kind) else "distance",
             orthographic=needs.orthographic,
             radiance="radiance" in targets if not needs.half else "half_shine" in targets,
             light="light" in targets or needs.half,
@@ -133,7 +135,7 @@ class LightPass(Pass):
         fades = [(falloff, end) for kind, falloff, end in FADES if kind == self.kind]
         clouds = BOTH if self.kind != "point" else (False,)
         for method, (falloff, end), flat, position in product(
-            self.methods, fades, BOTH, get_args(PositionMethod)
+            self.methods, fades, BOTH, get_args(PositionSource)
         ):
             for taps, clouded, model, clamp, resolution in product(
                 get_args(ShadowTaps), clouds, get_args(SpecularModel), BOTH, get_args(LightResolution)
@@ -232,7 +234,7 @@ def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
         frame,
         lights,
         light_method=method_for(frame.light_method, lights),
-        position_method=frame.position_method if placed else "distance",
+        position_source=frame.position_source if placed else "distance",
     )
 
 

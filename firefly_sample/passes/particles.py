@@ -19,7 +19,7 @@ from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (
     FalloffChoice,
     LightKind,
-    PositionMethod,
+    PositionSource,
     RangeFalloff,
     ShadowTaps,
     Variant,
@@ -120,7 +120,7 @@ class ParticleVariant(Variant):
     """
 
     surfaces: bool = True
-    position_method: PositionMethod = "distance"
+    position_source: PositionSource = "distance"
     orthographic: bool = False
     reverse: bool = False
     packed: bool = False
@@ -137,7 +137,7 @@ class ParticlesPass(Pass):
             return None
         reads = {"particle_light": [needs.particles_in_view]}
         if needs.drawn:
-            source = "depth" if needs.forward else needs.position_source
+            source = "depth" if needs.forward else needs.position_target_name
             reads[source] = ["particles end softly where surfaces are"]
             if source != "depth" and needs.orthographic:
                 reads["albedo"] = reads[source]
@@ -145,13 +145,13 @@ class ParticlesPass(Pass):
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the frame's variant."""
-        method: PositionMethod = "distance"
+        method: PositionSource = "distance"
         if needs.drawn:
-            method = "depth" if needs.forward else needs.position_method
+            method = "depth" if needs.forward else needs.position_source
         marked = needs.drawn and needs.orthographic and method in ("distance", "stored")
         return ParticleVariant(
             surfaces=needs.drawn,
-            position_method=method,
+            position_source=method,
             orthographic=needs.orthographic,
             reverse=needs.reverse and method == "depth",
             packed=marked and targets["albedo"].encoding == "sqrt10",
@@ -160,11 +160,11 @@ class ParticlesPass(Pass):
     def legal_variants(self) -> Iterator[Variant]:
         """Yield the variants whose surfaces are found by a position, and marked where the distance cannot."""
         for made in combinations(ParticleVariant):
-            unmarked = not made.orthographic or made.position_method not in ("distance", "stored")
-            plain = made.position_method == "distance" and not made.packed
+            unmarked = not made.orthographic or made.position_source not in ("distance", "stored")
+            plain = made.position_source == "distance" and not made.packed
             if (
                 (made.surfaces or plain)
-                and (made.position_method == "depth" or not made.reverse)
+                and (made.position_source == "depth" or not made.reverse)
                 and not (made.packed and unmarked)
             ):
                 yield made

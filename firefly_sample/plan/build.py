@@ -196,7 +196,7 @@ class Planner:
 
 def _decoded(surfaces: tuple[float, float], settings: Settings, view: View) -> tuple[float, float]:
     """From where to where shaders find the surfaces in view: by a coarse depth they may be anywhere."""
-    if settings.position in ("linear32f", "stored32f") or not surfaces[0] <= surfaces[1]:
+    if settings.position_method in ("linear32f", "stored32f") or not surfaces[0] <= surfaces[1]:
         return surfaces
     return view.near, view.far
 

@@ -37,7 +37,7 @@ def _depth(needs: Needs) -> Shape:
     if needs.reverse:
         return {"format": "depth32f", "clear": (0.0, 0.0, 0.0, 0.0)}
     return {
-        "format": COARSE_DEPTH.get(needs.settings.position, "depth24"),
+        "format": COARSE_DEPTH.get(needs.settings.position_method, "depth24"),
         "clear": (1.0, 0.0, 0.0, 0.0),
     }
 
@@ -54,12 +54,12 @@ def _normal(needs: Needs) -> Shape:
 
 
 def _colors(needs: Needs) -> Shape:
-    form, encoding = ("rgba8", "linear") if needs.classic else ALBEDO_FORMATS[needs.settings.albedo]
+    form, encoding = ("rgba8", "linear") if needs.classic else ALBEDO_FORMATS[needs.settings.albedo_format]
     return {"format": form, "encoding": encoding}
 
 
 def _radiance(needs: Needs) -> Shape:
-    return {"format": "rgba8" if needs.classic else ACCUMULATION_FORMATS[needs.settings.accumulation]}
+    return {"format": "rgba8" if needs.classic else ACCUMULATION_FORMATS[needs.settings.accumulation_format]}
 
 
 def _slices(needs: Needs) -> Shape:
@@ -86,7 +86,7 @@ TARGETS: dict[str, Callable[[Needs], Shape]] = {
     "albedo": _colors,
     "normal": _normal,
     "distance": _shape("r32f"),
-    "position": lambda needs: {"format": STORED_POSITIONS[needs.settings.position]},
+    "position": lambda needs: {"format": STORED_POSITIONS[needs.settings.position_method]},
     "ambient_albedo": _colors,
     "specular": _shape("rgba16"),
     "emission": _shape("rgba32f"),
@@ -120,7 +120,7 @@ _OWN_TARGETS = {"radiance": "final_radiance", "shininess": "specular", "normal_w
 
 def output_target(needs: Needs, output: str) -> str:
     """Return the target that an output is decoded from."""
-    return needs.position_source if output in PLACE_OUTPUTS else _OWN_TARGETS.get(output, output)
+    return needs.position_target_name if output in PLACE_OUTPUTS else _OWN_TARGETS.get(output, output)
 
 
 def output_reads(needs: Needs, output: str) -> dict[str, str]:

@@ -9,7 +9,7 @@ from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.lights.light_set import LightKind
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.targets import COARSE_DEPTH, NORMAL_FORMATS, STORED_POSITIONS, UNSIGNED
-from firefly_sample.plan.variants import PositionMethod
+from firefly_sample.plan.variants import PositionSource
 from firefly_sample.plan.visible import Looks
 from firefly_sample.settings import Settings
 
@@ -195,11 +195,11 @@ class Needs:
         return self.method == "volumes" and self.settings.volume_depth_test
 
     @property
-    def position_source(self) -> str:
+    def position_target_name(self) -> str:
         """The target that positions come from; "depth" is the depth buffer itself."""
-        if self.settings.position == "linear32f":
+        if self.settings.position_method == "linear32f":
             return "distance"
-        return "position" if self.settings.position in STORED_POSITIONS else "depth"
+        return "position" if self.settings.position_method in STORED_POSITIONS else "depth"
 
     @property
     def placed(self) -> bool:
@@ -209,25 +209,25 @@ class Needs:
     @property
     def tested_source(self) -> str:
         """The same for passes that may test against the depth buffer, which must not be sampled then."""
-        copied = self.tests_volumes and self.position_source == "depth" and not self.half
-        return "depth_copy" if copied and self.placed else self.position_source
+        copied = self.tests_volumes and self.position_target_name == "depth" and not self.half
+        return "depth_copy" if copied and self.placed else self.position_target_name
 
     @property
-    def position_method(self) -> PositionMethod:
+    def position_source(self) -> PositionSource:
         """How shaders get positions."""
-        if self.settings.position == "inverse_matrix":
+        if self.settings.position_method == "inverse_matrix":
             return "inverse_matrix"
-        sources: dict[str, PositionMethod] = {"distance": "distance", "position": "stored", "depth": "depth"}
-        return sources[self.position_source]
+        sources: dict[str, PositionSource] = {"distance": "distance", "position": "stored", "depth": "depth"}
+        return sources[self.position_target_name]
 
     @property
     def normal_format(self) -> tuple[str, str]:
         """Texture format of normals, and how they are encoded in it."""
         if self.classic:
             return "rgba8", "classic"
-        if self.settings.normals == "oct16" and not self.capabilities.snorm_targets:
+        if self.settings.normal_format == "oct16" and not self.capabilities.snorm_targets:
             return UNSIGNED
-        return NORMAL_FORMATS[self.settings.normals]
+        return NORMAL_FORMATS[self.settings.normal_format]
 
     @property
     def distance_marks(self) -> bool:
@@ -235,7 +235,7 @@ class Needs:
 
         A depth does not, since far geometry may round to the clear value, nor does a normal.
         """
-        linear = self.settings.position == "linear32f"
+        linear = self.settings.position_method == "linear32f"
         return bool(asked(self.outputs, PLACE_OUTPUTS)) and linear and not self.orthographic
 
     # --- in words ---
@@ -278,7 +278,7 @@ class Needs:
 
 def reverses_depth(settings: Settings, capabilities: Capabilities) -> bool:
     """Return True if depth is reversed in the [0, 1] clip range."""
-    return capabilities.clip_control and settings.position not in COARSE_DEPTH
+    return capabilities.clip_control and settings.position_method not in COARSE_DEPTH
 
 
 def count_of(number: int, noun: str) -> str:

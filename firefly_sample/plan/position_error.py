@@ -74,7 +74,7 @@ def position_errors(
     Parameters
     ----------
     method : str
-        A choice of `Settings.position`.
+        A choice of `Settings.position_method`.
     near, far : float
         The lens's planes, scene units; `far` may be infinite in perspective.
     perspective : bool

@@ -76,7 +76,7 @@ NORMAL_FORMATS: dict[str, tuple[str, str]] = {
     "rgba16f": ("rgba16f", "float"),
     "rgba32f": ("rgba32f", "float"),
 }
-"""Texture format and encoding of each setting `normals`.
+"""Texture format and encoding of each setting `normal_format`.
 
 `UNSIGNED` where a driver cannot draw into signed targets.
 """
@@ -89,16 +89,16 @@ ALBEDO_FORMATS: dict[str, tuple[str, str]] = {
     "rgba16f": ("rgba16f", "linear"),
     "rgba32f": ("rgba32f", "linear"),
 }
-"""Texture format and encoding of each setting `albedo`."""
+"""Texture format and encoding of each setting `albedo_format`."""
 ACCUMULATION_FORMATS = {
     "rgba32f": "rgba32f",
     "rgba16f": "rgba16f",
     "r11g11b10f": "r11f_g11f_b10f",
     "rgba8": "rgba8",
 }
-"""Format of each setting `accumulation`."""
+"""Format of each setting `accumulation_format`."""
 STORED_POSITIONS = {"stored16f": "rgba16f", "stored32f": "rgba32f"}
-"""Format of the settings `position` that keep whole positions."""
+"""Format of each `position_method` that stores whole positions."""
 PARTICLE_SHADOW_FORMATS = {
     "float32": ("r32f", "rgba32f"),
     "float16": ("r16f", "rgba16f"),
@@ -108,7 +108,7 @@ PARTICLE_SHADOW_FORMATS = {
 PARTICLE_ROW = 1024
 """Particles in a row of texels."""
 COARSE_DEPTH = {"depth24": "depth24", "depth16": "depth16", "inverse_matrix": "depth24"}
-"""Format of the settings `position` that need a standard depth buffer; others take the best that there is."""
+"""Format of each `position_method` that needs a standard depth buffer; others take the best one."""
 
 
 _NUMBERS: dict[str, tuple[Any, float]] = {

@@ -15,7 +15,7 @@ DrawMethod = Literal["sphere", "cone", "fullscreen", "loop", "clustered"]
 SpecularModel = Literal["none", "phong", "blinn_phong"]
 FalloffChoice = Literal["ramp_squared", "attenuation"]
 RangeFalloff = Literal["karis", "gltf"]
-PositionMethod = Literal["distance", "depth", "inverse_matrix", "stored"]
+PositionSource = Literal["distance", "depth", "inverse_matrix", "stored"]
 PositionTarget = Literal["none", "float32", "float16"]
 NormalFormat = Literal["oct16", "oct16_unorm", "oct8", "unorm", "float", "classic"]
 AlbedoFormat = Literal["linear", "sqrt8", "sqrt10"]
@@ -32,7 +32,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "specular_model": get_args(SpecularModel),
     "falloff": get_args(FalloffChoice),
     "range_falloff": get_args(RangeFalloff),
-    "position_method": get_args(PositionMethod),
+    "position_source": get_args(PositionSource),
     "position_target": get_args(PositionTarget),
     "normal_format": get_args(NormalFormat),
     "albedo_format": get_args(AlbedoFormat),

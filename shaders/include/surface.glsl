@@ -13,16 +13,16 @@ uniform COLOR_SAMPLER u_albedo;
 uniform sampler2D u_specular;
 #endif
 #if PLACED
-#if POSITION_METHOD == POSITION_METHOD_DISTANCE
+#if POSITION_SOURCE == POSITION_SOURCE_DISTANCE
 uniform sampler2D u_distance;
-#elif POSITION_METHOD == POSITION_METHOD_STORED
+#elif POSITION_SOURCE == POSITION_SOURCE_STORED
 uniform sampler2D u_position;
 #else
 uniform sampler2D u_depth;
 #endif
 #endif
 
-#define HAS_PLACE (PLACED && POSITION_METHOD >= POSITION_METHOD_INVERSE_MATRIX)
+#define HAS_PLACE (PLACED && POSITION_SOURCE >= POSITION_SOURCE_INVERSE_MATRIX)
 
 struct Surface {
     vec2 pixel;
@@ -52,12 +52,12 @@ Surface read_place(ivec2 texel)
     s.ray = (ndc - u_film.xy) * u_film.zw;
     s.y = 1.0;
 #if PLACED
-#if POSITION_METHOD == POSITION_METHOD_DISTANCE
+#if POSITION_SOURCE == POSITION_SOURCE_DISTANCE
     s.y = finite(texelFetch(u_distance, texel, 0).r);
-#elif POSITION_METHOD == POSITION_METHOD_DEPTH
+#elif POSITION_SOURCE == POSITION_SOURCE_DEPTH
     s.y = finite(distance_from_depth(texelFetch(u_depth, texel, 0).r));
 #else
-#if POSITION_METHOD == POSITION_METHOD_INVERSE_MATRIX
+#if POSITION_SOURCE == POSITION_SOURCE_INVERSE_MATRIX
     vec3 place = view_from_inverse(ndc, texelFetch(u_depth, texel, 0).r);
 #else
     vec3 place = texelFetch(u_position, texel, 0).xyz;

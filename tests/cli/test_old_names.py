@@ -30,7 +30,7 @@ def error_line(capsys, *arguments):
 
 
 def test_the_table_leads_from_names_that_are_gone_to_names_that_exist():
-    assert len(OLD_SETTINGS) == 10
+    assert len(OLD_SETTINGS) == 14
     assert not OLD_SETTINGS.keys() & SETTINGS.keys()
     assert set(RENAMED["volume_atlas"]) <= OUTPUTS.keys() - RENAMED.keys()
 

@@ -85,18 +85,26 @@ def test_help_fits_a_screen_and_leaves_settings_to_help_all(capsys, monkeypatch,
     text = "\n".join(lines)
     for option in ("--size", "--preset", "--fireflies", "--mist"):
         assert option in text
-    for option in ("--position", "--tone", "--require-gpu", "--max-error"):
+    for option in ("--position-method", "--tone", "--require-gpu", "--max-error"):
         assert option not in text
     assert lines[-1] == f"firefly {command} SCENE --help-all shows all options, also those of settings."
     assert main([command, "--help-all"]) == 0
-    assert "--position" in capsys.readouterr().out
+    assert "--position-method" in capsys.readouterr().out
 
 
 def test_settings_reach_the_renderer(here, capsys):
-    options = ("--tone", "none", "--position", "depth24", "--no-volume-depth-test", "--light-method", "loop")
+    options = (
+        "--tone",
+        "none",
+        "--position-method",
+        "depth24",
+        "--no-volume-depth-test",
+        "--light-method",
+        "loop",
+    )
     manifest = manifest_of(capsys, GLADE, "--size", "8x6", *options)
     expected = Settings(
-        tone="none", position="depth24", volume_depth_test=False, light_method="loop", supersample=2
+        tone="none", position_method="depth24", volume_depth_test=False, light_method="loop", supersample=2
     )
     assert manifest["settings"] == expected.as_dict()
 

@@ -18,7 +18,7 @@ from tests.scenes import ball_scene
 
 @pytest.fixture(scope="module")
 def plan():
-    return build_plan(ball_scene(ambient=(0.1, 0.1, 0.1)), Settings(position="depth32f"), (64, 48))
+    return build_plan(ball_scene(ambient=(0.1, 0.1, 0.1)), Settings(position_method="depth32f"), (64, 48))
 
 
 def printed(capsys, *arguments):

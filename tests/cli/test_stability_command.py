@@ -49,14 +49,21 @@ def test_json_of_what_was_chosen(capsys):
 def test_the_table_names_each_case_once_and_gives_reasons():
     rows = [
         row(method="linear32f"),
-        row(verdict="expected", warning="position=depth24: noise"),
+        row(verdict="expected", warning="position_method=depth24: noise"),
         row(case="other", verdict="fail"),
     ]
     lines = stability_as_text({"driver": "a driver", "cases": rows}).splitlines()
     assert lines[0] == "a driver"
     assert lines[1].split() == ["CASE", "METHOD", "BOUND", "MEASURED", "VERDICT", "WARNING"]
     assert lines[2].split() == ["distance,", "f/n", "1e+06", "linear32f", "1e-06", "3.5e-07", "pass"]
-    assert lines[3].split() == ["depth24", "1e-06", "3.5e-07", "expected", "position=depth24:", "noise"]
+    assert lines[3].split() == [
+        "depth24",
+        "1e-06",
+        "3.5e-07",
+        "expected",
+        "position_method=depth24:",
+        "noise",
+    ]
     assert lines[4].startswith("other")
     assert lines[5] == "expected: few codes are left"
     assert lines[-1] == "1 pass, 1 expected, 1 fail"

@@ -21,8 +21,8 @@ from tests.scenes import geom_node, wall, wall_scene
 
 SMALL = {"size": (64, 48), "times": (1.0,)}
 FIXED = {
-    "position": "linear32f",
-    "accumulation": "rgba32f",
+    "position_method": "linear32f",
+    "accumulation_format": "rgba32f",
     "light_resolution": "full",
     "volume_proxy": "icosphere1",
 }
@@ -46,22 +46,22 @@ def briefly(monkeypatch):
 def test_options_are_what_nothing_of_their_dimension_beats():
     measured = [
         Measured({}, 5e-4, 1.0, 0.0),
-        Measured({"normals": "oct8"}, 1e-3, 0.9, 0.01),
-        Measured({"normals": "rgba32f"}, 1e-4, 1.2, 0.01),
-        Measured({"normals": "rgba8"}, 1e-2, 1.1, 0.01),  # slower and worse than the base
-        Measured({"normals": "rgb10a2"}, 6e-4, 0.99, 0.05),  # its time is not told apart: it only errs
+        Measured({"normal_format": "oct8"}, 1e-3, 0.9, 0.01),
+        Measured({"normal_format": "rgba32f"}, 1e-4, 1.2, 0.01),
+        Measured({"normal_format": "rgba8"}, 1e-2, 1.1, 0.01),  # slower and worse than the base
+        Measured({"normal_format": "rgb10a2"}, 6e-4, 0.99, 0.05),  # its time is not told apart: it only errs
     ]
     assert options_of(measured) == [
-        Option({"normals": "oct8"}, pytest.approx(9e-4), 0.9),
+        Option({"normal_format": "oct8"}, pytest.approx(9e-4), 0.9),
         Option({}, pytest.approx(4e-4), 1.0),
-        Option({"normals": "rgba32f"}, 0.0, 1.2),
+        Option({"normal_format": "rgba32f"}, 0.0, 1.2),
     ]
 
 
 def test_predictions_add_errors_and_multiply_times():
     dimensions = [
-        [Option({"normals": "oct8"}, 3e-3, 0.9), Option({}, 0.0, 1.0)],
-        [Option({"albedo": "sqrt8"}, 1e-3, 0.8), Option({}, 2e-4, 1.0)],
+        [Option({"normal_format": "oct8"}, 3e-3, 0.9), Option({}, 0.0, 1.0)],
+        [Option({"albedo_format": "sqrt8"}, 1e-3, 0.8), Option({}, 2e-4, 1.0)],
     ]
     found = list(predictions(dimensions, 1e-4))
     assert len(found) == 4
@@ -92,7 +92,7 @@ def test_what_is_chosen_holds_its_bound_on_frames_it_was_not_chosen_on(bound):
 def test_an_impossible_bound_says_the_best_that_can_be_had():
     with pytest.raises(
         SettingsError,
-        match=r"^no settings meet max_error 1e-12 on this scene with position, .* fixed: the best",
+        match=r"^no settings meet max_error 1e-12 on this scene with position_method, .* fixed: the best",
     ):
         choose(GLADE, max_error=1e-12, **FEW)
 
@@ -115,9 +115,9 @@ def test_a_budget_gives_the_most_accurate_within_it_and_says_where_there_is_none
 
 
 def test_settings_that_are_given_stay_and_samples_come_back():
-    given = {"position": "depth24", "supersample": 2, "albedo": "sqrt8"}
+    given = {"position_method": "depth24", "supersample": 2, "albedo_format": "sqrt8"}
     choice = choose(GLADE, max_error=1e-1, given=given, **SMALL)
-    assert (choice.settings.position, choice.settings.supersample, choice.settings.albedo) == (
+    assert (choice.settings.position_method, choice.settings.supersample, choice.settings.albedo_format) == (
         "depth24",
         2,
         "sqrt8",
@@ -148,7 +148,7 @@ def shadowed():
 def test_where_shadow_maps_err_most_the_best_that_can_be_had_has_finer_ones():
     with pytest.raises(SettingsError, match=r"the best have an error of .*, with .*shadow_resolution=4096"):
         choose(
-            shadowed(), max_error=0.05, size=(96, 72), times=(0.0,), given={**FIXED, "normals": "oct16"}
+            shadowed(), max_error=0.05, size=(96, 72), times=(0.0,), given={**FIXED, "normal_format": "oct16"}
         )  # a hard edge between two pixels
 
 
@@ -161,7 +161,7 @@ def test_a_bound_tighter_than_the_default_finds_the_cheapest_of_what_meets_it():
 
 def test_no_code_at_all_is_a_bound_as_well():
     """The picture rounds as float64 does but for values that lie on the edge of a code."""
-    with pytest.raises(SettingsError, match=r"max_codes 0 .* and 1 codes, with .*albedo=rgba32f"):
+    with pytest.raises(SettingsError, match=r"max_codes 0 .* and 1 codes, with .*albedo_format=rgba32f"):
         choose(GLADE, max_codes=0, **FEW)
 
 
@@ -214,10 +214,10 @@ def test_capture_chooses_and_the_manifest_has_what_was_chosen(tmp_path, capsys):
         "-o",
         str(tmp_path),
     ]
-    assert main([*words, "--position", "depth24", "--json"]) == 0
+    assert main([*words, "--position-method", "depth24", "--json"]) == 0
     out, err = capsys.readouterr()
     manifest = json.loads(out)
-    assert manifest["settings"]["position"] == "depth24"
+    assert manifest["settings"]["position_method"] == "depth24"
     assert manifest["settings"]["supersample"] == 2
     assert "max_error 0.1: " in err
     assert "largest errors at 5, 5.16667, 5.33333 s" in err
@@ -249,9 +249,9 @@ def test_a_bound_that_cannot_be_met_is_one_line(tmp_path, capsys):
 
 def test_a_preset_is_an_option_and_what_is_given_besides_wins(tmp_path, capsys):
     words = ["capture", GLADE, "--size", "16x12", "-o", str(tmp_path), "--json"]
-    assert main([*words, "--preset", "accurate", "--albedo", "sqrt8"]) == 0
+    assert main([*words, "--preset", "accurate", "--albedo-format", "sqrt8"]) == 0
     settings = json.loads(capsys.readouterr().out)["settings"]
-    assert (settings["normals"], settings["albedo"]) == ("rgba32f", "sqrt8")
+    assert (settings["normal_format"], settings["albedo_format"]) == ("rgba32f", "sqrt8")
     assert main([*words, "--preset", "fats"]) == 2
     capsys.readouterr()
     assert main([*words, "--preset", "fast", "--cutoff-budget", "1e-6"]) == 0

@@ -139,7 +139,7 @@ def test_options_of_the_methods_own_settings_are_left_out(capsys):
         assert option not in text
         assert main(["measure", "speed", NAME, option, "1"]) == 2
         assert option in capsys.readouterr().err
-    assert all(option in text for option in ("--look", "--position", "--device", "--require-gpu"))
+    assert all(option in text for option in ("--look", "--position-method", "--device", "--require-gpu"))
 
 
 def test_a_parameter_has_the_same_option_as_elsewhere(capsys):

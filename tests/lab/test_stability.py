@@ -49,7 +49,7 @@ def test_every_extreme_holds_or_fails_as_expected(bench, rows, case, method):
     row = rows[case.name, method] = measure_case(bench, case, method)
     assert row["verdict"] != "fail", row
     if row["verdict"] == "expected":
-        assert row["warning"].startswith(f"position={method}:")
+        assert row["warning"].startswith(f"position_method={method}:")
         assert not row["measured"] <= row["bound"]
         assert row["reason"] == str(reason_for(case.name, bench.law_of(method)))
 
@@ -78,7 +78,7 @@ def noise(bench, method):
     """Depth of 24 bits a million times as far away as the near plane: a plan that warns."""
     scene = wall_scene(10.0, near=1e-5)
     scene.root.attach_new_node(PointLight("light", radius=2.0)).set_pos(0, 9, 0)
-    bench.draw(scene, Settings().with_changes(position=method), (16, 12))
+    bench.draw(scene, Settings().with_changes(position_method=method), (16, 12))
     return 2.0
 
 
@@ -88,7 +88,7 @@ NOISE = Experiment("distance, f/n 1e+06", noise, bound=1.0)
 def test_what_is_expected_must_be_warned_of(bench):
     row = measure_case(bench, NOISE, "depth24")
     assert row["verdict"] == "expected"
-    assert row["warning"].startswith("position=depth24: at ")
+    assert row["warning"].startswith("position_method=depth24: at ")
     silent = replace(NOISE, measure=lambda bench, method: 2.0)
     assert measure_case(bench, silent, "depth24")["verdict"] == "fail"
 
@@ -144,9 +144,11 @@ def test_an_error_is_a_failure_and_not_the_end(bench):
 
 
 def test_a_driver_that_lacks_something_is_no_warning_of_the_error():
-    lacks = "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer"
-    error = "position=depth32f: at 9 units, near plane 1, the error of a position is about 1 unit"
-    ends = "position=stored16f: half floats end at 65504 units"
+    lacks = (
+        "position_method=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer"
+    )
+    error = "position_method=depth32f: at 9 units, near plane 1, the error of a position is about 1 unit"
+    ends = "position_method=stored16f: half floats end at 65504 units"
     assert error_warning([lacks], "depth32f") == ""
     assert error_warning([lacks, ends, error], "depth32f") == error
     assert error_warning([error, ends], "stored16f") == ends
@@ -181,7 +183,7 @@ def test_depth32f_without_clip_control_has_the_law_of_depth24(bench_lacking, cas
     assert row["verdict"] in ("pass", "expected"), row
     assert row["bound"] == case.bound_for("depth24")
     if row["verdict"] == "expected":
-        assert row["warning"].startswith("position=depth32f: at ")
+        assert row["warning"].startswith("position_method=depth32f: at ")
         assert row["reason"] == str(allowed)
         assert f"expected: {allowed}" in stability_as_text({"driver": "", "cases": [row]})
 

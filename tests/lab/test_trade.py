@@ -66,7 +66,7 @@ def test_every_row_is_complete_and_the_default_comes_first(measured):
         "light_method=loop",
         "preset fast",
         "preset accurate",
-        "position=depth16",
+        "position_method=depth16",
     } <= rows.keys()
     assert set(COMBINATIONS) <= rows.keys()
     for row in result["rows"][:-1]:
@@ -102,9 +102,9 @@ def test_bytes_are_those_of_the_targets(measured):
     rows = {row["name"]: row["bytes_per_pixel"] for row in measured[1]["rows"] if "milliseconds" in row}
     # depth, albedo, normal, distance, radiance, color
     assert rows["default"] == 4 + 4 + 4 + 4 + 16 + 4
-    assert rows["position=depth16"] == rows["default"] - 2 - 2
-    assert rows["normals=oct8"] == rows["default"] - 2
-    assert rows["accumulation=r11g11b10f"] == rows["default"] - 12
+    assert rows["position_method=depth16"] == rows["default"] - 2 - 2
+    assert rows["normal_format=oct8"] == rows["default"] - 2
+    assert rows["accumulation_format=r11g11b10f"] == rows["default"] - 12
     assert rows["light_resolution=half"] == rows["default"] + (4 + 16) / 4
     assert rows["forward shading"] == 4 + 1 + 16 + 4
 
@@ -217,8 +217,8 @@ def test_only_what_a_frame_can_show_is_compared():
         name.startswith(("shadow", "cutoff", "specular_model", "range_falloff")) for name in points
     )
     dark = names_of(ball_scene(0, ambient=(1, 1, 1)))
-    assert not any(name.startswith(("position", "normals", "light_method")) for name in dark)
-    assert "albedo=rgba8" in dark
+    assert not any(name.startswith(("position_method", "normal_format", "light_method")) for name in dark)
+    assert "albedo_format=rgba8" in dark
     everything = names_of(lit_scene(material="everything"))
     assert {"specular_model=blinn_phong", "cutoff_threshold=5/256"} <= everything
     fading = wall_scene()
@@ -235,7 +235,9 @@ def test_only_what_a_frame_can_show_is_compared():
 
 def test_a_base_without_volumes_has_none_to_compare():
     names = names_of(ball_scene(5), Settings(light_method="forward"))
-    assert not any(name.startswith(("volume", "position", "normals", "light_resolution")) for name in names)
+    assert not any(
+        name.startswith(("volume", "position_method", "normal_format", "light_resolution")) for name in names
+    )
 
 
 def test_on_another_base_presets_are_still_themselves_and_every_other_choice_is_there():
@@ -243,13 +245,18 @@ def test_on_another_base_presets_are_still_themselves_and_every_other_choice_is_
     found = {v.name: v for v in variations(build_plan(ball_scene(5), base), base)}
     accurate = base.with_changes(**found["preset accurate"].changes)
     assert accurate == Settings.preset("accurate", exposure=2.0)
-    assert {"normals=oct16", "albedo=sqrt10", "light_resolution=full", "forward shading"} <= found.keys()
-    assert "normals=oct8" not in found
+    assert {
+        "normal_format=oct16",
+        "albedo_format=sqrt10",
+        "light_resolution=full",
+        "forward shading",
+    } <= found.keys()
+    assert "normal_format=oct8" not in found
     assert found["forward shading"].changes == {"light_method": "forward", "light_resolution": "full"}
 
 
 def test_no_combination_comes_twice_and_the_base_is_not_its_own_variation():
-    base = Settings(position="depth24", normals="oct8")
+    base = Settings(position_method="depth24", normal_format="oct8")
     found = variations(build_plan(ball_scene(5), base), base)
     settings = [base.with_changes(**v.changes) for v in found]
     assert len(set(settings)) == len(settings)
@@ -301,7 +308,7 @@ def test_a_bench_times_pairs_and_leaves_the_renderer_usable():
         assert timing.pairs == 4
         assert timing.milliseconds > 0
         assert timing.spread >= 0
-        drawn = bench.draw(Settings(normals="rgba32f", albedo="rgba32f"))
+        drawn = bench.draw(Settings(normal_format="rgba32f", albedo_format="rgba32f"))
         assert drawn.errors.largest <= 2e-4
         assert not renderer.count_fragments
 

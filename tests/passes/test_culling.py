@@ -115,12 +115,12 @@ def test_all_methods_agree_on_generated_scenes(renderer, lens, seed):
     "changes",
     [
         {"light_resolution": "half"},
-        {"position": "depth32f"},
-        {"position": "stored32f"},
+        {"position_method": "depth32f"},
+        {"position_method": "stored32f"},
         {"specular_model": "blinn_phong"},
         {"clamp_light": True},
         {"supersample": 2},
-        {"interpolation": "float64", "normals": "rgba32f", "albedo": "rgba32f"},
+        {"interpolation": "float64", "normal_format": "rgba32f", "albedo_format": "rgba32f"},
     ],
     ids=str,
 )
@@ -217,7 +217,7 @@ def test_the_forests_cells_shade_few_pairs_in_vain():
 
 
 @pytest.mark.parametrize(("near", "far", "y"), [(1.0, 100.0, 10.003), (0.1, 1e4, 100.3)])
-@pytest.mark.parametrize("position", CHOICES["position"])
+@pytest.mark.parametrize("position", CHOICES["position_method"])
 def test_a_surface_that_is_decoded_elsewhere_is_lit_there(renderer, position, near, far, y):
     """The nearest point of a ball, by depths that put it up to a hundredth of its distance before itself."""
     scene = Scene()
@@ -228,7 +228,7 @@ def test_a_surface_that_is_decoded_elsewhere_is_lit_there(renderer, position, ne
     scene.camera.node().lens = PerspectiveLens(vfov=20.0, near=near, far=far)
     found = []
     for method in ("clustered", "fullscreen"):
-        renderer.settings = Settings(light_method=method, position=position)
+        renderer.settings = Settings(light_method=method, position_method=position)
         found.append(renderer.render(scene, 0.0, ("radiance",))["radiance"])
     assert found[1].any()
     assert np.abs(found[0] - found[1]).max() <= 1e-6 * found[1].max()
@@ -295,9 +295,9 @@ def swarm_scene(reaches):
 def test_lights_between_all_samples_are_left_out_and_missed_by_none(renderer, monkeypatch, position):
     """Drawn or not, a light that no line of sight meets gives the same bytes."""
     scene = swarm_scene(10.0 ** np.random.default_rng(5).uniform(-3, -0.5, 3000))
-    renderer.settings = Settings(light_method="volumes", position=position)
+    renderer.settings = Settings(light_method="volumes", position_method=position)
     few = renderer.render(scene, 0.0, ("radiance", "overdraw"))
-    monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position"]))
+    monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position_method"]))
     all_ = renderer.render(scene, 0.0, ("radiance", "overdraw"))
     assert few["radiance"].tobytes() == all_["radiance"].tobytes()
     assert few["radiance"].any()
@@ -310,7 +310,11 @@ def test_of_a_swarm_too_small_to_be_seen_little_is_left(renderer):
     renderer.settings = Settings()
     assert renderer.plan(scene).counts.in_view < 40
     # what puts surfaces beside their pixels' lines
-    for changes in ({"position": "stored16f"}, {"position": "stored32f"}, {"light_method": "forward"}):
+    for changes in (
+        {"position_method": "stored16f"},
+        {"position_method": "stored32f"},
+        {"light_method": "forward"},
+    ):
         renderer.settings = Settings(**changes)
         assert renderer.plan(scene).counts.in_view > 1000
 
@@ -330,7 +334,7 @@ def test_where_samples_are_far_apart_no_spotlight_is_missed(monkeypatch, size, f
         scene.root.attach_new_node(lamp).set_pos(x, 1.0, z)
     with make_renderer(size, Settings(light_method="volumes")) as renderer:
         few = renderer.render(scene, 0.0, ("radiance",))["radiance"]
-        monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position"]))
+        monkeypatch.setattr(lighting, "OFF_RAY", frozenset(CHOICES["position_method"]))
         all_ = renderer.render(scene, 0.0, ("radiance",))["radiance"]
     assert few.any()
     assert few.tobytes() == all_.tobytes()

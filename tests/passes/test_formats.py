@@ -18,15 +18,20 @@ from tests.reference import compare
 from tests.scenes import ball, ball_scene, geom_node, orthographic_wall, wall, wall_scene
 
 CHOICES = {
-    "position": (
+    "position_method": (
         *("linear32f", "depth32f", "depth24", "depth16", "inverse_matrix"),
         *("stored16f", "stored32f"),
     ),
-    "normals": ("oct16", "rgb10a2", "rgba8", "oct8", "rgba16f", "rgba32f"),
-    "albedo": ("sqrt10", "sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"),
-    "accumulation": ("rgba32f", "rgba16f", "r11g11b10f", "rgba8"),
+    "normal_format": ("oct16", "rgb10a2", "rgba8", "oct8", "rgba16f", "rgba32f"),
+    "albedo_format": ("sqrt10", "sqrt8", "srgb8", "rgba8", "rgba16f", "rgba32f"),
+    "accumulation_format": ("rgba32f", "rgba16f", "r11g11b10f", "rgba8"),
 }
-FINEST = {"position": "linear32f", "normals": "rgba32f", "albedo": "rgba32f", "accumulation": "rgba32f"}
+FINEST = {
+    "position_method": "linear32f",
+    "normal_format": "rgba32f",
+    "albedo_format": "rgba32f",
+    "accumulation_format": "rgba32f",
+}
 
 
 def make_sun(color, direction):
@@ -90,8 +95,10 @@ def test_every_three_formats_together_draw_and_err_no_more_than_their_parts():
     scale = np.percentile(finest, 99.9)
     for part, error in alone.items():  # none draws nonsense: a quarter is 8 bits of dim light
         assert error <= 0.25 * scale, part
-    assert alone["normals", "rgba16f"] < alone["normals", "rgba8"] < alone["normals", "oct8"]
-    assert alone["accumulation", "rgba16f"] < alone["accumulation", "r11g11b10f"]
+    assert (
+        alone["normal_format", "rgba16f"] < alone["normal_format", "rgba8"] < alone["normal_format", "oct8"]
+    )
+    assert alone["accumulation_format", "rgba16f"] < alone["accumulation_format", "r11g11b10f"]
 
 
 ARITHMETIC = {
@@ -105,15 +112,15 @@ ARITHMETIC = {
 
 @pytest.mark.parametrize("position", ARITHMETIC)
 def test_every_way_to_a_position_agrees_with_float64_on_what_is_stored(position):
-    compared = compare(lit_scene(material="everything"), Settings(position=position))
+    compared = compare(lit_scene(material="everything"), Settings(position_method=position))
     assert compared.error() <= ARITHMETIC[position]
     assert compared.error("light") <= ARITHMETIC[position]
 
 
 @pytest.mark.parametrize(
     "formats",
-    [{"normals": name} for name in CHOICES["normals"][1:]]
-    + [{"albedo": name} for name in ("sqrt8", "rgba8", "rgba16f", "rgba32f")],
+    [{"normal_format": name} for name in CHOICES["normal_format"][1:]]
+    + [{"albedo_format": name} for name in ("sqrt8", "rgba8", "rgba16f", "rgba32f")],
     ids=lambda formats: next(iter(formats.values())),
 )
 def test_every_packing_agrees_with_float64_on_what_is_stored(formats):
@@ -123,7 +130,7 @@ def test_every_packing_agrees_with_float64_on_what_is_stored(formats):
 
 def test_the_drivers_own_srgb_errs_as_was_measured():
     """Its decoding is up to 1.2e-3 off: that of the exact pieces is what is compared with."""
-    compared = compare(ball_scene(60), Settings(albedo="srgb8"))
+    compared = compare(ball_scene(60), Settings(albedo_format="srgb8"))
     assert 4e-6 < compared.error() <= 3e-3
 
 
@@ -137,20 +144,20 @@ STEPS = {
 """Largest error of a colour up to 1: half a code (of a root, twice that), or what this driver cuts off."""
 
 
-@pytest.mark.parametrize("albedo", CHOICES["albedo"])
+@pytest.mark.parametrize("albedo", CHOICES["albedo_format"])
 def test_colors_come_back_from_what_they_are_stored_in(render, albedo):
     color = (0.5, 0.25, 0.04)
-    frame = render(wall_scene(color=(*color, 1.0)), Settings(albedo=albedo), (8, 6), ("albedo",))
+    frame = render(wall_scene(color=(*color, 1.0)), Settings(albedo_format=albedo), (8, 6), ("albedo",))
     # the driver's encoding misses the nearest code now and then: a code of light grey is worth 0.009
     bound = STEPS.get(albedo, 0.009)
     assert np.abs(frame.albedo - color).max() <= bound
 
 
-@pytest.mark.parametrize("position", CHOICES["position"])
+@pytest.mark.parametrize("position", CHOICES["position_method"])
 @pytest.mark.parametrize("orthographic", [False, True], ids=["perspective", "orthographic"])
 def test_positions_come_back_from_what_they_are_stored_in(render, position, orthographic):
     scene = orthographic_wall(10.0) if orthographic else wall_scene(distance=10.0)
-    frame = render(scene, Settings(position=position), (32, 24), ("depth", "position"))
+    frame = render(scene, Settings(position_method=position), (32, 24), ("depth", "position"))
     # near 1, far 100: a 16-bit depth is worth 1e-4 of y times y/near, a half float 1e-3
     bound = {"depth16": 7.7e-5 * 10, "stored16f": 1e-3}.get(position, 6e-8 * 4 * 10)
     if orthographic:
@@ -163,18 +170,18 @@ def test_a_half_float_position_ends_at_65504_and_stays_a_number(render):
     scene = wall_scene(distance=1e5, size=4e5, near=10.0, far=1e6)
     scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
     scene.root.attach_new_node(PointLights("l", [(0, 5, 0)], [(1, 1, 1)], 1e9))
-    frame = render(scene, Settings(position="stored16f"), (16, 12), ("radiance", "depth"))
+    frame = render(scene, Settings(position_method="stored16f"), (16, 12), ("radiance", "depth"))
     assert (frame.depth == 65504).all()
     assert np.isfinite(frame.radiance).all()
     assert (frame.radiance > 0.4).all()
 
 
-@pytest.mark.parametrize("accumulation", CHOICES["accumulation"])
+@pytest.mark.parametrize("accumulation", CHOICES["accumulation_format"])
 def test_light_beyond_a_formats_numbers_is_bright_and_finite(render, accumulation):
     scene = wall_scene()
     scene.root.attach_new_node(AmbientLight("sun", (1e9, 1e9, 1e9)))
     scene.root.attach_new_node(PointLights("l", [(0, 5, 0)], [(1e9, 1e9, 1e9)], 50.0))
-    frame = render(scene, Settings(accumulation=accumulation), (16, 12), ("radiance", "color"))
+    frame = render(scene, Settings(accumulation_format=accumulation), (16, 12), ("radiance", "color"))
     assert np.isfinite(frame.radiance).all()
     assert (frame.color >= 156).all()  # 1 - exp(-1/2), where 8 bits clip at 1 before the albedo
     if accumulation != "rgba8":
@@ -196,12 +203,12 @@ def test_a_flat_wall_in_even_light_is_the_same_at_half_resolution(render):
         np.testing.assert_allclose(half.light, full.light, rtol=3e-7)
 
 
-@pytest.mark.parametrize("position", CHOICES["position"])
+@pytest.mark.parametrize("position", CHOICES["position_method"])
 @pytest.mark.parametrize("size", [(160, 120), (159, 121)], ids=str)
 def test_a_pixel_that_is_lit_itself_keeps_its_light_to_the_bit(render, position, size):
     """Every second pixel across and down: also where volumes end, so these lie where their pixels do."""
     scene = lit_scene(material="everything")
-    given = {"position": position, "albedo": "rgba32f"}
+    given = {"position_method": position, "albedo_format": "rgba32f"}
     full = render(scene, Settings(**given), size, ("radiance",)).radiance
     half = render(scene, Settings(**given, light_resolution="half"), size, ("radiance",)).radiance
     lit = np.s_[size[1] - 1 :: -2, ::2]  # rows of a picture run down, the driver's run up
@@ -308,9 +315,9 @@ def test_a_misspelt_preset_is_named():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"normals": "oct8"},
-        {"albedo": "rgba8"},
-        {"accumulation": "rgba16f"},
+        {"normal_format": "oct8"},
+        {"albedo_format": "rgba8"},
+        {"accumulation_format": "rgba16f"},
         {"light_resolution": "half"},
         {"light_method": "forward"},
     ],

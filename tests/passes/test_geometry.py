@@ -21,7 +21,7 @@ POSITIONS = ("linear32f", "depth32f", "depth24")
 def test_a_wall_has_the_numbers_it_must_have(render, position):
     scene = wall_scene(distance=10.0, color=(0.5, 0.25, 0.04, 1.0))
     scene.camera.set_pos(0, 0, 0)
-    frame = render(scene, Settings(position=position), (64, 48), EVERYTHING)
+    frame = render(scene, Settings(position_method=position), (64, 48), EVERYTHING)
     bound = {"linear32f": 4.5e-7, "depth32f": 4.5e-7, "depth24": 1.2e-6 * 10}[position]
     assert np.abs(frame.depth / 10.0 - 1).max() <= bound
     # sqrt8: half a code of the root, doubled by the square
@@ -55,7 +55,7 @@ def test_world_space_outputs_follow_the_camera(render):
 def test_an_orthographic_distance_is_linear(render, position):
     scene = orthographic_wall(distance=10.0)
     scene.root.find("wall").set_p(30)  # leans, so that distance changes over the picture
-    frame = render(scene, Settings(position=position), (64, 48), EVERYTHING)
+    frame = render(scene, Settings(position_method=position), (64, 48), EVERYTHING)
     z = (1 - (np.arange(48) + 0.5) / 24) * 6.0
     expected = 10.0 - np.tan(np.radians(30)) * z
     sign = np.sign(frame.depth[0, 0] - frame.depth[-1, 0])
@@ -80,7 +80,7 @@ def test_outputs_two_by_two_are_what_they_are_together(position, lamp, ambient):
         light = PointLight("lamp", (0.0, 0.0, 0.0) if lamp == "black" else (1, 1, 1), 8.0)
         scene.root.attach_new_node(light).set_pos(0, -50 if lamp == "out of view" else 6, 2)
     sampled = tuple(OUTPUTS)
-    with make_renderer((16, 12), Settings(position=position)) as renderer:
+    with make_renderer((16, 12), Settings(position_method=position)) as renderer:
         together = renderer.render(scene, 0.0, sampled)
         assert (together.light.max() > 0) == (lamp == "in view" or ambient > 0)
         for pair in itertools.combinations_with_replacement(sampled, 2):
@@ -103,7 +103,7 @@ def test_beside_a_ball_every_output_is_its_invalid_value(render, position):
     scene.root.attach_new_node(geom_node("ball", ball())).set_pos(0, 10, 0)
     scene.camera.node().lens = PerspectiveLens(vfov=40, near=1, far=100)
     for outputs in (EVERYTHING, ("depth",), ("id", "depth")):
-        frame = render(scene, Settings(position=position), (40, 30), outputs)
+        frame = render(scene, Settings(position_method=position), (40, 30), outputs)
         if "id" in outputs:
             assert frame.id[15, 20] == 0
         for name in outputs:
@@ -241,7 +241,7 @@ def test_geometry_behind_is_hidden_whatever_the_order(render):
     front = scene.root.attach_new_node(geom_node("front", wall(2.0)))
     front.set_pos(0, 5, 0)
     for position in POSITIONS:
-        frame = render(scene, Settings(position=position), (40, 30), ("depth",))
+        frame = render(scene, Settings(position_method=position), (40, 30), ("depth",))
         assert frame.depth[15, 20] == pytest.approx(5)
         assert frame.depth[2, 2] == pytest.approx(10)
 
@@ -285,12 +285,14 @@ def test_what_is_covered_does_not_depend_on_what_else_is_asked(render, position)
     flat.lens.set_near_far(-5.0, 100.0)
     far = wall_scene(distance=100.0 * (1 - 1e-7), size=500.0)
     for scene in (flat, far):
-        alone = render(scene, Settings(position=position), (16, 12), ("depth",)).depth
-        beside = render(scene, Settings(position=position), (16, 12), ("depth", "color", "id", "normal"))
+        alone = render(scene, Settings(position_method=position), (16, 12), ("depth",)).depth
+        beside = render(
+            scene, Settings(position_method=position), (16, 12), ("depth", "color", "id", "normal")
+        )
         assert (beside.id == 0).all()
         assert np.array_equal(alone, beside.depth)
         assert np.isfinite(alone).all()
-        normal = render(scene, Settings(position=position), (16, 12), ("normal",)).normal
+        normal = render(scene, Settings(position_method=position), (16, 12), ("normal",)).normal
         assert np.array_equal(normal, beside.normal)
 
 

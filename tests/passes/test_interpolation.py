@@ -23,7 +23,7 @@ from tests.scenes import ball, ball_scene, geom_node, wall, wall_scene
 
 SIZE = (96, 72)
 OUTPUTS = ("visibility", "normal", "depth", "position")
-FINE = {"normals": "rgba32f", "interpolation": "float64"}
+FINE = {"normal_format": "rgba32f", "interpolation": "float64"}
 LENSES = {
     "perspective": lambda: PerspectiveLens(vfov=60.0, near=0.5, far=100.0),
     "off centre": lambda: PerspectiveLens(vfov=60.0, near=0.5, far=100.0, film_offset=(0.2, -0.1)),
@@ -103,13 +103,13 @@ def test_thin_triangles_have_the_normals_and_distances_that_they_must_have(seed,
 
 def test_a_rasterizer_is_far_off_there():
     """Or else the test above tells nothing."""
-    normal, _ = errors(sliver_scene(1), Settings(normals="rgba32f"))
+    normal, _ = errors(sliver_scene(1), Settings(normal_format="rgba32f"))
     assert normal.max() > 1e-2
 
 
 @pytest.mark.parametrize("position", ["linear32f", "stored32f", "depth32f"])
 def test_every_way_to_keep_positions_gets_them(position):
-    normal, distance = errors(sliver_scene(2), Settings(**FINE, position=position))
+    normal, distance = errors(sliver_scene(2), Settings(**FINE, position_method=position))
     assert normal.max() <= 1e-6
     if position != "depth32f":  # which is the rasterizer's own
         assert distance.max() <= 5e-7
@@ -126,7 +126,7 @@ def test_far_from_the_worlds_origin_nothing_is_lost():
 
 def test_what_is_not_steep_stays_as_the_rasterizer_has_it(render):
     scene = wall_scene(distance=10.0)
-    plain = render(scene, Settings(normals="rgba32f"), outputs=OUTPUTS)
+    plain = render(scene, Settings(normal_format="rgba32f"), outputs=OUTPUTS)
     fine = render(scene, Settings(**FINE), outputs=OUTPUTS)
     for name in OUTPUTS:
         assert np.array_equal(plain[name], fine[name], equal_nan=True)
@@ -203,7 +203,7 @@ def test_triangles_that_are_lines_stay_numbers(render, interpolation):
     scene.root.attach_new_node(geom_node("lines", lines, Material("ink", (0.5,) * 4, double_sided=True)))
     scene.root.attach_new_node(PointLights("light", [(0, 5, 0)], (1, 1, 1), 30.0))
     scene.camera.node().lens = PerspectiveLens(vfov=60.0, near=0.5, far=100.0)
-    settings = Settings(normals="rgba32f", interpolation=interpolation)
+    settings = Settings(normal_format="rgba32f", interpolation=interpolation)
     frame = render(scene, settings, (256, 192), (*OUTPUTS, "radiance"))
     seen = frame["visibility"][..., 0] >= 0
     assert seen.any()
@@ -214,7 +214,9 @@ def test_triangles_that_are_lines_stay_numbers(render, interpolation):
 def test_light_takes_it_from_there(render):
     """Finer normals reach the picture, at half resolution and with several samples too."""
     for more in ({}, {"light_resolution": "half"}, {"supersample": 2}):
-        plain = render(ball_scene(20), Settings(normals="rgba32f", **more), SIZE, ("radiance",)).radiance
+        plain = render(
+            ball_scene(20), Settings(normal_format="rgba32f", **more), SIZE, ("radiance",)
+        ).radiance
         fine = render(ball_scene(20), Settings(**FINE, **more), SIZE, ("radiance",)).radiance
         scale = np.percentile(fine, 99.9)
         assert not np.array_equal(plain, fine)

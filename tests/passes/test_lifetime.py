@@ -46,7 +46,7 @@ def test_no_gl_object_lives_after_release():
         renderer._device, renderer._gpu = device, Gpu(device)
     for settings in (
         Settings(),
-        Settings(position="depth24"),
+        Settings(position_method="depth24"),
         Settings(look="classic"),
         Settings(light_method="loop"),
     ):

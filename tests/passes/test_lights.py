@@ -41,7 +41,7 @@ def test_all_lights_together_at_every_shininess(model, shininess):
 @pytest.mark.parametrize("position", BOUNDS)
 @pytest.mark.parametrize("model", MODELS)
 def test_all_lights_from_every_position_method(model, position):
-    settings = Settings(specular_model=model, position=position)
+    settings = Settings(specular_model=model, position_method=position)
     compared = compare(lit_scene(material="everything"), settings)
     assert compared.error() <= BOUNDS[position]
 

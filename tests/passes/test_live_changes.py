@@ -319,8 +319,8 @@ def test_a_texture_that_two_materials_share_changes_in_both():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"position": "depth24"},
-        {"position": "depth32f"},
+        {"position_method": "depth24"},
+        {"position_method": "depth32f"},
         {"look": "classic"},
         {"supersample": 2},
         {"light_method": "loop"},

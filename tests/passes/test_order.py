@@ -92,7 +92,7 @@ def test_a_batch_is_ordered_by_its_nearest_instance():
 @pytest.mark.parametrize("position", POSITIONS)
 def test_the_picture_does_not_depend_on_the_order_of_the_nodes(render, position):
     outputs = ("color", "albedo", "normal", "depth", "id")
-    frames = [render(cards(order), Settings(position=position), (96, 72), outputs) for order in ORDERS]
+    frames = [render(cards(order), Settings(position_method=position), (96, 72), outputs) for order in ORDERS]
     names = [np.array([*frame.id_names, ""])[frame.id] for frame in frames]
     assert len(np.unique(names[0])) >= 8
     for frame, seen in zip(frames[1:], names[1:], strict=True):
@@ -209,14 +209,14 @@ def test_a_long_thin_thing_that_reaches_in_is_drawn(render, hpr, scale):
 def test_a_wall_just_before_the_far_plane_is_not_lost(render, position, far):
     """Its depth rounds to the clear value, which less-equal lets through."""
     scene = wall_scene(distance=far * (1 - 1e-7), size=4 * far, near=1.0, far=far)
-    assert (render(scene, Settings(position=position), (32, 24), ("id",)).id == 0).all()
+    assert (render(scene, Settings(position_method=position), (32, 24), ("id",)).id == 0).all()
 
 
 @pytest.mark.parametrize("distance", [1e6, 1e12, 1e18])
 @pytest.mark.parametrize("far", [1e19, np.inf])
 def test_reversed_depth_keeps_what_is_very_far(render, distance, far):
     scene = wall_scene(distance=distance, size=4 * distance, near=1.0, far=far)
-    frame = render(scene, Settings(position="depth32f"), (32, 24), ("id", "depth"))
+    frame = render(scene, Settings(position_method="depth32f"), (32, 24), ("id", "depth"))
     assert (frame.id == 0).all()
     assert frame.depth == pytest.approx(distance, rel=1e-5)
 
@@ -255,7 +255,7 @@ def test_a_frame_leaves_the_context_as_opengl_starts_it(position, lights, output
     scene = cards(range(8))
     scene.root.find("card 6").set_scale(-1, 1, 1)  # the last batch is mirrored
     scene.root.attach_new_node(Sprites("dots", [(0, 4, 0)], (1, 1, 1), 1.0))
-    with make_renderer((32, 24), Settings(position=position, light_method=lights)) as renderer:
+    with make_renderer((32, 24), Settings(position_method=position, light_method=lights)) as renderer:
         renderer.render(scene, 0.0, outputs)
         with renderer._device:
             assert renderer._device.ctx.front_face == "ccw"

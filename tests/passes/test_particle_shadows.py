@@ -19,7 +19,7 @@ from firefly_sample.settings import Settings
 from tests.clouds import ball_of, cloud_scene, light_on, puff, volume_of
 from tests.conftest import make_renderer
 
-FINE = {"normals": "rgba32f", "albedo": "rgba32f"}
+FINE = {"normal_format": "rgba32f", "albedo_format": "rgba32f"}
 METHODS = {
     "optical_depth": Settings(),
     "stepped": Settings(particle_shadow_interpolation=False),

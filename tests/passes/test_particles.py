@@ -16,7 +16,7 @@ from firefly_sample.settings import CHOICES, Settings
 from tests.clouds import ball_of, cloud_scene, floor, light_on, puff
 from tests.conftest import make_renderer
 
-FINE = {"normals": "rgba32f", "albedo": "rgba32f"}
+FINE = {"normal_format": "rgba32f", "albedo_format": "rgba32f"}
 
 
 def compared(scene, settings=None, size=(96, 72)):
@@ -80,7 +80,7 @@ def test_far_ones_below_a_pixel_neither_vanish_nor_flicker():
     np.testing.assert_allclose(drawn, expected, atol=3e-5)
 
 
-@pytest.mark.parametrize("position", CHOICES["position"])
+@pytest.mark.parametrize("position", CHOICES["position_method"])
 @pytest.mark.parametrize("flat", [False, True])
 def test_particles_end_softly_at_surfaces_wherever_positions_come_from(position, flat):
     """A row of balls sinks into the floor; the error is the position's own."""
@@ -93,10 +93,10 @@ def test_particles_end_softly_at_surfaces_wherever_positions_come_from(position,
         scene.camera.node().lens = OrthographicLens(film_size=(5, 3.75), near=1.0, far=20)
     else:
         scene.camera.node().lens = PerspectiveLens(vfov=45, near=1.0, far=20)
-    drawn, expected = compared(scene, Settings(position=position, **FINE))
+    drawn, expected = compared(scene, Settings(position_method=position, **FINE))
     bound = {"depth16": 2e-2, "stored16f": 4e-3}.get(position, 2e-4)
     np.testing.assert_allclose(drawn, expected, atol=bound)
-    behind = Settings(position=position, **FINE)
+    behind = Settings(position_method=position, **FINE)
     scene.root.find("floor").hide()
     bare, _ = compared(scene, behind)
     assert np.abs(bare - drawn).max() > 0.1  # the floor does hide something
@@ -257,7 +257,7 @@ def test_unsorted_particles_are_wrong_by_many_codes():
 def test_nothing_jumps_where_a_particle_crosses_the_near_or_the_far_plane(position):
     """With no surface at all, and with a floor beside it, wherever its position comes from."""
     values, steps = [], 20 if position else 60
-    settings = Settings(**FINE, position=position or "linear32f")
+    settings = Settings(**FINE, position_method=position or "linear32f")
     with make_renderer((33, 25)) as renderer:
         for y in [*np.linspace(-1.0, 1.5, steps), *np.linspace(8.5, 11.5, steps)]:
             scene = unlit(ParticleNode("p", [(0, y, 0)], 1.0, 0.9, (1, 1, 1)), (0, 0, 0))

@@ -18,7 +18,7 @@ def against_reference(scene, settings, size=(320, 240), time=0.0, capabilities=N
 @pytest.mark.parametrize("seed", range(3))
 def test_the_frame_is_what_float64_says(position, seed):
     scene = ball_scene(120, seed, ambient=(0.02, 0.03, 0.05))
-    assert against_reference(scene, Settings(position=position)) <= BOUNDS[position]
+    assert against_reference(scene, Settings(position_method=position)) <= BOUNDS[position]
 
 
 @pytest.mark.parametrize("position", BOUNDS)
@@ -26,7 +26,9 @@ def test_a_driver_without_clip_control_and_snorm_draws_the_same(position):
     """What the plan falls back to: a standard 24-bit depth and normals in RG16."""
     old = Capabilities(clip_control=False, snorm_targets=False)
     bound = BOUNDS["depth24" if position == "depth32f" else position]
-    assert against_reference(ball_scene(120, 0), Settings(position=position), capabilities=old) <= bound
+    assert (
+        against_reference(ball_scene(120, 0), Settings(position_method=position), capabilities=old) <= bound
+    )
 
 
 @pytest.mark.parametrize("position", BOUNDS)
@@ -39,7 +41,7 @@ def test_an_orthographic_frame_is_what_float64_says(position):
     # depth is linear: its constants round to half an ulp of the whole span, 99, seen from 0.01 R = 0.03
     law = 2.0**-24 * 99 / 0.03
     bound = BOUNDS[position] if position == "linear32f" else law
-    assert against_reference(scene, Settings(position=position)) <= bound
+    assert against_reference(scene, Settings(position_method=position)) <= bound
 
 
 @pytest.mark.parametrize(
@@ -121,9 +123,9 @@ def test_no_pixel_is_missed_however_a_volume_lies(render, place, radius, why, po
     scene.root.find("wall").set_p(-80)  # faces the eye and the sky
     scene.root.attach_new_node(PointLights("l", [place], (1, 1, 1), radius))
     size = (96, 72)
-    volumes = render(scene, Settings(position=position), size, ("radiance",)).radiance
+    volumes = render(scene, Settings(position_method=position), size, ("radiance",)).radiance
     everywhere = render(
-        scene, Settings(position=position, light_method="fullscreen"), size, ("radiance",)
+        scene, Settings(position_method=position, light_method="fullscreen"), size, ("radiance",)
     ).radiance
     assert volumes.max() > 0
     assert np.array_equal(volumes, everywhere)

@@ -29,19 +29,21 @@ NUMBERS = {
     "u4": np.uint32,
 }
 ONE = {"f1": 255.0, "nu2": 65535.0, "ni2": 32767.0}
-NARROW = Settings(position="depth24", normals="oct8", albedo="srgb8", accumulation="r11g11b10f")
+NARROW = Settings(
+    position_method="depth24", normal_format="oct8", albedo_format="srgb8", accumulation_format="r11g11b10f"
+)
 SETTINGS = {
     "default": Settings(),
     "narrow": NARROW,
     "stored16f": Settings(
-        position="stored16f",
-        normals="rgb10a2",
-        albedo="rgba8",
+        position_method="stored16f",
+        normal_format="rgb10a2",
+        albedo_format="rgba8",
         particle_shadow_format="unorm8",
         particle_shadows="blend",
     ),
-    "stored32f": Settings(position="stored32f", normals="rgba32f", albedo="rgba16f"),
-    "depth32f": Settings(position="depth32f", normals="rgba8", albedo="sqrt8"),
+    "stored32f": Settings(position_method="stored32f", normal_format="rgba32f", albedo_format="rgba16f"),
+    "depth32f": Settings(position_method="depth32f", normal_format="rgba8", albedo_format="sqrt8"),
 }
 
 SURFACES = (

@@ -66,11 +66,14 @@ SCENES = {"balls": lambda: Moving(ball_scene(20)), "clouds": clouds, "shadows": 
     ("settings", "outputs"),
     [
         (Settings(), tuple(OUTPUTS)),
-        (Settings(position="depth24", normals="oct8", albedo="srgb8"), tuple(OUTPUTS)),
-        (Settings(position="stored16f", accumulation="r11g11b10f", normals="rgb10a2"), tuple(OUTPUTS)),
+        (Settings(position_method="depth24", normal_format="oct8", albedo_format="srgb8"), tuple(OUTPUTS)),
+        (
+            Settings(position_method="stored16f", accumulation_format="r11g11b10f", normal_format="rgb10a2"),
+            tuple(OUTPUTS),
+        ),
         (Settings(look="classic"), ("color", "normal", "depth")),
         (Settings(supersample=2), ("color", "radiance")),
-        (Settings(light_method="clustered", albedo="sqrt8"), ("color", "albedo", "light")),
+        (Settings(light_method="clustered", albedo_format="sqrt8"), ("color", "albedo", "light")),
     ],
     ids=["default", "narrow", "stored", "classic", "averaged", "clustered"],
 )
@@ -112,9 +115,9 @@ def test_size_and_settings_may_change_between_frames():
     """The frame that is already drawn stays as it is."""
     looks = [
         ((37, 23), Settings()),
-        ((64, 48), Settings(position="depth24")),
-        ((8, 6), Settings(normals="rgba32f")),
-        ((64, 48), Settings(position="stored32f")),
+        ((64, 48), Settings(position_method="depth24")),
+        ((8, 6), Settings(normal_format="rgba32f")),
+        ((64, 48), Settings(position_method="stored32f")),
     ]
     outputs = ("color", "depth", "normal")
     with make_renderer(looks[0][0], looks[0][1]) as renderer:

@@ -109,7 +109,7 @@ STEPS = {
     "move": lambda scene, renderer, at: scene.camera.set_pos(0.2 * at, -4.0, 3.0),
     "turn": lambda scene, renderer, at: scene.camera.set_hpr(3.0 + at, -12.0, 2.0),
     "resize": lambda scene, renderer, at: renderer.resize((48 + 16 * at, 40)),
-    "depth": lambda scene, renderer, at: setattr(renderer, "settings", Settings(position="depth32f")),
+    "depth": lambda scene, renderer, at: setattr(renderer, "settings", Settings(position_method="depth32f")),
     "forward": lambda scene, renderer, at: setattr(renderer, "settings", Settings(light_method="forward")),
     "volumes": lambda scene, renderer, at: setattr(renderer, "settings", Settings(light_method="volumes")),
     "samples": lambda scene, renderer, at: setattr(renderer, "settings", Settings(supersample=2)),
@@ -177,7 +177,7 @@ def test_a_frame_after_others_is_that_of_a_fresh_process():
 def test_what_takes_the_place_of_something_gone_is_not_taken_for_it(interpolation):
     """Python gives the id of what is gone to what comes next, and both have the same revision."""
     sizes, shades, seen, again = (2.0, 4.0, 8.0), (50, 100, 200), set(), 0
-    with make_renderer((32, 24), Settings(interpolation=interpolation, albedo="rgba32f")) as renderer:
+    with make_renderer((32, 24), Settings(interpolation=interpolation, albedo_format="rgba32f")) as renderer:
         for turn in range(60):
             geom = wall(sizes[turn % 3])
             texture = Texture(np.full((1, 1, 4), (*[shades[turn % 2]] * 3, 255), dtype=np.uint8))

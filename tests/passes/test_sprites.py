@@ -16,7 +16,7 @@ def test_a_dot_is_seen_before_geometry_and_hidden_behind_it(render, position):
     scene = wall_scene(distance=10.0, color=(0, 0, 0, 1), size=100.0)
     before = scene.root.attach_new_node(Sprites("before", [(-2, 9, 0)], (1, 2, 3), 0.5))
     scene.root.attach_new_node(Sprites("behind", [(2, 11, 0)], (1, 2, 3), 0.5))
-    frame = render(scene, Settings(position=position), (129, 97), ("radiance",))
+    frame = render(scene, Settings(position_method=position), (129, 97), ("radiance",))
     x, _, _ = before.node().arrays.positions[0]
     half = np.tan(np.radians(30))
     column = int((x / (9 * half * 129 / 97) + 1) / 2 * 129)

@@ -25,7 +25,7 @@ def test_the_forest_is_what_float64_says(forest, position, size):
     for path in dots:
         path.hide()  # the reference shades surfaces
     try:
-        error = against_reference(forest, Settings(position=position), size, 5.0)
+        error = against_reference(forest, Settings(position_method=position), size, 5.0)
     finally:
         for path in dots:
             path.show()

@@ -191,7 +191,7 @@ def test_where_shaders_fetch_lights_a_number_holds_what_float32_took_of_three(le
     rng = np.random.default_rng(1)
     positions = rng.normal(size=(500, 3)) * 10.0 ** rng.uniform(-2, 4, (500, 1))
     view, lights = view_of(lens), lights_at(positions, reaches=rng.uniform(1, 9, 500))
-    fetched = {"LIGHT_METHOD": 4, "POSITION_METHOD": 0}
+    fetched = {"LIGHT_METHOD": 4, "POSITION_SOURCE": 0}
     assert [field.name for field in record_fields("PointLight", fetched)] == ["seen", "tint"]
     seen, tint = light_rows("PointLight", fetched, lights, view).astype(np.float64).transpose(1, 0, 2)
     place, pixel, color = (
@@ -211,7 +211,7 @@ def test_where_shaders_fetch_lights_a_number_holds_what_float32_took_of_three(le
 def test_a_light_in_the_middle_and_one_beyond_all_numbers_have_no_rest():
     view = view_of(PerspectiveLens(fov=60, near=0.5, far=1e4), size=(2, 2))
     lights = lights_at(np.array([(0.0, 8.0, 0.0), (1e38, 1.0, 0.0)]))
-    rows = light_rows("PointLight", {"LIGHT_METHOD": 4, "POSITION_METHOD": 0}, lights, view)
+    rows = light_rows("PointLight", {"LIGHT_METHOD": 4, "POSITION_SOURCE": 0}, lights, view)
     assert np.isfinite(rows[:, :, :3]).all()
     assert rows[0, 0, :3].tolist() == [1.0, 8.0, 1.0]
     assert rows[0, 1, 3] == 128 * (1 + 256 + 65536)

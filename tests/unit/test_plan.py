@@ -191,7 +191,7 @@ def test_data_without_a_picture_computes_no_light():
     # where no distance tells what was drawn, the albedo's alpha does: a depth may round to the clear value
     assert cost(scene, outputs=("normal",)) == (["geometry"], {"depth": 4, "albedo": 4, "normal": 4})
     for position in ("depth24", "depth32f"):
-        assert cost(scene, Settings(position=position), ("depth",)) == (
+        assert cost(scene, Settings(position_method=position), ("depth",)) == (
             ["geometry"],
             {"depth": 4, "albedo": 4},
         )
@@ -200,7 +200,7 @@ def test_data_without_a_picture_computes_no_light():
 @pytest.mark.parametrize("position", ["depth32f", "depth24"])
 def test_position_from_depth_trades_the_distance_for_a_copy(position):
     scene = ball_scene(20)
-    passes, targets = cost(scene, Settings(position=position))
+    passes, targets = cost(scene, Settings(position_method=position))
     assert passes == ["geometry", "depth_copy", "point_lights", "resolve"]
     assert targets == {"depth": 4, "albedo": 4, "normal": 4, "depth_copy": 4, "radiance": 16, "color": 4}
 
@@ -212,9 +212,9 @@ def test_a_driver_without_clip_control_gets_a_standard_depth_and_a_warning():
     assert (plan.target("depth").format, plan.target("normal").format) == ("depth24", "rg16")
     assert not plan.view.reverse
     assert plan.warnings == ()
-    warned = build_plan(scene, Settings(position="depth32f"), (64, 48), capabilities=old)
+    warned = build_plan(scene, Settings(position_method="depth32f"), (64, 48), capabilities=old)
     assert "ARB_clip_control" in warned.warnings[0]
-    assert build_plan(scene, Settings(position="depth32f"), (64, 48)).warnings == ()
+    assert build_plan(scene, Settings(position_method="depth32f"), (64, 48)).warnings == ()
 
 
 def pane(alpha=1.0, texel=255):

@@ -34,7 +34,7 @@ OUTPUT_SETS = (
 )
 PLACES = {
     "look": ("correct", "classic"),
-    "position": ("linear32f", "depth32f", "depth24"),
+    "position_method": ("linear32f", "depth32f", "depth24"),
     "light_method": ("volumes", "fullscreen", "loop"),
     "supersample": (1, 2),
 }
@@ -43,7 +43,7 @@ LIGHTING = {
     "range_falloff": ("karis", "gltf"),
     "clamp_light": (False, True),
     "shadow_taps": (1, 4, 16),
-    "position": ("linear32f", "depth24"),
+    "position_method": ("linear32f", "depth24"),
 }
 SHINY = {"specular": (1, 1, 1), "emission": (1, 1, 1), "ambient": (1, 0, 0)}
 

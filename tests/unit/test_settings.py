@@ -14,7 +14,7 @@ from firefly_sample.settings import NOT_FORWARD, SETTINGS, Settings
     "wrong",
     [
         {"look": "modern"},
-        {"position": "depth8"},
+        {"position_method": "depth8"},
         {"light_method": "tiles"},
         {"supersample": 3},
         {"supersample": 2.0},
@@ -41,7 +41,7 @@ def test_a_wrong_value_is_refused_by_name(wrong):
 
 
 def test_a_setting_that_does_not_exist_lists_those_that_do():
-    with pytest.raises(SettingsError, match="no setting 'gamma': there are look, position"):
+    with pytest.raises(SettingsError, match="no setting 'gamma': there are look, position_method"):
         Settings().with_changes(gamma=2.2)
 
 

@@ -24,7 +24,7 @@ FARTHEST = 255 * DARKEST
 
 def plan_of(shadows=True, position="linear32f"):
     scene = workshop.build(shadows=shadows, lamps=0)
-    settings = Settings(position=position)
+    settings = Settings(position_method=position)
     return build_plan(scene, settings, (80, 60), ("shadow_atlas",), 0.0, Capabilities())
 
 

@@ -99,7 +99,7 @@ def _distance_errors(bench: ExperimentBench, offset: float, samples: int) -> tup
         "RADIANCE",
         "LIGHT_RESOLUTION",
         "SPECULAR_MODEL",
-        "POSITION_METHOD",
+        "POSITION_SOURCE",
         "NORMAL_FORMAT",
         "ALBEDO_FORMAT",
     )

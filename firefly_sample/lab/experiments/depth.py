@@ -107,7 +107,7 @@ STORED: dict[str, Stored] = {
     "depth32f, tilted": Stored("depth32f", clip="zero_to_one", reverse=True, tilted=True),
     "linear32f, tilted": Stored("r32f", _DISTANCE, tilted=True),
 }
-"""Choices of `Settings.position`, and others. Not folded: the shader computes
+"""Choices of `Settings.position_method`, and others. Not folded: the shader computes
 y = 0.5 D / (depth - 0.5 - 0.5 B) in place of two constants that are folded in float64."""
 
 

@@ -16,7 +16,7 @@ from firefly_sample.settings import PositionMethod
 Value = str | float | int | None
 
 POSITIONS: tuple[PositionMethod, ...] = get_args(PositionMethod)
-"""The methods of most cases: the choices of `Settings.position`."""
+"""The methods of most cases: the choices of `Settings.position_method`."""
 FLOAT64 = ("float64",)
 """The method of cases that draw nothing, but measure what is computed before a frame is drawn; and a choice
 of `Settings.interpolation`."""

@@ -45,12 +45,12 @@ LARGEST_ANGLES = {
     "rgba16f": 0.0262,  # 0.023 where a driver rounds half floats instead of cutting them off
     "rgba32f": 2.8e-6,
 }
-"""Degrees, by setting `normals`."""
+"""Degrees, by setting `normal_format`."""
 SLACK = 1.05
 
 
 def normal_bounds() -> dict[str, float]:
-    """Return the largest angle in radians, to first order, by which each setting `normals` changes a normal.
+    """Return the largest angle in radians, to first order, by which each `normal_format` changes a normal.
 
     A coordinate is off by half a step at most. In a cube that is half its diagonal, all of which may lie
     across the normal. On the octahedron, p = (u, v, 1 - |u| - |v|), half steps of u and v move p by sqrt(6)
@@ -97,7 +97,7 @@ def _normal_format(device: Device, setting: str) -> tuple[str, str]:
 
 
 def stored_normals(device: Device, unit: ArrayLike, setting: str) -> Float64:
-    """Return unit vectors (n, 3) as they are read back from the target of a setting `normals`."""
+    """Return unit vectors (n, 3) as they are read back from the target of a setting `normal_format`."""
     target, packing = _normal_format(device, setting)
     stored = evaluate(
         device,
@@ -248,7 +248,7 @@ def _needles() -> Scene:
 
 def _thin_triangles(bench: ExperimentBench, method: str) -> float:
     """Return the largest error of a normal, or relative error of a distance, against float64."""
-    settings = Settings().with_changes(interpolation=method, normals="rgba32f")
+    settings = Settings().with_changes(interpolation=method, normal_format="rgba32f")
     drawn = bench.draw(_needles(), settings, outputs=("visibility", "normal", "depth"))
     found = see_surfaces(drawn.plan, drawn.visibility())
     normal = np.abs(drawn["normal"] - found.gbuffer.normal).max(axis=-1)

@@ -104,7 +104,7 @@ def _draw_distance(
     cells: int,
 ) -> float:
     scene = _lit_from_the_eye(distance, *planes, fov, tilt, cells)
-    settings = positioned(method, normals="rgba32f", cutoff_budget=0.0)
+    settings = positioned(method, normal_format="rgba32f", cutoff_budget=0.0)
     return _error_of_distance(bench.draw(scene, settings, outputs=("light",)), distance, tilt)
 
 

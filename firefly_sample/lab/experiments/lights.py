@@ -129,7 +129,7 @@ def _error_of_pile(bench: ExperimentBench, settings: Settings, count: int, size:
 
     It is infinite if any light is dropped.
     """
-    settings = settings.with_changes(albedo="rgba32f")  # "forward" rounds no colour
+    settings = settings.with_changes(albedo_format="rgba32f")  # "forward" rounds no colour
     other_method = "fullscreen" if settings.light_method == "volumes" else "volumes"
 
     def picture(many: int, light_method: str) -> Float64:

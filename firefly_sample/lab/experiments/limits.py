@@ -82,7 +82,7 @@ def _warnings(name: str, fades: bool, from_origin: float) -> Experiment:
     """Return the case of warnings for many near planes and reaches: how many are late or early."""
 
     def run(bench: ExperimentBench, method: str) -> float:
-        exact = {"normals": "rgba32f", "albedo": "rgba32f", "cutoff_budget": 0.0, "tone": "none"}
+        exact = {"normal_format": "rgba32f", "albedo_format": "rgba32f", "cutoff_budget": 0.0, "tone": "none"}
         settings = positioned(method, **exact)
         wrong = 0
         for reach, ratio in product((1.0, 8.0, 64.0), RATIOS):

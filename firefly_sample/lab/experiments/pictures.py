@@ -41,7 +41,7 @@ def _frames(
     """Return the largest and the median of the frames' largest errors, relative to their largest value."""
     errors = []
     for moment in range(moments):
-        settings = Settings(position=position, light_method="volumes")
+        settings = Settings(position_method=position, light_method="volumes")
         drawn = bench.draw(_scene(bench, "forest"), settings, size, ("light",), APART * moment, gbuffer=True)
         assert drawn.gbuffer is not None
         _, light = drawn.expected_light()

@@ -18,7 +18,7 @@ def positioned(method: str, **changes: Any) -> Settings:
 
     Volumes can miss more pixels than other light methods.
     """
-    return Settings(light_method="volumes").with_changes(position=method, **changes)
+    return Settings(light_method="volumes").with_changes(position_method=method, **changes)
 
 
 def decoded_as(method: str) -> str:
@@ -43,5 +43,5 @@ def error_warning(lines: Iterable[str], method: str) -> str:
 
     A warning that the driver lacks what the method needs is not about its error.
     """
-    own = (line for line in lines if line.startswith(f"position={method}:"))
+    own = (line for line in lines if line.startswith(f"position_method={method}:"))
     return next((line for line in own if "the driver lacks" not in line), "")

@@ -99,7 +99,7 @@ def _shininess(exponent: float) -> Experiment:
     def run(bench: ExperimentBench, method: str) -> float:
         worst = 0.0
         for model in ("phong", "blinn_phong"):
-            settings = positioned(method, specular_model=model, normals="rgba32f")
+            settings = positioned(method, specular_model=model, normal_format="rgba32f")
             drawn = bench.draw(_glint(exponent), settings, outputs=("radiance",), gbuffer=True)
             expected, _ = drawn.expected_light()
             chosen = _not_grazing(drawn)

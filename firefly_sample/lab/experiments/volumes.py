@@ -46,8 +46,8 @@ def missed(
         return bench.draw(scene, changed, capabilities=capabilities)["radiance"]
 
     volumes, everywhere = radiance(settings.light_method), radiance("fullscreen")
-    accurate = settings.position != "depth32f" if capabilities else True
-    if accurate and bench.law_of(settings.position) in ACCURATE and not everywhere.any():
+    accurate = settings.position_method != "depth32f" if capabilities else True
+    if accurate and bench.law_of(settings.position_method) in ACCURATE and not everywhere.any():
         return 1.0
     return float(((volumes != everywhere) | (radiance("clustered") != everywhere)).any(axis=2).mean())
 
@@ -115,7 +115,9 @@ def _far(ratio: float) -> Experiment:
         for kind, tilt in product(("point", "spot"), TILTS):
             expected = bench.once(("far", kind, tilt), partial(_far_reference, bench, kind, tilt))
             scene = _far_scene(kind, tilt, near)
-            light = bench.draw(scene, positioned(method, normals="rgba32f"), outputs=("light",))["light"]
+            light = bench.draw(scene, positioned(method, normal_format="rgba32f"), outputs=("light",))[
+                "light"
+            ]
             worst = max(worst, relative_error(light, expected))
             if bench.law_of(method) not in ACCURATE:
                 continue

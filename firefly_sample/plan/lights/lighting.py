@@ -120,7 +120,7 @@ def light_scene(
     shiny = bool(snapshot.instances.factors().speculars[:, :3].any())
     world = limit_reaches(world, settings, exposure, shiny)
     visible = [in_view(lights, eye.camera.world_to_view, eye.planes) for lights in world]
-    on_ray = settings.position not in OFF_RAY and settings.light_method != "forward"
+    on_ray = settings.position_method not in OFF_RAY and settings.light_method != "forward"
     if on_ray and not snapshot.particles:
         visible = [
             lights

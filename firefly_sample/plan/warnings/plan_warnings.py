@@ -20,7 +20,7 @@ from firefly_sample.scene.lights import AmbientLight
 from firefly_sample.scene.material import Material
 
 LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
-"""The largest number of each setting `accumulation` but float32; of r11g11b10f, that of blue."""
+"""The largest number of each setting `accumulation_format` but float32; of r11g11b10f, that of blue."""
 
 
 class PlanWarnings:
@@ -102,10 +102,10 @@ def _is_blended(group: Group, material: Material) -> bool:
 
 def _driver_warnings(needs: Needs) -> Iterator[str]:
     """Yield lines about settings that the driver cannot follow."""
-    if needs.settings.position == "depth32f" and not needs.capabilities.clip_control:
+    if needs.settings.position_method == "depth32f" and not needs.capabilities.clip_control:
         yield (
-            "position=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit buffer, "
-            "as accurate as depth24; use position=linear32f, which is accurate here"
+            "position_method=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit "
+            "buffer, as accurate as depth24; use position_method=linear32f, which is accurate here"
         )
     wanted = needs.lit or asked(needs.outputs, (*PLACE_OUTPUTS, *NORMAL_OUTPUTS))
     if needs.settings.interpolation == "float64" and not needs.capabilities.float64 and wanted:
@@ -114,15 +114,15 @@ def _driver_warnings(needs: Needs) -> Iterator[str]:
 
 def _accumulation_warnings(needs: Needs, sets: Sequence[LightSet]) -> Iterator[str]:
     """Yield a line if the brightest light alone exceeds the range of the accumulation format."""
-    name = needs.settings.accumulation
+    name = needs.settings.accumulation_format
     largest = LARGEST_RADIANCE.get(name)
     if largest is None or not needs.lit or needs.classic:
         return
     brightest = max((float(lights.colors.max()) for lights in sets if len(lights)), default=0.0)
     if brightest > largest:
         yield (
-            f"accumulation={name}: it holds radiance up to {largest:g} and a light has {brightest:g}, "
-            "so surfaces are clipped to that; use accumulation=rgba32f, which has no such limit"
+            f"accumulation_format={name}: it holds radiance up to {largest:g} and a light has {brightest:g}, "
+            "so surfaces are clipped to that; use accumulation_format=rgba32f, which has no such limit"
         )
 
 

@@ -40,7 +40,7 @@ def position_warnings(
     """
     if not needs.placed or needs.forward:
         return
-    method, lamps, lens = needs.settings.position, _lamps_of(sets, exposure), eye.lens
+    method, lamps, lens = needs.settings.position_method, _lamps_of(sets, exposure), eye.lens
     from_origin = float(np.linalg.norm(eye.camera.view_to_world[3, :3]))
 
     def worst_up_to(distance: float) -> _Surface:
@@ -58,9 +58,9 @@ def position_warnings(
         largest = max(reached, _across(lens, seen, reached))
         if largest > HALF_FLOAT_END:
             yield (
-                f"position=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and geometry in view "
-                f"reaches {largest:.2g}: beyond the end it is lit as if it were at the end; use "
-                "position=stored32f, which has no such limit"
+                f"position_method=stored16f: half floats end at {HALF_FLOAT_END:.0f} units and geometry in "
+                f"view reaches {largest:.2g}: beyond the end it is lit as if it were at the end; use "
+                "position_method=stored32f, which has no such limit"
             )
             return
     if surface.codes() > 1.0:
@@ -131,27 +131,29 @@ class _Surface:
         return float(_error(self.needs, self.lens, self.from_origin, method, self.distance))
 
     def codes(self, method: PositionMethod | None = None) -> float:
-        error = self.error(method or self.needs.settings.position)
+        error = self.error(method or self.needs.settings.position_method)
         return float(codes_shown(error, self.beside, self.level))
 
     def line(self) -> str:
         codes = self.codes()
         shown = f"{min(codes, 255.0):.0f}" if codes >= 10.0 else f"{codes:.2g}"
-        method = self.needs.settings.position
+        method = self.needs.settings.position_method
         return (
-            f"position={method}: at {self.distance:.2g} units{self._why()}, positions are off by about "
-            f"{self.error(method):.2g} units, which is about {shown} display codes on a surface "
+            f"position_method={method}: at {self.distance:.2g} units{self._why()}, positions are off by "
+            f"about {self.error(method):.2g} units, which is about {shown} display codes on a surface "
             f"{self.beside:.2g} from a light; {self._way_out()}"
         )
 
     @property
     def _by_depth(self) -> bool:
-        return self.needs.settings.position not in ("linear32f", "stored16f", "stored32f")
+        return self.needs.settings.position_method not in ("linear32f", "stored16f", "stored32f")
 
     @property
     def _by_origin(self) -> bool:
         """Whether most of the error comes from the distance of the world's origin."""
-        return self.needs.settings.position == "inverse_matrix" and self.from_origin > 3.0 * self.distance
+        return (
+            self.needs.settings.position_method == "inverse_matrix" and self.from_origin > 3.0 * self.distance
+        )
 
     def _why(self) -> str:
         """Return the numbers of the scene that cause the error."""
@@ -165,7 +167,7 @@ class _Surface:
         finer = next((name for name in _FINEST if self.codes(name) <= 1.0), None)
         if finer is None:
             return "no method is more accurate: the lights are too small for their distance"
-        advice = f"use position={finer}, which is off by {self.error(finer):.2g}"
+        advice = f"use position_method={finer}, which is off by {self.error(finer):.2g}"
         if self._by_origin:
             return f"{advice}, or bring the camera near the world's origin"
         if self._by_depth and not self.needs.orthographic:
@@ -191,7 +193,7 @@ def _worst(needs: Needs, lens: Lens, from_origin: float, lamps: _Lamps, farthest
     """Return the surface, up to a distance, on which the error of positions shows most."""
     distances = np.maximum(np.minimum(lamps.ends, farthest), 0.0)
     beside = np.where(np.isfinite(lamps.sizes), lamps.sizes, distances)
-    error = _error(needs, lens, from_origin, needs.settings.position, distances)
+    error = _error(needs, lens, from_origin, needs.settings.position_method, distances)
     index = int(np.argmax(np.where(distances > 0.0, codes_shown(error, beside, lamps.levels), -1.0)))
     return _Surface(
         needs,
