@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,12 +93,7 @@ OUTPUTS: dict[str, OutputInfo] = {
     "shininess": OutputInfo("float32", 1, "surface", "exponent 0..1e6", "0", "exponent of highlights"),
     "emission": OutputInfo("float32", 3, "scene", "linear radiance", "0", "light that surfaces emit"),
     "light": OutputInfo(
-        "float32",
-        3,
-        "scene",
-        "linear radiance",
-        "0",
-        "light alone, as white surfaces without highlights show it",
+        "float32", 3, "scene", "linear radiance", "0", "light as white surfaces without highlights show it"
     ),
     "overdraw": OutputInfo(
         "int32",
@@ -143,7 +139,7 @@ class LightCounts:
     in_view : int
         Lights that can change a pixel of the view; these are drawn.
     dropped : int
-        Lights in view that were not drawn: always 0; it is counted so that it can be checked.
+        Lights in view that were not drawn: always 0, which can be checked.
     """
 
     in_scene: int
@@ -199,14 +195,13 @@ class Frame:
     warnings: tuple[str, ...] = ()
 
     def __getitem__(self, output: str) -> Image:
-        try:
-            return self.images[output]
-        except KeyError:
+        if output not in self.images:
             _check_name(output)
-            have = ", ".join(self.images)
             raise OutputError(
-                f"this frame has no {output!r}: it was rendered with outputs {have}; add {output!r} to them"
-            ) from None
+                f"this frame has no {output!r}: it was rendered with outputs {', '.join(self.images)}; "
+                f"add {output!r} to them"
+            )
+        return self.images[output]
 
     def __getattr__(self, name: str) -> Image:
         if name in OUTPUTS:
@@ -217,10 +212,7 @@ class Frame:
 def check_outputs(outputs: Iterable[str], supersample: int = 1) -> tuple[str, ...]:
     """Return `outputs` as a tuple without repetitions, in the given order.
 
-    Raises
-    ------
-    OutputError
-        If one does not exist, none is given, or one of point samples is given with supersampling.
+    It raises `OutputError` if one does not exist, if there is none, or for point samples with supersampling.
     """
     names = tuple(dict.fromkeys([outputs] if isinstance(outputs, str) else outputs))
     if not names:
@@ -243,17 +235,13 @@ def _check_name(name: str) -> None:
 
 
 def check_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Return `size` (width, height) as whole numbers.
+    """Return `size` (width, height) as whole numbers, or raise `OutputError`.
 
-    Raises
-    ------
-    OutputError
-        If it is not two whole numbers of 1 or more, or a side is above 2^20, more than any driver draws.
+    A side has 1 to 2^20 pixels, which is more than any driver draws.
     """
-    try:
+    width = height = None
+    with suppress(TypeError, ValueError):
         width, height = map(to_whole, size)
-    except (TypeError, ValueError):
-        width = height = None
     if width is None or height is None or width < 1 or height < 1:
         raise OutputError(f"size must be two whole numbers of pixels, 1 or more, got {size!r}")
     if max(width, height) > 2**20:

@@ -17,10 +17,7 @@ Float64 = NDArray[np.float64]
 
 
 def encode_albedo(albedo: ArrayLike) -> Float64:
-    """Return square roots, which spend 8 bits about as the eye sees.
-
-    Squaring is exact, drivers' sRGB is not.
-    """
+    """Return square roots: they spend 8 bits about as the eye sees; drivers' sRGB is less exact."""
     return np.asarray(np.sqrt(np.clip(np.asarray(albedo, dtype=np.float64), 0.0, 1.0)))
 
 
@@ -83,10 +80,7 @@ def decode_normals(stored: Float64, encoding: str) -> Float64:
 
 
 def encode_specular(specular: ArrayLike) -> Float64:
-    """Return linear colour and shininess (..., 4) in 0..1.
-
-    Colours become square roots, shininess a logarithm that ends at 2^20.
-    """
+    """Return (..., 4) in 0..1: square roots of linear colours, and the logarithm of shininess, up to 2^20."""
     given = np.asarray(specular, dtype=np.float64)
     color = np.sqrt(np.clip(given[..., :3], 0.0, 1.0))
     return np.concatenate([color, np.log1p(given[..., 3:]) / np.log(2.0) / 20.0], axis=-1)

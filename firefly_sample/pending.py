@@ -1,4 +1,4 @@
-"""A frame that the GPU was told to draw and that has not been read back yet."""
+"""A frame that the GPU draws and that has not been read back yet."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firefly_sample.frame import Frame, Image, LightCounts
+from firefly_sample.frame import Frame
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.pixel_buffers import Copies
 from firefly_sample.gpu.timers import Measured
@@ -19,22 +19,10 @@ from firefly_sample.readback import Surface, read_images, targets_read
 
 @dataclass(eq=False)
 class PendingFrame:
-    """A frame that is being drawn.
+    """A frame that is being drawn, with the passes' own counts of lights and draw calls, and their times.
 
-    The device must be entered around `copy` and `read`; `give_back` makes no OpenGL call.
-
-    Attributes
-    ----------
-    plan : FramePlan
-    lights_drawn : int
-        Counted by the passes themselves.
-    draw_calls : int
-    measured : Measured
-        Times and counts of the passes.
-    walked : int or None
-        See `count_walked`.
-    copies : Copies or None
-        The bytes of the targets behind the plan's outputs, when `copy` was called.
+    `walked` is the result of `count_walked`; `copies` holds the targets behind the plan's outputs, once
+    `copy` was called. The device must be entered around `copy` and `read`; `give_back` makes no OpenGL call.
     """
 
     plan: FramePlan
@@ -45,13 +33,7 @@ class PendingFrame:
     copies: Copies | None = None
 
     def copy(self, gpu: Gpu) -> None:
-        """Start to copy the targets behind the outputs, which the next frame draws over, without waiting.
-
-        Raises
-        ------
-        GpuError
-            If the driver has no room for it.
-        """
+        """Start to copy the targets behind the outputs, which the next frame draws over, without waiting."""
         textures = {name: gpu.images.texture(self.plan, name) for name in targets_read(self.plan)}
         self.copies = gpu.pixels.copy(textures)
 
@@ -62,13 +44,15 @@ class PendingFrame:
         milliseconds, shaded = gpu.timers.collect(self.measured)
         if self.walked is not None:
             shaded = (shaded or 0) + self.walked
-        found: dict[str, Image] = read_images(plan, read) if images else {}
+        counts = plan.counts
+        if any(step.name in LIGHT_PASSES | {"forward"} for step in plan.passes):
+            counts = replace(counts, dropped=counts.in_view - self.lights_drawn)
         return Frame(
-            images=found,
+            images=read_images(plan, read) if images else {},
             time=plan.time,
             size=plan.size,
             milliseconds=milliseconds,
-            lights=self._lights(),
+            lights=counts,
             driver=gpu.device.renderer,
             software=gpu.device.software,
             shaded=shaded,
@@ -76,12 +60,6 @@ class PendingFrame:
             id_names=plan.id_names,
             warnings=plan.warnings,
         )
-
-    def _lights(self) -> LightCounts:
-        """Return the plan's counts, with what the lighting passes really drew."""
-        if not any(step.name in LIGHT_PASSES | {"forward"} for step in self.plan.passes):
-            return self.plan.counts
-        return replace(self.plan.counts, dropped=self.plan.counts.in_view - self.lights_drawn)
 
     def give_back(self, gpu: Gpu) -> None:
         """Let later frames have its buffer and its queries."""
@@ -92,7 +70,7 @@ class PendingFrame:
 
 
 def count_walked(plan: FramePlan, gpu: Gpu) -> int:
-    """Return how many lights the pixels' cells hold: what one fragment of clustered light shades."""
+    """Return the sum of the lights in the lists of all pixels, which clustered light shades."""
     every = 2 if plan.settings.light_resolution == "half" else 1
     distance = Surface(plan, _reader(plan, gpu)).distance()
     height, width = distance.shape

@@ -2,56 +2,46 @@
 
 from __future__ import annotations
 
-from firefly_sample.passes.ambient import AmbientPass
-from firefly_sample.passes.base import Pass
-from firefly_sample.passes.depths import DepthCopyPass, HalfDepthPass
-from firefly_sample.passes.forward import ForwardPass
-from firefly_sample.passes.geometry import GeometryPass
-from firefly_sample.passes.interpolation import InterpolationPass
-from firefly_sample.passes.light_views import OverdrawPass, VolumesPass, WireframePass
-from firefly_sample.passes.lights import DirectionalLightsPass, PointLightsPass, SpotlightsPass
-from firefly_sample.passes.particle_light import ParticleLightPass
-from firefly_sample.passes.particle_shadows import (
-    ParticleShadowBlurXPass,
-    ParticleShadowBlurYPass,
-    ParticleShadowSlicesPass,
-    ParticleShadowSumsPass,
-    ParticleShadowTexturePass,
+from firefly_sample.passes import (
+    forward,
+    fullscreen,
+    geometry,
+    light_views,
+    lights,
+    particle_shadows,
+    particles,
+    shadow_maps,
 )
-from firefly_sample.passes.particles import ParticlesPass
-from firefly_sample.passes.resolve import ResolvePass
-from firefly_sample.passes.shadow_maps import ShadowMapsPass
-from firefly_sample.passes.sprites import SpritesPass
-from firefly_sample.passes.upsample import UpsamplePass
+from firefly_sample.passes.base import Pass
 from firefly_sample.plan.build import Planner
 from firefly_sample.plan.frame_plan import Capabilities, FramePlan
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
 PASSES: tuple[type[Pass], ...] = (
-    ShadowMapsPass,
-    ParticleShadowSlicesPass,
-    ParticleShadowSumsPass,
-    ParticleShadowBlurXPass,
-    ParticleShadowBlurYPass,
-    GeometryPass,
-    InterpolationPass,
-    ForwardPass,
-    DepthCopyPass,
-    HalfDepthPass,
-    AmbientPass,
-    DirectionalLightsPass,
-    PointLightsPass,
-    SpotlightsPass,
-    UpsamplePass,
-    ParticleLightPass,
-    ParticlesPass,
-    SpritesPass,
-    OverdrawPass,
-    VolumesPass,
-    WireframePass,
-    ResolvePass,
-    ParticleShadowTexturePass,
+    shadow_maps.ShadowMapsPass,
+    particle_shadows.ParticleShadowSlicesPass,
+    particle_shadows.ParticleShadowSumsPass,
+    particle_shadows.ParticleShadowBlurXPass,
+    particle_shadows.ParticleShadowBlurYPass,
+    geometry.GeometryPass,
+    geometry.InterpolationPass,
+    forward.ForwardPass,
+    fullscreen.DepthCopyPass,
+    fullscreen.HalfDepthPass,
+    fullscreen.AmbientPass,
+    lights.DirectionalLightsPass,
+    lights.PointLightsPass,
+    lights.SpotlightsPass,
+    fullscreen.UpsamplePass,
+    particles.ParticleLightPass,
+    particles.ParticlesPass,
+    particles.SpritesPass,
+    light_views.OverdrawPass,
+    light_views.VolumesPass,
+    light_views.WireframePass,
+    fullscreen.ResolvePass,
+    particle_shadows.ParticleShadowTexturePass,
 )
 """Every pass in drawing order; a plan holds those that its frame needs."""
 
@@ -65,7 +55,7 @@ def build_plan(
     capabilities: Capabilities | None = None,
     passes: tuple[type[Pass], ...] = PASSES,
 ) -> FramePlan:
-    """Return the plan of one frame; nothing is drawn and no driver is needed.
+    """Return the plan of one frame; nothing is drawn, and no driver is needed.
 
     Parameters
     ----------

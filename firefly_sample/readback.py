@@ -23,7 +23,7 @@ Read = Callable[[str], bytes]
 _WITHOUT_STEEP = 0x7FFFFFFF
 """Mask of a triangle's number without its mark: see ``shaders/include/steep.glsl``."""
 _INVALID = {"depth": np.inf, "position": np.nan, "position_world": np.nan, "id": -1, "visibility": -1}
-"""Where nothing was drawn; 0 in the others."""
+"""Values where nothing was drawn; 0 in the others."""
 _OWN_SIZE = ("shadow_atlas", "particle_shadow_atlas")
 _BAND = 1 << 16
 """Pixels that are decoded at a time: their float64 stay in a processor's cache."""
@@ -31,17 +31,10 @@ _BAND = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class GBuffer:
-    """What is known of each pixel, view space, float64; shapes (..., 3) but for `shininess`, (...).
+    """The surface at each pixel, float64; shapes (..., 3) but for `shininess`, (...).
 
-    Attributes
-    ----------
-    position : ndarray
-        NaN where nothing was drawn.
-    normal, to_eye : ndarray
-        Unit vectors.
-    albedo, specular : ndarray
-        Linear.
-    shininess : ndarray
+    `position` is in view space, NaN where nothing was drawn; `normal` and `to_eye` are unit vectors in view
+    space; `albedo` and `specular` are linear.
     """
 
     position: Float64
@@ -53,13 +46,7 @@ class GBuffer:
 
 
 def read_images(plan: FramePlan, read: Read) -> dict[str, Image]:
-    """Return the outputs of a plan, first row on top.
-
-    Parameters
-    ----------
-    read : callable
-        ``read(target)`` returns that target's bytes, first row at the bottom.
-    """
+    """Return the outputs of a plan, first row on top; `read` returns a target's bytes, last row first."""
     read = cache(read)
     return {name: _read_image(plan, read, name) for name in plan.outputs}
 
@@ -92,12 +79,7 @@ def targets_read(plan: FramePlan) -> tuple[str, ...]:
 class Surface:
     """The G-buffer of one plan, decoded in float64 as far as it is asked for.
 
-    Parameters
-    ----------
-    read : callable
-        As `read_images` takes it.
-    rows : slice
-        Which rows of every image, counted from the top.
+    `read` is as for `read_images`; `rows` are those of every image that are decoded, counted from the top.
     """
 
     def __init__(self, plan: FramePlan, read: Read, rows: slice = slice(None)) -> None:
@@ -123,7 +105,7 @@ class Surface:
 
     def _to_world(self, values: Float64, point: bool) -> Float64:
         matrix = self._plan.view.view_to_world
-        x, y, z = (values[..., axis] for axis in range(3))
+        x, y, z = np.moveaxis(values, -1, 0)
         turned = empty_planar(values.shape[:-1], 3)
         for axis in range(3):
             # sums, for the last digit of a matrix product depends on the processor
@@ -137,10 +119,7 @@ class Surface:
         return made
 
     def _floats(self, target: str, channels: int) -> Float64:
-        """Return what shaders read of a target, in float64.
-
-        Normalised codes as fractions, sRGB codes decoded.
-        """
+        """Return the values that shaders read: normalised codes as fractions, sRGB codes decoded."""
         form = FORMATS[self._target(target).format]
         stored = self.raw(target, stored_dtype(form), channels)
         fractions = stored_fractions(form, stored if channels == 1 else planar(stored))
@@ -162,7 +141,7 @@ class Surface:
         return np.broadcast_to(values[..., None], (*values.shape, 3)) if channels == 1 else values
 
     def light(self) -> NDArray[Any]:
-        """Return what white surfaces without highlights would show, 0 where nothing was drawn."""
+        """Return the radiance of white surfaces without highlights, 0 where nothing was drawn."""
         return self._where_covered(planar(self.raw("light", np.float32, 3)), 0.0)
 
     def triangles(self) -> NDArray[Any]:
@@ -171,23 +150,12 @@ class Surface:
         return np.where(stored[..., :1] == 0, -1, stored - (1, 0))
 
     def albedo(self) -> Float64:
-        """Linear reflectance; in the classic look, as stored."""
+        """Return the linear reflectance; in the classic look, as stored."""
         return self._colors("albedo")
 
     def ambient_albedo(self) -> Float64:
-        """Linear reflectance of ambient light: the albedo, unless a material in view has its own."""
-        if self._plan.target("ambient_albedo") is None:
-            return self.albedo()
-        return self._colors("ambient_albedo")
-
-    def specular(self) -> Float64:
-        """Return the linear reflectance of highlights, and shininess, shape (height, width, 4).
-
-        0 without any.
-        """
-        both = empty_planar(self.highlights().shape[:-1], 4)
-        both[..., :3], both[..., 3] = self.highlights(), self.shininess()
-        return both
+        """Return the linear reflectance of ambient light, which is the albedo for most scenes."""
+        return self._colors("albedo" if self._plan.target("ambient_albedo") is None else "ambient_albedo")
 
     def highlights(self) -> Float64:
         """Return the linear reflectance of highlights, 0 without any."""
@@ -202,10 +170,7 @@ class Surface:
         return decode_shininess(self._floats("specular", 4)[..., 3])
 
     def normal(self) -> Float64:
-        """Return unit normals in view space, 0 where nothing was drawn.
-
-        Classic ones as stored, not decoded.
-        """
+        """Return unit normals in view space, 0 where nothing was drawn; classic ones as stored."""
         classic = self._target("normal").encoding == "classic"
         return self._floats("normal", 3) if classic else self.unit_normal()
 
@@ -219,18 +184,20 @@ class Surface:
         return np.where(self.covered()[..., None], values, invalid)
 
     def covered(self) -> NDArray[np.bool_]:
-        """Where something was drawn."""
-        if self._plan.target("coverage") is not None:
-            return np.asarray(self.raw("coverage", np.uint8, 1) > 0)
+        """Return whether something was drawn at each pixel."""
         albedo = self._plan.target("albedo")
-        if albedo is not None and albedo.encoding == "sqrt10":
-            return np.asarray(self.raw("albedo", np.uint32, 1) != 0)
-        if albedo is not None:
-            return np.asarray(self._floats("albedo", 4)[..., 3] > 0)
-        return np.asarray(self.raw("distance", np.float32, 1) != 0)
+        if self._plan.target("coverage") is not None:
+            stored = self.raw("coverage", np.uint8, 1)
+        elif albedo is None:
+            stored = self.raw("distance", np.float32, 1)
+        elif albedo.encoding == "sqrt10":
+            stored = self.raw("albedo", np.uint32, 1)
+        else:
+            stored = self._floats("albedo", 4)[..., 3]
+        return np.asarray(stored != 0)
 
     def distance(self) -> Float64:
-        """Distance along the view axis, infinity where nothing was drawn."""
+        """Return distances along the view axis, infinity where nothing was drawn."""
         if self._plan.target("distance") is not None:
             y = self.raw("distance", np.float32, 1).astype(np.float64)
         elif self._plan.target("position") is not None:
@@ -240,7 +207,7 @@ class Surface:
         return np.where(self.covered(), y, np.inf)
 
     def position(self) -> Float64:
-        """View-space positions through the pixels' centres, NaN where nothing was drawn."""
+        """Return view-space positions through the pixels' centres, NaN where nothing was drawn."""
         if not self._plan.batches:
             return self._nothing("position")
         if self._plan.target("position") is not None:
@@ -258,7 +225,7 @@ class Surface:
         return np.asarray(ndc_x[None]), np.asarray(ndc_y[self._rows, None])
 
     def to_eye(self) -> Float64:
-        """Unit vectors from each pixel's surface to the eye, view space."""
+        """Return unit vectors from each pixel's surface to the eye, view space."""
         lens = self._plan.view.lens
         ray = lens.view_from_distance(*self._ndc(), 1.0)
         if not lens.perspective:
@@ -266,15 +233,14 @@ class Surface:
         return np.asarray(-ray / np.linalg.norm(ray, axis=-1, keepdims=True))
 
     def gbuffer(self) -> GBuffer:
-        """All of it, as the float64 reference takes it."""
-        specular = self.specular()
+        """Return all of it, as the float64 reference takes it."""
         return GBuffer(
             position=self.position(),
             normal=self.unit_normal(),
             to_eye=self.to_eye(),
             albedo=self.albedo(),
-            specular=specular[..., :3],
-            shininess=specular[..., 3],
+            specular=np.asarray(self.highlights(), dtype=np.float64),
+            shininess=np.asarray(self.shininess(), dtype=np.float64),
         )
 
 

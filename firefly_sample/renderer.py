@@ -7,16 +7,14 @@ import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from types import TracebackType
 from typing import NoReturn, SupportsIndex
 
 from firefly_sample.errors import GpuError, SoftwareDriverWarning
 from firefly_sample.frame import Frame, check_size
 from firefly_sample.gpu.device import Device
-from firefly_sample.gpu.driver_variables import silent_changes
+from firefly_sample.gpu.driver_checks import silent_changes
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
-from firefly_sample.gpu.limits import check_plan_limits, check_size_limit
 from firefly_sample.gpu.presenter import Layer, Presenter
 from firefly_sample.passes.base import Pass
 from firefly_sample.passes.lights import LIGHT_PASSES
@@ -116,13 +114,6 @@ class Renderer:
         self._open = True
 
     def __reduce_ex__(self, _: SupportsIndex) -> NoReturn:
-        """Refuse to be copied or pickled.
-
-        Raises
-        ------
-        GpuError
-            Always.
-        """
         raise GpuError(
             "a Renderer cannot be copied or pickled, because it holds an OpenGL context: hand on its size "
             "and settings, and make Renderer(size, settings) where it is needed, in each process its own"
@@ -149,10 +140,10 @@ class Renderer:
         Raises
         ------
         OutputError, GpuError
-            If it is below 1, or above what the driver can draw.
+            If it is below 1, or above the driver's limit.
         """
         size = check_size(size)
-        check_size_limit(size, self.settings.supersample, self._device.max_size)
+        self._device.check_size(size, self.settings.supersample)
         self.size = size
 
     def _check_open(self) -> None:
@@ -236,7 +227,7 @@ class Renderer:
     def present(self, plan: FramePlan, layers: Iterable[Layer] = ()) -> None:
         """Put the output "color" of the plan that was drawn last on the window, and `layers` over it.
 
-        A plan without that output gives a black window. The window's own buffers are the caller's to swap.
+        A plan without that output gives a black window. The caller swaps the window's buffers.
 
         Raises
         ------
@@ -252,14 +243,16 @@ class Renderer:
 
     def _draw_passes(self, plan: FramePlan) -> PendingFrame:
         gpu = self._gpu
-        check_plan_limits(plan, self._device.max_size)
+        gpu.images.check_limits(plan)
         self._drawn = None
         gpu.reuse = self.reuse
         gpu.begin(plan)
+        depth_func = ">=" if plan.view.reverse else "<="
         try:
             for step in plan.passes:
                 made, images = self._passes[step.name], BoundImages(gpu.images, plan, step)
                 made.prepare(gpu, plan, step, images)
+                gpu.reset_state(depth_func)
                 walked = getattr(step.variant, "light_method", None) == "clustered"
                 counted = self.count_fragments and step.name in LIGHT_PASSES and not walked
                 with gpu.timers.measure(step.name, count=counted):
@@ -274,8 +267,7 @@ class Renderer:
     def surface(self, plan: FramePlan) -> Surface:
         """Return the G-buffer of the plan that was drawn last, decoded in float64 from its stored bits.
 
-        `Frame` holds the same as float32; whoever measures errors wants this. A Surface reads what it
-        needs when one of its methods first asks for it.
+        `Frame` holds the same as float32. A Surface reads a target when one of its methods first needs it.
 
         Raises
         ------
@@ -302,10 +294,7 @@ class Renderer:
             yield
 
     def close(self) -> None:
-        """Free every GL object and the context.
-
-        In a process that was forked from the one that made the renderer, nothing is freed, and nothing said.
-        """
+        """Free every GL object and the context; in a forked process, which cannot, do nothing."""
         if self._device.inherited:
             self._open = False
             return
@@ -326,24 +315,19 @@ class Renderer:
         if not getattr(self, "_open", False) or self._device.inherited or sys.is_finalizing():
             return
         self._open = False
-        try:
-            warnings.warn(self._dropped(), ResourceWarning, stacklevel=2, source=self)
-        finally:
-            self._device.abandon()
-
-    def _dropped(self) -> str:
-        """Say that nobody closed it."""
         width, height = self.size
         kept = "" if self._presenter is None else "; its images stay in the window's context until that ends"
-        return (
+        text = (
             f"a Renderer of {width}x{height} was dropped without close(){kept}: "
             "use 'with Renderer(...) as renderer:' or call renderer.close()"
         )
+        try:
+            warnings.warn(text, ResourceWarning, stacklevel=2, source=self)
+        finally:
+            self._device.abandon()
 
     def __enter__(self) -> Renderer:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()

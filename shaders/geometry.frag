@@ -23,7 +23,7 @@ out float o_distance;
 #if POSITION_TARGET != POSITION_TARGET_NONE
 out vec4 o_position;
 #endif
-#if AMBIENT
+#if AMBIENT_ALBEDO
 out COLOR_TEXEL o_ambient;
 #endif
 #if SPECULAR
@@ -76,7 +76,7 @@ void main()
 #elif POSITION_TARGET == POSITION_TARGET_FLOAT16
     o_position = vec4(clamp(view, -65504.0, 65504.0), 1.0);  // the largest half float
 #endif
-#if AMBIENT
+#if AMBIENT_ALBEDO
     o_ambient = pack_color(made.ambient);
 #endif
 #if SPECULAR

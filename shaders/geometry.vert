@@ -22,7 +22,7 @@ in vec3 in_normal_x;
 in vec3 in_normal_y;
 in vec3 in_normal_z;
 in vec4 in_base_color;
-#if AMBIENT
+#if AMBIENT_ALBEDO
 in vec3 in_ambient;
 #endif
 #if SPECULAR
@@ -50,7 +50,7 @@ out vec3 v_color;
 out float v_vertex_alpha;
 #endif
 flat out vec4 v_base_color;
-#if AMBIENT
+#if AMBIENT_ALBEDO
 flat out vec3 v_ambient;
 #endif
 #if SPECULAR
@@ -79,7 +79,7 @@ void main()
     v_vertex_alpha = in_vertex_alpha;
 #endif
     v_base_color = in_base_color;
-#if AMBIENT
+#if AMBIENT_ALBEDO
     v_ambient = in_ambient;
 #endif
 #if SPECULAR

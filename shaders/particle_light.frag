@@ -22,7 +22,7 @@
 #endif
 #block Shading
 
-uniform sampler2D u_particles;  // four texels per particle: firefly_sample/gpu/particle_rows.py
+uniform sampler2D u_particles;  // four texels per particle: firefly_sample/gpu/instance_rows.py
 out vec4 o_particle_light;
 
 void main()

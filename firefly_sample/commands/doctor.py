@@ -16,7 +16,7 @@ from firefly_sample.commands.options import Flag
 from firefly_sample.commands.terminal import print_json, print_result
 from firefly_sample.errors import FireflyError, ViewerError
 from firefly_sample.extras import pip_install
-from firefly_sample.gpu.driver_variables import VARIABLES, variables_set, vector_bits
+from firefly_sample.gpu.driver_checks import VARIABLES, variables_set, vector_bits
 
 if TYPE_CHECKING:
     from firefly_sample.gpu.device import Device

@@ -1,15 +1,14 @@
 """Tables in which a full-screen pass finds the corners of the triangle behind a pixel.
 
-``shaders/interpolation.frag`` reads them. What float32 cannot hold of a place or a matrix follows as
-a second float32, so that the shader has it to 48 bits.
+``shaders/interpolation.frag`` reads them. What float32 cannot hold of a position or a matrix follows as a
+second float32, so that the shader has it to 48 bits.
 """
 
 from __future__ import annotations
 
 import weakref
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import GpuError
 from firefly_sample.gpu.instance_rows import normal_columns
+from firefly_sample.gpu.streams import Streams
 from firefly_sample.gpu.uploads import MeshSource
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.view import View
@@ -30,9 +30,8 @@ Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Where a mesh is in the tables of meshes."""
+class _Entry(NamedTuple):
+    """A mesh in the tables of meshes."""
 
     geom: weakref.ref[MeshSource]
     revision: int
@@ -45,29 +44,32 @@ class _Place:
 class CornerTables:
     """The tables of all meshes that were drawn, and of a frame's instances."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, streams: Streams) -> None:
         self._ctx = ctx
-        self._places: dict[int, _Place] = {}
+        self._streams = streams
+        self._entries: dict[int, _Entry] = {}
         self._textures: dict[str, moderngl.Texture] = {}
 
-    def of(self, plan: FramePlan) -> dict[str, moderngl.Texture]:
-        """The tables for a frame, by the names of their samplers; they hold until the next call."""
+    def prepare(self, plan: FramePlan) -> dict[str, moderngl.Texture]:
+        """Return the tables for a frame by the names of their samplers, valid until the next call."""
         geoms = {batch.geom.serial: batch.geom for batch in plan.batches}
-        if not all(key in self._places and self._places[key].holds(geom) for key, geom in geoms.items()):
-            kept = {key: geom for key, place in self._places.items() if (geom := place.geom()) is not None}
+        if not all(key in self._entries and self._entries[key].holds(geom) for key, geom in geoms.items()):
+            kept = {key: geom for key, entry in self._entries.items() if (geom := entry.geom()) is not None}
             self._make_meshes((kept | geoms).values())
-        first = [self._places[batch.geom.serial].first_triangle for batch in plan.batches]
-        rows = [instance_texels(*pair, plan.view) for pair in zip(plan.batches, first, strict=True)]
+        rows = [
+            instance_texels(batch, self._entries[batch.geom.serial].first_triangle, plan.view)
+            for batch in plan.batches
+        ]
         self._write("u_instances", np.concatenate(rows))
         return self._textures
 
     def _make_meshes(self, geoms: Iterable[MeshSource]) -> None:
-        self._places, places = {}, {}  # an error half-way leaves none
+        self._entries, entries = {}, {}  # an error half-way leaves none
         triangles: list[NDArray[np.uint32]] = []
         vertices: list[Float32] = []
         first_triangle = first_vertex = 0
         for geom in geoms:
-            places[geom.serial] = _Place(weakref.ref(geom), geom.revision, first_triangle)
+            entries[geom.serial] = _Entry(weakref.ref(geom), geom.revision, first_triangle)
             triangles.append((geom.triangles + first_vertex).astype(np.uint32))
             rows = np.zeros((len(geom.vertices), VERTEX_TEXELS, 4), dtype=np.float32)
             rows[:, 0, :3], rows[:, 1, :3] = _with_rest(geom.vertices)
@@ -77,10 +79,10 @@ class CornerTables:
             first_vertex += len(geom.vertices)
         self._write("u_triangles", np.concatenate(triangles))
         self._write("u_vertices", np.concatenate(vertices))
-        self._places = places
+        self._entries = entries
 
     def _write(self, name: str, rows: NDArray[Any]) -> None:
-        """Rows as a texture's texels, row after row."""
+        """Write rows as a texture's texels, one after the other."""
         width = min(max(len(rows), 1), TABLE_WIDTH)
         height = max(-(-len(rows) // width), 1)
         limit = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
@@ -91,37 +93,22 @@ class CornerTables:
             )
         texels = np.zeros((height * width, rows.shape[1]), dtype=rows.dtype)
         texels[: len(rows)] = rows
-        kept = self._textures.get(name)
-        if kept is not None and kept.size == (width, height):
-            kept.write(texels)
-            return
-        if kept is not None:
-            kept.release()
-        texture = self._ctx.texture((width, height), rows.shape[1], texels, dtype=f"{rows.dtype.kind}4")
-        texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        self._textures[name] = texture
-
-    def release(self) -> None:
-        """Free all tables."""
-        for texture in self._textures.values():
-            texture.release()
-        self._textures.clear()
-        self._places.clear()
+        self._textures[name] = self._streams.texture(name, texels.reshape(height, width, -1))
 
 
 def _with_rest(values: Float64) -> tuple[Float32, Float32]:
-    """Numbers as float32 holds them, and what it leaves."""
+    """Return numbers as float32 holds them, and the rests."""
     held = values.astype(np.float32)
     return held, (values - held).astype(np.float32)
 
 
 def instance_texels(batch: Batch, first_triangle: int, view: View) -> Float32:
-    """Where a batch's instances are, shape (`INSTANCE_TEXELS` * n, 4).
+    """Return the transforms of a batch's instances, shape (`INSTANCE_TEXELS` * n, 4).
 
     Columns of model space to pixels, for row vectors: across and up, both times the distance ahead, and that
-    distance (1 for an orthographic lens), each with its rest; a factor common to all three has no effect, so
-    that their largest entry is made 1. Then the column of model-to-view that gives y, with its rest, and the
-    three that turn normals. Last, where the batch's triangles begin, and 1 if it is two-sided.
+    distance (1 for an orthographic lens), each with its rest. A factor common to all three has no effect, so
+    their largest entry is made 1. Then the column of model-to-view that gives y, with its rest, and the three
+    that transform normals. Last, the batch's first triangle, and 1 if it is two-sided.
     """
     clip = view.lens.matrix()
     half = np.array(view.size) / 2.0

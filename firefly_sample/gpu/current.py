@@ -62,14 +62,8 @@ _ignore_x_error = ctypes.CFUNCTYPE(ctypes.c_int, _HANDLE, _HANDLE)(lambda displa
 class CurrentContext(NamedTuple):
     """A context that is or was current in a thread, and the surfaces that it draws to and reads from.
 
-    Attributes
-    ----------
-    api : str
-        "EGL" or "GLX": the library that made it.
-    display, context, draw, read : int
-        Handles; 0 is none.
-    connection : (int, int) or None
-        See `with_connection`.
+    `api`, "EGL" or "GLX", is the library that made it. The numbers are handles, 0 is none; `connection` is
+    noted by `with_connection`.
     """
 
     api: str
@@ -134,13 +128,7 @@ def is_supported() -> bool:
 
 
 def make_current(wanted: CurrentContext | None, present: CurrentContext | None) -> None:
-    """Make a context current in this thread, or none, in place of the present one.
-
-    Raises
-    ------
-    GpuError
-        If it cannot be made current; the message gives the reason.
-    """
+    """Make a context current in this thread, or none, in place of the present one, or raise `GpuError`."""
     if present is not None and (wanted is None or wanted.api != present.api):
         _set(CurrentContext(present.api, present.display, 0))
     if wanted is None:
@@ -148,10 +136,8 @@ def make_current(wanted: CurrentContext | None, present: CurrentContext | None) 
     if wanted.lost_connection():
         raise GpuError(_GONE["GLX"])
     error = _set(wanted)
-    current = (
-        _loaded["EGL"].eglGetCurrentContext if wanted.api == "EGL" else _loaded["GLX"].glXGetCurrentContext
-    )
-    if current() != wanted.context:
+    name = "eglGetCurrentContext" if wanted.api == "EGL" else "glXGetCurrentContext"
+    if getattr(_loaded[wanted.api], name)() != wanted.context:
         raise GpuError(_refusal(wanted, error))
 
 

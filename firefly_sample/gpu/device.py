@@ -6,8 +6,7 @@ import os
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from types import TracebackType
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from typing import Any
 
 import moderngl
@@ -21,8 +20,13 @@ from firefly_sample.gpu.current import (
     restore_current,
     thread_without_context,
 )
-from firefly_sample.gpu.driver_variables import check_vector_width, variables_set
-from firefly_sample.gpu.forks import check_not_forked, check_threads, note_opened
+from firefly_sample.gpu.driver_checks import (
+    check_not_forked,
+    check_threads,
+    check_vector_width,
+    note_opened,
+    variables_set,
+)
 from firefly_sample.gpu.raw import DEPTH_CLAMP, FRAMEBUFFER_SRGB, RawGL
 from firefly_sample.plan.frame_plan import Capabilities
 
@@ -45,8 +49,7 @@ class Device:
     Raises
     ------
     NoGpuError
-        If there is no OpenGL library, no such device, no OpenGL 3.3, or this process was forked after the
-        driver was used.
+        If there is no OpenGL 3.3 or no such device, or if this process was forked after the driver was used.
     GpuError
         If the environment makes the driver overwrite memory.
     """
@@ -107,18 +110,24 @@ class Device:
                 "install the GPU's driver, or leave require_gpu out"
             )
 
+    def check_size(self, size: tuple[int, int], samples: int = 1) -> None:
+        """Raise `GpuError` if a picture with `samples` per pixel across and down is too large."""
+        if max(size) * samples > self.max_size:
+            scaled = f" at supersample {samples}" if samples > 1 else ""
+            raise GpuError(
+                f"size {size[0]}x{size[1]}{scaled} is above this driver's limit of {self.max_size} pixels a "
+                "side: choose a smaller one"
+            )
+
     def _can_render(self, internal_format: int) -> bool:
         """Return True if pairs of 16-bit signed normalised numbers can be drawn to, an option of 3.3."""
-        texture = None
-        try:
-            texture = self.ctx.texture((1, 1), 2, dtype="ni2", internal_format=internal_format)
-            framebuffer = self.ctx.framebuffer([texture])
-            framebuffer.release()
-        except Exception:  # noqa: BLE001  moderngl has one class for every refusal
-            return False
-        finally:
-            if texture is not None:
-                texture.release()
+        with ExitStack() as made:
+            try:
+                texture = self.ctx.texture((1, 1), 2, dtype="ni2", internal_format=internal_format)
+                made.callback(texture.release)
+                self.ctx.framebuffer([texture]).release()
+            except Exception:  # noqa: BLE001  moderngl has one class for every refusal
+                return False
         return self.ctx.error == "GL_NO_ERROR"
 
     def set_depth_clamp(self, on: bool) -> None:
@@ -145,13 +154,7 @@ class Device:
         return os.getpid() != self._process
 
     def exclusively(self) -> AbstractContextManager[Any]:
-        """Return a context manager that keeps other threads from entering.
-
-        Raises
-        ------
-        GpuError
-            If this process was forked from the one that made the device.
-        """
+        """Return a context manager that keeps other threads out; raise `GpuError` in a forked process."""
         if self.inherited:  # in a fork, the lock may be held by a thread that only the parent has
             check_not_forked(self._own)
             raise GpuError("this renderer was made before this process was forked: make a new one here")
@@ -182,9 +185,7 @@ class Device:
                 raise
         return before
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         try:
             before = self._before.pop()
             if self._own is None:
@@ -281,8 +282,7 @@ def _egl_backend(index: int | None) -> Any:
 def _window_backend() -> Any:
     import glcontext
 
-    context = current_context()
-    if context is not None and context.api != "GLX":
+    if (context := current_context()) is not None and context.api != "GLX":
         raise NoGpuError(
             f"window=True needs a window's GLX context, but one of {context.api} is current in this thread: "
             "make the window's context current first, and have its library create it with GLX"

@@ -19,13 +19,16 @@ from firefly_sample.gpu.blocks import (
 from firefly_sample.gpu.corner_tables import CornerTables
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.images import Images
-from firefly_sample.gpu.light_rows import shadow_rows
+from firefly_sample.gpu.light_records import shadow_rows
 from firefly_sample.gpu.pixel_buffers import PixelBuffers
 from firefly_sample.gpu.programs import Program, Programs
-from firefly_sample.gpu.tables import Tables
+from firefly_sample.gpu.streams import Streams
 from firefly_sample.gpu.timers import Timers
 from firefly_sample.gpu.uploads import Uploads
 from firefly_sample.plan.frame_plan import FramePlan
+
+SQUARE = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype=np.float32)
+"""Corners of a strip of two triangles."""
 
 
 class Gpu:
@@ -35,9 +38,9 @@ class Gpu:
         self.device = device
         self.ctx = device.ctx
         self.programs = Programs(device.ctx)
-        self.uploads = Uploads(device)
-        self.corners = CornerTables(device.ctx)
-        self.tables = Tables(device.ctx)
+        self.streams = Streams(device.ctx)
+        self.uploads = Uploads(device, self.streams)
+        self.corners = CornerTables(device.ctx, self.streams)
         self.images = Images(device)
         self.timers = Timers(device)
         self.pixels = PixelBuffers(device)
@@ -46,7 +49,7 @@ class Gpu:
         self.draw_calls = 0
         self.reuse = True
         self._shadow_table: moderngl.Texture | None = None
-        self._streams: dict[str, moderngl.Buffer] = {}
+        self._fixed: dict[str, moderngl.Buffer] = {}
         self._arrays: dict[tuple[str, Program], tuple[tuple[moderngl.Buffer, ...], moderngl.VertexArray]] = {}
 
     def begin(self, plan: FramePlan) -> None:
@@ -65,34 +68,36 @@ class Gpu:
         if self.device.capabilities.clip_control:
             self.device.raw.set_clip_range(plan.view.reverse)
 
+    def reset_state(self, depth_func: str = "<") -> None:
+        """Set the state that draws may change: every pass begins with it.
+
+        Blending adds. The `depth_func` of passes is "<=", or ">=" for reversed depth: "<", with which OpenGL
+        starts, would drop geometry whose depth rounds to the clear value.
+        """
+        self.ctx.blend_func = moderngl.ONE, moderngl.ONE
+        self.ctx.depth_func = depth_func
+        self.ctx.front_face = "ccw"
+        self.ctx.cull_face = "back"
+        self.ctx.polygon_offset = 0.0, 0.0
+        self.ctx.wireframe = False
+
     def end(self) -> None:
         """Leave the context as OpenGL starts it, and free what is gone."""
+        self.reset_state()
         if self.device.capabilities.clip_control:
             self.device.raw.set_clip_range(False)
         self.ctx.enable_only(moderngl.NOTHING)
         self.device.unbind()
         self.uploads.sweep()
 
-    def stream(self, name: str, rows: NDArray[Any]) -> moderngl.Buffer:
-        """A buffer whose content changes from frame to frame; it grows and never shrinks."""
-        data = np.ascontiguousarray(rows)
-        buffer = self._streams.get(name)
-        if buffer is None or buffer.size < data.nbytes:
-            if buffer is not None:
-                buffer.release()
-            buffer = self._streams[name] = self.ctx.buffer(reserve=max(64, 2 * data.nbytes), dynamic=True)
-        if data.nbytes:
-            buffer.write(data.tobytes())
-        return buffer
-
     def fixed(self, name: str, rows: NDArray[Any]) -> moderngl.Buffer:
-        """A buffer that is written once."""
-        if name not in self._streams:
-            self._streams[name] = self.ctx.buffer(np.ascontiguousarray(rows).tobytes())
-        return self._streams[name]
+        """Return a buffer that is written once."""
+        if name not in self._fixed:
+            self._fixed[name] = self.ctx.buffer(np.ascontiguousarray(rows))
+        return self._fixed[name]
 
     def array(self, name: str, program: Program, *content: tuple[Any, ...] | None) -> moderngl.VertexArray:
-        """A vertex array over streams and fixed buffers, remade when one of them was."""
+        """Return a vertex array over streams and fixed buffers, made again if one of them was."""
         used = [entry for entry in content if entry is not None]
         buffers = tuple(entry[0] for entry in used)
         kept = self._arrays.get((name, program))
@@ -108,33 +113,36 @@ class Gpu:
     ) -> None:
         """Draw a vertex array; every draw call of a frame is made, and counted, here.
 
-        -1 is all that the array has of vertices, and as many instances as it was made for.
+        -1 stands for all vertices of the array, and for the number of instances that it was made for.
         """
         array.render(mode, vertices, instances=instances)
         self.draw_calls += 1
 
+    def draw_screen(self, program: Program) -> None:
+        """Draw a triangle that covers the viewport: ``fullscreen.vert`` makes its corners."""
+        self.render(self.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
+
+    def draw_squares(self, program: Program, rows: NDArray[Any], layout: str, *attributes: str) -> None:
+        """Draw a square for each row, whose numbers are `attributes` of instances; `layout` is as moderngl's.
+
+        ``in_corner`` is -1 or 1, across and up.
+        """
+        corners = self.fixed("square", SQUARE), "2f", "in_corner"
+        instances = self.streams.buffer(program.name, rows), f"{layout}/i", *attributes
+        array = self.array(program.name, program, corners, instances)
+        self.render(array, moderngl.TRIANGLE_STRIP, vertices=4, instances=len(rows))
+
     def shadow_table(self, plan: FramePlan) -> moderngl.Texture:
-        """What shaders need to look up a frame's shadow maps, a row of texels a map; written once a frame."""
+        """Return the constants that a frame's shadow maps are looked up with, a row of texels per map."""
         if self._shadow_table is None:
-            self._shadow_table = self.tables.write("shadow maps", shadow_rows(plan.shadows, plan.view))
+            self._shadow_table = self.streams.texture("shadow maps", shadow_rows(plan.shadows, plan.view))
         return self._shadow_table
 
     def release(self) -> None:
         """Free everything but the device."""
         for _, array in self._arrays.values():
             array.release()
-        for buffer in (*self._streams.values(), *self._blocks.values()):
+        for buffer in (*self._fixed.values(), *self._blocks.values()):
             buffer.release()
-        self._arrays.clear()
-        self._streams.clear()
-        self._blocks.clear()
-        for part in (
-            self.uploads,
-            self.corners,
-            self.tables,
-            self.images,
-            self.programs,
-            self.timers,
-            self.pixels,
-        ):
+        for part in (self.uploads, self.streams, self.images, self.programs, self.timers, self.pixels):
             part.release()

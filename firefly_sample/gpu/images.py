@@ -16,7 +16,7 @@ from firefly_sample.plan.targets import FORMATS, Target
 def make_texture(
     device: Device, format_name: str, size: tuple[int, int], compare: str = ""
 ) -> moderngl.Texture:
-    """An image to draw into, of a format of `FORMATS`; read texel by texel."""
+    """Return an image to draw into, of a format of `FORMATS`; it is read texel by texel."""
     form = FORMATS[format_name]
     if form.depth:
         texture = device.ctx.depth_texture(size)
@@ -42,8 +42,25 @@ class Images:
         self._framebuffers: dict[tuple[str, tuple[str, ...]], moderngl.Framebuffer] = {}
         self._writers: dict[tuple[str, str, tuple[int, int]], str] = {}
 
+    def check_limits(self, plan: FramePlan) -> None:
+        """Raise `GpuError` if picture, shadow maps or particle shadow slices are too large."""
+        limit = self._device.max_size
+        self._device.check_size(plan.size, plan.settings.supersample)
+        width, height = plan.shadows.size
+        if max(width, height) > limit:
+            raise GpuError(
+                f"the shadow maps need {width}x{height} texels, above this driver's limit of {limit} a side: "
+                "set shadow_atlas to that"
+            )
+        width, height = (0, 0) if plan.particle_shadow is None else plan.particle_shadow.size
+        if max(width, height) > limit:
+            raise GpuError(
+                f"the particle shadow slices need {width}x{height} texels, above this driver's limit of "
+                f"{limit} a side: choose a smaller particle_shadow_tile, or fewer particle_shadow_slices"
+            )
+
     def prepare(self, plan: FramePlan) -> None:
-        """Forget everything of another size or format, so that memory follows what is drawn."""
+        """Make the textures of a plan, and free all others, so that memory follows what is drawn."""
         wanted = {self._key(plan, target) for target in plan.targets}
         if all(key in self._textures for key in wanted):
             return
@@ -62,7 +79,7 @@ class Images:
             raise self._no_memory(plan)
 
     def _no_memory(self, plan: FramePlan) -> GpuError:
-        """Give everything back, and say what could not be had."""
+        """Free everything, and return an error that says how much memory was needed."""
         self.release()
         while self._device.ctx.error != "GL_NO_ERROR":
             pass
@@ -77,36 +94,28 @@ class Images:
         return target.name, target.format, plan.target_size(target.name)
 
     def texture(self, plan: FramePlan, name: str) -> moderngl.Texture:
-        """The texture of a target of this plan."""
-        target = plan.target(name)
-        if target is None:
-            raise PlanError(f"this frame has no target {name!r}")
-        return self._textures[self._key(plan, target)]
+        """Return the texture of a target of this plan."""
+        return self._textures[self._key(plan, _target(plan, name))]
 
     def framebuffer(self, plan: FramePlan, step: PassPlan, names: tuple[str, ...]) -> moderngl.Framebuffer:
-        """A pass's own framebuffer (timer queries read wrong on a shared one) over the shared textures."""
+        """Return a pass's own framebuffer: timer queries read wrong on a shared one."""
         key = (step.name, names)
         if key not in self._framebuffers:
             textures = {name: self.texture(plan, name) for name in names}
-            depth = [name for name in names if FORMATS[_format(plan, name)].depth]
-            colors = [texture for name, texture in textures.items() if name not in depth]
+            depth = next((name for name in names if FORMATS[_target(plan, name).format].depth), None)
+            buffer = None if depth is None else textures.pop(depth)
             try:
-                self._framebuffers[key] = self._device.ctx.framebuffer(
-                    colors, textures[depth[0]] if depth else None
-                )
+                self._framebuffers[key] = self._device.ctx.framebuffer(list(textures.values()), buffer)
             except moderngl.Error as error:
                 raise self._no_memory(plan) from error
         return self._framebuffers[key]
 
     def note_writer(self, plan: FramePlan, step: PassPlan, names: Iterable[str]) -> None:
         """Remember which pass wrote some targets last."""
-        for name in names:
-            target = plan.target(name)
-            assert target is not None
-            self._writers[self._key(plan, target)] = step.name
+        self._writers |= {self._key(plan, _target(plan, name)): step.name for name in names}
 
     def writer(self, plan: FramePlan, name: str) -> str | None:
-        """The pass that wrote a target last, in this frame or one before; None where none did."""
+        """Return the pass that wrote a target last, in this frame or one before; None if none did."""
         target = plan.target(name)
         return None if target is None else self._writers.get(self._key(plan, target))
 
@@ -125,64 +134,60 @@ class Images:
         self._writers.clear()
 
 
-def _format(plan: FramePlan, name: str) -> str:
+def _target(plan: FramePlan, name: str) -> Target:
     target = plan.target(name)
-    assert target is not None
-    return target.format
+    if target is None:
+        raise PlanError(f"this frame has no target {name!r}")
+    return target
 
 
 class BoundImages:
-    """What one pass may touch: only what it declared."""
+    """The targets of one pass; those that it did not declare are refused with a `PlanError`."""
 
     def __init__(self, images: Images, plan: FramePlan, step: PassPlan) -> None:
         self._images = images
         self._plan = plan
         self._step = step
+        self._drawn = (*step.writes, *step.updates)
 
     def read(self, name: str) -> moderngl.Texture:
-        """The texture of a target that the pass reads.
-
-        Raises
-        ------
-        PlanError
-            If the pass does not declare that it reads it.
-        """
+        """Return the texture of a target that the pass reads."""
         if name not in self._step.reads:
             raise PlanError(f"pass {self._step.name!r} does not declare that it reads {name!r}")
         return self._images.texture(self._plan, name)
 
-    def own(self, name: str) -> moderngl.Texture:
-        """The texture of a target that the pass writes or updates, to copy into.
+    def samplers(self, names: Iterable[str] | None = None) -> dict[str, moderngl.Texture]:
+        """Return targets that the pass reads, all or these, by the names of their samplers: ``u_<name>``.
 
-        Raises
-        ------
-        PlanError
-            If the pass does not declare it.
+        A copied depth buffer is ``u_depth``.
         """
-        if name not in (*self._step.writes, *self._step.updates):
+        names = self._step.reads if names is None else names
+        return {f"u_{'depth' if name == 'depth_copy' else name}": self.read(name) for name in names}
+
+    def own(self, name: str) -> moderngl.Texture:
+        """Return the texture of a target that the pass writes or updates, to copy into."""
+        if name not in self._drawn:
             raise PlanError(f"pass {self._step.name!r} does not declare that it writes {name!r}")
         return self._images.texture(self._plan, name)
 
     def writer(self, name: str) -> str | None:
-        """The pass that wrote a target last, in this frame or one before; None where none did."""
+        """Return the pass that wrote a target last, in this frame or one before; None if none did."""
         return self._images.writer(self._plan, name)
 
     def color_names(self) -> tuple[str, ...]:
-        """The colour targets that the pass draws into, in attachment order."""
-        names = (*self._step.writes, *self._step.updates)
-        return tuple(name for name in names if not FORMATS[_format(self._plan, name)].depth)
+        """Return the colour targets that the pass draws into, in attachment order."""
+        return tuple(name for name in self._drawn if not FORMATS[_target(self._plan, name).format].depth)
 
     def draw_into(self) -> moderngl.Framebuffer:
-        """The pass's framebuffer, bound, with its viewport set and what the pass writes cleared.
+        """Return the pass's framebuffer, bound, with its viewport set and what the pass writes cleared.
 
         All colour targets clear to zero (integers too), so that one clear serves them.
         """
-        names = (*self._step.writes, *self._step.updates)
-        framebuffer = self._images.framebuffer(self._plan, self._step, names)
+        framebuffer = self._images.framebuffer(self._plan, self._step, self._drawn)
         framebuffer.use()
         framebuffer.viewport = (0, 0, *framebuffer.size)
-        written = [self._plan.target(name) for name in self._step.writes]
-        depth = next((made for made in written if made and FORMATS[made.format].depth), None)
+        written = [_target(self._plan, name) for name in self._step.writes]
+        depth = next((target for target in written if FORMATS[target.format].depth), None)
         framebuffer.depth_mask = depth is not None
         self._images.note_writer(self._plan, self._step, (*self._step.writes, *self.color_names()))
         if written:
@@ -190,11 +195,11 @@ class BoundImages:
         return framebuffer
 
     def encodes_srgb(self) -> bool:
-        """Whether the driver encodes something that the pass draws."""
-        return any(FORMATS[_format(self._plan, name)].srgb for name in self.color_names())
+        """Return whether the pass draws into a target whose values the driver encodes."""
+        return any(FORMATS[_target(self._plan, name).format].srgb for name in self.color_names())
 
     def keep_into(self) -> tuple[moderngl.Texture, moderngl.Framebuffer]:
-        """The texture and the framebuffer of a depth target that keeps what it has; bound, to be written."""
+        """Return the texture and the bound framebuffer of a depth target, which is not cleared."""
         (name,) = self._step.writes
         framebuffer = self.framebuffer_of(name)
         framebuffer.use()
@@ -203,5 +208,5 @@ class BoundImages:
         return self._images.texture(self._plan, name), framebuffer
 
     def framebuffer_of(self, name: str) -> moderngl.Framebuffer:
-        """A framebuffer of one target alone, to copy from or to."""
+        """Return a framebuffer of one target alone, to copy from or to."""
         return self._images.framebuffer(self._plan, self._step, (name,))

@@ -1,4 +1,8 @@
-"""Rows of instances for the geometry pass and for shadow maps: the cast to float32 of their matrices."""
+"""Rows of instances: meshes, casters of shadows, soft dots, and particles with the discs of their shadows.
+
+Positions are computed in float64; only the results, in view space, in a light's space, in texels or in
+pixels, are rounded to float32.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.frame_plan import Batch
+from firefly_sample.plan.frame_plan import Batch, SpriteSet
+from firefly_sample.plan.particles.shadow import ParticleShadowPlan, own_contributions, splats
+from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.shadows.maps import CasterBatch
+from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
+from firefly_sample.plan.view import View
+
+Float32 = NDArray[np.float32]
 
 INSTANCE_DTYPE = np.dtype(
     [
@@ -31,12 +41,17 @@ INSTANCE_DTYPE = np.dtype(
 CASTER_DTYPE = np.dtype([*((f"in_clip_{axis}", np.float32, 4) for axis in "xyzw"), ("in_alpha", np.float32)])
 """One caster of a shadow: the columns of model-to-clip, and the factor of its alpha."""
 
+SMALLEST_DOT = 1.0
+"""Radius in pixels."""
+LARGEST = 3e38
+"""Coordinates are clipped to this, because float32 holds little more."""
+RECORD_TEXELS = 4
+"""Texels per particle: its position and fade; its colour, and 1 if it takes shadows; its position in the
+particle shadow; its own share of what a lookup finds there."""
+
 
 def instance_rows(batches: Sequence[Batch]) -> NDArray[Any]:
-    """The instances of batches, one batch after the other.
-
-    Normals go through the cofactor matrix, which needs no inverse.
-    """
+    """Return the instances of batches, one batch after the other."""
     rows = np.zeros(sum(len(batch.ids) for batch in batches), dtype=INSTANCE_DTYPE)
     if not len(rows):
         return rows
@@ -55,7 +70,10 @@ def instance_rows(batches: Sequence[Batch]) -> NDArray[Any]:
 
 
 def normal_columns(model_to_view: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What takes normals along, up to a length, for row vectors: shape (n, 3, 3), its largest entries 1."""
+    """Return the matrices that transform normals, for row vectors: shape (n, 3, 3), their largest entries 1.
+
+    They are cofactor matrices, which need no inverse.
+    """
     linear = model_to_view[:, :3, :3]
     after, before = linear[:, [1, 2, 0]], linear[:, [2, 0, 1]]
     cofactors = after[:, :, [1, 2, 0]] * before[:, :, [2, 0, 1]]
@@ -68,9 +86,79 @@ def normal_columns(model_to_view: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def caster_rows(batch: CasterBatch) -> NDArray[Any]:
-    """The casters of a batch."""
+    """Return the casters of a batch."""
     rows = np.zeros(len(batch.alphas), dtype=CASTER_DTYPE)
     for column, axis in enumerate("xyzw"):
         rows[f"in_clip_{axis}"] = batch.model_to_clip[:, :, column]
     rows["in_alpha"] = batch.alphas
     return rows
+
+
+def dot_rows(dots: SpriteSet, view: View) -> Float32:
+    """Return rows of soft dots, shape (n, 13).
+
+    Centre and radius in view space; the pixel of the centre, two float32 each across and up; one over the
+    radius in pixels, across and up; colour. A dot smaller than a pixel is drawn as large as a pixel, and
+    fainter by the same factor, so that it neither vanishes nor flickers.
+    """
+    lens, half = view.lens, 0.5 * np.array(view.size)
+    w = np.maximum(dots.positions[:, 1:2], 1e-30) if lens.perspective else np.ones((len(dots), 1))
+    scales = half * (lens.a, lens.c) / w
+    grow = np.maximum(SMALLEST_DOT / np.maximum(dots.radii[:, None] * scales[:, 1:], 1e-30), 1.0)
+    radii = dots.radii[:, None] * grow
+    pixels = dots.positions[:, [0, 2]] * scales + half * (1.0 + np.array([lens.x_offset, lens.z_offset]))
+    pixels = np.clip(pixels, -LARGEST, LARGEST)
+    held = pixels.astype(np.float32).astype(np.float64)
+    columns = [dots.positions, radii, held, pixels - held, 1.0 / (radii * scales), dots.colors / grow**2]
+    with np.errstate(over="ignore"):  # a radius beyond float32 reaches everything, as infinity does
+        return np.concatenate(columns, axis=1).astype(np.float32)
+
+
+def splat_rows(particle_shadow: ParticleShadowPlan) -> Float32:
+    """Return discs in slices, shape (n, 7): texels across and up, slice, radius in texels, strengths."""
+    radii, factors = splats(particle_shadow)
+    slices = np.clip(np.floor(particle_shadow.positions[:, 2:]), 0, particle_shadow.view.slices - 1)
+    strengths = particle_shadow.strengths * factors[:, None]
+    with np.errstate(over="ignore"):
+        columns = particle_shadow.positions[:, :2], slices, radii, strengths
+        return np.column_stack(columns).astype(np.float32)
+
+
+def particle_records(particles: ParticleSet, particle_shadow: ParticleShadowPlan | None) -> Float32:
+    """Return what a shader needs to light particles, as texels, shape (rows, width * `RECORD_TEXELS`, 4).
+
+    As wide as the texture of their light, and as many rows of it as they fill.
+    """
+    width = particle_texels(len(particles))[0]
+    height = -(-len(particles) // width)
+    rows = np.zeros((width * height, RECORD_TEXELS, 4), dtype=np.float32)
+    own = rows[: len(particles)]
+    own[:, 0, :3], own[:, 0, 3] = particles.positions, particles.attenuations
+    own[:, 1, :3] = particles.colors
+    if particle_shadow is not None and len(particle_shadow):
+        own[:, 1, 3] = particles.rows >= 0
+        own[:, 2, :3] = particle_shadow.positions[particles.rows]
+        own[:, 3, :3] = own_contributions(particle_shadow)[particles.rows]
+    return rows.reshape(height, width * RECORD_TEXELS, 4)
+
+
+def particle_rows(particles: ParticleSet, dots: SpriteSet, view: View) -> Float32:
+    """Return rows of particles and soft dots in drawing order, shape (n, 16).
+
+    As `dot_rows`, of where they are drawn; then the optical depth through the middle, the particle's number
+    (-1 for dots), and the distance of its middle. A particle smaller than a pixel is drawn as large as a
+    pixel, and thinner by the same factor.
+    """
+    depths = np.zeros((len(particles), 3))
+    depths[:, 0] = particles.optical_depths
+    rows = dot_rows(SpriteSet(particles.drawn, depths, particles.radii), view)
+    both = np.concatenate([rows, dot_rows(dots, view)])
+    more = np.zeros((len(both), 3), dtype=np.float32)
+    count = len(particles)
+    more[:count, 0], more[:count, 1], more[count:, 1] = both[:count, 10], np.arange(count), -1.0
+    more[:count, 2], more[count:, 2] = particles.positions[:, 1], dots.positions[:, 1]
+    both[:count, 10:] = 0.0
+    return np.concatenate([both, more], axis=1)[particles.order]
+
+
+assert PARTICLE_ROW * RECORD_TEXELS <= 4096  # of a texture's side: what every driver has

@@ -46,10 +46,7 @@ class PixelBuffers:
     def copy(self, textures: Mapping[str, moderngl.Texture]) -> Copies:
         """Start to copy textures into a buffer, which is lent until `give_back`.
 
-        Raises
-        ------
-        GpuError
-            If the driver has no room for the buffer, or reports another error.
+        It raises `GpuError` if the driver has no room for the buffer, or reports another error.
         """
         ranges, total = {}, 0
         for name, texture in textures.items():
@@ -75,22 +72,20 @@ class PixelBuffers:
                 return buffer
             self._made.remove(buffer)
             buffer.release()
-        try:
-            buffer = self._device.ctx.buffer(reserve=size)
-        except moderngl.Error as error:
-            raise self._no_memory(size) from error
-        self._device.raw.allocate_for_reading(buffer.glo, size)
-        if self._device.ctx.error != "GL_NO_ERROR":
-            buffer.release()
-            raise self._no_memory(size)
-        self._made.append(buffer)
-        return buffer
-
-    def _no_memory(self, size: int) -> GpuError:
-        return GpuError(
+        no_memory = GpuError(
             f"the driver has no room for {size / 2**20:,.0f} MiB of pixels to be read back: "
             "choose a smaller size, or fewer outputs"
         )
+        try:
+            buffer = self._device.ctx.buffer(reserve=size)
+        except moderngl.Error as error:
+            raise no_memory from error
+        self._device.raw.allocate_for_reading(buffer.glo, size)
+        if self._device.ctx.error != "GL_NO_ERROR":
+            buffer.release()
+            raise no_memory
+        self._made.append(buffer)
+        return buffer
 
     def give_back(self, copies: Copies) -> None:
         """Make the buffer available to later frames."""

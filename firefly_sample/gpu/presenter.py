@@ -20,8 +20,8 @@ class Layer:
     Attributes
     ----------
     pixels : ndarray of uint8, shape (height, width, 3 or 4)
-        Display codes, first row on top; colours are already multiplied by alpha, if there is one. The array
-        must not change while it is shown, because it is uploaded once.
+        Display codes, first row on top; colours are multiplied by alpha, if there is one. The array must not
+        change while it is shown, because it is uploaded once.
     corner : (int, int)
         Pixels from the window's left and top edge to the image's, which is cut off at the window's edges.
     """
@@ -61,7 +61,7 @@ class Presenter:
         program = self._gpu.programs.get("present", Variant(), ("screen",), vertex="fullscreen")
         program.use({"u_corner": corner}, {"u_picture": texture})
         self._gpu.ctx.viewport = (*corner, *texture.size)
-        self._gpu.array("present", program).render(moderngl.TRIANGLES, vertices=3)
+        self._gpu.draw_screen(program)
 
     def _upload(self, pixels: NDArray[np.uint8]) -> moderngl.Texture:
         if id(pixels) not in self._uploaded:

@@ -26,7 +26,16 @@ class Program:
         self.name = fragment.name.removesuffix(".frag")
         self._ctx = ctx
         self._texts = (vertex.text, fragment.text)
-        self.mgl = _link(ctx, vertex, fragment, outputs)
+        try:
+            self.mgl = ctx.program(
+                vertex_shader=vertex.text,
+                fragment_shader=fragment.text,
+                fragment_outputs={f"o_{name}": index for index, name in enumerate(outputs)},
+            )
+        except moderngl.Error as error:
+            # moderngl's report is headed by the stage's name
+            source = vertex if "vertex_shader" in str(error) else fragment
+            raise ShaderError(source.explain(str(error))) from error
         self.attributes = frozenset(
             name for name in self.mgl if isinstance(self.mgl[name], moderngl.Attribute)
         )
@@ -45,18 +54,9 @@ class Program:
         uniforms: Mapping[str, Any] | None = None,
         textures: Mapping[str, moderngl.Texture] | None = None,
     ) -> None:
-        """Set every uniform that changed, and bind every texture.
+        """Set every uniform that changed, numbers or tuples of them, and bind every texture.
 
-        Parameters
-        ----------
-        uniforms : mapping of str to number or tuple of numbers
-            What may be kept: a list that changes later is not seen to.
-        textures : mapping of str to Texture
-
-        Raises
-        ------
-        GpuError
-            If an active uniform is not given, or a given name does not occur in the source.
+        It raises `GpuError` if an active uniform is not given, or a given name does not occur in the source.
         """
         uniforms, textures = uniforms or {}, textures or {}
         given = (*uniforms, *textures)
@@ -71,9 +71,9 @@ class Program:
                 texture.use(unit)
 
     def _set(self, name: str, value: Any) -> None:
-        """Set a uniform that has another value, if the program has it: it keeps what it was given."""
+        """Set a uniform, if the program has it and it has another value."""
         if name in self._uniforms and self._values.get(name) != value:
-            self._values.pop(name, None)  # an interrupt in between leaves nothing that is not so
+            self._values.pop(name, None)  # after an interrupt in between, its value is unknown
             self.mgl[name] = value
             self._values[name] = value
 
@@ -90,43 +90,33 @@ class Program:
     def attributes_of(
         self, buffer: moderngl.Buffer, dtype: np.dtype[Any], per_instance: bool = False
     ) -> tuple[Any, ...] | None:
-        """A buffer of rows as a vertex array wants it described, padded for what the program leaves out.
+        """Return the description of a buffer of rows for a vertex array, None if the program uses no field.
 
-        Parameters
-        ----------
-        dtype : dtype
-            Of a row; its fields are called as the attributes.
-
-        Returns
-        -------
-        tuple or None
-            None if the program uses no field.
+        The fields of `dtype`, a row, are named as the attributes; those that the program does not use are
+        skipped.
         """
         formats, names = [], []
-        assert dtype.names is not None
-        for name in dtype.names:
+        for name in dtype.names or ():
             field = dtype[name]
-            count = int(np.prod(field.shape, initial=1))
             if name in self.attributes:
-                formats.append(f"{count}{'u' if field.base.kind == 'u' else 'f'}")
+                formats.append(f"{field.itemsize // 4}{field.base.kind}")
                 names.append(name)
             else:
-                formats.append(f"{count * 4}x")
+                formats.append(f"{field.itemsize}x")
         rate = "/i" if per_instance else ""
         return (buffer, " ".join(formats) + rate, *names) if names else None
 
     def pointers(self, dtype: np.dtype[Any]) -> tuple[Pointer, ...]:
-        """Where the program's attributes are in a row of a dtype whose fields are called as they are."""
+        """Return the attributes' pointers into a row of a dtype whose fields are named as they are."""
         if dtype not in self._pointers:
-            assert dtype.names is not None
             self._pointers[dtype] = tuple(
                 Pointer(
                     cast(moderngl.Attribute, self.mgl[name]).location,
-                    int(np.prod(dtype[name].shape, initial=1)),
-                    dtype[name].base.kind == "u",
-                    int(dtype.fields[name][1]),  # type: ignore[index]
+                    field[0].itemsize // 4,
+                    field[0].base.kind == "u",
+                    field[1],
                 )
-                for name in dtype.names
+                for name, field in (dtype.fields or {}).items()
                 if name in self.attributes
             )
         return self._pointers[dtype]
@@ -134,22 +124,6 @@ class Program:
     def release(self) -> None:
         """Free the GL program."""
         self.mgl.release()
-
-
-def _link(
-    ctx: moderngl.Context, vertex: ShaderSource, fragment: ShaderSource, outputs: tuple[str, ...]
-) -> moderngl.Program:
-    try:
-        return ctx.program(
-            vertex_shader=vertex.text,
-            fragment_shader=fragment.text,
-            fragment_outputs={f"o_{name}": index for index, name in enumerate(outputs)},
-        )
-    except moderngl.Error as error:
-        log = str(error)
-        # moderngl's report is headed by the stage's name
-        source = vertex if "vertex_shader" in log else fragment
-        raise ShaderError(source.explain(log)) from error
 
 
 class Programs:
@@ -169,12 +143,8 @@ class Programs:
     ) -> Program:
         """Return the program of ``<stem>.frag`` and ``<vertex or stem>.vert``.
 
-        Parameters
-        ----------
-        outputs : tuple of str
-            Names of the colour targets in attachment order; the shader declares ``o_<name>``.
-        folder : Path, optional
-            Where shaders are looked up before the package's own.
+        `outputs` are the colour targets in attachment order: the shader declares ``o_<name>``. Shaders are
+        looked up in `folder` before the package's own.
         """
         vertex = vertex or stem
         key = (stem, vertex, variant, outputs)

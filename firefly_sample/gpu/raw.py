@@ -72,10 +72,7 @@ class RawGL:
 
     def allocate_depth(self, size: tuple[int, int], internal_format: int) -> None:
         """Change the internal format of the depth texture that is bound to the active unit."""
-        width, height = size
-        self.call(
-            "glTexImage2D", TEXTURE_2D, 0, internal_format, width, height, 0, DEPTH_COMPONENT, FLOAT, None
-        )
+        self.call("glTexImage2D", TEXTURE_2D, 0, internal_format, *size, 0, DEPTH_COMPONENT, FLOAT, None)
 
     def upload_levels(self, texture: int, levels: Sequence[NDArray[np.uint16]]) -> None:
         """Upload all mipmap levels of a texture, arrays of shape (height, width, 4) in C order, as RGBA16.
@@ -87,10 +84,8 @@ class RawGL:
         self.call("glBindTexture", TEXTURE_2D, texture)
         self.call("glTexImage2D", TEXTURE_2D, 0, RGBA16, 1, 1, 0, RGBA, UNSIGNED_SHORT, None)
         for level, pixels in enumerate(levels):
-            height, width = pixels.shape[:2]
-            texels = ctypes.c_void_p(pixels.ctypes.data)
-            size = (width, height, 0)
-            self.call("glTexImage2D", TEXTURE_2D, level, RGBA16, *size, RGBA, UNSIGNED_SHORT, texels)
+            texels, size = ctypes.c_void_p(pixels.ctypes.data), pixels.shape[1::-1]
+            self.call("glTexImage2D", TEXTURE_2D, level, RGBA16, *size, 0, RGBA, UNSIGNED_SHORT, texels)
 
     def point_attributes(
         self, array: int, buffer: int, pointers: Iterable[Pointer], stride: int, first: int
@@ -100,13 +95,11 @@ class RawGL:
         self.call("glBindBuffer", ARRAY_BUFFER, buffer)
         for pointer in pointers:
             start = ctypes.c_void_p(first * stride + pointer.offset)
+            which = pointer.location, pointer.components
             if pointer.whole:
-                numbers = (pointer.location, pointer.components, UNSIGNED_INT, stride)
-                self.call("glVertexAttribIPointer", *numbers, start)
+                self.call("glVertexAttribIPointer", *which, UNSIGNED_INT, stride, start)
             else:
-                self.call(
-                    "glVertexAttribPointer", pointer.location, pointer.components, FLOAT, 0, stride, start
-                )
+                self.call("glVertexAttribPointer", *which, FLOAT, 0, stride, start)
 
     def allocate_for_reading(self, buffer: int, size: int) -> None:
         """Reallocate a buffer object with `size` bytes that the GPU writes once and the CPU reads."""
@@ -123,24 +116,15 @@ class RawGL:
 
     def copy_depth(self, source: int, destination: int, size: tuple[int, int]) -> None:
         """Copy a depth buffer between two framebuffer objects of the same size and depth format."""
-        width, height = size
         self.call("glBindFramebuffer", READ_FRAMEBUFFER, source)
         self.call("glBindFramebuffer", DRAW_FRAMEBUFFER, destination)
-        self.call("glBlitFramebuffer", 0, 0, width, height, 0, 0, width, height, DEPTH_BUFFER_BIT, NEAREST)
+        self.call("glBlitFramebuffer", 0, 0, *size, 0, 0, *size, DEPTH_BUFFER_BIT, NEAREST)
 
     def create_query(self) -> int:
         """Return a new query object."""
         name = ctypes.c_uint(0)
         self.call("glGenQueries", 1, ctypes.byref(name))
         return name.value
-
-    def begin_query(self, kind: int, query: int) -> None:
-        """Start a `TIME_ELAPSED` or `SAMPLES_PASSED` query."""
-        self.call("glBeginQuery", kind, query)
-
-    def end_query(self, kind: int) -> None:
-        """End the running query of that kind."""
-        self.call("glEndQuery", kind)
 
     def query_result(self, query: int) -> int:
         """Wait for the result of an ended query, and return it."""

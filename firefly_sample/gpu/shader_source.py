@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from firefly_sample.assets import asset_dir
 from firefly_sample.errors import ShaderError
 from firefly_sample.gpu.blocks import BLOCKS, block_glsl
-from firefly_sample.gpu.records import RECORDS, record_glsl
+from firefly_sample.gpu.light_records import RECORDS, record_glsl
 from firefly_sample.plan.variants import SHADER_CONSTANTS
 
 _DIRECTIVE = re.compile(
@@ -29,38 +29,30 @@ class ShaderSource:
     origins: tuple[tuple[str, int], ...]
 
     def explain(self, log: str) -> str:
-        """A compiler's first complaint as ``file:line: what``."""
+        """Return a compiler's first error as ``file:line: error``."""
         for line in log.splitlines():
             found = _ERROR_LINE.search(line)
             if found and 1 <= int(found.group(1)) <= len(self.origins):
                 file, number = self.origins[int(found.group(1)) - 1]
-                what = line[found.end() :].lstrip("):( 0123456789")
-                return f"{file}:{number}: {what}"
+                return f"{file}:{number}: " + line[found.end() :].lstrip("):( 0123456789")
         return f"{self.name}: {' '.join(log.split())}"
 
 
 def load_source(name: str, defines: dict[str, int], folder: Path | None = None) -> ShaderSource:
-    """Read the shader `name` and resolve it.
+    """Read the shader `name` and resolve it; files that are not in `folder` are the package's.
 
-    ``#include "include/x.glsl"`` is replaced once each, ``#block View`` by the block's declaration,
-    ``#record PointLight`` by what reads the record in this stage. `defines` follow the ``#version`` line,
-    after the constants that they are compared with. What is not in `folder` is taken from the package.
-
-    Raises
-    ------
-    ShaderError
-        If a file, a block or a record does not exist.
+    The first ``#include "include/x.glsl"`` of each file is replaced by it, ``#block View`` by the block's
+    declaration, ``#record PointLight`` by the GLSL that reads the record in this stage. `defines` follow the
+    ``#version`` line, after the constants that they are compared with. It raises `ShaderError` if a file, a
+    block or a record does not exist.
     """
     return resolve_source(name, _text_of(folder, name), defines, folder)
 
 
 def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path | None = None) -> ShaderSource:
-    """Resolve `text` as `load_source` does a file's; what comes after the last dot of `name` is the stage.
+    """Resolve `text`, which must begin with #version, as `load_source` does a file's.
 
-    Raises
-    ------
-    ShaderError
-        If a file, a block or a record does not exist, or the text does not begin with #version.
+    The stage is the part of `name` after the last dot.
     """
     lines: list[tuple[str, str, int]] = []
     stage = name.rsplit(".", 1)[-1]
@@ -68,13 +60,9 @@ def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path |
     if not lines or not lines[0][0].startswith("#version"):
         raise ShaderError(f"{name}:1: a shader must begin with #version")
     given = SHADER_CONSTANTS | dict(sorted(defines.items()))
-    head = [(f"#define {key} {value}", "<defines>", 1) for key, value in given.items()]
-    lines[1:1] = head
-    return ShaderSource(
-        name,
-        "\n".join([line for line, _, _ in lines]) + "\n",
-        tuple([(file, number) for _, file, number in lines]),
-    )
+    lines[1:1] = [(f"#define {key} {value}", "<defines>", 1) for key, value in given.items()]
+    text = "".join([f"{line}\n" for line, _, _ in lines])
+    return ShaderSource(name, text, tuple([(file, number) for _, file, number in lines]))
 
 
 def _text_of(folder: Path | None, name: str) -> str:
@@ -97,6 +85,7 @@ def _read(
     seen: set[str],
     record_text: Callable[[str], str],
 ) -> None:
+    """Add the lines of a file and of what it includes: text, file and line number."""
     for number, line in enumerate(text.splitlines(), 1):
         # few lines have a "#", and thousands are read for a frame
         found = _DIRECTIVE.match(line) if "#" in line else None
@@ -106,22 +95,11 @@ def _read(
             if wanted not in seen:
                 seen.add(wanted)
                 _read(folder, wanted, _text_of(folder, wanted), lines, seen, record_text)
-        elif wanted := found["block"]:
-            _expand(wanted, BLOCKS, "uniform block", block_glsl, (name, number), lines)
         else:
-            _expand(found["record"], RECORDS, "record", record_text, (name, number), lines)
-
-
-def _expand(
-    wanted: str,
-    known: Container[str],
-    kind: str,
-    text_of: Callable[[str], str],
-    origin: tuple[str, int],
-    lines: list[tuple[str, str, int]],
-) -> None:
-    """Add the text that stands for a directive."""
-    name, number = origin
-    if wanted not in known:
-        raise ShaderError(f"{name}:{number}: there is no {kind} {wanted!r}")
-    lines.extend((line, name, number) for line in text_of(wanted).splitlines())
+            kind, known, text_of = (
+                ("uniform block", BLOCKS, block_glsl) if found["block"] else ("record", RECORDS, record_text)
+            )
+            wanted = found["block"] or found["record"]
+            if wanted not in known:
+                raise ShaderError(f"{name}:{number}: there is no {kind} {wanted!r}")
+            lines.extend((made, name, number) for made in text_of(wanted).splitlines())

@@ -21,14 +21,8 @@ from firefly_sample.gpu.raw import SAMPLES_PASSED, TIME_ELAPSED
 class Measured:
     """The measurements of one frame.
 
-    Attributes
-    ----------
-    clocked : dict of str to float
-        Milliseconds by pass, if the CPU's clock measures them.
-    timed : dict of str to int
-        The queries for them by pass, otherwise.
-    counted : list of int
-        The queries of the number of fragments shaded.
+    `clocked` are milliseconds by pass if the CPU's clock measures them, `timed` the queries by pass
+    otherwise, `counted` the queries of the number of fragments shaded.
     """
 
     clocked: dict[str, float] = field(default_factory=dict)
@@ -56,21 +50,21 @@ class Timers:
         """Time what is drawn inside; with `count`, also count the fragments that pass the depth test."""
         raw, clocked = self._device.raw, self._device.software
         queries = {}
-        if not clocked:
-            queries[TIME_ELAPSED] = self._frame.timed[name] = self._query(TIME_ELAPSED)
         if count:
             queries[SAMPLES_PASSED] = self._query(SAMPLES_PASSED)
             self._frame.counted.append(queries[SAMPLES_PASSED])
         if clocked:
             self._device.ctx.finish()
+        else:
+            queries[TIME_ELAPSED] = self._frame.timed[name] = self._query(TIME_ELAPSED)
         start = time.perf_counter()
         for kind, query in queries.items():
-            raw.begin_query(kind, query)
+            raw.call("glBeginQuery", kind, query)
         try:
             yield
         finally:
             for kind in queries:
-                raw.end_query(kind)
+                raw.call("glEndQuery", kind)
         if clocked:
             self._device.ctx.finish()
             self._frame.clocked[name] = (time.perf_counter() - start) * 1e3

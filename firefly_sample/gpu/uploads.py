@@ -1,6 +1,6 @@
 """Vertices, instances and textures on the GPU, cached by (serial number, revision).
 
-Casts from float64 to float32 happen here, in `instance_rows`, `light_rows` and `blocks`, nowhere else.
+Casts from float64 to float32 happen here, in `instance_rows`, `light_records`, `corner_tables` and `blocks`.
 Positions are uploaded in view space, or in a light's space, so that float32 stays exact far from the world's
 origin.
 """
@@ -8,9 +8,9 @@ origin.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any, Protocol
 
 import moderngl
@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import GpuError
 from firefly_sample.gpu.device import Device
-from firefly_sample.gpu.growing_buffer import GrowingBuffer
 from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
 from firefly_sample.gpu.programs import Program
-from firefly_sample.mipmaps import kept_texture_levels
+from firefly_sample.gpu.streams import Streams
+from firefly_sample.mipmaps import Picture, kept_texture_levels
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows.maps import CasterBatch
 
@@ -43,18 +43,12 @@ class MeshSource(Protocol):
     triangles: NDArray[np.int32]
 
 
-class TextureSource(Protocol):
+class TextureSource(Picture, Protocol):
     """The source of a texture, such as a scene's Texture."""
 
     name: str
     serial: int
     revision: int
-    size: tuple[int, int]
-    digest: str | None
-
-    @property
-    def pixels(self) -> NDArray[np.uint8]:
-        """The same as those of a `Texture`."""
 
 
 @dataclass(eq=False)
@@ -69,31 +63,27 @@ class _Kept:
     used: int = 0
     first_row: int = 0
 
-    def release(self) -> None:
-        for made in self.objects:
-            made.release()
 
+class _Table(dict[tuple[Any, ...], _Kept]):
+    """Kept objects; the keys begin with the serial number of their source."""
 
-_Table = dict[tuple[Any, ...], _Kept]
-"""Kept objects; the keys begin with the serial number of their source."""
+    def free(self, keys: Iterable[tuple[Any, ...]]) -> None:
+        for key in tuple(keys):
+            for made in self.pop(key).objects:
+                made.release()
 
 
 class Uploads:
     """The scene's objects on the GPU."""
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, streams: Streams) -> None:
         self._raw = device.raw
         self._ctx = device.ctx
+        self._streams = streams
         self._frame = 0
         self._sources: dict[int, weakref.ref[Any]] = {}
-        self._meshes: _Table = {}
-        self._images: _Table = {}
-        self._arrays: _Table = {}
-        self._caster_arrays: _Table = {}
-        self._tables = (self._arrays, self._caster_arrays, self._meshes, self._images)
-        self._instances = GrowingBuffer(self._ctx)
+        self._tables = self._arrays, self._meshes, self._images = _Table(), _Table(), _Table()
         self._instance_buffer: moderngl.Buffer | None = None
-        self._casters = GrowingBuffer(self._ctx)
         self._batches: tuple[Batch, ...] = ()
         self._first_rows: dict[int, int] = {}
 
@@ -101,19 +91,15 @@ class Uploads:
         """Free objects whose source is gone or that are long unused; call it once per frame."""
         self._frame += 1
         oldest = self._frame - KEEP_FRAMES
-        for table in (self._arrays, self._caster_arrays):
-            for key in [key for key, kept in table.items() if kept.used < oldest]:
-                table.pop(key).release()
+        self._arrays.free(key for key, kept in self._arrays.items() if kept.used < oldest)
         # decoding a texture is slow: it is freed only if the same image is in use in a different form
         current = {key[0] for key, kept in self._images.items() if kept.used >= oldest}
-        for key in [key for key, kept in self._images.items() if kept.used < oldest and key[0] in current]:
-            self._images.pop(key).release()
+        images = self._images.items()
+        self._images.free(key for key, kept in images if kept.used < oldest and key[0] in current)
         gone = {serial for serial, source in self._sources.items() if source() is None}
-        if not gone:
-            return
-        for table in self._tables:
-            for key in [key for key in table if key[0] in gone]:
-                table.pop(key).release()
+        if gone:
+            for table in self._tables:
+                table.free(key for key in table if key[0] in gone)
         for serial in gone:
             del self._sources[serial]
 
@@ -130,7 +116,7 @@ class Uploads:
         kept = table.get(key)
         if kept is None or kept.revision != revision:
             if kept is not None:
-                table.pop(key).release()
+                table.free([key])
             kept = table[key] = _Kept(revision, make())
         kept.used = self._frame
         return kept
@@ -139,7 +125,7 @@ class Uploads:
         """Upload the instances of a frame's batches, one batch after the other, into one buffer."""
         if batches is self._batches and self._instance_buffer is not None:
             return
-        self._instance_buffer = self._instances.write(instance_rows(batches))
+        self._instance_buffer = self._streams.buffer("instances", instance_rows(batches))
         starts = np.cumsum([0, *(len(batch.ids) for batch in batches)]).tolist()
         self._first_rows = {id(batch): start for batch, start in zip(batches, starts, strict=False)}
         self._batches = batches
@@ -150,7 +136,7 @@ class Uploads:
         key = (self._serial(batch.geom), batch.key, id(program))
         attributes = batch.surface.vertex_color, batch.surface.vertex_alpha
         instances = self._instance_buffer
-        kept = self._array(self._arrays, key, batch.geom, attributes, instances, INSTANCE_DTYPE, program)
+        kept = self._array(key, batch.geom, attributes, instances, INSTANCE_DTYPE, program)
         array: moderngl.VertexArray = kept.objects[0]
         first = self._first_rows[id(batch)]
         if kept.first_row != first:
@@ -164,17 +150,16 @@ class Uploads:
     def caster_array(self, batch: CasterBatch, program: Program) -> moderngl.VertexArray:
         """Return the vertex array that draws `batch` into a shadow map; it is valid until the next call."""
         rows = caster_rows(batch)
-        casters = self._casters.write(rows)
+        casters = self._streams.buffer("casters", rows)
         key = (self._serial(batch.geom), id(program))
         attributes = batch.geom.colors is not None, batch.vertex_alpha
-        kept = self._array(self._caster_arrays, key, batch.geom, attributes, casters, CASTER_DTYPE, program)
+        kept = self._array(key, batch.geom, attributes, casters, CASTER_DTYPE, program)
         array: moderngl.VertexArray = kept.objects[0]
         array.instances = len(rows)
         return array
 
     def _array(
         self,
-        table: _Table,
         key: tuple[Any, ...],
         geom: MeshSource,
         attributes: tuple[bool, bool],
@@ -187,14 +172,12 @@ class Uploads:
 
         def make() -> tuple[Any, ...]:
             vertices, indices = mesh.objects
-            content = [
-                program.attributes_of(vertices, _mesh_dtype(*attributes)),
-                program.attributes_of(instances, dtype, per_instance=True),
-            ]
-            parts = [part for part in content if part]
+            corners = program.attributes_of(vertices, _mesh_dtype(*attributes))
+            rows = program.attributes_of(instances, dtype, per_instance=True)
+            parts = [part for part in (corners, rows) if part is not None]
             return (self._ctx.vertex_array(program.mgl, parts, indices, index_element_size=4),)
 
-        return self._keep(table, key, (mesh, instances), make)
+        return self._keep(self._arrays, key, (mesh, instances), make)
 
     def _mesh(self, geom: MeshSource, attributes: tuple[bool, bool]) -> _Kept:
         """Keep the buffers of a Geom's vertices, with or without colours and their alpha, and triangles."""
@@ -217,26 +200,21 @@ class Uploads:
     def texture(self, image: TextureSource, cutoff: float | None, stored: bool = False) -> moderngl.Texture:
         """Return a base colour texture with its mipmaps.
 
-        It is decoded once to linear RGBA16, which is sampled as fast as sRGB8 and is more exact.
-
-        Parameters
-        ----------
-        cutoff : float or None
-            The cut-off of its alpha, None without one: mipmaps keep the share of texels above it.
-        stored : bool
-            Keep the stored values undecoded, as the look "classic" needs them.
+        It is decoded once to linear RGBA16, which is sampled as fast as sRGB8 and is more exact; not if
+        `stored`, for the look "classic". Mipmaps keep the share of texels whose alpha is above `cutoff`, if
+        there is one.
         """
 
         def make() -> tuple[Any, ...]:
-            width, height = image.size
             limit = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
-            if max(width, height) > limit:
+            if max(image.size) > limit:
+                width, height = image.size
                 raise GpuError(
                     f"texture {image.name!r} is {width}x{height}, above the driver's limit of "
                     f"{limit} a side: scale it down"
                 )
             levels = kept_texture_levels(image, cutoff, stored)
-            texture = self._ctx.texture((width, height), 4, dtype="nu2")
+            texture = self._ctx.texture(image.size, 4, dtype="nu2")
             texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
             self._raw.upload_levels(texture.glo, levels)
             return (texture,)
@@ -248,25 +226,11 @@ class Uploads:
     def release(self) -> None:
         """Free everything."""
         for table in self._tables:
-            for kept in table.values():
-                kept.release()
-            table.clear()
-        self._casters.release()
-        self._instances.release()
-        self._instance_buffer = None
-        self._batches = ()
-        self._sources.clear()
+            table.free(table)
 
 
-@lru_cache
+@cache
 def _mesh_dtype(colors: bool, alphas: bool) -> np.dtype[Any]:
-    fields: list[Any] = [
-        ("in_position", np.float32, 3),
-        ("in_normal", np.float32, 3),
-        ("in_texcoord", np.float32, 2),
-    ]
-    if colors:
-        fields.append(("in_color", np.float32, 3))
-    if alphas:
-        fields.append(("in_vertex_alpha", np.float32))
-    return np.dtype(fields)
+    fields = {"in_position": 3, "in_normal": 3, "in_texcoord": 2}
+    optional: list[Any] = [("in_color", np.float32, 3)] * colors + [("in_vertex_alpha", np.float32)] * alphas
+    return np.dtype([*((name, np.float32, count) for name, count in fields.items()), *optional])

@@ -1,1 +1,1 @@
-"""One pass a file. A file's name is its shader's stem, its timer's key and its page in the docs."""
+"""Everything about each pass; the name of a pass is its shaders' stem and its timer's key."""

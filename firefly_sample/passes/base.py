@@ -1,25 +1,34 @@
 """What a pass is: when a frame needs it, what it reads and writes and why, its variants, and its drawing.
 
-All of a pass is in one module; those that differ in a constant share one. `firefly_sample.pipeline.PASSES` is
-their order. Planning needs no OpenGL: modules of passes import moderngl and `firefly_sample.gpu` inside their
-drawing functions.
+All of a pass is in one module; passes that are much alike share one. `firefly_sample.pipeline.PASSES` is
+their order. Planning needs no OpenGL: modules of passes import neither moderngl nor what imports it, and take
+its constants from `Gpu.ctx`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
+from firefly_sample.gpu.drawing import draw_fullscreen
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import Variant
 
 if TYPE_CHECKING:
+    import moderngl
+
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
+    from firefly_sample.gpu.programs import Program
+
+BOTH = (False, True)
+
+Choices = TypeVar("Choices")
 
 
 class Pass:
@@ -29,12 +38,19 @@ class Pass:
     ----------
     name : str
         Also the stem of its shaders and the key of its time.
+    vertex : str or None
+        The stem of its vertex shader, if that has another name.
     shaders : Path or None
         The folder of its shaders; the package's own when absent, which their includes are looked up in, too.
+    colors : tuple of str or None
+        The colour targets that its fragment shader can write, as it calls them; one of its name when absent.
+        A variant with a field of such a name says by it whether that target is written.
     """
 
     name: str
+    vertex: str | None = None
     shaders: Path | None = None
+    colors: tuple[str, ...] | None = None
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what the pass would do in a frame, None if the scene has nothing for it."""
@@ -50,18 +66,30 @@ class Pass:
 
     def shader_stems(self, variant: Variant) -> Iterable[tuple[str, str]]:
         """Return the stems of the fragment and the vertex shaders that a variant is drawn with."""
-        return [(self.name, self.name)]
+        return [(self.name, self.vertex or self.name)]
 
     def outputs(self, variant: Variant) -> tuple[str, ...]:
         """Return the colour targets that a variant's fragment shader writes, as it calls them."""
-        return (self.name,)
+        colors = (self.name,) if self.colors is None else self.colors
+        return tuple(name for name in colors if getattr(variant, name, True))
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Upload what `draw` needs, outside its time."""
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
-        """Draw `step` of `plan`."""
+        """Draw `step` of `plan`. The state of OpenGL is that of `Gpu.reset_state`."""
         raise NotImplementedError
+
+    def program(self, gpu: Gpu, variant: Variant, images: BoundImages) -> Program:
+        """Return the program of a variant, which draws into `images`."""
+        return gpu.programs.get(self.name, variant, images.color_names(), self.vertex, self.shaders)
+
+
+def combinations(kind: type[Choices]) -> Iterator[Choices]:
+    """Yield an object of a dataclass for every combination of its fields' choices: bools and Literals."""
+    hints = get_type_hints(kind).values()
+    for values in product(*(BOTH if hint is bool else get_args(hint) for hint in hints)):
+        yield kind(*values)
 
 
 def encodings(targets: Mapping[str, Target], *names: str) -> dict[str, Any]:
@@ -76,21 +104,15 @@ class FullscreenPass(Pass):
     ----------
     adds : bool
         True to add to what the targets hold instead of replacing it.
+    textures : mapping of str to Texture, optional
+        What its shader samples besides the targets that the pass reads; `prepare` may set it.
     """
 
+    vertex = "fullscreen"
     adds = False
-
-    def shader_stems(self, variant: Variant) -> Iterable[tuple[str, str]]:
-        """Return its fragment shader and the vertex shader of all full-screen passes."""
-        return [(self.name, "fullscreen")]
+    textures: Mapping[str, moderngl.Texture] | None = None
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        import moderngl
-
-        from firefly_sample.gpu.drawing import draw_fullscreen
-
-        if self.adds:
-            gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
-        flags = moderngl.BLEND if self.adds else moderngl.NOTHING
-        draw_fullscreen(gpu, step, images, flags, folder=self.shaders)
+        flags = gpu.ctx.BLEND if self.adds else gpu.ctx.NOTHING
+        draw_fullscreen(gpu, step, images, flags, self.textures, self.shaders)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
-from firefly_sample.passes.base import Pass
+from firefly_sample.gpu.drawing import Drawable, draw_surface, light_table, make_drawable, shadow_textures
+from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.passes.geometry import legal_surfaces
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -24,7 +26,6 @@ from firefly_sample.plan.variants import (
 )
 
 if TYPE_CHECKING:
-    from firefly_sample.gpu.drawing import Drawable
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
     from firefly_sample.plan.frame_plan import FramePlan, PassPlan
@@ -44,7 +45,7 @@ class ForwardVariant(Variant):
     clamp_light: bool = False
     shadow_taps: ShadowTaps = 0
     first: bool = True
-    ambient: bool = False
+    ambient_albedo: bool = False
     specular: bool = False
     emission: bool = False
     orthographic: bool = False
@@ -64,6 +65,8 @@ class ForwardPass(Pass):
     """
 
     name = "forward"
+    vertex = "geometry"
+    colors = "coverage", "radiance"
 
     def __init__(self) -> None:
         self._ready: list[tuple[LightSet | None, ForwardVariant, list[Drawable]]] = []
@@ -94,7 +97,7 @@ class ForwardPass(Pass):
             specular_model=settings.specular_model if needs.highlights else "none",
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if needs.shadowed else 0,  # type: ignore[arg-type]
-            ambient=needs.own_ambient_lit,
+            ambient_albedo=needs.own_ambient_lit,
             specular=needs.highlights,
             emission=needs.emits,
             orthographic=needs.orthographic,
@@ -103,58 +106,38 @@ class ForwardPass(Pass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield every combination of lights and surfaces."""
-        both = (False, True)
-        for surface, flat in product(legal_surfaces(), both):
+        for surface, flat in product(legal_surfaces(), BOTH):
             rest = {"orthographic": flat, **asdict(surface)}
-            for own, emission in product(both, repeat=2):
+            for own, emission in product(BOTH, repeat=2):
                 # without a light there is nothing but these
-                yield ForwardVariant("none", ambient=own, emission=emission, **rest)
+                yield ForwardVariant("none", ambient_albedo=own, emission=emission, **rest)
             for fade, model, clamp, taps, by_particles in product(
-                FADES, get_args(SpecularModel), both, get_args(ShadowTaps), both
+                FADES, get_args(SpecularModel), BOTH, get_args(ShadowTaps), BOTH
             ):
                 if by_particles and fade[0] == "point":
                     continue
                 lit = (*fade, model, clamp, taps)
                 shared = {"specular": model != "none", "particle_shadow": by_particles, **rest}
                 yield ForwardVariant(*lit, first=False, **shared)
-                for own, emission in product(both, repeat=2):
-                    yield ForwardVariant(*lit, ambient=own, emission=emission, **shared)
-
-    def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
-        """Return its fragment shader and the vertex shader of the geometry pass."""
-        return [(self.name, "geometry")]
-
-    def outputs(self, variant: Variant) -> tuple[str, ...]:
-        """Return its targets."""
-        return ("coverage", "radiance")
+                for own, emission in product(BOTH, repeat=2):
+                    yield ForwardVariant(*lit, ambient_albedo=own, emission=emission, **shared)
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
-        from firefly_sample.gpu.drawing import make_drawable
-
         assert isinstance(step.variant, ForwardVariant)
         self._ready.clear()
         gpu.uploads.prepare(plan.batches)
-        outputs = images.color_names()
         for index, lights in enumerate(LightSet.joined_for_loops(plan.lights) or [None]):
             frame = _variant_for(step.variant, lights, first=index == 0)
             ready = []
             for batch in plan.batches:
                 variant = replace(frame, **asdict(batch.surface))
-                program = gpu.programs.get(self.name, variant, outputs, "geometry")
-                ready.append(make_drawable(gpu, plan, batch, program))
+                ready.append(make_drawable(gpu, plan, batch, self.program(gpu, variant, images)))
             self._ready.append((lights, frame, ready))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        import moderngl
-
-        from firefly_sample.gpu.drawing import draw_surface
-        from firefly_sample.gpu.light_drawing import light_table, shadow_textures
-
         framebuffer = images.draw_into()
-        gpu.ctx.depth_func = ">=" if plan.view.reverse else "<="
-        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
         ready, self._ready = self._ready, []
         for index, (lights, variant, surfaces) in enumerate(ready):
             uniforms: dict[str, object] = {}
@@ -163,27 +146,26 @@ class ForwardPass(Pass):
                 textures["u_lights"] = light_table(gpu, plan, lights, variant, f"{self.name} {index}")
                 uniforms["u_light_count"] = len(lights)
                 gpu.lights_drawn += len(lights)
-            flags = moderngl.DEPTH_TEST | (moderngl.NOTHING if variant.first else moderngl.BLEND)
+            flags = gpu.ctx.DEPTH_TEST | (gpu.ctx.NOTHING if variant.first else gpu.ctx.BLEND)
             framebuffer.depth_mask = variant.first
             for drawable in surfaces:
                 draw_surface(gpu, drawable, flags, uniforms, textures)
-        gpu.ctx.front_face = "ccw"
-        gpu.ctx.depth_func = "<"
 
 
 def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) -> ForwardVariant:
-    """Return the frame's variant with what is a set's own."""
+    """Return the frame's variant for one set of lights."""
     if lights is None:
-        own: dict[str, Any] = {
-            "ambient": frame.ambient,
-            "emission": frame.emission,
-            "orthographic": frame.orthographic,
-        }
-        return ForwardVariant("none", **own)
-    return replace(
-        shining(frame, lights),
+        return ForwardVariant(
+            "none",
+            ambient_albedo=frame.ambient_albedo,
+            emission=frame.emission,
+            orthographic=frame.orthographic,
+        )
+    return shining(
+        frame,
+        lights,
         light_kind=lights.kind,
         first=first,
-        ambient=frame.ambient and first,
+        ambient_albedo=frame.ambient_albedo and first,
         emission=frame.emission and first,
     )

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, get_args
 
-from firefly_sample.passes.base import Pass
+from firefly_sample.gpu.drawing import draw_clustered, draw_volumes
+from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.passes.lights import method_for
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -17,7 +19,6 @@ from firefly_sample.plan.variants import DrawMethod, LightView, PositionSource, 
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class LightViewPass(Pass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield a variant for each shape of volume, and those that count a cell's lights."""
-        for flat in (False, True):
+        for flat in BOTH:
             for method in get_args(DrawMethod)[:3]:
                 yield LightViewVariant(self.view, method, flat)
             if self.view == "overdraw":
@@ -74,21 +75,13 @@ class LightViewPass(Pass):
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        import moderngl
-
-        from firefly_sample.gpu.drawing import textures_of
-        from firefly_sample.gpu.light_drawing import draw_clustered, draw_volumes
-
         assert isinstance(step.variant, LightViewVariant)
         images.draw_into()
-        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
         by_cells = step.variant.light_method == "clustered"
         if by_cells:
-            gpu.ctx.enable_only(moderngl.BLEND)
-            textures = textures_of(images, step.reads)
             program = gpu.programs.get("light_views", step.variant, images.color_names(), "fullscreen")
             for index, clusters in enumerate(plan.clusters):
-                draw_clustered(gpu, plan, program, textures, clusters, f"light view {index}")
+                draw_clustered(gpu, plan, program, images.samplers(), clusters, f"light view {index}")
         chosen: DrawMethod = "sphere" if plan.light_method.name in ("volumes", "clustered") else "fullscreen"
         tested = "depth" in step.updates
         for index, lights in enumerate(plan.lights):

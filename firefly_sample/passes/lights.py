@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from firefly_sample.passes.base import Pass, encodings
+from firefly_sample.gpu.drawing import draw_clustered, draw_loop, draw_volumes, light_table
+from firefly_sample.passes.base import BOTH, Pass, encodings
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
@@ -28,7 +30,6 @@ from firefly_sample.plan.variants import (
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 TARGETS = ((True, False), (False, True), (True, True))
 """Radiance and light: at least one is written."""
@@ -40,21 +41,13 @@ FADES: list[tuple[LightKind, FalloffChoice, RangeFalloff]] = [
     *((kind, "attenuation", end) for kind in ("point", "spot") for end in get_args(RangeFalloff)),
 ]
 """Kinds of light, and how each may fade and end."""
-_BOTH = (False, True)
-_METHODS: dict[str, DrawMethod] = {
-    "volumes": "sphere",
-    "clustered": "clustered",
-    "fullscreen": "fullscreen",
-    "loop": "loop",
-}
-"""By the plan's method; a volume's shape is each set's own."""
 _SHADER_NAMES = {"half_light": "light", "half_shine": "radiance"}
 """What a shader calls its targets at half resolution."""
 
 
 @dataclass(frozen=True)
 class LightVariant(Variant):
-    """How lights find their pixels, where a pixel's position comes from, and what light does there.
+    """How lights find their pixels, how a pixel's position is found, and how it is shaded.
 
     `shadow_taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles shadow.
     `radiance` and `light` are the targets; at half resolution the first is of highlights alone.
@@ -85,6 +78,7 @@ class LightPass(Pass):
     kind: LightKind
     methods: tuple[DrawMethod, ...]
     """How it can be drawn."""
+    colors = "radiance", "light"
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if lights of its kind meet surfaces."""
@@ -92,7 +86,6 @@ class LightPass(Pass):
         if not needs.lit or needs.forward or kind not in needs.lights:
             return None
         lights, position = [needs.lights_of(kind)], needs.settings.position_method
-        shiny = [f"highlights of {needs.looks.shiny}"] if needs.highlights else []
         reads = {"albedo": lights} if needs.picture and not needs.half else {}
         reads["normal"] = lights
         if needs.needs_position(kind):
@@ -106,8 +99,8 @@ class LightPass(Pass):
                 reads[source] = [
                     f"position_method={position} samples the depth that the volumes are tested against"
                 ]
-        if shiny:
-            reads["specular"] = shiny
+        if needs.highlights:
+            reads["specular"] = [f"highlights of {needs.looks.shiny}"]
         if kind in needs.shadowed:
             reads["shadow_atlas"] = needs.shadows([kind])
         if needs.shadowed_by_particles(kind):
@@ -118,9 +111,9 @@ class LightPass(Pass):
         return Declaration(needs.in_view(kind), reads=reads, fills=fills, tests=tests)
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> LightVariant:
-        """Return the frame's variant; `variant_for` adds what is a set's own."""
+        """Return the frame's variant; `variant_for` makes that of a set of lights."""
         kind, settings = self.kind, needs.settings
-        method = _METHODS[needs.method]
+        method: Any = "sphere" if needs.method == "volumes" else needs.method  # or each set's shape
         return LightVariant(
             light_method="fullscreen" if kind == "directional" and method != "loop" else method,
             range_falloff=settings.range_falloff if kind != "directional" else "karis",
@@ -140,12 +133,12 @@ class LightPass(Pass):
         """Yield every combination that a frame can have, and the classic look's."""
         placed = self.kind != "directional"
         fades = [(falloff, end) for kind, falloff, end in FADES if kind == self.kind]
-        clouds = _BOTH if self.kind != "point" else (False,)
+        clouds = BOTH if self.kind != "point" else (False,)
         for method, (falloff, end), flat, position in product(
-            self.methods, fades, _BOTH, get_args(PositionSource)
+            self.methods, fades, BOTH, get_args(PositionSource)
         ):
             for taps, by_particles, model, clamp, resolution in product(
-                get_args(ShadowTaps), clouds, get_args(SpecularModel), _BOTH, get_args(LightResolution)
+                get_args(ShadowTaps), clouds, get_args(SpecularModel), BOTH, get_args(LightResolution)
             ):
                 if not placed and position != "distance" and not (taps or by_particles):
                     continue  # without shadows, the shader does not need the surface's position
@@ -162,37 +155,26 @@ class LightPass(Pass):
                     what = "classic", "linear", flat, radiance, light
                     yield LightVariant(*plain, *what)
 
-    def outputs(self, variant: Variant) -> tuple[str, ...]:
-        """Return the targets that the variant writes, as its shader calls them."""
-        return tuple(name for name in ("radiance", "light") if getattr(variant, name))
-
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
-        import moderngl
-
-        from firefly_sample.gpu.drawing import textures_of
-        from firefly_sample.gpu.light_drawing import draw_clustered, draw_loop, draw_volumes, light_table
-
         assert isinstance(step.variant, LightVariant)
         images.draw_into()
-        gpu.ctx.blend_func = moderngl.ONE, moderngl.ONE
         by_cells = step.variant.light_method == "clustered"
         tested = bool({"depth", "half_depth"} & set(step.updates))
+        outputs = tuple(_SHADER_NAMES.get(name, name) for name in images.color_names())
         drawn = [cells.lights for cells in plan.clusters] if by_cells else plan.lights
         for index, lights in enumerate(drawn):
             if lights.kind != self.kind:
                 continue
             variant = variant_for(step.variant, lights)
             method, key = variant.light_method, f"{self.name} {index}"
-            outputs = tuple(_SHADER_NAMES.get(name, name) for name in images.color_names())
             program = gpu.programs.get(self.name, variant, outputs)
-            textures = textures_of(images, _read_by(variant, lights, step.reads))
+            textures = images.samplers(_read_by(variant, lights, step.reads))
             if variant.shadow_taps:
                 textures["u_shadow_maps"] = gpu.shadow_table(plan)
             if method == "loop":
                 draw_loop(gpu, plan, program, textures, lights, variant, key)
             elif method == "clustered":
-                gpu.ctx.enable_only(moderngl.BLEND)
                 # a record for each bit: to look the light's number up first would cost a tenth of the pass
                 cells = plan.clusters[index]
                 table = light_table(gpu, plan, lights, variant, key, cells.members)
@@ -212,10 +194,7 @@ class DirectionalLightsPass(LightPass):
 
 
 class PointLightsPass(LightPass):
-    """Add every point light in view: as spheres, or by cells.
-
-    Where a sphere would hold the whole view, the full screen is drawn.
-    """
+    """Add every point light in view: as spheres, full-screen if one contains the view, or by cells."""
 
     name = "point_lights"
     kind = "point"
@@ -249,23 +228,22 @@ def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
 
 
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
-    """Return the frame's variant with what is the set's own."""
+    """Return the frame's variant for one set of lights."""
     placed = lights.kind != "directional" or lights.shadowed or lights.particle_shadowed
-    return replace(
-        shining(frame, lights),
+    return shining(
+        frame,
+        lights,
         light_method=method_for(frame.light_method, lights),
         position_source=frame.position_source if placed else "distance",
     )
 
 
-def shining(frame: Shines, lights: LightSet) -> Shines:
-    """Return a variant with how a set's lights fade, and which shadows they have."""
-    fades = lights.kind != "directional"
+def shining(frame: Shines, lights: LightSet, **changes: Any) -> Shines:
+    """Return a variant with the falloff and the shadows of a set's lights, and other `changes`."""
     given: Any = frame
-    changes: dict[str, Any] = {
-        "falloff": lights.falloff.value if fades else "ramp_squared",
-        "range_falloff": given.range_falloff if fades and lights.falloff.value == "attenuation" else "karis",
-        "shadow_taps": given.shadow_taps if lights.shadowed else 0,
-        "particle_shadow": given.particle_shadow and lights.particle_shadowed,
-    }
+    falloff = lights.falloff.value if lights.kind != "directional" else "ramp_squared"
+    changes["falloff"] = falloff
+    changes["range_falloff"] = given.range_falloff if falloff == "attenuation" else "karis"
+    changes["shadow_taps"] = given.shadow_taps if lights.shadowed else 0
+    changes["particle_shadow"] = given.particle_shadow and lights.particle_shadowed
     return replace(frame, **changes)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING
 
-from firefly_sample.passes.base import Pass
+from firefly_sample.passes.base import Pass, combinations
 from firefly_sample.plan.frame_graph import Declaration
+from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap, Tile
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import Variant
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
-    from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap, Tile
 
 SLOPE_BIAS = 1.0
 """Texels: the slope-scaled bias of casters, so that a surface that faces a light does not shadow half of
@@ -38,6 +37,7 @@ class ShadowMapsPass(Pass):
     """Draw the maps whose key has changed into their tiles of the atlas; the others stay."""
 
     name = "shadow_maps"
+    colors = ()
 
     def __init__(self) -> None:
         self._atlas: object = None
@@ -55,13 +55,9 @@ class ShadowMapsPass(Pass):
         """Return a variant that stands for those of the maps' batches."""
         return ShadowVariant()
 
-    def legal_variants(self) -> Iterable[Variant]:
-        """Return every combination."""
-        return [ShadowVariant(*alphas) for alphas in product((False, True), repeat=2)]
-
-    def outputs(self, variant: Variant) -> tuple[str, ...]:
-        """Return nothing: it draws depth alone."""
-        return ()
+    def legal_variants(self) -> Iterator[Variant]:
+        """Yield every combination."""
+        return combinations(ShadowVariant)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -71,34 +67,25 @@ class ShadowMapsPass(Pass):
             self._atlas, self._held = atlas, {}
         self.drawn = 0
         for shadow in plan.shadows.maps:
-            if shadow.casters is None:
-                continue
-            if self._held.get(shadow.tile) != shadow.key:
+            if shadow.casters is not None and self._held.get(shadow.tile) != shadow.key:
                 self._held[shadow.tile] = shadow.key
                 self._draw_map(gpu, plan, framebuffer, shadow)
                 self.drawn += 1
-        gpu.ctx.polygon_offset = 0.0, 0.0
-        gpu.ctx.depth_func = "<"
 
     def _draw_map(
         self, gpu: Gpu, plan: FramePlan, framebuffer: moderngl.Framebuffer, shadow: ShadowMap
     ) -> None:
-        import moderngl
-
         x, y, size = shadow.tile
         reverse = plan.view.reverse
         framebuffer.viewport = (x, y, size, size)
         framebuffer.clear(depth=0.0 if reverse else 1.0, viewport=(x, y, size, size))
-        gpu.ctx.enable_only(moderngl.DEPTH_TEST)
-        gpu.ctx.depth_func = ">=" if reverse else "<="
+        gpu.ctx.enable_only(gpu.ctx.DEPTH_TEST)
         away = -1.0 if reverse else 1.0
         gpu.ctx.polygon_offset = away * SLOPE_BIAS, away
         for batch in shadow.casters or ():
             self._draw_batch(gpu, batch)
 
     def _draw_batch(self, gpu: Gpu, batch: CasterBatch) -> None:
-        import moderngl
-
         variant = ShadowVariant(batch.texture is not None, batch.vertex_alpha)
         uniforms, textures = {}, {}
         if batch.texture is not None:
@@ -107,4 +94,4 @@ class ShadowMapsPass(Pass):
             uniforms["u_alpha_cutoff"] = batch.cutoff
         program = gpu.programs.get(self.name, variant, ())
         program.use(uniforms, textures)
-        gpu.render(gpu.uploads.caster_array(batch, program), moderngl.TRIANGLES)
+        gpu.render(gpu.uploads.caster_array(batch, program), gpu.ctx.TRIANGLES)

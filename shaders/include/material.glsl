@@ -13,7 +13,7 @@ in vec3 v_color;
 in float v_vertex_alpha;
 #endif
 flat in vec4 v_base_color;
-#if AMBIENT
+#if AMBIENT_ALBEDO
 flat in vec3 v_ambient;
 #endif
 #if SPECULAR
@@ -54,7 +54,7 @@ Sample sample_material()
 #endif
     // a surface reflects at most all light, even if the product of colours is larger
     vec3 albedo = clamp(base.rgb, 0.0, 1.0);
-#if AMBIENT
+#if AMBIENT_ALBEDO
     return Sample(albedo, clamp(v_ambient * tint.rgb, 0.0, 1.0));
 #else
     return Sample(albedo, albedo);

@@ -1,6 +1,6 @@
 // Provides rests: the rounding errors of three float32 numbers, packed into one number with a byte each. A byte counts
 // 1/256 of the number's last binary digit; 128 is 0. Unpacking is exact on every driver and saves a texel fetch.
-// Float64 twin: firefly_sample/gpu/light_rows.py
+// Float64 twin: firefly_sample/gpu/light_records.py
 
 vec3 rests(vec3 held, float bytes)
 {

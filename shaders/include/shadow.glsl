@@ -6,7 +6,7 @@
 // Float64 twin: firefly_sample/lab/reference/shadow.py
 
 uniform sampler2DShadow u_shadow_atlas;
-uniform sampler2D u_shadow_maps;  // five texels per map: firefly_sample/gpu/light_rows.py
+uniform sampler2D u_shadow_maps;  // five texels per map: firefly_sample/gpu/light_records.py
 
 const float NORMAL_OFFSET = 0.25;  // texels along the normal, at grazing angles
 const float LIFT = 0.05;          // texels towards the light, at any angle

@@ -121,7 +121,7 @@ vec3 way_to_light(Surface s, vec4 place, vec4 pixel, float rest_of_y)
 #if ORTHOGRAPHIC
     vec2 across = apart * u_pixel.xy;
 #else
-    float distance = max(place.y, u_pixel.z);  // the distance that pixel is for: firefly_sample/gpu/light_rows.py
+    float distance = max(place.y, u_pixel.z);  // the distance that pixel is for: firefly_sample/gpu/light_records.py
     vec2 across = apart * (distance * u_pixel.xy) + s.ray * (distance - s.y);
 #endif
     return vec3(across.x, y, across.y);

@@ -12,7 +12,7 @@ import pytest
 
 from firefly_sample.cli import main
 from firefly_sample.commands.doctor import Finding, as_text
-from firefly_sample.gpu.driver_variables import VARIABLES, vector_bits
+from firefly_sample.gpu.driver_checks import VARIABLES, vector_bits
 from tests.cli.command import broken_gl, environment, firefly
 from tests.conftest import make_renderer
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from firefly_sample.gpu.light_rows import packed_rests, rests
+from firefly_sample.gpu.light_records import packed_rests, rests
 from tests.glsl.harness import evaluate
 
 

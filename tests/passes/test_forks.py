@@ -128,7 +128,7 @@ def test_a_forked_process_draws_or_says_why_not(device, work, threads):
 NAMED = """
 import ctypes, sys, threading
 from firefly_sample import Renderer, Scene
-from firefly_sample.gpu.forks import was_forked
+from firefly_sample.gpu.driver_checks import was_forked
 
 libc, named, done = ctypes.CDLL(None, use_errno=True), threading.Event(), threading.Event()
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.gpu import drawing
+from firefly_sample.passes import geometry
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight, PointLight
 from firefly_sample.scene.material import Material, Texture
@@ -26,9 +26,9 @@ OUTPUTS = ("color", "radiance", "depth", "normal", "albedo")
 def draws(monkeypatch):
     """How many surfaces the geometry pass has drawn, in a list that grows."""
     drawn = []
-    real = drawing.draw_surface
+    real = geometry.draw_surface
     monkeypatch.setattr(
-        drawing,
+        geometry,
         "draw_surface",
         lambda gpu, made, *rest: (
             drawn.append(made.batch),

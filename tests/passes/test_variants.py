@@ -6,7 +6,7 @@ import pytest
 from firefly_sample.errors import GpuError, ShaderError
 from firefly_sample.gpu.programs import Programs
 from firefly_sample.gpu.shader_source import load_source
-from firefly_sample.passes.ambient import AmbientVariant
+from firefly_sample.passes.fullscreen import AmbientVariant
 from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.variants import SHADER_CONSTANTS, defines
 from tests.every_three import every_three

@@ -6,10 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from firefly_sample.gpu.blocks import BLOCKS, block_dtype, block_glsl
-from firefly_sample.gpu.light_rows import light_rows, light_texels, pixel_slopes
+from firefly_sample.gpu.blocks import BLOCKS, block_dtype, block_glsl, pixel_slopes
+from firefly_sample.gpu.light_records import (
+    RECORDS,
+    light_rows,
+    light_texels,
+    record_dtype,
+    record_fields,
+    record_glsl,
+)
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_icosphere
-from firefly_sample.gpu.records import RECORDS, record_dtype, record_fields, record_glsl
 from firefly_sample.mipmaps import alpha_coverage, mip_chain
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
@@ -94,7 +100,7 @@ def test_icospheres_hold_the_unit_sphere_and_no_more(subdivisions, scale):
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_blocks_dtype_and_text_come_from_one_table(device, block):
     """The driver's own std140 layout has the size and the offsets of the dtype."""
-    fields = [name for name, _ in BLOCKS[block]]
+    fields = list(BLOCKS[block])
     uses = " + ".join(f"u_{name}" for name in fields)
     with device:
         program = device.ctx.program(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.gpu.device import Device
-from firefly_sample.gpu.light_drawing import BEHIND
+from firefly_sample.gpu.drawing import BEHIND
 from firefly_sample.gpu.proxies import circumscribed_cone, circumscribed_cube, circumscribed_icosphere
 from firefly_sample.lab.experiments.bench import ExperimentBench
 from firefly_sample.lab.experiments.experiment import Experiment, Figures, Float64
