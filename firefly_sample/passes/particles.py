@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 class ParticleLightVariant(Variant):
     """All lights of one kind on all particles.
 
-    `first` is the draw that adds ambient light. `attenuated` is for the light whose attenuation with distance is
-    stored with each particle.
+    `first` is the draw that adds ambient light. `attenuated` is for the light whose attenuation with distance
+    is stored with each particle.
     """
 
     light_kind: LightKind = "point"
