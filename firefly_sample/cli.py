@@ -215,12 +215,28 @@ def _load(words: Words, plugin: ScenePlugin | None, full_help: bool) -> Callable
     """Return the function of a command, with the options of a scene if it takes one."""
     module = import_module(f"firefly_sample.commands.{'_'.join(words)}")
     command: Callable[..., int] = getattr(module, words[-1])
+    command.__doc__ = _unwrapped(command.__doc__ or "")
     if plugin is None or words not in WITH_SCENE:
         return command
 
     from firefly_sample.commands.options import with_scene_options
 
     return with_scene_options(command, plugin, full_help)
+
+
+def _unwrapped(text: str) -> str:
+    """Return a docstring with each paragraph, and each description of a parameter, on one line."""
+    import inspect
+
+    lines: list[str] = []
+    for line in inspect.cleandoc(text).splitlines():
+        indent = len(line) - len(line.lstrip())
+        goes_on = lines and line and lines[-1] and "Parameters" not in lines
+        if goes_on or (indent and lines[-1].startswith(" ")):
+            lines[-1] += f" {line.lstrip()}"
+        else:
+            lines.append(line)
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":

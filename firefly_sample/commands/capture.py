@@ -53,9 +53,8 @@ def capture(
 ) -> int:
     """Render frames of a scene to files: PNG pictures, npz data, and manifest.json.
 
-    Options are also read from the environment (FIREFLY_CAPTURE_SIZE=320x240), and
-    in the current folder from the tables [firefly.capture] of firefly.toml and
-    [tool.firefly.capture] of pyproject.toml.
+    Options are also read from the environment (FIREFLY_CAPTURE_SIZE=320x240), and then, in the current
+    folder, from the table [firefly.capture] of firefly.toml or [tool.firefly.capture] of pyproject.toml.
 
     Parameters
     ----------
@@ -64,9 +63,9 @@ def capture(
     frames
         Frames A to B - 1, or one number.
     fps
-        Frames per second.
+        Frames per second: frame k is drawn at the time TIME + k / FPS.
     time
-        The time of frame 0.
+        The time of frame 0 in the scene.
     json
         Print the manifest.
     quiet

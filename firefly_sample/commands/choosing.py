@@ -17,13 +17,17 @@ MaxError = Annotated[
     Parameter(
         group=_GROUP,
         metavar="E",
-        help="Measure the scene, then use the fastest settings whose largest error of radiance, over its "
-        "99.9th percentile, stays below this. Settings that are given are kept.",
+        help="Measure the scene, then use the fastest settings whose largest error of radiance, divided by "
+        "its 99.9th percentile, stays below this. Settings that you give are not changed.",
     ),
 ]
 MaxCodes = Annotated[
     Whole | None,
-    Parameter(group=_GROUP, metavar="N", help="The same for the largest difference of sRGB codes."),
+    Parameter(
+        group=_GROUP,
+        metavar="N",
+        help="The same for the largest difference in codes of the picture (0 to 255).",
+    ),
 ]
 BudgetMs = Annotated[
     float | None,

@@ -53,13 +53,14 @@ def speed(
     output
         Folder for speed.json, a table (speed.md) and a plot (growth.png); created if necessary.
     counts
-        Numbers of lights, separated by commas, for a scene that can have any number. When absent, the value
-        of the scene's own option, or 1,4,16,64,256,500,1000,4000,10000.
+        Numbers of lights, separated by commas, for a scene that can have any number. When absent, the number
+        that you give by the scene's own option, or else 1,4,16,64,256,500,1000,4000,10000.
     sizes
         Widths and heights in pixels, separated by commas, for example 640x360,800x600,1920x1080.
     methods
-        Lighting methods, separated by commas, for example volumes,loop; when absent, all that the settings
-        allow. A wrong name is answered with the list of them.
+        Lighting methods, separated by commas, from: volumes, original, clustered, auto, fullscreen, loop.
+        When absent, all that the settings allow. "original" is volumes without a depth test, as in Panda3D's
+        sample.
     time
         Time of the frame in seconds.
     seeds

@@ -36,7 +36,7 @@ def stability(
     ----------
     case
         Run the case with exactly this name, or else every case whose name contains it or matches it as a
-        pattern. May be repeated.
+        shell pattern, for example 'spot of *'. May be repeated.
     method
         Run these methods only, separated by commas. May be repeated.
     device
@@ -46,7 +46,7 @@ def stability(
     json
         Print JSON.
     markdown
-        Print the tables of docs/stability.md.
+        Print the tables as Markdown, as docs/stability.md has them.
     """
     from firefly_sample.lab.stability import measure_stability
 

@@ -40,11 +40,11 @@ def trade(
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Measure each setting's time and error against a float64 reference, and those of forward shading.
+    """Measure each setting's time, and its error against a float64 reference; the same for forward shading.
 
     Writes trade.json, a table (trade.md), a plot (pareto.png) and pictures of the largest differences. An
-    interrupted run is resumed by the same command. Settings that are given change the default with which all
-    are compared.
+    interrupted run is resumed by the same command. Settings that you give change the
+    default that all rows are compared with.
 
     Parameters
     ----------

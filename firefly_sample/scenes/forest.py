@@ -72,14 +72,20 @@ _PARAMETERS = (
             "ambient",
             float,
             1.0,
-            "Brightness of the moonlight that comes from everywhere; 0 is the original's black.",
+            "Brightness of the moonlight that comes from everywhere; 0 is black, as in Panda3D's sample.",
             minimum=0.0,
             maximum=20.0,
         ),
         KeyStep("m", 1.25, 0.02, help="more moonlight"),
         KeyStep("n", 0.8, -0.02, help="less moonlight"),
     ),
-    switch("mist", False, "A thin mist over the ground, lit by the fireflies.", "f", "mist on or off"),
+    switch(
+        "mist",
+        False,
+        "A thin mist over the ground, lit by the fireflies and the moonlight.",
+        "f",
+        "mist on or off",
+    ),
 )
 
 

@@ -53,7 +53,12 @@ _PARAMETERS = (
     Parameter("particle_alpha", float, 0.12, "Opacity of a puff through its centre.", 0.0, 1.0),
     with_keys(
         Parameter(
-            "morph", float, 0.0, "Least progress of the cloud from a heap (0) to a knot (1).", 0.0, 1.0
+            "morph",
+            float,
+            0.0,
+            "Shape of the cloud, from a heap (0) to a knot (1); with morphing, the shape at the start.",
+            0.0,
+            1.0,
         ),
         KeyStep("2", 1.0, 0.1, help="more of a knot"),
         KeyStep("1", 1.0, -0.1, help="more of a heap"),
@@ -139,7 +144,12 @@ _PARAMETERS = (
         "a",
         "attenuation on or off",
     ),
-    Parameter("attenuation", str, "plane", "Distance from the light's plane, or its point: plane or point."),
+    Parameter(
+        "attenuation",
+        str,
+        "plane",
+        "The distance by which the light fades is that from the light's plane, or its point: plane or point.",
+    ),
     Parameter("attenuation_power", float, 2.0, "Power of that distance by which the light fades.", 0.0, 16.0),
     switch(
         "use_interpolation",

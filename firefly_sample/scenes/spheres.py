@@ -75,7 +75,7 @@ _PARAMETERS = (
             "lights",
             int,
             256,
-            "How many lights; the circles of the first ones stay where they are when there are more.",
+            "How many lights; each moves on a circle, and more lights do not move the first ones.",
             minimum=0,
             maximum=100_000,
         ),
