@@ -124,9 +124,8 @@ class AmbientPass(FullscreenPass):
 
 @dataclass(frozen=True)
 class UpsampleVariant(Variant):
-    """The targets `radiance` and `light`, highlights or not (`shine`), and how surfaces are recognised: by
-    their
-    positions and normals.
+    """The targets `radiance` and `light`, highlights or not (`shine`), and the formats that surfaces are
+    recognised by: those of their positions and normals.
     """
 
     position_source: PositionSource = "distance"
