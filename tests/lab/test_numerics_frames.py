@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
+from firefly_sample.columns import align
 from firefly_sample.lab.experiments import TABLES, pictures
 from firefly_sample.lab.experiments.times import PAIRS
 from tests.reference import BOUNDS
@@ -44,3 +47,10 @@ def test_fragments(bench):
     assert pairs < tested < 0.5 * untested
     for row in table.rows:
         assert row[3] == row[1] / pairs
+
+
+def test_the_page_has_the_counts_of_fragments(bench):
+    page = (Path(__file__).parents[2] / "docs" / "numerics.md").read_text()
+    assert (
+        align(TABLES["fragments"].table(bench).as_text()) in page
+    )  # the same on every machine with llvmpipe
