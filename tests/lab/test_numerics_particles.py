@@ -48,7 +48,7 @@ def test_costs_are_ratios_per_method(bench):
 def test_orders_with_more_distinct_depths_differ_less(bench):
     table = TABLES["particle_order"].table(bench, count=1500, size=(64, 48))
     fine, coarse, none = (
-        table.value(name, "mean") for name in ("view, 4,096 slices", "view, 64 slices", "unsorted")
+        table.value(name, "mean") for name in ("view, 4,096 depths", "view, 64 depths", "unsorted")
     )
     assert fine <= coarse < none
-    assert table.value("view, 4,096 slices", "max") <= 2
+    assert table.value("view, 4,096 depths", "max") <= 2

@@ -269,8 +269,8 @@ EXPERIMENTS = (
         "particle_order",
         _order,
         {
-            "view, 4,096 slices": {"particle_order_depths": 4096},
-            "view, 64 slices": {"particle_order_depths": 64},
+            "view, 4,096 depths": {"particle_order_depths": 4096},
+            "view, 64 depths": {"particle_order_depths": 64},
             "half_angle": {"particle_order": "half_angle"},
             "unsorted": {"particle_order": "unsorted"},
         },
