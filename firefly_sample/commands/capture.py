@@ -54,7 +54,7 @@ def capture(
     """Render frames of a scene to files: PNG pictures, npz data, and manifest.json.
 
     Options are also read from the environment (FIREFLY_CAPTURE_SIZE=320x240), and then, in the current
-    folder, from the table [firefly.capture] of firefly.toml or [tool.firefly.capture] of pyproject.toml.
+    folder, from the tables [firefly.capture] of firefly.toml and [tool.firefly.capture] of pyproject.toml.
 
     Parameters
     ----------

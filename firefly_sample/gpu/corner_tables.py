@@ -77,11 +77,11 @@ class CornerTables:
             vertices.append(rows.reshape(-1, 4))
             first_triangle += len(geom.triangles)
             first_vertex += len(geom.vertices)
-        self._write("u_triangles", np.concatenate(triangles))
-        self._write("u_vertices", np.concatenate(vertices))
+        self._write("u_triangles", np.concatenate(triangles), exact=True)
+        self._write("u_vertices", np.concatenate(vertices), exact=True)
         self._entries = entries
 
-    def _write(self, name: str, rows: NDArray[Any]) -> None:
+    def _write(self, name: str, rows: NDArray[Any], exact: bool = False) -> None:
         """Write rows as a texture's texels, one after the other."""
         width = min(max(len(rows), 1), TABLE_WIDTH)
         height = max(-(-len(rows) // width), 1)
@@ -93,7 +93,7 @@ class CornerTables:
             )
         texels = np.zeros((height * width, rows.shape[1]), dtype=rows.dtype)
         texels[: len(rows)] = rows
-        self._textures[name] = self._streams.texture(name, texels.reshape(height, width, -1))
+        self._textures[name] = self._streams.texture(name, texels.reshape(height, width, -1), exact)
 
 
 def _with_rest(values: Float64) -> tuple[Float32, Float32]:

@@ -82,8 +82,9 @@ class Gpu:
         self.ctx.wireframe = False
 
     def end(self) -> None:
-        """Leave the context as OpenGL starts it, and free what is gone."""
+        """Leave the context as OpenGL starts it, but for the blend function, and free what is gone."""
         self.reset_state()
+        self.device.set_depth_clamp(False)
         if self.device.capabilities.clip_control:
             self.device.raw.set_clip_range(False)
         self.ctx.enable_only(moderngl.NOTHING)

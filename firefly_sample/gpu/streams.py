@@ -14,7 +14,7 @@ LOOSE = 2.5
 
 
 class Streams:
-    """Buffers and textures by name. They grow and never shrink, so that most frames make none."""
+    """Buffers and textures by name. They grow and do not shrink, so that most frames make none."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -34,12 +34,14 @@ class Streams:
             buffer.write(data)
         return buffer
 
-    def texture(self, name: str, texels: NDArray[Any]) -> moderngl.Texture:
+    def texture(self, name: str, texels: NDArray[Any], exact: bool = False) -> moderngl.Texture:
         """Write texels into the texture's corner, and return it; its other texels are undefined.
 
         Parameters
         ----------
         texels : ndarray of float32 or uint32, shape (height, width) or (height, width, channels)
+        exact : bool
+            Make the texture as large as the texels, smaller too: for large ones that change rarely.
         """
         height, width = texels.shape[:2]
         components = texels.shape[2] if texels.ndim == 3 else 1
@@ -50,11 +52,12 @@ class Streams:
             or (kept.components, kept.dtype) != (components, dtype)
             or kept.width < width
             or kept.height < height
+            or (exact and kept.size != (width, height))
         ):
             size = max(width, 1), max(height, 1)
             if kept is not None:
                 self._textures.pop(name).release()
-                size = self._roomy(size, kept.size)
+                size = size if exact else self._roomy(size, kept.size)
             kept = self._ctx.texture(size, components, dtype=dtype)
             kept.filter = moderngl.NEAREST, moderngl.NEAREST
             self._textures[name] = kept

@@ -28,7 +28,6 @@ from firefly_sample.plan.variants import (
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
-    from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 
 
 @dataclass(frozen=True)

@@ -97,8 +97,14 @@ def choose_passes(passes: Iterable[Declares], needs: Needs) -> FrameGraph:
 
     made: dict[str, dict[str, None]] = {}
     table = dict(TARGETS)
-    for _, plan in chosen:
+    for step, plan in chosen:
         table.update(plan.targets)
+        unknown = {*plan.writes, *plan.fills, *plan.keeps} - table.keys()
+        if unknown:
+            raise PlanError(
+                f"pass {step.name!r} makes target {min(unknown)!r}, which has no format: add it to the "
+                "declaration's `targets`"
+            )
         made.update((name, {}) for name in (*plan.writes, *plan.fills, *plan.keeps))
     for reads in (*(reads for _, plan in chosen for reads in (plan.keeps, plan.reads)), outputs):
         for name, reasons in reads.items():

@@ -113,7 +113,7 @@ def _node_class(element: str, pattern: str) -> type[PandaNode]:
     kinds = [PandaNode]
     for kind in kinds:  # the list grows meanwhile
         kinds.extend(kind.__subclasses__())
-    classes = {kind.__name__: kind for kind in kinds}
+    classes = {kind.__name__: kind for kind in kinds if not kind.__name__.startswith("_")}
     found = classes.get(element[1:])
     if found is None:
         raise NodeError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -63,6 +62,7 @@ class Geom(ReadOnlyArrays):
     """
 
     alphas: Float64 | None
+    _bounds: tuple[Float64, Float64] | None
 
     def __init__(
         self,
@@ -82,10 +82,11 @@ class Geom(ReadOnlyArrays):
         self.normals = self._vertex_normals() if normals is None else self._normals(normals)
         self.texcoords = self._floats("texcoords", np.zeros((n, 2)) if texcoords is None else texcoords, n, 2)
         self.colors, self.alphas = self._colors(colors)
+        self._bounds = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
-        self.__dict__.pop("bounds", None)  # a copy's arrays could be written to
+        self._bounds = None  # a copy's arrays could be written to
 
     def _indices(self, triangles: ArrayLike) -> NDArray[np.int32]:
         what = f"geom {self.name!r}: triangles"
@@ -132,16 +133,18 @@ class Geom(ReadOnlyArrays):
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
         return read_only(np.where(length > 0, normals / np.where(length > 0, length, 1.0), up))
 
-    @cached_property
+    @property
     def bounds(self) -> tuple[Float64, Float64]:
         """The axis-aligned box (minimum, maximum) in model space; NaN without vertices."""
-        points = self.vertices if len(self.vertices) else np.full((1, 3), np.nan)
-        return read_only(points.min(axis=0)), read_only(points.max(axis=0))
+        if self._bounds is None:
+            points = self.vertices if len(self.vertices) else np.full((1, 3), np.nan)
+            self._bounds = read_only(points.min(axis=0)), read_only(points.max(axis=0))
+        return self._bounds
 
     def set_vertices(self, vertices: ArrayLike) -> None:
         """Move the vertices, whose number must stay. Normals are not changed."""
         self.vertices = self._floats("vertices", vertices, len(self.vertices), 3)
-        self.__dict__.pop("bounds", None)
+        self._bounds = None
         self.revision += 1
 
     def set_normals(self, normals: ArrayLike) -> None:

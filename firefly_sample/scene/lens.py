@@ -120,7 +120,7 @@ class PerspectiveLens(Lens):
             focal_length=fx,
         )
         fixed_by = f"calibration for pictures of {width}x{height}"
-        lens.shape = Shape(lens.shape.ratio, fixed_by, 1.0 / pixel_height, calibrated=True)
+        lens._shape = Shape(lens.shape.ratio, fixed_by, 1.0 / pixel_height, calibrated=True)
         return lens
 
     def set_fov(self, horizontal: float, vertical: float | None = None) -> None:

@@ -62,8 +62,6 @@ class Lens(ABC):
 
     Attributes
     ----------
-    shape : Shape
-        Width over height, and the setting that fixed it.
     revision : int
         Grows with each change.
     near_given, far_given : bool
@@ -79,7 +77,7 @@ class Lens(ABC):
         self.near_given = self.far_given = False
         self._near, self._far = 1.0, 100000.0  # as in Panda3D
         self._measures = measures  # angles and lengths that were set, by name, the older first
-        self.shape = Shape()
+        self._shape = Shape()
         self._film_offset = (0.0, 0.0)
 
     def _set_given(
@@ -105,6 +103,11 @@ class Lens(ABC):
         self.set_film_offset(*_pair("film_offset", film_offset))
         self._set_planes(near, far)
 
+    @property
+    def shape(self) -> Shape:
+        """Width over height, and the setting that fixed it."""
+        return self._shape
+
     def is_perspective(self) -> bool:
         """Return whether things shrink with distance."""
         return self._PERSPECTIVE
@@ -125,7 +128,7 @@ class Lens(ABC):
 
     def get_film_size(self) -> tuple[float, float]:
         """Return the width and height of the film."""
-        measures, ratio = self._measures, self.shape.ratio
+        measures, ratio = self._measures, self._shape.ratio
         if "film_height" in measures:
             return measures["film_height"] * ratio, measures["film_height"]
         width = measures.get("film_width")
@@ -147,14 +150,14 @@ class Lens(ABC):
 
         None lets each picture's shape decide again; until then the lens keeps its ratio.
         """
-        shape = Shape(self.shape.ratio)
+        shape = Shape(self._shape.ratio)
         if aspect_ratio is not None:
             shape = _ratio_shape(finite("aspect ratio", aspect_ratio, above=0.0))
         self._commit(self._measures, shape)
 
     def get_aspect_ratio(self) -> float:
         """Return width over height."""
-        return self.shape.ratio
+        return self._shape.ratio
 
     def with_aspect_ratio(self, aspect_ratio: float) -> Self:
         """Return a copy after `set_aspect_ratio`."""
@@ -169,12 +172,12 @@ class Lens(ABC):
         Panda3D's window. If the lens's shape is fixed, the picture must have that shape, to the nearest whole
         pixel; then this very lens is returned. The LensError for a different shape names both.
         """
-        if self.shape.fixed_by:
-            if not self.shape.fits(width, height):
-                raise LensError(self.shape.refusal(width, height))
+        if self._shape.fixed_by:
+            if not self._shape.fits(width, height):
+                raise LensError(self._shape.refusal(width, height))
             return self
         ratio = width / height
-        if abs(self.shape.ratio / ratio - 1.0) < _SAME_SHAPE:
+        if abs(self._shape.ratio / ratio - 1.0) < _SAME_SHAPE:
             return self
         lens = self.make_copy()
         lens._commit(lens._measures, Shape(ratio))
@@ -192,26 +195,26 @@ class Lens(ABC):
         if len(measures) == 3:
             del measures[next(iter(measures))]
         if shape is None:
-            quoted = self.shape.measure
+            quoted = self._shape.measure
             stays = measures.get(quoted) == self._measures.get(quoted)
-            shape = self.shape if stays else _ratio_shape(self.shape.ratio)
+            shape = self._shape if stays else _ratio_shape(self._shape.ratio)
         self._commit(measures, shape)
 
     def _commit(self, measures: dict[str, float], shape: Shape) -> None:
         """Take measures and a shape, or raise LensError if float64 cannot hold their scales."""
-        before = self._measures, self.shape
-        self._measures, self.shape = measures, shape
+        trial = copy.copy(self)
+        trial._measures, trial._shape = measures, shape
         try:
-            scales = self._scales()
+            scales = trial._scales()
         except ZeroDivisionError:  # a size that is too small for float64
             scales = math.inf, math.inf
         if not all(math.isfinite(scale) and scale > 0.0 for scale in scales):
-            self._measures, self.shape = before
             given = ", ".join(f"{name} {value:g}" for name, value in measures.items())
             raise LensError(
                 f"this lens is too extreme for float64 ({given}, aspect ratio {shape.ratio:g}): "
                 "choose a less extreme value"
             )
+        self._measures, self._shape = measures, shape
         self.revision += 1
 
     # --- Near and far ---

@@ -46,12 +46,14 @@ class LensConstants:
 
     Attributes
     ----------
+    perspective : bool
+        True if w_clip is the distance y; for an orthographic lens it is 1.
     a, b, c, d : float
         The entries A, B, C, D of the projection matrix.
     x_offset, z_offset : float
         NDC of the view axis: 0 unless the film is off centre.
     depth_scale, depth_offset : float
-        From z_ndc to the depth buffer.
+        From z_ndc to the depth buffer: (0.5, 0.5) for OpenGL's own clip range, (1, 0) for zero-to-one.
     y_fold, w_fold : float
         The depth mapping solved for the distance: y = y_fold / (depth + w_fold) in perspective and
         y = y_fold * (depth + w_fold) otherwise. In perspective they equal depth_scale*D and
@@ -144,7 +146,10 @@ class LensConstants:
         )
 
     def distance_from_depth(self, depth: ArrayLike) -> Float64:
-        """Return distances along the view axis of depth-buffer values, of any shape; infinity at infinity."""
+        """Return distances along the view axis, in scene units, of depth-buffer values of any shape.
+
+        The depth of an infinite far plane gives infinity.
+        """
         shifted = np.asarray(depth, dtype=np.float64) + self.w_fold
         if not self.perspective:
             return np.asarray(self.y_fold * shifted)

@@ -128,7 +128,7 @@ class ShadowCaster(PandaNode):
         return LightError(f"light {self.name!r}: {message}")
 
 
-class FadingNode(ShadowCaster):
+class _Fading(ShadowCaster):
     """A node of one or more lights that fade with the distance from them."""
 
     _attenuation: Attenuation | None
@@ -143,7 +143,7 @@ class FadingNode(ShadowCaster):
         return self._attenuation
 
 
-class ColoredNode(PandaNode):
+class _Colored(PandaNode):
     """A node of light of one colour.
 
     Parameters
@@ -168,8 +168,8 @@ class ColoredNode(PandaNode):
         return self._color.copy()
 
 
-class Light(ColoredNode, ShadowCaster):
-    """One light, which has a position or a direction. `ColoredNode` has its parameters."""
+class Light(_Colored, ShadowCaster):
+    """One light, which has a position or a direction. `_Colored` has its parameters."""
 
     _specular: Float64 | None = None
 
@@ -192,7 +192,7 @@ class Light(ColoredNode, ShadowCaster):
         self.mark_changed()
 
 
-class FadingLight(Light, FadingNode):
+class FadingLight(Light, _Fading):
     """A light that shines from a position and fades with the distance from it.
 
     By default it is Panda3D's, with attenuation (1, 0, 0) and no end. With a radius it fades as the fireflies
@@ -200,7 +200,7 @@ class FadingLight(Light, FadingNode):
 
     Parameters
     ----------
-    name, color : see `ColoredNode`
+    name, color : see `_Colored`
     radius : float, optional
         Reach in scene units, finite and 0 or more.
     """

@@ -17,10 +17,10 @@ from firefly_sample.errors import LightError
 from firefly_sample.scene.arrays import Float64, as_colors, as_numbers, read_only
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import (
-    ColoredNode,
     FadingLight,
-    FadingNode,
     Light,
+    _Colored,
+    _Fading,
     check_attenuation,
     light_color,
 )
@@ -28,7 +28,7 @@ from firefly_sample.scene.points import PointArrays, PointFunction, PointsNode
 from firefly_sample.settings import to_number
 
 
-class PointLights(PointsNode, FadingNode):
+class PointLights(PointsNode, _Fading):
     """Any number of point lights in one node.
 
     Parameters
@@ -66,11 +66,15 @@ class PointLights(PointsNode, FadingNode):
     ) -> None:
         self._attenuation = None if attenuation is None else check_attenuation(name, attenuation)
         self._specular: Float64 | None = None
-        self.endless = attenuation is not None
         if radii is None:
             radii = math.inf if self.endless else 1.0
         super().__init__(name, positions, colors, radii, function)
         self.set_specular_colors(specular_colors)
+
+    @property
+    def endless(self) -> bool:
+        """True if a radius may be infinite, because an attenuation fades the lights."""
+        return self._attenuation is not None
 
     def set_specular_colors(self, colors: ArrayLike | None) -> None:
         """Set the linear colours of highlights, shape (n, 3) or (3,); None is the lights' own."""
@@ -101,7 +105,17 @@ class PointLights(PointsNode, FadingNode):
 
 
 class PointLight(FadingLight):
-    """A point light at its node's origin. `FadingLight` has its parameters."""
+    """A point light at its node's origin.
+
+    Parameters
+    ----------
+    name : str
+    color : sequence of 3 floats
+        Linear radiance scale; finite numbers of 0 or more, which may exceed 1.
+    radius : float, optional
+        Reach in scene units: the light fades by (1 - d/radius)^2. Without it the light has Panda3D's
+        attenuation (1, 0, 0) and no end.
+    """
 
     kind = "point"
 
@@ -149,8 +163,15 @@ class DirectionalLight(Light):
         return self._shadow_distance
 
 
-class AmbientLight(ColoredNode):
-    """Light that comes from everywhere; several are added up. `ColoredNode` has its parameters."""
+class AmbientLight(_Colored):
+    """Light that comes from everywhere; several are added up, and black ones are skipped.
+
+    Parameters
+    ----------
+    name : str
+    color : sequence of 3 floats
+        Linear radiance; finite numbers of 0 or more, which may exceed 1.
+    """
 
 
 SMALLEST_CONE = 0.01

@@ -61,8 +61,6 @@ class PointsNode(PandaNode):
 
     NOUN: ClassVar = "points"
     ERROR: type[SceneError] = SceneError
-    endless = False
-    """True if a radius may be infinite."""
 
     def __init__(
         self,
@@ -75,6 +73,11 @@ class PointsNode(PandaNode):
         super().__init__(name)
         self.function = function
         self.arrays = self._checked(positions, colors, radii)
+
+    @property
+    def endless(self) -> bool:
+        """True if a radius may be infinite."""
+        return False
 
     def set_arrays(self, positions: ArrayLike, colors: ArrayLike, radii: ArrayLike) -> None:
         """Replace all points; their number may change."""

@@ -115,7 +115,7 @@ class LiveScene(Scene):
         self.values = before | {name: live[name].check(value, self.name)}
         try:
             self.apply(name)
-        except SceneError:
+        except BaseException:
             self.values = before
             raise
 

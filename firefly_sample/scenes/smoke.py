@@ -56,7 +56,7 @@ _PARAMETERS = (
             "morph",
             float,
             0.0,
-            "Shape of the cloud, from a heap (0) to a knot (1); with morphing, the shape at the start.",
+            "Shape of the cloud, from a heap (0) to a knot (1); with morphing, it returns to this shape.",
             0.0,
             1.0,
         ),

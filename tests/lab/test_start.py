@@ -43,14 +43,16 @@ def picture(scene, folder):
     return told["sha256"]
 
 
-def test_the_forest_is_the_same_with_the_cache_off_empty_full_damaged_and_shut(tmp_path, monkeypatch):
+def test_the_forest_is_the_same_with_the_cache_off_empty_full_damaged_and_shut(tmp_path, monkeypatch, capfd):
     """Two processes fill the cache at once; this one, which keeps no model, draws the other pictures."""
 
     def here(folder):
         monkeypatch.setenv(VARIABLE, str(folder))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SoftwareDriverWarning)
-            return first_picture("forest", SIZE, 5.0, None)["sha256"]
+            digest = first_picture("forest", SIZE, 5.0, None)["sha256"]
+        assert capfd.readouterr() == ("", "")
+        return digest
 
     folder = tmp_path / "kept"
     plain = here("off")

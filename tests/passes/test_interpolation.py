@@ -168,10 +168,10 @@ def test_tables_that_could_not_be_made_are_made_again(render, monkeypatch):
     with make_renderer(SIZE, settings) as renderer:
         write = CornerTables._write
 
-        def failing(tables, name, rows):
+        def failing(tables, name, rows, **exact):
             if name == "u_vertices":
                 raise MemoryError
-            write(tables, name, rows)
+            write(tables, name, rows, **exact)
 
         monkeypatch.setattr(CornerTables, "_write", failing)
         with pytest.raises(MemoryError):

@@ -136,7 +136,7 @@ def swarm_scene(count=60):
 def test_a_thousand_frames_make_no_object_and_keep_memory_flat():
     """Lights fly and the camera turns; what shaders look up is in textures that are made once."""
     scene, in_view = swarm_scene(), set()
-    with make_renderer((32, 24)) as renderer:
+    with make_renderer((64, 48)) as renderer:
 
         def objects_after(frames):
             for frame in frames:

@@ -77,3 +77,14 @@ def test_a_pass_that_reads_what_nobody_makes_and_one_that_is_there_twice_are_ref
         build_plan(ball_scene(5), size=SIZE, passes=(*PASSES, Reader))
     with pytest.raises(PlanError, match="passes need names of their own"):
         build_plan(ball_scene(5), size=SIZE, passes=(*PASSES, Vignette, Vignette))
+
+
+@pytest.mark.parametrize("makes", ["writes", "fills", "keeps"])
+def test_a_target_without_a_format_is_refused(makes):
+    class Shapeless(Vignette):
+        def declare(self, needs):
+            made = {"glow": ["a glow"]} if makes == "keeps" else ["glow"]
+            return Declaration("a glow", updates=["color"], **{makes: made})
+
+    with pytest.raises(PlanError, match="pass 'vignette' makes target 'glow', which has no format"):
+        build_plan(ball_scene(5), size=SIZE, passes=(*PASSES, Shapeless))

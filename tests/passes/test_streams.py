@@ -47,6 +47,13 @@ def test_a_wide_table_and_a_high_one_take_turns_in_no_more_than_either_needs(str
         assert texture.width * texture.height <= 2.5 * 1700 * 90
 
 
+def test_an_exact_table_shrinks_too(streams):
+    for shape in [(6, 8), (600, 800), (2, 3)]:
+        texture = streams.texture("mesh", np.zeros((*shape, 4), dtype=np.uint32), exact=True)
+        assert (texture.height, texture.width) == shape
+        assert streams.texture("mesh", np.ones((*shape, 4), dtype=np.uint32), exact=True) is texture
+
+
 def test_a_buffer_holds_what_was_written_last_and_grows_alone(streams):
     first = streams.buffer("rows", np.arange(20, dtype=np.float32))
     assert streams.buffer("rows", np.zeros(40, dtype=np.float32)) is first

@@ -8,6 +8,7 @@ from panda3d import core as panda
 
 from firefly_sample.errors import LightError
 from firefly_sample.pipeline import build_plan
+from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.light import Attenuation, Falloff
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
@@ -325,3 +326,11 @@ def test_a_light_beyond_all_numbers_is_named(make):
     far.attach_new_node(make("lamp")).set_pos(1e15, 0, 0)
     with pytest.raises(LightError, match="'lamp': its position in the world must be finite and at most"):
         build_plan(scene)
+
+
+def test_what_follows_from_other_values_cannot_be_set():
+    lamps, lens = PointLights("lamps", [(0, 0, 0)]), PerspectiveLens()
+    card = Geom([(0, 0, 0), (1, 0, 0), (0, 0, 1)], [(0, 1, 2)])
+    for thing, name in ((lamps, "endless"), (lens, "shape"), (card, "bounds")):
+        with pytest.raises(AttributeError):
+            setattr(thing, name, True)
