@@ -269,4 +269,4 @@ _DECODERS: dict[str, Callable[[Surface], NDArray[Any]]] = {
     "shadow_atlas": _stored("shadow_atlas", np.float32, 1),
     "particle_shadow_atlas": Surface.particle_shadow_sums,
 }
-"""How each output is decoded from the targets that `FramePlan.sources` names."""
+"""The function that decodes each output from the targets that `FramePlan.sources` names."""

@@ -27,7 +27,7 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 
 _AHEAD = 1
-"""How many frames are drawn before `Renderer.render_many` reads one: enough to keep CPU and GPU busy."""
+"""The number of frames drawn before `Renderer.render_many` reads one: enough to keep CPU and GPU busy."""
 
 
 class Renderer:

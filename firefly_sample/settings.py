@@ -43,7 +43,7 @@ SHADOW_RESOLUTIONS = 16, LARGEST_ATLAS
 
 @dataclass(frozen=True)
 class Limit:
-    """What one setting may be while another has a certain value.
+    """The values that a setting may have while another setting has certain values.
 
     Attributes
     ----------

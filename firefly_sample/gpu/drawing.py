@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 
 BEHIND = 4.0
 """Steps of depth by which a volume's back faces are moved away from the eye. The depths of volume and surface
-are
-rounded separately: where few steps are left, a back face could end up in front of a surface that it is
+are rounded separately: where few steps are left, a back face could end up in front of a surface that it is
 behind."""
 
 

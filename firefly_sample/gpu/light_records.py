@@ -37,7 +37,7 @@ SHADOW_TEXELS = 5
 MIDDLE = 128.0
 """The byte that stands for no step."""
 PROXY_MARGIN = 1e-4
-"""How much wider than a cone its proxy is, as a share of its height, because of rounding."""
+"""The width that a cone's proxy has beyond the cone, as a share of its height, against rounding."""
 
 _COMPARED = SHADER_CONSTANTS["POSITION_SOURCE_INVERSE_MATRIX"]
 """From this method on, a shader compares positions."""

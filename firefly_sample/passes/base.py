@@ -1,4 +1,4 @@
-"""What a pass is: when a frame needs it, what it reads and writes and why, its variants, and its drawing.
+"""The base of passes: a pass has its condition, what it reads and writes and why, its variants, its drawing.
 
 All of a pass is in one module; passes that are much alike share one. `firefly_sample.pipeline.PASSES` is
 their order. Planning needs no OpenGL: modules of passes import neither moderngl nor what imports it, and take

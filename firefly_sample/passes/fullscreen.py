@@ -179,7 +179,7 @@ class UpsamplePass(FullscreenPass):
 
 @dataclass(frozen=True)
 class ResolveVariant(Variant):
-    """What the pass reads and writes.
+    """The targets that the pass reads and writes, and the formulas of the picture.
 
     `masked` says that something may cover the background: the albedo shows where, as whole numbers if it is
     `packed`, or the target "coverage" does if there is one (`marked`).

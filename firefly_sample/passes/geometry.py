@@ -36,10 +36,10 @@ transforms the next ones' vertices. This makes a forest's pass a tenth faster.""
 
 @dataclass(frozen=True)
 class GeometryVariant(Variant):
-    """How the G-buffer is written: its targets, their formats, and the features of a draw's surfaces.
+    """The targets of the G-buffer, their formats, and the features of the surfaces that a draw has.
 
-    `interpolation` marks pixels for the interpolation pass. The
-    fields from `textured` on are those of `SurfaceFeatures`.
+    `interpolation` marks pixels for the interpolation pass. The fields from `textured` on are those of
+    `SurfaceFeatures`.
     """
 
     albedo: bool = True

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LightViewVariant(Variant):
-    """What is drawn in place of light.
+    """The picture that is drawn in place of light.
 
-    `position_source` is how the distance that a cell is found by is known.
+    `position_source` is the source of the distance by which a pixel's cell is found.
     """
 
     light_view: LightView = "overdraw"

@@ -42,12 +42,12 @@ FADES: list[tuple[LightKind, FalloffChoice, RangeFalloff]] = [
 ]
 """Kinds of light, and how each may fade and end."""
 _SHADER_NAMES = {"half_light": "light", "half_shine": "radiance"}
-"""What a shader calls its targets at half resolution."""
+"""The names in a shader of its targets at half resolution."""
 
 
 @dataclass(frozen=True)
 class LightVariant(Variant):
-    """How lights find their pixels, how a pixel's position is found, and how it is shaded.
+    """The lighting method, the source of a pixel's position, and the formulas of shading.
 
     `shadow_taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles shadow.
     `radiance` and `light` are the targets; at half resolution the first is of highlights alone.
@@ -77,7 +77,7 @@ class LightPass(Pass):
 
     kind: LightKind
     methods: tuple[DrawMethod, ...]
-    """How it can be drawn."""
+    """The methods by which it can be drawn."""
     colors = "radiance", "light"
 
     def declare(self, needs: Needs) -> Declaration | None:

@@ -27,7 +27,7 @@ itself. The shader's own offsets do the rest."""
 
 @dataclass(frozen=True)
 class ShadowVariant(Variant):
-    """How alpha cuts casters out: a texture's, that of vertex colours, or both."""
+    """The alpha that cuts casters out: that of a texture, of vertex colours, or of both."""
 
     textured: bool = False
     vertex_alpha: bool = False

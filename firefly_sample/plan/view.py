@@ -44,8 +44,8 @@ class Eye:
     `window` accepts a lens of intrinsics for pictures of another shape: a window may get any shape.
 
     It has the camera's path as its name, warnings about the lens's shape, and the view's planes and corners:
-    see `Lens.frustum_planes` and `frustum_corners`. A `LensError` names the camera
-    if the lens is one of intrinsics for pictures of another shape, or if float32 does not hold its planes.
+    see `Lens.frustum_planes` and `frustum_corners`. A `LensError` names the camera if the lens is one of
+    intrinsics for pictures of another shape, or if float32 does not hold its planes.
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int], window: bool = False) -> None:

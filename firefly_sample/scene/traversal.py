@@ -51,7 +51,7 @@ def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
 
 
 class _State(NamedTuple):
-    """What children inherit from a node."""
+    """The state that children inherit from a node."""
 
     net: Float64
     mask: int

@@ -43,7 +43,7 @@ class DrawnView:
     image: Layer | None
     """The image over the plan's colour, or in its place."""
     note: str
-    """How to read the view."""
+    """An explanation of the view, for the person at the window."""
     milliseconds: float
     """GPU time in total."""
 

@@ -81,7 +81,7 @@ _BESIDE = {
     "attenuated lights": (True, 0.0),
     "far from the origin": (False, 1e4),
 }
-"""Whether the light is attenuated, and the distance of scene and camera from the world's origin."""
+"""True for an attenuated light, and the distance of scene and camera from the world's origin, by name."""
 
 
 def _warnings(bench: ExperimentBench, method: str, name: str) -> float:
