@@ -1,0 +1,1 @@
+"""Model files as scenes: glTF by its specification, other formats through trimesh."""
