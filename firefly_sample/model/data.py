@@ -95,8 +95,8 @@ class CameraData:
 class LightData:
     """A light of KHR_lights_punctual, which shines along its node's +Y.
 
-    `intensity` is as in the file: candela of "point" and "spot", lux of "directional". `range` may be infinite.
-    Angles are half-angles in degrees.
+    `intensity` is as in the file: candela of "point" and "spot", lux of "directional". `range` may be
+    infinite. Angles are half-angles in degrees.
     """
 
     name: str

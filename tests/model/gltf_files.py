@@ -1,4 +1,4 @@
-"""Small glTF files for tests, made of arrays: ``.glb``, and ``.gltf`` with data inside or in a file beside it.
+"""Small glTF files for tests, made of arrays: .glb, and .gltf with its data inside or in a file beside it.
 
     file = GltfFile()
     mesh = file.mesh(POSITION=corners, indices=triangles, TEXCOORD_0=uv, material=file.add("materials", ...))
@@ -41,6 +41,13 @@ def glb(*chunks: tuple[bytes, bytes], version: int = 2) -> bytes:
     return struct.pack("<4sII", b"glTF", version, 12 + len(body)) + body
 
 
+def packed(array: np.ndarray) -> bytes:
+    """The bytes of an accessor's elements; columns of matrices start at multiples of four bytes."""
+    if array.ndim < 3:
+        return array.tobytes()
+    return b"".join(pad(column.tobytes()) for matrix in array for column in matrix.T)
+
+
 class GltfFile:
     """A file in the making: ``json``, its properties, and ``data``, the bytes of its only buffer."""
 
@@ -64,22 +71,18 @@ class GltfFile:
     def accessor(self, values: ArrayLike, **properties: Any) -> int:
         """Append an array as it is: its dtype is the component type, and its shape (n, ...) the type.
 
-        Floats are written as float32, int64 as uint32. Matrices are transposed, since glTF writes columns.
+        Floats are written as float32, int64 as uint32. Matrices are [row, column].
         """
         array = np.asarray(values)
-        array = (
-            array.astype({"f": "<f4", "i8": "<u4"}.get(array.dtype.kind, array.dtype.str))
-            if (array.dtype.kind == "f")
-            else array.astype("<u4")
-            if array.dtype == np.int64
-            else array
-        )
-        data = array.swapaxes(1, 2) if array.ndim == 3 else array
+        if array.dtype.kind == "f":
+            array = array.astype("<f4")
+        elif array.dtype == np.int64:
+            array = array.astype("<u4")
         extremes = {}
         if array.ndim == 2 and len(array):
             extremes = {"min": array.min(axis=0).tolist(), "max": array.max(axis=0).tolist()}
         described = {
-            "bufferView": self.view(data.tobytes()),
+            "bufferView": self.view(packed(array)),
             "componentType": COMPONENT_TYPES[array.dtype.str[1:]],
             "count": len(array),
             "type": TYPES[array.shape[1:]],
@@ -116,7 +119,7 @@ class GltfFile:
         return index
 
     def write(self, path: Path, beside: bool = False) -> Path:
-        """Write a .glb or .gltf file by the path's suffix; `beside`: the data of .gltf in a file of its own."""
+        """Write a .glb or .gltf file by the path's suffix; `beside`: with data in a file of its own."""
         found = json.loads(json.dumps(self.json))
         if path.suffix == ".glb":
             if self.data:

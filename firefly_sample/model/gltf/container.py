@@ -66,7 +66,7 @@ def _split_binary(path: Path, data: bytes) -> tuple[dict[str, Any], memoryview |
         start += 8
         if start + size > length:
             raise ModelError(
-                f"model {path}: damaged, {length - start} of the {size} bytes of chunk {len(chunks)} are there"
+                f"model {path}: damaged, {length - start} of {size} bytes of chunk {len(chunks)} are there"
             )
         chunks.append((kind, memoryview(data)[start : start + size]))
         start += size

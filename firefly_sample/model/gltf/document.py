@@ -25,6 +25,10 @@ from firefly_sample.model.gltf.container import (
 from firefly_sample.model.gltf.json_object import JsonObject, shown
 
 Bytes = NDArray[np.uint8]
+FREE_NUMBERS = 16_000_000
+"""Numbers that any file may become, be it ever so small."""
+NUMBERS_PER_BYTE = 64
+"""Numbers that each byte of a file may become besides; for many morph targets 34."""
 
 
 class Document:
@@ -50,6 +54,7 @@ class Document:
         self._binary = binary
         self._buffers: dict[int, Bytes] = {}
         self._decoded: dict[int, Bytes] = {}
+        self._claimed = 0
         self._check_version()
 
     @classmethod
@@ -157,6 +162,19 @@ class Document:
         if index >= count:
             raise self.error(where, f"refers to {kind}[{shown(index)}], but the file has {count} {kind}")
         return index
+
+    # memory
+
+    def claim(self, count: int, where: str) -> None:
+        """Count numbers that are about to be made; raise ModelError if they outgrow the file.
+
+        Every byte of a file may become many numbers, but not without limit: a small file can name the same
+        bytes, or zeros, any number of times.
+        """
+        self._claimed += count
+        limit = FREE_NUMBERS + NUMBERS_PER_BYTE * sum(map(len, self.files.values()))
+        if self._claimed > limit:
+            raise self.error(where, f"too large: a file of this size may hold at most {limit:,} numbers")
 
     # bytes
 

@@ -170,14 +170,11 @@ class JsonObject:
             for i, entry in enumerate(self._list(key) if key in self.json else [])
         )
 
-    def attributes(self, key: str) -> dict[str, int]:
-        """Return an object of names and indices of accessors, as a primitive has; empty if there is none."""
-        found = self.object(key)
-        if found is None:
-            return {}
+    def accessors(self) -> dict[str, int]:
+        """Return the object itself as names and indices of accessors, as a primitive's attributes are."""
         return {
-            name: self.document.as_index(value, "accessors", found.place(name))
-            for name, value in found.json.items()
+            name: self.document.as_index(value, "accessors", self.place(name))
+            for name, value in self.json.items()
         }
 
     def _is_absent(self, key: str, default: Any) -> bool:
