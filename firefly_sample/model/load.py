@@ -17,9 +17,7 @@ from typing import Any
 import numpy as np
 
 from firefly_sample.errors import ModelError, SceneError
-from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.material import AlphaMode, Texture
-from firefly_sample.scene.model_data import (
+from firefly_sample.model.kept import (
     GeomData,
     MaterialData,
     ModelData,
@@ -28,6 +26,8 @@ from firefly_sample.scene.model_data import (
     model_key,
     save_kept,
 )
+from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.material import AlphaMode, Texture
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transforms import matrix_from_gltf, vectors_from_gltf
 
