@@ -56,9 +56,7 @@ class Shape(ReadOnlyArrays):
     def __deepcopy__(self, _: dict[int, Any]) -> Shape:
         return self
 
-    def posed(
-        self, weights: Sequence[float], matrices: Float64 | None = None
-    ) -> tuple[Float64, Float64]:
+    def posed(self, weights: Sequence[float], matrices: Float64 | None = None) -> tuple[Float64, Float64]:
         """Return vertices and unit normals (n, 3) with these weights of targets and matrices of joints.
 
         `matrices`, shape (j, 4, 4), map row vectors from the geom's space at rest to the model's.
@@ -153,7 +151,7 @@ def skinned_normals(normals: Float64, blended: Float64) -> Float64:
 
 
 def flat_normals(vertices: Float64, triangles: NDArray[np.int32], otherwise: Float64) -> Float64:
-    """Return the normal of its triangle for each vertex (n, 3); `otherwise` where the triangle has no area."""
+    """Return the normal of its triangle for each vertex (n, 3); `otherwise` where it has no area."""
     a, b, c = (vertices[corner] for corner in triangles.T)
     faces = np.cross(b - a, c - a)
     normals = np.zeros_like(vertices)
