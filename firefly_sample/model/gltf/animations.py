@@ -82,7 +82,9 @@ def _interpolation(sampler: JsonObject) -> Interpolation:
     for known in get_args(Interpolation):
         if given == known:
             return given  # type: ignore[return-value]
-    raise sampler.error("interpolation", f"must be one of {', '.join(get_args(Interpolation))}, got {given!r}")
+    raise sampler.error(
+        "interpolation", f"must be one of {', '.join(get_args(Interpolation))}, got {given!r}"
+    )
 
 
 def _times(sampler: JsonObject) -> Float64:

@@ -88,7 +88,9 @@ def _cone(light: JsonObject) -> tuple[float, float]:
     spot = light.required_object("spot")
     inner, outer = spot.number("innerConeAngle", 0.0), spot.number("outerConeAngle", math.pi / 4.0)
     if not 0.0 <= inner < outer <= math.pi / 2.0 + 1e-6:
-        raise spot.error("", f"needs 0 <= innerConeAngle < outerConeAngle <= pi/2, got {inner:g} and {outer:g}")
+        raise spot.error(
+            "", f"needs 0 <= innerConeAngle < outerConeAngle <= pi/2, got {inner:g} and {outer:g}"
+        )
     return math.degrees(inner), min(math.degrees(outer), 90.0)
 
 

@@ -60,7 +60,7 @@ class Materials:
         material have. Its metalness, which is only a default, is no loss.
         """
         if index not in self._places:
-            material, uv_sets = MaterialData("default material"), ()
+            material, uv_sets = MaterialData("default material"), tuple[UvSet, ...]()
             if index is not None:
                 material, uv_sets = self._read(index)
             self._places[index] = len(self.found)
@@ -79,7 +79,7 @@ class Materials:
         made.texture = None if base is None else self.textures.add(base, name)
         self._set_alpha(made, source)
         self._set_emission(made, source, glow)
-        uv_sets = () if base is None or made.texture is None else (base.uv_set,)
+        uv_sets: tuple[UvSet, ...] = () if base is None or made.texture is None else (base.uv_set,)
         if glow is not None and made.emission_texture is not None:
             if uv_sets and base is not None and not glow.shares_uv(base):
                 made.emission_texcoord = 1

@@ -25,10 +25,14 @@ class Place(NamedTuple):
 
     node: int
     parent: int
+    shown: bool = True
+    """False for a node outside the scene: it only moves the vertices of a skin."""
 
 
 def drawn_nodes(document: Document, scene: str | int | None) -> list[Place]:
     """Return the nodes of a scene, each after its parent, children in the file's order.
+
+    Joints that the scene lacks, and the nodes above them, follow at the end.
 
     Parameters
     ----------
@@ -61,7 +65,30 @@ def drawn_nodes(document: Document, scene: str | int | None) -> list[Place]:
         index = len(places)
         places.append(place)
         waiting.extend(Place(child, index) for child in reversed(children[place.node]))
+    places.extend(_joints_elsewhere(document, places, parents))
     return places
+
+
+def _joints_elsewhere(document: Document, places: list[Place], parents: list[int | None]) -> list[Place]:
+    """Return places for the joints that are not in the scene, and for the nodes above them."""
+    found = {place.node: index for index, place in enumerate(places)}
+    added: list[Place] = []
+    nodes = (document.item("nodes", place.node, "node") for place in places)
+    skins = dict.fromkeys(node.index("skin", "skins") for node in nodes)
+    for skin in skins:
+        if skin is None:
+            continue
+        for joint in document.item("skins", skin, "skin").indices("joints", "nodes"):
+            above: list[int] = []
+            node: int | None = joint
+            while node is not None and node not in found:
+                above.append(node)
+                node = parents[node]
+            for node in reversed(above):
+                parent = parents[node]
+                found[node] = len(places) + len(added)
+                added.append(Place(node, -1 if parent is None else found[parent], shown=False))
+    return added
 
 
 def _links(document: Document) -> tuple[list[tuple[int, ...]], list[int | None]]:
@@ -203,9 +230,6 @@ def read_skin(document: Document, index: int, places: dict[int, int]) -> SkinDat
     joints = skin.indices("joints", "nodes")
     if not joints:
         raise skin.error("joints", "are missing")
-    for number, joint in enumerate(joints):
-        if joint not in places:
-            raise skin.error(f"joints[{number}]", f"nodes[{joint}] is not in the scene")
     accessor = skin.index("inverseBindMatrices", "accessors")
     inverse_bind = np.zeros((len(joints), 4, 4))
     inverse_bind[:] = np.eye(4)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,9 @@ _HALVES = {
     _COLOR_ALPHA: ("RGBA", "RGBA;16B", "RGBA;16L"),
 }
 """Pillow's mode, and the raw modes that read the high and the low bytes, where pixels have six or eight."""
+
+
+Samples = NDArray[np.unsignedinteger[Any]]
 
 
 class _Header(NamedTuple):
@@ -113,19 +116,18 @@ def _chunks(data: bytes) -> Iterator[tuple[bytes, memoryview]]:
     raise ValueError("it is cut short")
 
 
-def _samples(header: _Header, packed: bytes) -> NDArray[np.uint8 | np.uint16]:
+def _samples(header: _Header, packed: bytes) -> Samples:
     """Return the samples as they are stored, shape (height, width, channels)."""
     kind = header.color_type
     if header.depth == 16 and kind in _HALVES:
         mode, high, low = _HALVES[kind]
-        samples = _unfiltered(header, packed, mode, high).astype(np.uint16) << 8
-        samples |= _unfiltered(header, packed, mode, low)
-        return samples
+        bytes_high = _unfiltered(header, packed, mode, high).astype(np.uint16)
+        return np.asarray(bytes_high * np.uint16(256) + _unfiltered(header, packed, mode, low))
     samples = _unfiltered(header, packed, *_UNPACKED[kind, header.depth])
     if header.depth == 16:
-        return np.ascontiguousarray(samples).view(">u2").astype(np.uint16)
+        return np.asarray(np.ascontiguousarray(samples).view(">u2"), np.uint16)
     if kind == _GREY:
-        return samples // (255 // (2**header.depth - 1))  # Pillow has scaled them to 255
+        return np.asarray(samples // np.uint8(255 // (2**header.depth - 1)))  # Pillow has scaled them to 255
     return samples
 
 
@@ -140,9 +142,7 @@ def _unfiltered(header: _Header, packed: bytes, mode: str, raw_mode: str) -> NDA
     return pixels.reshape(header.height, header.width, -1)
 
 
-def _with_alpha(
-    header: _Header, samples: NDArray[np.uint8 | np.uint16], transparent: bytes | None
-) -> NDArray[np.uint8]:
+def _with_alpha(header: _Header, samples: Samples, transparent: bytes | None) -> NDArray[np.uint8]:
     """Return RGBA of grey or coloured samples; `transparent` is the one colour that is not opaque."""
     rounded = _rounded(samples, header.depth)
     pixels = np.empty((header.height, header.width, 4), dtype=np.uint8)
@@ -158,7 +158,7 @@ def _with_alpha(
     return pixels
 
 
-def _rounded(samples: NDArray[np.uint8 | np.uint16], depth: int) -> NDArray[np.uint8]:
+def _rounded(samples: Samples, depth: int) -> NDArray[np.uint8]:
     """Return samples as 8-bit codes, each the nearest to its share of the largest number of `depth` bits."""
     if depth == 8:
         return samples.astype(np.uint8)
@@ -168,7 +168,7 @@ def _rounded(samples: NDArray[np.uint8 | np.uint16], depth: int) -> NDArray[np.u
     return ((samples.astype(np.uint32) + 128) // 257).astype(np.uint8)
 
 
-def _from_palette(indices: NDArray[np.uint8 | np.uint16], palette: bytes, alphas: bytes) -> NDArray[np.uint8]:
+def _from_palette(indices: Samples, palette: bytes, alphas: bytes) -> NDArray[np.uint8]:
     """Return RGBA of indices; those beyond the palette are opaque black."""
     if not palette or len(palette) % 3 or len(palette) > 768:
         raise ValueError("its palette is missing or damaged")
@@ -176,4 +176,4 @@ def _from_palette(indices: NDArray[np.uint8 | np.uint16], palette: bytes, alphas
     table[:, 3] = 255
     table[: len(palette) // 3, :3] = np.frombuffer(palette, np.uint8).reshape(-1, 3)
     table[: len(alphas), 3] = np.frombuffer(alphas, np.uint8)[:256]
-    return table[indices]
+    return np.asarray(table[indices])

@@ -13,6 +13,7 @@ from firefly_sample.model.gltf.json_object import JsonObject
 from firefly_sample.model.gltf.materials import Materials
 from firefly_sample.model.gltf.meshes import count_targets, read_primitive
 from firefly_sample.model.gltf.nodes import (
+    Place,
     drawn_nodes,
     node_name,
     read_instances,
@@ -62,7 +63,7 @@ class _Reader:
         self.places = {place.node: index for index, place in enumerate(drawn)}
         nodes = document.items("nodes")
         for place in drawn:
-            model.nodes.append(self._node(nodes[place.node], place.node, place.parent))
+            model.nodes.append(self._node(nodes[place.node], place))
         for index in range(document.count("animations")):
             animation = read_animation(document, index, self.places, self.losses)
             if animation is not None:
@@ -74,8 +75,10 @@ class _Reader:
         model.losses = self.losses.lines()
         return model
 
-    def _node(self, node: JsonObject, index: int, parent: int) -> NodeData:
-        data = with_transform(NodeData(node_name(node, index), parent), node)
+    def _node(self, node: JsonObject, place: Place) -> NodeData:
+        data = with_transform(NodeData(node_name(node, place.node), place.parent), node)
+        if not place.shown:
+            return data
         mesh, skin = node.index("mesh", "meshes"), node.index("skin", "skins")
         if mesh is not None:
             data.geoms = self._mesh(mesh)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -43,9 +44,9 @@ class Slot(NamedTuple):
 
     def shares_uv(self, other: Slot) -> bool:
         """Return whether two textures have the same texture coordinates."""
-        if self.texcoord != other.texcoord or (self.transform is None) != (other.transform is None):
-            return False
-        return self.transform is None or np.array_equal(self.transform, other.transform)
+        if self.transform is None or other.transform is None:
+            return self.texcoord == other.texcoord and self.transform is other.transform
+        return self.texcoord == other.texcoord and np.array_equal(self.transform, other.transform)
 
 
 def read_slot(parent: JsonObject, key: str) -> Slot | None:
@@ -96,7 +97,9 @@ class Textures:
         if slot.texture not in self._places:
             source = self.source(slot)
             if source is None:
-                self._losses.add("textures without a PNG, JPEG or WebP image are left out, of materials", material)
+                self._losses.add(
+                    "textures without a PNG, JPEG or WebP image are left out, of materials", material
+                )
                 self._places[slot.texture] = None
             else:
                 made = self._sampled(slot.texture, self._images.add(source, material))
@@ -127,7 +130,12 @@ class Textures:
         )
 
 
-def _code(sampler: JsonObject, key: str, default: int, known: dict[int, Wrap] | dict[int, MagFilter] | dict[int, MinFilter]) -> int:
+def _code(
+    sampler: JsonObject,
+    key: str,
+    default: int,
+    known: Collection[int],
+) -> int:
     code = sampler.whole(key, default)
     if code not in known:
         raise sampler.error(key, f"must be one of {', '.join(map(str, known))}, got {code}")
