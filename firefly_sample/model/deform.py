@@ -63,8 +63,9 @@ class Shape(ReadOnlyArrays):
         """
         vertices = morphed(self.vertices, self.targets, weights)
         normals = self.normals
-        if self.triangles is None and len(self.normal_targets):
-            normals = unit_or(morphed(normals, self.normal_targets, weights), normals)
+        if self.triangles is None:
+            moved = morphed(normals, self.normal_targets, weights)
+            normals = normals if moved is normals else unit_or(moved, normals)
         if self.joints is not None and self.joint_weights is not None and matrices is not None:
             blended = blend_matrices(self.joints, self.joint_weights, matrices)
             if self.triangles is None:
@@ -88,7 +89,7 @@ def normalized_weights(weights: NDArray[Any]) -> Float64:
 
 
 def morphed(rest: Float64, targets: Float64, weights: Sequence[float]) -> Float64:
-    """Return `rest` plus each target times its weight; targets without a weight have 0."""
+    """Return `rest` plus each target times its weight; `rest` itself if all weights are 0 or missing."""
     result = rest
     for target, weight in zip(targets, weights, strict=False):
         if weight != 0.0:
