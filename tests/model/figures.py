@@ -1,4 +1,4 @@
-"""Small models with skins, morph targets and animations, as data, and their poses by plain loops in float64."""
+"""Small models with skins, morph targets and animations as data, and their poses by plain loops."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def bending_tube(flat=False, mirrored=False):
         "tube",
         nodes,
         [GeomData("tube", 0, arrays, flat)],
-        [MaterialData("clay", (0.7, 0.4, 0.3, 1.0), double_sided=mirrored)],
+        [MaterialData("clay", (0.7, 0.4, 0.3, 1.0))],
         skins=[SkinData("spine", (1, 2, 3), inverse_bind)],
         animations=animations,
     )
@@ -190,7 +190,7 @@ def linear_value(made, time, duration):
 
 
 def posed_corners(data, time, animation=0):
-    """Vertices and normals of each (node, geom) in the model's space, by plain loops: {(node, geom): (p, n)}."""
+    """Vertices and normals in the model's space, by plain loops: {(node, geom): (p, n)}."""
     parts = [
         {"translation": node.translation, "rotation": node.rotation, "scale": node.scale}
         for node in data.nodes

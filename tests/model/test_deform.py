@@ -42,9 +42,9 @@ def test_any_number_of_influences_is_the_weighted_sum(influences):
     normals = rng.normal(size=(50, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     matrices = affine(influences, 20)
-    joints = rng.integers(0, 20, (50, influences)).astype(np.int32)
+    joints = rng.integers(0, 20, (50, influences))
     weights = normalized_weights(rng.uniform(0.0, 1.0, (50, influences)))
-    blended = blend_matrices(joints, weights, matrices)
+    blended = blend_matrices(joints.T, weights.T, matrices)
     moved, turned = skinned_points(points, blended), skinned_normals(normals, blended)
     for vertex in range(50):
         matrix = sum(w * matrices[j] for j, w in zip(joints[vertex], weights[vertex], strict=True))
@@ -63,7 +63,7 @@ def test_a_normal_stays_perpendicular_to_its_surface_and_on_its_side(mirrored):
     normals, other = rng.normal(size=(2, 30, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     tangents = np.cross(normals, other)
-    blended = blend_matrices(np.zeros((30, 1), np.int32), np.ones((30, 1)), matrices)
+    blended = blend_matrices(np.zeros((1, 30), np.intp), np.ones((1, 30)), matrices)
     turned = skinned_normals(normals, blended)
     moved_tangents, moved_normals = tangents @ matrices[0, :3, :3], normals @ matrices[0, :3, :3]
     np.testing.assert_allclose((turned * moved_tangents).sum(axis=1), 0.0, atol=1e-14)
@@ -72,7 +72,7 @@ def test_a_normal_stays_perpendicular_to_its_surface_and_on_its_side(mirrored):
 
 def test_a_matrix_that_flattens_space_gives_the_normal_of_the_plane():
     flat = np.diag([1.0, 1.0, 0.0, 1.0])
-    blended = blend_matrices(np.zeros((2, 1), np.int32), np.ones((2, 1)), flat[None])
+    blended = blend_matrices(np.zeros((1, 2), np.intp), np.ones((1, 2)), flat[None])
     normals = np.array([[0.6, 0.0, 0.8], [1.0, 0.0, 0.0]])
     # the second has no length: it stays
     assert skinned_normals(normals, blended).tolist() == [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
@@ -81,7 +81,7 @@ def test_a_matrix_that_flattens_space_gives_the_normal_of_the_plane():
 @pytest.mark.parametrize("scale", [1e-120, 1e-30, 1e30, 1e60])
 def test_normals_survive_extreme_scales(scale):
     matrix = np.diag([scale, scale, 2.0 * scale, 1.0])
-    blended = blend_matrices(np.zeros((1, 1), np.int32), np.ones((1, 1)), matrix[None])
+    blended = blend_matrices(np.zeros((1, 1), np.intp), np.ones((1, 1)), matrix[None])
     expected = np.array([0.6, 0.0, 0.4]) / np.hypot(0.6, 0.4)
     np.testing.assert_allclose(skinned_normals(np.array([[0.6, 0.0, 0.8]]), blended)[0], expected, atol=1e-15)
 
