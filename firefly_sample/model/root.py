@@ -9,8 +9,8 @@ from firefly_sample.errors import NodeError, did_you_mean
 from firefly_sample.scene.node import PandaNode, copy_nodes
 
 if TYPE_CHECKING:
-    from firefly_sample.model.pose import Pose
     from firefly_sample.model.animation import Clip
+    from firefly_sample.model.pose import Pose
 
 ALL = "all"
 """The name by which `ModelRoot.play` plays all animations at once."""

@@ -125,10 +125,9 @@ def normalised(numbers: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[np.float6
 
 def _stored(accessor: JsonObject, layout: Layout) -> NDArray[Any]:
     """Return the numbers in the type that they are stored in."""
-    document, base = accessor.document, accessor.json.get("bufferView")
     sparse = accessor.object("sparse")
-    if base is None:
-        document.claim(layout.count * math.prod(layout.shape), accessor.where)
+    if "bufferView" not in accessor:
+        accessor.document.claim(layout.count * math.prod(layout.shape), accessor.where)
         values = np.zeros((layout.count, *layout.shape), layout.dtype)
     else:
         values = _elements(accessor, layout)

@@ -20,15 +20,16 @@ _JSON, _BIN = 0x4E4F534A, 0x004E4942
 def read_file(path: Path) -> bytes:
     """Return a file's bytes; raise ModelError if it cannot be read."""
     try:
-        if path.exists() and not path.is_file():
-            raise ModelError(f"model {path}: not a file")
-        return path.read_bytes()
+        if path.is_file():
+            return path.read_bytes()
+        path.stat()
     except FileNotFoundError:
         raise ModelError(f"model {path}: no such file") from None
     except OSError as error:
         raise ModelError(f"model {path}: cannot be read ({error.strerror})") from None
     except ValueError:  # a name with a null character
         raise ModelError(f"model {str(path)!r}: no such file") from None
+    raise ModelError(f"model {path}: not a file")
 
 
 def split_container(path: Path, data: bytes) -> tuple[dict[str, Any], memoryview | None]:
