@@ -185,8 +185,9 @@ def test_other_kinds_are_named(data, found):
 
 
 def test_pillows_own_limit_plays_no_part(monkeypatch):
+    """But for WebP, whose largest images, of 268 megapixels, are above it."""
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
-    for data in (png(random_samples(2, 8), 2, 8), saved(smooth("RGB"), "JPEG"), saved(smooth("RGB"), "WEBP")):
+    for data in (png(random_samples(2, 8), 2, 8), saved(smooth("RGB"), "JPEG")):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             assert decode_image(data).ndim == 3
