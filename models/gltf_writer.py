@@ -35,6 +35,7 @@ class Gltf:
     def __init__(self):
         self.json = {"asset": {"version": "2.0", "generator": "firefly_sample"}, "scene": 0, "scenes": [{}]}
         self.body = bytearray()
+        self.written = {}
 
     def add(self, part, **properties):
         """Append an object to the list `part`, without its properties that are None."""
@@ -63,7 +64,8 @@ class Gltf:
     def accessor(self, values, dtype="f4", target=None, bounds=False, **properties):
         """Append an array (n,), (n, width) or (n, 4, 4 of row vectors); `dtype` is a key of COMPONENTS.
 
-        Rows of vertex attributes (`target` ARRAY_BUFFER) are padded to four bytes, as the format asks.
+        Rows of vertex attributes (`target` ARRAY_BUFFER) are padded to four bytes, as the format asks. An
+        array that is there already is not written again.
         """
         values = np.asarray(values)
         rows = np.ascontiguousarray(values.reshape(len(values), -1), dtype=np.dtype(f"<{dtype}"))
@@ -74,9 +76,12 @@ class Gltf:
             data = b"".join(row.tobytes().ljust(stride, b"\0") for row in rows)
         else:
             data = rows.tobytes()
+        key = (data, rows.shape, dtype, target, bounds, repr(sorted(properties.items())))
+        if key in self.written:
+            return self.written[key]
         if bounds:
             properties |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        return self.add(
+        self.written[key] = self.add(
             "accessors",
             bufferView=self.view(data, byteStride=stride, target=target),
             componentType=COMPONENTS[dtype],
@@ -84,6 +89,7 @@ class Gltf:
             type=KINDS[rows.shape[1]],
             **properties,
         )
+        return self.written[key]
 
     # --- meshes
 
@@ -230,18 +236,15 @@ class Gltf:
     def animation(self, channels, name=None):
         """An animation of channels (node, path, times, values) or (node, path, times, values, interpolation).
 
-        `path` is "translation", "rotation", "scale" or "weights". Channels whose times are one object share
-        their accessor.
+        `path` is "translation", "rotation", "scale" or "weights".
         """
-        made, samplers, known = [], [], {}
+        made, samplers = [], []
         for node, path, times, values, *interpolation in channels:
-            if id(times) not in known:
-                known[id(times)] = self.accessor(times, bounds=True)
             values = np.asarray(values, float)
             output = self.accessor(
                 values.reshape(-1) if path == "weights" else values.reshape(-1, values.shape[-1])
             )
-            sampler = {"input": known[id(times)], "output": output}
+            sampler = {"input": self.accessor(times, bounds=True), "output": output}
             if interpolation:
                 sampler["interpolation"] = interpolation[0]
             samplers.append(sampler)
