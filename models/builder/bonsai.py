@@ -18,6 +18,8 @@ from builder.surface import Surface, add_card, add_tube, unit
 
 OVAL = (1.72, 1.20)
 """Half lengths of the bowl's rim, in decimetres; pieces are turned round and then made oval."""
+SIZE = 4.5
+"""No mesh reaches further: the file's unit, so that positions fit into shorts."""
 SOIL = 1.03
 """Height of the soil's edge."""
 PADS = (
@@ -34,13 +36,13 @@ CROWN = (0.80, 0.70, 0.44)
 
 
 def bonsai():
-    """The file; all in decimetres, below a node that makes metres of them."""
+    """The file. It is made in decimetres; a node above all makes metres of them."""
     gltf = Gltf()
     wood, green = _tree(Random(900))
     leaves = gltf.texture(gltf.image(png(maple_leaves(910), 96), "maple leaves"))
-    skin = gltf.texture(gltf.image(jpeg(bark(920)), "bark"))
+    skin = gltf.texture(gltf.image(jpeg(bark(920), 78), "bark"))
     cushions = gltf.texture(gltf.image(jpeg(moss(930), 80), "moss"))
-    celadon = gltf.texture(gltf.image(jpeg(glaze(940), 88), "glaze"))
+    celadon = gltf.texture(gltf.image(jpeg(glaze(940), 82), "glaze"))
     materials = {
         "wood": gltf.material("bark", texture=skin, roughness=0.9),
         "leaves": gltf.material(
@@ -51,22 +53,27 @@ def bonsai():
         "stand": gltf.material("rosewood", roughness=0.38),
         "stone": gltf.material("stone", roughness=0.85),
     }
-    root = gltf.node("bonsai", scale=(0.1, 0.1, 0.1))
+    root = gltf.node("bonsai", scale=(0.1 * SIZE,) * 3)
 
     def show(name, part, kind, textured=True, parent=root, **placed):
-        made = primitive(gltf, part, materials[kind], textured=textured)
+        made = primitive(gltf, part, materials[kind], textured=textured, size=SIZE)
         return gltf.node(name, parent, mesh=gltf.mesh([made], name), **placed)
 
     show("stand", _stand(), "stand", textured=False)
     bowl = show("bowl", _bowl(), "glaze")
     show("soil", _soil(), "moss", parent=bowl)
-    tree = show("trunk", wood.arrays(), "wood", translation=tuple(y_up((-0.42, 0.0, SOIL + 0.02))))
+    tree = show("trunk", wood.arrays(), "wood", translation=_at(-0.42, 0.0, SOIL + 0.02))
     show("leaves", green.arrays(), "leaves", parent=tree)
     show("fallen leaves", _fallen().arrays(), "leaves")
-    stone = show("stone", _stone(), "stone", textured=False, translation=tuple(y_up((0.86, -0.30, 1.08))))
+    stone = show("stone", _stone(), "stone", textured=False, translation=_at(0.86, -0.30, 1.08))
     again = {"mesh": gltf.json["nodes"][stone]["mesh"], "rotation": turn((0, 1, 0), 130.0)}
-    gltf.node("pebble", root, translation=tuple(y_up((0.52, -0.62, 1.06))), scale=(0.45,) * 3, **again)
+    gltf.node("pebble", root, translation=_at(0.52, -0.62, 1.06), scale=(0.45,) * 3, **again)
     return gltf
+
+
+def _at(x, y, z):
+    """glTF's translation to a place, in the file's unit."""
+    return tuple(np.round(y_up((x, y, z)) / SIZE, 6))
 
 
 def _oval(part):
@@ -90,12 +97,12 @@ def _bowl():
         (0.925, 1.04),
         (0.915, 0.94),
     ]
-    return _oval(lathe(profile, 56))
+    return _oval(lathe(profile, 44))
 
 
 def _soil():
     """Mossy ground that rises towards the tree; its texture is laid on from above."""
-    mound = lathe([(r, 0.0) for r in np.linspace(0.94, 0.0, 11)], 40)
+    mound = lathe([(r, 0.0) for r in np.linspace(0.94, 0.0, 9)], 32)
 
     def rise(points):
         swell = np.exp(-2.6 * ((points[:, 0] + 0.25) ** 2 + points[:, 1] ** 2))
@@ -145,27 +152,28 @@ def _stone():
 def _tree(random):
     """(wood, leaves) of a maple whose foot is at the origin."""
     wood, green = Surface(), Surface()
-    t = np.linspace(0.0, 1.0, 22)
+    t = np.linspace(0.0, 1.0, 18)
     sway = np.sin(2.0 * math.pi * (0.92 * t + 0.02)) * (1.0 - 0.45 * t)
     path = np.stack(
         [0.62 * sway + 0.45 * t, 0.20 * np.sin(5.2 * t + 0.4) * (1.0 - 0.3 * t), 3.05 * t], axis=1
     )
-    path[:, 1] -= path[0, 1]
-    path[:, 0] -= path[0, 0]
-    radii = 0.30 * (1.0 - t) ** 0.75 + 0.055 + 0.22 * np.exp(-t * 16.0)
+    # it leaves the ground upright, and begins below
+    path[:, :2] = (path[:, :2] - path[0, :2]) * smooth(-0.06, 0.30, t)[:, None]
+    path[0] = (0.0, 0.0, -0.12)
+    radii = 0.27 * (1.0 - t) ** 0.8 + 0.05 + 0.15 * np.exp(-t * 12.0)
     trunk = Branch(path, radii, 0)
 
     def fluted(k, angle):
         return 1.0 + (0.16 * math.exp(-0.35 * k) + 0.035) * np.sin(5.0 * angle + 0.13 * k)
 
-    add_tube(wood, path, radii, 18, (0.62, 1.0), profile=fluted)
+    add_tube(wood, path, radii, 16, (0.62, 1.0), profile=fluted)
     _roots(wood, random)
     for number, (share, degrees, length, rise, size) in enumerate(PADS):
         start, _, radius = trunk.at(share)
         out = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), rise])
-        limb = curve(random, start, out, length, 6, 0.20, -0.25)
+        limb = curve(random, start, out, length, 5, 0.20, -0.25)
         thick = 0.62 * radius
-        add_tube(wood, limb, taper(thick, 0.035, 6), 8, (0.62, 1.0), offset=random.units(1)[0])
+        add_tube(wood, limb, taper(thick, 0.03, 5), 7, (0.62, 1.0), offset=random.units(1)[0])
         middle = limb[-1] * 0.8 + limb[3] * 0.2 + (0.0, 0.0, 0.10)
         _twigs(wood, limb, middle, size, random)
         _pad(green, middle, size, number, random)
@@ -179,12 +187,12 @@ def _roots(wood, random):
     for k in range(7):
         angle = 2.0 * math.pi * (k + random.between(0.0, 0.5)) / 7
         out = np.array([math.cos(angle), math.sin(angle), 0.0])
-        length = random.between(0.55, 0.9)
+        length = random.between(0.7, 1.0)
         s = np.linspace(0.0, 1.0, 6)
         bend = np.cross((0.0, 0.0, 1.0), out) * random.around(0.0, 0.25)
-        path = out * (0.22 + length * s[:, None]) + bend * (s**2)[:, None]
-        path[:, 2] = 0.26 * (1.0 - s) ** 1.6 - 0.14 * s
-        add_tube(wood, path, 0.135 * (1.0 - 0.75 * s), 7, (0.62, 1.0), offset=random.units(1)[0])
+        path = out * (0.06 + length * s[:, None]) + bend * (s**2)[:, None]
+        path[:, 2] = 0.20 * (1.0 - s) ** 1.4 - 0.12 * s
+        add_tube(wood, path, 0.15 * (1.0 - 0.75 * s), 6, (0.62, 1.0), offset=random.units(1)[0])
 
 
 def _twigs(wood, limb, middle, size, random):
@@ -201,7 +209,7 @@ def _pad(green, middle, size, number, random):
     """A cloud of leaves: sprays that lie on a flat dome, the lower ones darker."""
     pad = Surface()
     size = np.asarray(size)
-    count = int(150 * size[0] * size[1] + 34)
+    count = int(190 * size[0] * size[1] + 44)
     warm = random.units(3)
     for k in range(count):
         angle = 2.399963 * k + random.around(0.0, 0.4)
@@ -212,8 +220,10 @@ def _pad(green, middle, size, number, random):
         heading = unit(out + 0.5 * random.direction() + (0.0, 0.0, 0.25 * height))
         facing = unit(np.array([0.0, 0.0, 1.0]) + 0.55 * out + 0.45 * random.direction())
         length = random.between(0.36, 0.52)
-        tint = np.array([1.0, 0.70 + 0.5 * random.units(1)[0] * (0.6 + 0.4 * warm[0]), 0.8])
-        shade = 0.42 + 0.58 * smooth(-0.25, 0.75, height) * (0.75 + 0.25 * across)
+        # from crimson to gold, each pad a little different
+        gold = 0.40 + 0.35 * warm[0] + 0.65 * random.units(1)[0]
+        tint = np.array([0.86 + 0.14 * gold, gold, 0.8])
+        shade = 0.36 + 0.64 * smooth(-0.25, 0.75, height) * (0.75 + 0.25 * across)
         cell = CELLS[random.below(3)]
         back = root - heading * 0.4 * length
         color = np.clip(tint * shade, 0.0, 1.0)

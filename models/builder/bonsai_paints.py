@@ -14,7 +14,7 @@ from builder.randomness import Random
 
 LOBES = ((0.0, 1.0), (0.68, 0.88), (-0.68, 0.88), (1.36, 0.62), (-1.36, 0.62), (2.05, 0.34), (-2.05, 0.34))
 """Angle to the stem and length of each lobe of a maple leaf."""
-TONES = ((0.46, 0.060, 0.016), (0.66, 0.170, 0.028))
+TONES = ((0.50, 0.055, 0.014), (0.78, 0.200, 0.030))
 """Linear colours between which each leaf's own is chosen."""
 LAST = 3
 """The cell that holds a single leaf; the others hold sprays."""
@@ -35,18 +35,18 @@ def maple_leaves(seed, size=512):
 
 def _spray(canvas, random, middle):
     """A twig with leaves in pairs, the lower ones behind."""
-    stem = middle - np.array((0.0, 0.245))
+    stem = middle - np.array((0.0, 0.235))
     canvas.twig([stem, middle], [0.004, 0.002], (0.12, 0.045, 0.03))
     spots = [(0.34, 1.0), (0.34, -1.0), (0.62, 1.0), (0.62, -1.0), (0.86, 0.75), (0.86, -0.75), (0.98, 0.0)]
     for k, (along, side) in enumerate(spots):
-        start = stem + np.array((0.0, 0.245 * along))
+        start = stem + np.array((0.0, 0.235 * along))
         angle = math.pi / 2.0 - side * random.between(0.85, 1.25)
         end = start + random.between(0.035, 0.07) * np.array([math.cos(angle), math.sin(angle)])
         canvas.twig([start, end], [0.0022, 0.0016], (0.20, 0.05, 0.03))
         share = random.units(2)
         tone = np.asarray(TONES[0]) + (np.asarray(TONES[1]) - TONES[0]) * share[0]
         shade = 0.66 + 0.40 * k / len(spots)
-        _maple_leaf(canvas, end, angle + random.around(0.0, 0.25), random.between(0.115, 0.14), tone * shade)
+        _maple_leaf(canvas, end, angle + random.around(0.0, 0.25), random.between(0.125, 0.15), tone * shade)
 
 
 def _maple_leaf(canvas, at, angle, length, color):
@@ -76,7 +76,7 @@ def glaze(seed, shape=(256, 256)):
     """A celadon glaze that runs down from the rim, with a net of fine cracks; v goes from foot to rim."""
     y = 1.0 - (np.arange(shape[0])[:, None] + 0.5) / shape[0] + np.zeros(shape)
     # what runs down is the same at both sides, so that it tiles around
-    run = spectral((64, shape[1]), seed, (10, 90), 0.8)[20][None, :]
+    run = spectral((64, shape[1]), seed, (26, 128), 0.9)[20][None, :]
     pool = spectral(shape, seed + 1, (30, 200), 1.1)
     edge = 0.30 + 0.13 * run
     thick = smooth(edge - 0.015, edge + 0.05, y)

@@ -72,13 +72,13 @@ class _Parts:
     def __init__(self, gltf):
         self.gltf = gltf
         self.materials = {
-            "brass": gltf.material("brass", (0.66, 0.40, 0.12, 1.0), metallic=1.0, roughness=0.32),
+            "brass": gltf.material("brass", (0.60, 0.34, 0.09, 1.0), metallic=1.0, roughness=0.32),
             "steel": gltf.material("blued steel", (0.055, 0.065, 0.11, 1.0), metallic=1.0, roughness=0.35),
             "walnut": gltf.material("walnut", (1.0, 1.0, 1.0, 1.0), roughness=0.42),
             "enamel": gltf.material("enamel", (0.86, 0.83, 0.75, 1.0), roughness=0.25),
             "planets": gltf.material("painted ivory", (1.0, 1.0, 1.0, 1.0), roughness=0.45),
             "gilt": gltf.material(
-                "gilt", (1.0, 0.72, 0.24, 1.0), metallic=1.0, roughness=0.35, emission=(0.42, 0.19, 0.02)
+                "gilt", (0.90, 0.50, 0.10, 1.0), metallic=1.0, roughness=0.35, emission=(0.24, 0.09, 0.01)
             ),
         }
         self.meshes = {}
@@ -98,8 +98,8 @@ def _up(z, x=0.0):
 
 
 def _course(turns, start=0.0):
-    """Times and rotations about the vertical, a key for each quarter turn."""
-    keys = max(4 * abs(turns), 1)
+    """Times and rotations about the vertical, a key for each third of a turn."""
+    keys = 3 * abs(turns)
     degrees = start + np.linspace(0.0, 360.0 * turns, keys + 1)
     rotations = turn((0, 1, 0), degrees)
     return np.linspace(0.0, LOOP, keys + 1), rotations
@@ -275,7 +275,7 @@ RIM_HEIGHT = 2.35
 def _cradle():
     """A rib that curves from the foot up to the horizon, with a scroll at one side."""
     t = np.linspace(0.0, 1.0, 15)
-    angle = np.radians(-90.0 + 84.0 * t)
+    angle = np.radians(-90.0 + 90.0 * t)
     x = 1.66 + (RIM - 0.05 - 1.66) * np.cos(angle)
     z = 0.33 + (RIM_HEIGHT - 0.33) * (1.0 + np.sin(angle))
     rib = sweep(
@@ -304,7 +304,7 @@ def _horizon():
         (inner, high),
         (inner, low),
     ]
-    return lathe(ring, 96)
+    return lathe(ring, 72)
 
 
 def _degrees():
@@ -397,16 +397,15 @@ def _wheel(teeth):
 
 
 def _sun():
-    """A ball with flames around it, every second one long."""
-    flames = []
-    for k in range(12):
-        t = np.linspace(0.0, 1.0, 4)
-        reach = 0.11 if k % 2 else 0.17
-        path = np.stack([0.25 + reach * t, 0.0 * t, 0.0 * t], axis=1)
-        ray = sweep(path, circle(0.055, 4), 1.0 - 0.95 * t, upright=(0.0, 0.0, 1.0))
-        flames.append(ray.turned((0, 0, 1), 30.0 * k))
+    """A ball with rays, long and short ones, evenly all around."""
+    rays, count = [], 40
+    for k in range(count):
+        height = 1.0 - (2.0 * k + 1.0) / count
+        ray = lathe([(0.052, 0.25), (0.0, 0.40 if k % 2 else 0.345)], 6)
+        lean = ray.turned((0, 1, 0), math.degrees(math.acos(height)))
+        rays.append(lean.turned((0, 0, 1), 137.508 * k))
     collar = lathe([(0.05, -0.29), (0.09, -0.265), (0.05, -0.23)], 14)
-    return join(ball(0.27, 14, 28), *flames, collar)
+    return join(ball(0.27, 14, 28), *rays, collar)
 
 
 def _globe(paint, rings=18, sides=32):
@@ -432,7 +431,7 @@ def _earth():
         color = sea + (green - sea) * land
         return color + (np.array((0.82, 0.86, 0.88)) - color) * cold
 
-    return _globe(paint, 20, 30)
+    return _globe(paint, 18, 28)
 
 
 def _jupiter():
@@ -448,7 +447,7 @@ def _jupiter():
         spot = np.linalg.norm((points - np.array((0.35, 0.85, -0.38))) * (1.0, 1.0, 1.7), axis=1)
         return color + (rust - color) * smooth(0.34, 0.22, spot)[:, None]
 
-    return _globe(paint, 20, 30)
+    return _globe(paint, 18, 28)
 
 
 def _saturn():
@@ -457,14 +456,14 @@ def _saturn():
         pale, dark = np.array((0.76, 0.64, 0.40)), np.array((0.52, 0.38, 0.19))
         return pale + (dark - pale) * smooth(-0.2, 0.9, band)[:, None]
 
-    return _globe(paint, 16, 28)
+    return _globe(paint, 14, 26)
 
 
 def _ring():
     """Saturn's ring with its gap, painted on both faces."""
     radii = (1.30, 1.46, 1.70, 1.72, 1.77, 1.79, 1.98, 2.0)
     upper = [(radius, 0.012) for radius in reversed(radii)]
-    both = lathe([*[(radius, -0.012) for radius in radii], *upper], 36)
+    both = lathe([*[(radius, -0.012) for radius in radii], *upper], 32)
 
     def paint(points):
         across = np.linalg.norm(points[:, :2], axis=1)
