@@ -233,7 +233,7 @@ def _leg():
         (0.094, 0.72), (0.088, 0.83), (0.060, 0.90),
     ]  # fmt: skip
     part = join(lathe(cuff, 10).painted(TURN_UP), lathe(cloth, 10).painted(TROUSERS))
-    return part.bent(lambda p: p + (HIP[0], 0.0, 0.0) + _calf(p))
+    return part.bent(lambda p: _calf(p) + p + (HIP[0], 0.0, 0.0))
 
 
 def _calf(p):
