@@ -9,7 +9,7 @@ import weakref
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.errors import NodeError, SceneError
@@ -172,6 +172,7 @@ def test_holders_show_one_geom_in_several_places():
 
 
 @each_model
+@settings(max_examples=20)
 @given(times=st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=4))
 def test_an_update_is_a_pure_function_of_time(make, times):
     fresh, used = make_model(make()), make_model(make())
