@@ -68,7 +68,8 @@ def capture_frames(
     size : (int, int)
         Width and height in pixels.
     settings : Settings, optional
-        `capture_settings` of the outputs when absent.
+        `capture_settings` of the outputs, with the scene's own settings, when absent. An exposure of "auto"
+        is measured once, at the time of frame 0, whatever the range of frames.
     outputs : iterable of str
         Names from `firefly_sample.frame.OUTPUTS`; pictures become PNG, data ``.npz``.
     parameters : mapping, optional
@@ -96,23 +97,26 @@ def capture_frames(
     """
     from firefly_sample.scene.parameter import resolve_parameters
     from firefly_sample.scenes import build_scene, find_scene
+    from firefly_sample.scenes.plugin import scene_settings
 
     numbers = parse_frames(frames)
     _check_clock(fps, time)
     fps, time = float(fps), float(time)
     names = check_outputs(outputs)
-    settings = settings if settings is not None else capture_settings(names)
-    check_outputs(names, settings.supersample)
     plugin = find_scene(scene)
+    settings = settings if settings is not None else capture_settings(names, **scene_settings(plugin))
+    check_outputs(names, settings.supersample)
     resolved = resolve_parameters(plugin.name, plugin.parameters, dict(parameters or {}))
     folder = as_folder(folder) if folder is not None else default_folder(scene)
 
     with output_folder(folder):
+        from firefly_sample.plan.exposure import with_exposure_at
         from firefly_sample.renderer import Renderer
 
         built = build_scene(plugin, **resolved)
+        exposed = with_exposure_at(built, settings, time)
         with (
-            Renderer(size, settings, device=device, require_gpu=require_gpu) as renderer,
+            Renderer(size, exposed, device=device, require_gpu=require_gpu) as renderer,
             FrameWriter(folder) as writer,
         ):
             manifest = _new_manifest(scene, resolved, settings, renderer)
@@ -201,6 +205,7 @@ def _new_manifest(scene: str, parameters: dict[str, Any], settings: Settings, re
         "scene": scene,
         "parameters": parameters,
         "settings": settings.as_dict(),
+        "exposure": to_number(renderer.settings.exposure),
         "seed": parameters.get("seed"),
         "driver": renderer.driver,
         "driver_version": renderer.driver_version,

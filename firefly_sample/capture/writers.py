@@ -58,6 +58,8 @@ class Manifest(TypedDict):
         The scene's name as given.
     parameters, settings : dict
         All parameters of the scene and all of `Settings`, with the values that were used.
+    exposure : float
+        The setting of that name as a number: if it is "auto", the one that was measured for all frames.
     seed : int or None
         The scene's parameter "seed"; None if it has none.
     driver, driver_version : str
@@ -74,6 +76,7 @@ class Manifest(TypedDict):
     scene: str
     parameters: dict[str, Any]
     settings: dict[str, Any]
+    exposure: float
     seed: int | None
     driver: str
     driver_version: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -14,7 +14,7 @@ from cyclopts import Group, Parameter, Token
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.settings import PRESETS, SETTINGS, preset_with
+from firefly_sample.settings import PRESETS, SETTINGS, Setting, preset_with
 
 if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
@@ -156,20 +156,23 @@ def without_settings(*names: str) -> Callable[[Command], Command]:
 def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = True) -> Command:
     """Return `command` with an option for each setting and each parameter of a scene; see `scene_options`.
 
-    It takes ``settings`` and ``parameters``, dicts of those that are given, as keyword arguments. Without
-    `full_help` the help shows only options that most people need.
+    It takes ``settings`` and ``parameters``, dicts of those that are given, as keyword arguments; the first
+    also has the scene's own settings. Without `full_help` the help shows only options that most people need.
     """
+    from firefly_sample.scenes.plugin import scene_settings
+
     signature = inspect.signature(command, eval_str=True)
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
+    own = scene_settings(plugin)
     about = "Settings to start from; other options override them."
     options = [
         *(p for p in signature.parameters.values() if p.name not in ("settings", "parameters")),
         _option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced"),
-        *_settings_options(left_out),
+        *_settings_options(left_out, own),
         *_scene_parameters(plugin),
     ]
     if not full_help:
-        hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS}
+        hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS.keys() - own.keys()}
         show = Parameter(show=False)
         options = [
             p.replace(annotation=Annotated[p.annotation, show]) if p.name in hidden else p for p in options
@@ -188,8 +191,9 @@ def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = 
             if bounds:
                 both = f"--preset and {_dashed(bounds[0])} both choose settings"
                 raise SettingsError(f"{both}: leave one of them out")
-            chosen = preset_with(preset, settings)
-            settings = {name: value for name, value in chosen.items() if name not in left_out}
+            settings = preset_with(preset, settings)
+        settings = scene_settings(plugin, settings)
+        settings = {name: value for name, value in settings.items() if name not in left_out}
         return command(*arguments, settings=settings, parameters=given["parameters"], **rest)
 
     run.__signature__ = signature.replace(parameters=options)  # type: ignore[attr-defined]
@@ -238,17 +242,41 @@ def _option(
     )
 
 
-def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:
+def _settings_options(left_out: frozenset[str], own: Mapping[str, Any]) -> Iterator[inspect.Parameter]:
+    """Yield an option for each setting; `own` are those of the scene, which the help shows as defaults."""
     group = Group("Settings", sort_key=2)
     for name, setting in SETTINGS.items():
         if name not in left_out:
-            hint = Literal[setting.choices] if setting.type is str else setting.type
-            default = setting.absent if setting.default is None else setting.default
+            hint: Any = Literal[setting.choices] if setting.type is str else setting.type
+            if setting.words:
+                hint = _number_or_word(setting)
+            default = own.get(name, setting.default)
+            default = setting.absent if default is None else default
             about = setting.help
             if setting.type is int:
                 numbers = ", ".join(map(str, setting.choices)) or " to ".join(map(str, setting.range))
                 about = f"{about.rstrip('.')} ({numbers})."
             yield _option(f"settings__{name}", _dashed(name), hint, about, default, group)
+
+
+def _number_or_word(setting: Setting) -> Any:
+    """Return the type of an option whose value is a number, or one of a few words."""
+
+    def convert(text: str) -> float | str:
+        number = _float_or_none(text)
+        if number is None and text not in setting.words:
+            raise ValueError(f"it must be {setting.expected}, got {text!r}")
+        return text if number is None else number
+
+    metavar = "|".join(("FLOAT", *setting.words))
+    return Annotated[Any, Parameter(converter=_one(convert), n_tokens=1, metavar=metavar)]
+
+
+def _float_or_none(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def _scene_parameters(plugin: ScenePlugin) -> Iterator[inspect.Parameter]:

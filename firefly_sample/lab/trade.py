@@ -22,9 +22,11 @@ from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.lab.reference.frame import reference_settings, render_reference
 from firefly_sample.lab.trade_bench import TradeBench, scale_of
 from firefly_sample.lab.variations import Variation, signature, variations
+from firefly_sample.plan.exposure import with_exposure_at
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.scenes.plugin import scene_settings
 from firefly_sample.settings import Settings
 
 DIFFERENCES = 4
@@ -67,7 +69,8 @@ def measure_trade(
     size : (int, int)
         Pixels.
     settings : Settings, optional
-        The default, with which all are compared. Its supersample must be 1 and its look "correct".
+        The default, with which all are compared; the scene's own when absent. Its supersample must be 1 and
+        its look "correct". An exposure of "auto" is measured once.
     time : float
         Seconds.
     seconds : float
@@ -97,7 +100,8 @@ def measure_trade(
     """
     from firefly_sample import __version__
 
-    plugin, base = find_scene(scene), settings or Settings()
+    plugin = find_scene(scene)
+    base = settings or Settings(**scene_settings(plugin, {"look": "correct", "supersample": 1}))
     if base.supersample != 1:
         raise SettingsError(f"setting 'supersample' must be 1 to measure errors; got {base.supersample}")
     if not 0.0 <= seconds < 1e9:
@@ -108,6 +112,7 @@ def measure_trade(
     folder = as_folder(folder) if folder is not None else default_folder(scene)
     path = folder / "trade.json"
     built = build_scene(plugin, **given)
+    base = with_exposure_at(built, base, time)
     with (
         output_folder(folder),
         Renderer(size, base, device=device, require_gpu=require_gpu) as renderer,

@@ -125,6 +125,11 @@ class ScenePlugin(Protocol):
 
     An optional attribute ``lights_parameter`` names the parameter for the number of lights if it is not
     called "lights". ``firefly measure speed`` varies it.
+
+    An optional attribute ``settings`` is a dict of settings that suit the scene better than the defaults of
+    `firefly_sample.Settings`, for example ``{"exposure": "auto"}``. The commands and the functions behind
+    them start from these where no settings are given. A preset, the command line, the environment and TOML
+    files take precedence.
     """
 
     name: str
