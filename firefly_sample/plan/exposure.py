@@ -3,7 +3,7 @@
 The meter stands on up to `MOST_POINTS` points of all surfaces and measures the light that reaches white matt
 paper there: ambient light and the diffuse share of every light. Shadows are left out, as is light that other
 surfaces block or reflect. The exposure then puts the paper at a bright point, the `PERCENTILE` of all points
-that get light, at `TARGET` of the display's white. It depends neither on the camera nor on materials, so a
+in the light, at `TARGET` of the display's white. It depends neither on the camera nor on materials, so a
 turntable does not flicker, and a black cat stays black.
 """
 
@@ -28,6 +28,9 @@ TARGET = 0.8
 PERCENTILE = 0.98
 """Share of the lit area that is no brighter than the bright point. A higher one would follow every hot spot
 beside a lamp."""
+DARK = 0.02
+"""Share of the bright point's light below which a point is not in the light. Otherwise a lamp over a large
+ground would be overexposed, because most of the ground is far from it."""
 MOST_POINTS, LEAST_POINTS = 2048, 64
 """Points on surfaces; among very many lights there are fewer."""
 MOST_PAIRS = 2**19
@@ -63,6 +66,7 @@ class ExposureMeter:
         if level == 0.0:
             return 1.0
         exposure = _radiance_of(TARGET, settings.tone_curve) / level
+        # to six digits: the last ones of a product of matrices differ from processor to processor
         return float(f"{min(max(exposure, 1.0 / LARGEST), LARGEST):.6g}")
 
 
@@ -70,7 +74,7 @@ def with_exposure_at(scene: Scene, settings: Settings, time: float) -> Settings:
     """Return the settings with the exposure as a number: as it is, or measured at a time if it is "auto".
 
     Frames that are drawn with the returned settings share one exposure, whatever moves from one to the next.
-    A number is measured to six digits. `time` is in seconds; the scene is updated to it.
+    It has six digits. `time` is in seconds; the scene is updated to it.
     """
     if not isinstance(settings.exposure, str):
         return settings
@@ -94,13 +98,23 @@ def _light(snapshot: Snapshot, points: SurfacePoints, settings: Settings, time: 
 
 
 def _bright(levels: Float64, areas: Float64) -> float:
-    """Return the `PERCENTILE`, by area, of the levels above 0, both of shape (n,); 0 if there are none."""
+    """Return the `PERCENTILE` of levels, shape (n,), by their areas; 0 if all are 0.
+
+    Levels below `DARK` of the result do not count. To leave them out raises the percentile, and thus the
+    level that counts as dark, until nothing more is left out.
+    """
     lit = np.flatnonzero((levels > 0.0) & (areas > 0.0))
     if not len(lit):
         return 0.0
     order = lit[np.argsort(levels[lit], kind="stable")]
-    ends = np.cumsum(areas[order])
-    return float(levels[order[np.searchsorted(ends, PERCENTILE * ends[-1])]])
+    rising, ends = levels[order], np.cumsum(areas[order])
+    first, found = 0, -1
+    while first > found:
+        found = first
+        below = ends[first - 1] if first else 0.0
+        bright = rising[np.searchsorted(ends, below + PERCENTILE * (ends[-1] - below))]
+        first = int(np.searchsorted(rising, DARK * bright))
+    return float(bright)
 
 
 def _radiance_of(display: float, tone: Tone) -> float:

@@ -113,9 +113,8 @@ def _light_of(lights: LightSet, place: Float64, normal: Float64, settings: Setti
         channels = [np.minimum(color[:, None] * cosine, 1.0) for color in lights.colors.T]
         lit = channels if strength is None else [channel * strength for channel in channels]
         return np.stack([channel.sum(axis=0) for channel in lit], axis=1)
-    # not by a product of matrices, whose last digits would depend on the processor
     factor = cosine if strength is None else cosine * strength
-    return np.asarray(np.einsum("ln,lc->nc", factor, lights.colors))
+    return np.asarray(factor.T @ lights.colors)
 
 
 def _falloff(lights: LightSet, distance: Float64, ending: str) -> Float64:
