@@ -56,7 +56,8 @@ def incident_light(
         `range_falloff` and `clamp_light` count.
     """
     light = np.zeros_like(positions)
-    _add_light(light, positions, normals, np.arange(len(positions)), sets, settings)
+    if len(positions):
+        _add_light(light, positions, normals, np.arange(len(positions)), sets, settings)
     return light
 
 
@@ -90,7 +91,7 @@ def _add_light(
 
 def _in_reach(lights: LightSet, positions: Float64) -> LightSet:
     """Return the lights whose end lies beyond the nearest point of the box around positions (n, 3)."""
-    if lights.kind == "directional" or not len(positions) or np.isinf(lights.ends).all():
+    if lights.kind == "directional" or np.isinf(lights.ends).all():
         return lights
     low, high = positions.min(axis=0), positions.max(axis=0)
     x, y, z = np.maximum(np.maximum(low - lights.positions, lights.positions - high), 0.0).T
