@@ -73,11 +73,15 @@ class GeomData:
     (n, 3), unit vectors; "texcoords" and "texcoords_1" (n, 2); "colors" (n, 4); of a mesh with k morph
     targets "morph_vertices" and "morph_normals" (k, n, 3), which are added with their weights; of a skinned
     mesh "joints" (n, j) of int32, indices into `SkinData.joints`, and "joint_weights" (n, j).
+
+    `flat` says that the file has no normals, so that each triangle has one, in whatever pose: "normals" are
+    those at rest, and no vertex belongs to two triangles.
     """
 
     name: str
     material: int
     arrays: dict[str, NDArray[Any]]
+    flat: bool = False
 
 
 @dataclass
