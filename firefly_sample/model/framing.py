@@ -33,7 +33,9 @@ FILL = 0.9
 CLOSEST = 0.1
 """The least distance from the eye to the model, in radii: a rod that points at the eye fills less instead."""
 MARGIN = 1.02
-"""The near and far planes enclose a sphere of this many radii."""
+"""Nothing is in front of a sphere around the model of this many radii; the near plane is well before it."""
+SHADOW_ROOM = 4.0
+"""The far plane is this many radii behind the model's centre, so that a shadow on the ground is in view."""
 _THINNEST = 1e-3
 """The least ratio of the two sides of the framed rectangle: a line has an angle of 0 across it."""
 
@@ -130,8 +132,9 @@ def frame_camera(
 ) -> None:
     """Place the scene's camera so that everything visible at and below a path fills the picture.
 
-    The camera gets a new lens, which keeps the model in view in pictures of every shape, and near and far
-    planes that enclose the sphere around the model. `scene.focus` becomes the model's centre.
+    The camera gets a new lens, which keeps the model in view in pictures of every shape. Its near and far
+    planes enclose the sphere around the model, and its shadow on a ground. `scene.focus` becomes the model's
+    centre.
 
     Parameters
     ----------
@@ -171,9 +174,7 @@ def frame_camera(
     nearest = ahead + float(unit.support(-forward) @ forward)
     lens = PerspectiveLens()
     lens.set_min_fov(*(2.0 * math.degrees(math.atan(side / fill)) for side in half))
-    lens.set_near_far(
-        scale * max(ahead - MARGIN, 0.5 * nearest), scale * (ahead + MARGIN)
-    )
+    lens.set_near_far(scale * 0.2 * max(ahead - MARGIN, 0.5 * nearest), scale * (ahead + SHADOW_ROOM))
     camera = scene.camera
     scene.camera_node.lens = lens
     pos = bounds.center + scale * eye

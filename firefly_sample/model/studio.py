@@ -40,7 +40,7 @@ AMBIENT: Color = (0.29, 0.30, 0.31)
 BACKDROP = VerticalGradient(horizon=(0.58, 0.59, 0.61), zenith=(0.26, 0.28, 0.32))
 SHADOW_MAP = 2048
 """Texels along a side of the key light's shadow map."""
-GROUND_RADIUS = 4.0
+GROUND_RADIUS = 3.5
 """In radii of the model: the shadow of a model that lies within one radius ends at 1 + 2 / tan(50 degrees)."""
 _CORNERS = 96
 GROUND_GAP = 1e-3
@@ -81,9 +81,6 @@ def add_ground(scene: Scene, path: NodePath | None = None, *, turns: bool = Fals
     ground = scene.root.attach_new_node(node)
     x, y, _ = bounds.center
     ground.set_pos(x, y, bounds.low - GROUND_GAP * radius)
-    lens = scene.lens
-    if lens.is_perspective():
-        lens.set_near_far(0.1 * lens.get_near(), lens.get_far() + GROUND_RADIUS * radius)
     return ground
 
 

@@ -15,6 +15,9 @@ from firefly_sample.scene.transform_state import TransformState
 
 Color = tuple[float, float, float]
 
+START_TIME = 5.0
+"""Seconds at frame 0 of scenes that say nothing else."""
+
 
 @dataclass(frozen=True)
 class VerticalGradient:
@@ -124,7 +127,9 @@ class ScenePlugin(Protocol):
     """The object that an entry point of the group ``firefly_sample.scenes`` names.
 
     An optional attribute ``lights_parameter`` names the parameter for the number of lights if it is not
-    called "lights". ``firefly measure speed`` varies it.
+    called "lights". ``firefly measure speed`` varies it. An optional attribute ``start_time`` is the time of
+    frame 0 in seconds, `START_TIME` when absent, and ``folder`` the name of the folder below ``captures`` and
+    ``measured``, the scene's name when absent.
     """
 
     name: str

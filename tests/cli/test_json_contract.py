@@ -15,7 +15,7 @@ from tests.cli.command import GLADE
 WHOLE = {
     "capture": {
         *("scene", "parameters", "settings", "seed", "driver", "driver_version", "software", "version"),
-        "frames",
+        *("warnings", "frames"),
     },
     "plan": {"passes", "targets", "lights", "light_method", "warnings"},
 }

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from firefly_sample import Camera, Geom, GeomNode, NodePath, Scene, frame_camera
 from firefly_sample.errors import SceneError
-from firefly_sample.model.framing import CLOSEST, FILL
+from firefly_sample.model.framing import CLOSEST, FILL, SHADOW_ROOM
 
 SHAPES = st.floats(-2.0, 2.0).map(lambda power: 10.0**power)
 SCALES = st.floats(-6.0, 6.0).map(lambda power: 10.0**power)
@@ -100,7 +100,7 @@ def test_a_cube_by_hand():
     np.testing.assert_allclose(scene.camera.get_pos(), (0.0, -1.0 - distance, 0.0), atol=1e-12)
     assert scene.focus == (0.0, 0.0, 0.0)
     assert math.isclose(scene.lens.for_picture(100, 100).get_vfov(), 60.0)
-    assert math.isclose(scene.lens.get_far() - 1.0 - distance, 1.02 * math.sqrt(3.0))
+    assert math.isclose(scene.lens.get_far() - 1.0 - distance, SHADOW_ROOM * math.sqrt(3.0))
 
 
 def test_the_three_quarter_view_is_from_the_front_right_and_above():

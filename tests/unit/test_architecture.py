@@ -35,7 +35,8 @@ LAYERS = (
         },
     ),
     ({"scene"},),
-    ({"scenes"}, {"plan"}),
+    ({"model"}, {"plan"}),
+    ({"scenes"},),
     ({"gpu"}, {"packing"}),
     ({"passes"}, {"readback"}),
     ({"pipeline"}, {"pending"}),
@@ -47,7 +48,7 @@ LAYERS = (
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other
 know nothing of each other."""
 
-FORBIDDEN = {("gpu", "scene"), ("gpu", "scenes")}
+FORBIDDEN = {("scenes", "plan"), ("gpu", "scene"), ("gpu", "model"), ("gpu", "scenes")}
 """(who, whom) that the layers alone would allow."""
 
 HOMES = {
