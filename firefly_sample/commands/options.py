@@ -15,7 +15,7 @@ from cyclopts import Group, Parameter, Token
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.scene.scene import START_TIME
-from firefly_sample.scenes.files import is_file_name
+from firefly_sample.scenes.files import complete_files, is_file_name
 from firefly_sample.scenes.plugin import start_time
 from firefly_sample.settings import PRESETS, SETTINGS, preset_with
 
@@ -86,13 +86,13 @@ def _to_whole(text: str) -> int:
     return number
 
 
-def _scene_names(_: Any) -> list[str]:
-    """Return the names of the installed scenes, for a shell that completes a command line."""
+def _scene_names(context: Any) -> list[str]:
+    """Return the installed scenes and the files of models, for a shell that completes a command line."""
     from importlib.metadata import entry_points
 
     from firefly_sample.scenes import ENTRY_POINT_GROUP
 
-    return sorted(entry_points(group=ENTRY_POINT_GROUP).names)
+    return [*sorted(entry_points(group=ENTRY_POINT_GROUP).names), *complete_files(context.incomplete)]
 
 
 def _to_scene(_: Any, tokens: Sequence[Token]) -> str:

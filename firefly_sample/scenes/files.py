@@ -59,6 +59,24 @@ def check_file(name: str) -> None:
         raise ModelError(f"model {name}: it is a folder, {holds}")
 
 
+def complete_files(start: str) -> list[str]:
+    """Return the model files whose names begin with `start`, and the folders, with a slash, if it is not empty."""
+    folder, beginning = os.path.split(start)
+    try:
+        entries = sorted(os.scandir(folder or "."), key=lambda entry: entry.name)
+    except OSError:
+        return []
+    found = []
+    for entry in entries:
+        name = os.path.join(folder, entry.name)
+        if entry.name.startswith(beginning):
+            if has_model_suffix(entry.name):
+                found.append(name)
+            elif start and entry.is_dir():
+                found.append(name + os.sep)
+    return found
+
+
 def files_stem(text: str) -> str:
     """Return a name for the folder of what is made of these files: their names without suffixes."""
     stems = [Path(file).stem.strip(". ") for file in split_files(text)]
