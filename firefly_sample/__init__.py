@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from firefly_sample.errors import FireflyError, SoftwareDriverWarning
     from firefly_sample.frame import Frame
     from firefly_sample.model.framing import frame_camera
+    from firefly_sample.model.load import load_model
     from firefly_sample.model.studio import add_default_lights, add_ground
     from firefly_sample.pipeline import build_plan
     from firefly_sample.renderer import Renderer
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
     from firefly_sample.scene.light import Attenuation
     from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-    from firefly_sample.scene.loader import load_model
     from firefly_sample.scene.material import Material, Texture
     from firefly_sample.scene.node import PandaNode
     from firefly_sample.scene.nodepath import NodePath
@@ -75,6 +75,7 @@ _MODULES = {
     "errors": ("FireflyError", "SoftwareDriverWarning"),
     "frame": ("Frame",),
     "model.framing": ("frame_camera",),
+    "model.load": ("load_model",),
     "model.studio": ("add_default_lights", "add_ground"),
     "pipeline": ("build_plan",),
     "renderer": ("Renderer",),
@@ -82,7 +83,6 @@ _MODULES = {
     "scene.lens": ("OrthographicLens", "PerspectiveLens"),
     "scene.light": ("Attenuation",),
     "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights", "Spotlight"),
-    "scene.loader": ("load_model",),
     "scene.material": ("Material", "Texture"),
     "scene.node": ("PandaNode",),
     "scene.nodepath": ("NodePath",),

@@ -151,8 +151,8 @@ def scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugi
     """Return the scene whose options `tokens` may use.
 
     The word after the command is the scene, unless it is an option. Otherwise the configuration may name the
-    scene, or it follows options, which are parsed with the default scene or the configuration's. If that fails,
-    the first word that ends like a model's file is the scene.
+    scene, or it follows options, which are parsed with the default scene or the configuration's. If that
+    fails, the first word that ends like a model's file is the scene.
     """
     from cyclopts import CycloptsError
 

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from firefly_sample.errors import SceneError
 from firefly_sample.model.animation import Clip
-from firefly_sample.model.data import GeomData, ModelData
+from firefly_sample.model.data import AnimationData, GeomData, ModelData, SkinData
 from firefly_sample.model.deform import DEFORMING, Shape
+from firefly_sample.model.pose import Pose
 from firefly_sample.model.root import ModelRoot
-from firefly_sample.scene.arrays import Float64, read_only
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
-from firefly_sample.scene.transform_state import TransformState
 
 
 def geom_arguments(made: GeomData) -> dict[str, Any]:
@@ -70,4 +68,82 @@ def bind(
     SceneError
         If a number or an array is wrong, or a vertex follows a joint that its skin does not have.
     """
-    raise NotImplementedError
+    clips = named_clips(data.animations)
+    pose = Pose(data, nodes)
+    for index, node in enumerate(data.nodes):
+        posed = [number for number in node.geoms if is_posed(data, index, number)]
+        skinned = [number for number in posed if _is_skinned(data, index, number)]
+        if skinned:
+            below = GeomNode(node.name)
+            root.add_child(below)
+            is_mirrored = _is_mirrored(data, nodes, index)
+        for number in posed:
+            made = data.geoms[number]
+            if number in skinned:
+                geom = _add_skinned(pose, data, index, made, is_mirrored)
+                places: Sequence[GeomNode] = (below,)
+            else:
+                geom = Geom(**geom_arguments(made))
+                pose.add_geom(geom, Shape(made, geom.normals), index, None)
+                places = _holders(nodes, holders, index)
+            for place in places:
+                place.add_geom(geom, materials[made.material])
+    root.bind_pose(pose if clips or pose.has_geoms else None, clips)
+
+
+def _add_skinned(pose: Pose, data: ModelData, index: int, made: GeomData, is_mirrored: bool) -> Geom:
+    """Return a new Geom that follows the skin of a node; turned over if the node mirrors."""
+    skin = data.nodes[index].skin
+    assert skin is not None
+    _check_joints(made, data.skins[skin])
+    arguments = geom_arguments(made)
+    if is_mirrored:
+        arguments["triangles"] = np.asarray(arguments["triangles"])[:, ::-1]
+    geom = Geom(**arguments)
+    pose.add_geom(geom, Shape(made, geom.normals, True, is_mirrored), index, skin)
+    return geom
+
+
+def _holders(
+    nodes: Sequence[PandaNode], holders: Mapping[int, Sequence[GeomNode]] | None, index: int
+) -> Sequence[GeomNode]:
+    """Return the GeomNodes that get the morphed Geoms of a node."""
+    if holders is not None and index in holders:
+        return holders[index]
+    node = nodes[index]
+    assert isinstance(node, GeomNode)
+    return (node,)
+
+
+def named_clips(animations: Sequence[AnimationData]) -> dict[str, Clip]:
+    """Return the animations by name; one without is "animation 3", a second of the same name ends in "#2"."""
+    taken = {made.name for made in animations}
+    clips: dict[str, Clip] = {}
+    for number, made in enumerate(animations):
+        name = made.name or f"animation {number}"
+        count = 1
+        while name in clips:
+            count += 1
+            if (numbered := f"{made.name or f'animation {number}'}#{count}") not in taken:
+                name = numbered
+        clips[name] = Clip(made, name)
+    return clips
+
+
+def _check_joints(made: GeomData, skin: SkinData) -> None:
+    joints = made.arrays["joints"]
+    if joints.size and not 0 <= joints.min() <= joints.max() < len(skin.joints):
+        wrong = int(joints.max() if joints.max() >= len(skin.joints) else joints.min())
+        raise SceneError(
+            f"geom {made.name!r}: a vertex follows joint {wrong}, but the skin {skin.name!r} has "
+            f"{len(skin.joints)} joints"
+        )
+
+
+def _is_mirrored(data: ModelData, nodes: Sequence[PandaNode], index: int) -> bool:
+    """Return whether a node's net transform at rest mirrors, which turns its triangles over (3.7.4)."""
+    determinant = 1.0
+    while index >= 0:
+        determinant *= float(np.sign(np.linalg.det(nodes[index].transform.get_mat()[:3, :3])))
+        index = data.nodes[index].parent
+    return determinant < 0.0

@@ -62,10 +62,16 @@ class Clip:
 
         Rotations are unit quaternions (w, x, y, z). No value is -0.0, so equal values have equal bytes.
         """
-        spans = [_span(times, wrapped(time, self.duration)) for times in self._times]
-        before, after, length, share = (np.array(column) for column in zip(*spans, strict=True)) if spans else ()
+        now = wrapped(time, self.duration)
+        spans = [_span(times, now) for times in self._times]
+        before = np.array([span[0] for span in spans], dtype=np.int64)
+        after = np.array([span[1] for span in spans], dtype=np.int64)
+        length = np.array([span[2] for span in spans])
+        share = np.array([span[3] for span in spans])
         values: list[list[float]] = []
-        with np.errstate(over="ignore", invalid="ignore"):  # the node or geom that is not finite is named later
+        with np.errstate(
+            over="ignore", invalid="ignore"
+        ):  # the node or geom that is not finite is named later
             for batch in self._batches:
                 track = batch.track
                 rows = batch.evaluate(before[track], after[track], length[track], share[track])
@@ -114,7 +120,7 @@ class _Batch:
         """Return the value of each channel, shape (channels, width)."""
         start, end = self.values[self.start + before], self.values[self.start + after]
         if self.interpolation == "STEP":
-            return start
+            return np.asarray(start)
         if self.interpolation == "CUBICSPLINE":
             result = cubic(start[:, 1], start[:, 2], end[:, 0], end[:, 1], length[:, None], share[:, None])
             return unit_quats(result) if self.is_rotation else result
@@ -151,11 +157,13 @@ def slerp(start: Float64, end: Float64, share: Float64) -> Float64:
 
 def unit_quats(quats: Float64) -> Float64:
     """Return quaternions (n, 4) of length 1; the identity for zeros."""
-    largest = np.abs(quats).max(axis=1, initial=0.0, keepdims=True)  # so that squares neither over- nor underflow
+    largest = np.abs(quats).max(
+        axis=1, initial=0.0, keepdims=True
+    )  # so that squares neither over- nor underflow
     scaled = quats / np.where(largest > 0.0, largest, 1.0)
     length = _length(scaled)
     return np.where(length > 0.0, scaled / np.where(length > 0.0, length, 1.0), [1.0, 0.0, 0.0, 0.0])
 
 
 def _length(rows: Float64) -> Float64:
-    return np.sqrt((rows * rows).sum(axis=1, keepdims=True))
+    return np.asarray(np.sqrt((rows * rows).sum(axis=1, keepdims=True)))

@@ -14,17 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.material import AlphaMode
+from firefly_sample.scene.material import AlphaMode, MagFilter, MinFilter, Wrap
 
-Wrap = Literal["repeat", "clamp", "mirror"]
-Filter = Literal[
-    "nearest",
-    "linear",
-    "nearest_mipmap_nearest",
-    "linear_mipmap_nearest",
-    "nearest_mipmap_linear",
-    "linear_mipmap_linear",
-]
 Interpolation = Literal["STEP", "LINEAR", "CUBICSPLINE"]
 
 
@@ -44,8 +35,8 @@ class TextureData:
     image: int
     wrap_u: Wrap = "repeat"
     wrap_v: Wrap = "repeat"
-    minfilter: Filter = "linear_mipmap_linear"
-    magfilter: Filter = "linear"
+    minfilter: MinFilter = "linear_mipmap_linear"
+    magfilter: MagFilter = "linear"
 
 
 @dataclass
@@ -104,8 +95,8 @@ class CameraData:
 class LightData:
     """A light of KHR_lights_punctual, which shines along its node's +Y.
 
-    `intensity` is as in the file: candela of "point" and "spot", lux of "directional". `range` may be infinite.
-    Angles are half-angles in degrees.
+    `intensity` is as in the file: candela of "point" and "spot", lux of "directional". `range` may be
+    infinite. Angles are half-angles in degrees.
     """
 
     name: str

@@ -18,6 +18,9 @@ from firefly_sample.scene.arrays import Float64, ReadOnlyArrays, read_only
 DEFORMING = frozenset({"morph_vertices", "morph_normals", "joints", "joint_weights"})
 """The arrays of a `GeomData` that deform it, and are no arguments of a `Geom`."""
 
+_BLOCK = 2048
+"""Vertices that are skinned at once, so that all steps of it stay in the processor's cache."""
+
 
 class Shape(ReadOnlyArrays):
     """A geom at rest, with its targets, joints and weights; it never changes, so copies of models share it.
@@ -44,11 +47,11 @@ class Shape(ReadOnlyArrays):
         none = np.zeros((0, *self.vertices.shape))
         self.targets = _own(arrays.get("morph_vertices", none))
         self.normal_targets = _own(arrays.get("morph_normals", none))
-        self.joints: NDArray[np.int32] | None = None
+        self.joints: NDArray[np.intp] | None = None
         self.joint_weights: Float64 | None = None
         if is_skinned and "joints" in arrays:
-            self.joints = _own(arrays["joints"], np.int32)
-            self.joint_weights = read_only(normalized_weights(arrays["joint_weights"]))
+            self.joints = _own(arrays["joints"].T, np.intp)
+            self.joint_weights = _own(normalized_weights(arrays["joint_weights"]).T)
 
     def __copy__(self) -> Shape:
         return self
@@ -56,25 +59,35 @@ class Shape(ReadOnlyArrays):
     def __deepcopy__(self, _: dict[int, Any]) -> Shape:
         return self
 
-    def posed(
-        self, weights: Sequence[float], matrices: Float64 | None = None
-    ) -> tuple[Float64, Float64]:
+    def posed(self, weights: Sequence[float], matrices: Float64 | None = None) -> tuple[Float64, Float64]:
         """Return vertices and unit normals (n, 3) with these weights of targets and matrices of joints.
 
         `matrices`, shape (j, 4, 4), map row vectors from the geom's space at rest to the model's.
         """
         vertices = morphed(self.vertices, self.targets, weights)
         normals = self.normals
-        if self.triangles is None and len(self.normal_targets):
-            normals = unit_or(morphed(normals, self.normal_targets, weights), normals)
-        if self.joints is not None and self.joint_weights is not None and matrices is not None:
-            blended = blend_matrices(self.joints, self.joint_weights, matrices)
-            if self.triangles is None:
-                normals = skinned_normals(normals, blended)
-            vertices = skinned_points(vertices, blended)
+        if self.triangles is None:
+            moved = morphed(normals, self.normal_targets, weights)
+            normals = normals if moved is normals else unit_or(moved, normals)
+        if self.joints is not None and matrices is not None:
+            vertices, normals = self._skinned(vertices, normals, matrices)
         if self.triangles is not None:
             normals = flat_normals(vertices, self.triangles, normals)
         return vertices, normals
+
+    def _skinned(self, points: Float64, normals: Float64, matrices: Float64) -> tuple[Float64, Float64]:
+        """Return points and normals moved by the skin; of a flat geom, normals as they are."""
+        assert self.joints is not None
+        assert self.joint_weights is not None
+        is_flat = self.triangles is not None
+        moved, turned = np.empty_like(points), normals if is_flat else np.empty_like(normals)
+        for start in range(0, len(points), _BLOCK):
+            part = slice(start, start + _BLOCK)
+            blended = blend_matrices(self.joints[:, part], self.joint_weights[:, part], matrices)
+            moved[part] = skinned_points(points[part], blended)
+            if not is_flat:
+                turned[part] = skinned_normals(normals[part], blended)
+        return moved, turned
 
 
 def _own(array: Any, dtype: type = np.float64) -> NDArray[Any]:
@@ -90,7 +103,7 @@ def normalized_weights(weights: NDArray[Any]) -> Float64:
 
 
 def morphed(rest: Float64, targets: Float64, weights: Sequence[float]) -> Float64:
-    """Return `rest` plus each target times its weight; targets without a weight have 0."""
+    """Return `rest` plus each target times its weight; `rest` itself if all weights are 0 or missing."""
     result = rest
     for target, weight in zip(targets, weights, strict=False):
         if weight != 0.0:
@@ -98,26 +111,33 @@ def morphed(rest: Float64, targets: Float64, weights: Sequence[float]) -> Float6
     return result
 
 
-def blend_matrices(joints: NDArray[np.int32], weights: Float64, matrices: Float64) -> Float64:
+def blend_matrices(joints: NDArray[np.intp], weights: Float64, matrices: Float64) -> Float64:
     """Return the weighted sum of each vertex's joint matrices.
+
+    Arrays have a row for each influence, or for each element of a matrix: then every step is one operation on
+    a long array that stays in the processor's cache.
 
     Parameters
     ----------
-    joints, weights : ndarray, shape (n, k)
+    joints, weights : ndarray, shape (k, n)
+        Indices into `matrices`, and their weights.
     matrices : ndarray, shape (j, 4, 4)
         Affine, for row vectors.
 
     Returns
     -------
     ndarray, shape (12, n)
-        The first three columns of the matrices, row by row: a row of this array is one element of all of
-        them, which makes products of matrices and vectors products of long arrays.
+        The first three columns of the matrices, row by row.
     """
-    elements = matrices[:, :, :3].reshape(len(matrices), 12)
-    total = np.zeros((len(joints), 12))
-    for joint, weight in zip(joints.T, weights.T, strict=True):
-        total += elements[joint] * weight[:, None]
-    return np.ascontiguousarray(total.T)
+    elements = np.ascontiguousarray(matrices[:, :, :3].reshape(len(matrices), 12).T)
+    blended = np.zeros((12, joints.shape[1]))
+    part = np.empty(joints.shape[1])
+    for element, total in zip(elements, blended, strict=True):
+        for joint, weight in zip(joints, weights, strict=True):
+            np.take(element, joint, out=part, mode="clip")  # "raise" would copy; the indices are checked
+            np.multiply(part, weight, out=part)
+            total += part
+    return blended
 
 
 def skinned_points(points: Float64, blended: Float64) -> Float64:
@@ -153,7 +173,7 @@ def skinned_normals(normals: Float64, blended: Float64) -> Float64:
 
 
 def flat_normals(vertices: Float64, triangles: NDArray[np.int32], otherwise: Float64) -> Float64:
-    """Return the normal of its triangle for each vertex (n, 3); `otherwise` where the triangle has no area."""
+    """Return the normal of its triangle for each vertex (n, 3); `otherwise` where it has no area."""
     a, b, c = (vertices[corner] for corner in triangles.T)
     faces = np.cross(b - a, c - a)
     normals = np.zeros_like(vertices)

@@ -17,6 +17,7 @@ from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.transform_state import TransformState
@@ -84,9 +85,7 @@ def visible_bounds(
         parts += [
             points @ visit.net[:3, :3] + visit.net[3, :3]
             for visit in iter_visible(top, mask)
-            for points in (
-                _drawn_points(visit.node) if isinstance(visit.node, GeomNode) else visit.node.iter_local_points()
-            )
+            for points in _points(visit.node)
         ]
     points = np.concatenate(parts) if parts else np.empty((0, 3))
     if not len(points):
@@ -99,17 +98,17 @@ def visible_bounds(
     center = 0.5 * low + 0.5 * high
     points -= center
     if turns:
-        points = np.stack(
-            [np.hypot(points[:, 0], points[:, 1]), np.zeros(len(points)), points[:, 2]], axis=1
-        )
+        points = np.stack([np.hypot(points[:, 0], points[:, 1]), np.zeros(len(points)), points[:, 2]], axis=1)
     # scaled, because squares of small numbers underflow
     largest = float(np.abs(points).max())
     radius = largest * float(np.linalg.norm(points / largest, axis=1).max()) if largest > 0.0 else 0.0
     return Bounds(points, center, radius, float(low[2]), turns)
 
 
-def _drawn_points(node: GeomNode) -> list[Float64]:
-    """Return the vertices of a node's geoms that triangles use."""
+def _points(node: PandaNode) -> list[Float64]:
+    """Return a node's own points; of geoms, the vertices that triangles use."""
+    if not isinstance(node, GeomNode):
+        return node.iter_local_points()
     used = []
     for geom, _ in node.geoms:
         marked = np.zeros(len(geom.vertices), dtype=bool)

@@ -9,8 +9,8 @@ from firefly_sample.errors import NodeError, did_you_mean
 from firefly_sample.scene.node import PandaNode, copy_nodes
 
 if TYPE_CHECKING:
-    from firefly_sample.model.animated import Pose
     from firefly_sample.model.animation import Clip
+    from firefly_sample.model.pose import Pose
 
 ALL = "all"
 """The name by which `ModelRoot.play` plays all animations at once."""
@@ -19,10 +19,10 @@ ALL = "all"
 class ModelRoot(PandaNode):
     """The root of a model file.
 
-    `Scene.update` updates every model below the scene's root. The pose of a model depends on the time, on what
-    it plays, and on the transforms that you give to nodes that the animation does not move; so a joint can be
-    turned by hand, and the skin follows. Joints belong together as in the file: a node that you rename, remove
-    or put elsewhere still moves as before, and so do the vertices that follow it.
+    `Scene.update` updates every model below the scene's root. The pose of a model depends on the time, on
+    what it plays, and on the transforms that you give to nodes that the animation does not move; so a joint
+    can be turned by hand, and the skin follows. Joints belong together as in the file: a node that you
+    rename, remove or put elsewhere still moves as before, and so do the vertices that follow it.
 
     Parameters
     ----------
@@ -36,11 +36,11 @@ class ModelRoot(PandaNode):
 
     Notes
     -----
-    Geoms that follow joints or morph targets belong to one ModelRoot. Every copy of the model has its own, and
-    moves by itself: ``copy.deepcopy``, ``pickle``, `NodePath.copy_to` and, for a model that has something to
-    move, ``copy.copy``, which therefore copies the nodes below it too. A copy of some node below the model
-    shares these Geoms, so it shows the pose of this model. To show one pose in many places, use
-    `NodePath.instance_to`.
+    Geoms that follow joints or morph targets belong to one ModelRoot. Every copy of the model has its own,
+    and moves by itself, whether it was made by ``copy.deepcopy``, ``pickle``, `NodePath.copy_to` or
+    ``copy.copy``. Of a model that has something to move, ``copy.copy`` therefore copies the nodes below it
+    too. A copy of some node below the model shares these Geoms, so it shows the pose of this model. To show
+    one pose in many places, use `NodePath.instance_to`.
     """
 
     def __init__(self, name: str, warnings: Iterable[str] = ()) -> None:
@@ -59,6 +59,15 @@ class ModelRoot(PandaNode):
     def playing(self) -> str | None:
         """The name of the animation that plays, "all", or None."""
         return self._playing
+
+    def bind_pose(self, pose: Pose | None, clips: Mapping[str, Clip]) -> None:
+        """Take over a pose and the animations by name, play the first one, and move to time 0.
+
+        `firefly_sample.model.animated.bind` calls this once, when the model is made.
+        """
+        self._pose, self._clips = pose, dict(clips)
+        self.play(next(iter(self._clips), None))
+        self.update(0.0)
 
     def play(self, name: str | None) -> None:
         """Choose what `update` shows: an animation, "all" of them at once, or None, the file's rest pose.

@@ -41,7 +41,7 @@ BACKDROP = VerticalGradient(horizon=(0.58, 0.59, 0.61), zenith=(0.26, 0.28, 0.32
 SHADOW_MAP = 2048
 """Texels along a side of the key light's shadow map."""
 GROUND_RADIUS = 3.5
-"""In radii of the model: the shadow of a model that lies within one radius ends at 1 + 2 / tan(50 degrees)."""
+"""In radii of the model, whose shadow ends at 1 + 2 / tan(50 degrees)."""
 _CORNERS = 96
 GROUND_GAP = 1e-3
 """How far the ground is below the model, in radii: a flat model would otherwise lie in it."""
@@ -85,8 +85,8 @@ def add_ground(scene: Scene, path: NodePath | None = None, *, turns: bool = Fals
 
 
 def ground_color() -> Float64:
-    """Return the base colour (r, g, b) with which a level surface in the default lights looks like the backdrop."""
+    """Return the base colour of a level surface that looks like the backdrop in the default lights."""
     lit = np.array(AMBIENT)
     for made in (KEY, FILL):
         lit += math.sin(math.radians(made.elevation)) * np.array(made.color)
-    return np.array(BACKDROP.horizon) / lit
+    return np.asarray(np.array(BACKDROP.horizon) / lit)

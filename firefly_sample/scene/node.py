@@ -236,8 +236,8 @@ class PandaNode:
     def animate(self, time: float) -> None:
         """Set what moves by itself at and below this node to its state at `time`, in seconds.
 
-        `Scene.update` calls it for the nodes of classes that override it. The state must not depend on earlier
-        calls. A plain node does nothing.
+        `Scene.update` calls it for the nodes of classes that override it. The state must not depend on
+        earlier calls, and no nodes may be added. A plain node does nothing.
         """
 
     def iter_local_points(self) -> list[Float64]:

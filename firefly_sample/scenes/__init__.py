@@ -61,7 +61,7 @@ def find_scene(name: str) -> ScenePlugin:
         check_file(name)
     raise SceneNotFoundError(
         f"there is no scene {name!r}{did_you_mean(name, installed)}; installed: "
-        f"{', '.join(installed) or 'none'}; any other is given as package.module:object, or a model as its file"
+        f"{', '.join(installed) or 'none'}; others are given as package.module:object, models as files"
     )
 
 

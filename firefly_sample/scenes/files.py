@@ -6,12 +6,9 @@ import os
 from pathlib import Path
 
 from firefly_sample.errors import ModelError, did_you_mean
+from firefly_sample.model.formats import FORMATS, suffix_of
 
-GLTF = frozenset({".glb", ".gltf"})
-MODEL_SUFFIXES = GLTF | {
-    *(".obj", ".ply", ".stl", ".off", ".dae", ".zae", ".3mf", ".3dxml", ".xaml", ".step", ".stp", ".ctm"),
-    *(".stl_ascii", ".xyz", ".dxf", ".svg", ".binvox"),
-}
+_SUFFIXES = {"glb", "gltf", *FORMATS}
 """Suffixes by which a name is that of a model file, even if there is no such file."""
 _LISTED = 8
 
@@ -23,7 +20,7 @@ def is_file_name(name: str) -> bool:
 
 def has_model_suffix(name: str) -> bool:
     """Return whether a name ends as those of model files do."""
-    return Path(name).suffix.lower() in MODEL_SUFFIXES
+    return suffix_of(Path(name)) in _SUFFIXES
 
 
 def split_files(text: str) -> list[str]:
@@ -60,7 +57,7 @@ def check_file(name: str) -> None:
 
 
 def complete_files(start: str) -> list[str]:
-    """Return the model files whose names begin with `start`, and the folders, with a slash, if it is not empty."""
+    """Return the model files whose names begin with `start` and, if it is not empty, the folders too."""
     folder, beginning = os.path.split(start)
     try:
         entries = sorted(os.scandir(folder or "."), key=lambda entry: entry.name)
@@ -85,7 +82,7 @@ def files_stem(text: str) -> str:
 
 def _models_in(folder: Path) -> list[str]:
     try:
-        return sorted(entry.name for entry in folder.iterdir() if entry.suffix.lower() in MODEL_SUFFIXES)
+        return sorted(entry.name for entry in folder.iterdir() if has_model_suffix(entry.name))
     except OSError:
         return []
 

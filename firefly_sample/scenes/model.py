@@ -7,26 +7,27 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from firefly_sample.errors import SceneError, did_you_mean
 from firefly_sample.model.framing import frame_camera, visible_bounds
+from firefly_sample.model.load import GLTF_SUFFIXES, load_model
+from firefly_sample.model.plain_meshes import turn
 from firefly_sample.model.root import ModelRoot
 from firefly_sample.model.studio import add_default_lights, add_ground
 from firefly_sample.scene.lens import PerspectiveLens
-from firefly_sample.scene.light import ShadowCaster
-from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter, resolve_parameters
 from firefly_sample.scene.scene import Camera
-from firefly_sample.scenes.files import GLTF, check_file, files_stem, split_files
+from firefly_sample.scenes.files import check_file, files_stem, split_files
 from firefly_sample.scenes.plugin import LiveScene, Plugin, set_visible, switch, with_keys
 
+if TYPE_CHECKING:
+    from firefly_sample.model.formats import Up
+
 NAME = "model"
-Y_UP = GLTF | {".obj", ".dae"}
-"""Suffixes of files in which, unless they say otherwise, the y axis points up; in all others z does."""
 POSES = 16
 """Moments of an animation at which the model is framed."""
 
@@ -44,8 +45,8 @@ _PARAMETERS = (
         "camera",
         str,
         "auto",
-        "A camera of the file by its name; auto: its first one or, if it has none, one that frames the model; "
-        "frame: always that one.",
+        "A camera of the file by its name; auto: the first one or, if there is none, one that frames the "
+        "model; frame: always that one.",
         live=False,
     ),
     Parameter(
@@ -57,7 +58,13 @@ _PARAMETERS = (
     ),
     with_keys(
         Parameter(
-            "turntable", float, 0.0, "Time in which the model turns once; 0: it stands still.", 0.0, 1e6, "seconds"
+            "turntable",
+            float,
+            0.0,
+            "Time in which the model turns once; 0: it stands still.",
+            0.0,
+            1e6,
+            "seconds",
         ),
         KeyStep("n", add=4.0, help="turn, or turn more slowly"),
         KeyStep("m", add=-4.0, help="turn faster, or stand still"),
@@ -70,7 +77,9 @@ _PARAMETERS = (
         choices=("auto", "file", "default", "both"),
         keys=(KeyStep("l", help="next choice of lights"),),
     ),
-    switch("ground", True, "A ground that shows the model's shadow in the default lights.", "g", "ground on, off"),
+    switch(
+        "ground", True, "A ground that shows the model's shadow in the default lights.", "g", "ground on, off"
+    ),
 )
 
 
@@ -103,12 +112,13 @@ class ModelScene(LiveScene):
         self._turning = self.root.attach_new_node("turntable")
         for file in files:
             check_file(file)
-            path = load_model(file)
-            turn_up(path, file, self.values["up"])
-            path.reparent_to(self._turning)
+            _load(file, self.values["up"]).reparent_to(self._turning)
         self._play(self.values["animation"])
         self._place_camera(self.values["camera"])
         self._file_lights = self._turning.find_all_matches("**/+ShadowCaster")
+        for light in self._file_lights:
+            for child in light.get_children():
+                child.show_through()  # a light may be hidden, but not what the file has below it
         self._default_lights = add_default_lights(self)
         self._ground = add_ground(self, self._turning, turns=True)
         self.apply("lights")
@@ -191,22 +201,16 @@ class ModelScene(LiveScene):
         self.update(0.0)
 
 
-def turn_up(path: NodePath, file: str, up: str) -> None:
-    """Turn a loaded model, whose format's own up axis is Z now, so that another axis of the file is up."""
-    own = "y" if Path(file).suffix.lower() in Y_UP else "z"
-    if up in ("auto", own):
-        return
-    matrix = np.eye(4)
-    matrix[:3, :3] = _TO_Z_UP[own].T @ _TO_Z_UP[up]  # back to the file's axes, and on
-    path.set_mat(path.get_mat() @ matrix)
-
-
-_TO_Z_UP = {
-    "x": np.array([(0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)]),
-    "y": np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)]),
-    "z": np.eye(3),
-}
-"""For each up axis, where a file's axes go: the rows are the new x, y and z axis as vectors with Z up."""
+def _load(file: str, up: str) -> NodePath:
+    """Return a model in which an axis of the file is up; "auto" is the format's own."""
+    if up == "auto":
+        return load_model(file)
+    path = load_model(file, up=up)
+    if Path(file).suffix.lower() in GLTF_SUFFIXES and up != "y":
+        matrix = np.eye(4)
+        matrix[:3, :3] = turn("y").T @ turn(cast("Up", up))  # back to the file's axes, and on
+        path.set_mat(matrix)
+    return path
 
 
 def _no_such(scene: str, what: str, name: str, known: Sequence[str]) -> str:

@@ -175,7 +175,7 @@ def test_all_times_are_framed():
     scene = Jumping()
     scene.root.attach_new_node(node_of(points))
     frame_camera(scene, times=(0.0, 3.0, 9.0))
-    check_in_view(scene, np.concatenate([points, points + (9.0, 0.0, 0.0)]), 1.0)
+    check_in_view(scene, np.concatenate([points, points + np.array([9.0, 0.0, 0.0])]), 1.0)
 
 
 @pytest.mark.parametrize("made", [Scene, lambda: Scene(NodePath(GeomNode("root")))])
