@@ -69,6 +69,8 @@ class Manifest(TypedDict):
         True if the driver is a software rasteriser.
     version : str
         The version of firefly_sample.
+    warnings : list of str
+        Every warning of a frame once, in order: for example the properties of a model that are not drawn.
     id_names : list of str
         Only with the output "id": the name of each value.
     """
@@ -82,6 +84,7 @@ class Manifest(TypedDict):
     driver_version: str
     software: bool
     version: str
+    warnings: list[str]
     frames: list[FrameEntry]
     id_names: NotRequired[list[str]]
 

@@ -14,6 +14,9 @@ from cyclopts import Group, Parameter, Token
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import OUTPUTS
+from firefly_sample.scene.scene import START_TIME
+from firefly_sample.scenes.files import complete_files, is_file_name
+from firefly_sample.scenes.plugin import scene_settings, start_time
 from firefly_sample.settings import PRESETS, SETTINGS, Setting, preset_with
 
 if TYPE_CHECKING:
@@ -83,17 +86,38 @@ def _to_whole(text: str) -> int:
     return number
 
 
-def _scene_names(_: Any) -> list[str]:
-    """Return the names of the installed scenes, for a shell that completes a command line."""
+def _scene_names(context: Any) -> list[str]:
+    """Return the installed scenes and the files of models, for a shell that completes a command line."""
     from importlib.metadata import entry_points
 
     from firefly_sample.scenes import ENTRY_POINT_GROUP
 
-    return sorted(entry_points(group=ENTRY_POINT_GROUP).names)
+    return [*sorted(entry_points(group=ENTRY_POINT_GROUP).names), *complete_files(context.incomplete)]
+
+
+def _to_scene(_: Any, tokens: Sequence[Token]) -> str:
+    """Return the name of one scene, or of several files with commas between them."""
+    names = [token.value for token in tokens]
+    if len(names) > 1 and not all(map(is_file_name, names)):
+        listed = ", ".join(map(repr, names))
+        raise ValueError(f"several files of models can be one scene, but nothing else: got {listed}")
+    return ",".join(names)
+
+
+def _to_first_scene(_: Any, tokens: Sequence[Token]) -> str:
+    """Return the first name: after it come the values of options that are not known yet."""
+    return tokens[0].value
 
 
 SceneName = Annotated[
-    str, Parameter(help="The scene by name, or package.module:object.", completer=_scene_names)
+    str,
+    Parameter(
+        help="The scene by name, the files of models, or package.module:object.",
+        converter=_to_scene,
+        n_tokens=-1,
+        completer=_scene_names,
+        metavar="SCENE",
+    ),
 ]
 Names = Annotated[tuple[str, ...], Parameter(converter=_names, n_tokens=1, metavar="NAMES")]
 Outputs = Annotated[
@@ -136,6 +160,11 @@ Patterns = Annotated[
     ),
 ]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
+StartTime = Annotated[
+    float | None,
+    Parameter(metavar="SECONDS", show_default=lambda _: f"{START_TIME}; 0.0 for files of models"),
+]
+"""The time of a frame, the scene's `start_time` when absent."""
 Flag = Annotated[bool, Parameter(show_default=False)]
 Device = Annotated[
     Whole | None, Parameter(help="The number of the EGL device to draw with (see firefly doctor).")
@@ -153,11 +182,15 @@ def without_settings(*names: str) -> Callable[[Command], Command]:
     return mark
 
 
-def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = True) -> Command:
+def with_scene_options(
+    command: Command, plugin: ScenePlugin, full_help: bool = True, find_scene_only: bool = False
+) -> Command:
     """Return `command` with an option for each setting and each parameter of a scene; see `scene_options`.
 
     It takes ``settings`` and ``parameters``, dicts of those that are given, as keyword arguments; the first
     also has the scene's own settings. Without `full_help` the help shows only options that most people need.
+    With `find_scene_only` it is made to find out the scene, by a command line that may have options of this
+    scene, which are unknown as yet.
     """
     from firefly_sample.scenes.plugin import scene_settings
 
@@ -166,11 +199,20 @@ def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = 
     own = scene_settings(plugin)
     about = "Settings to start from; other options override them."
     options = [
-        *(p for p in signature.parameters.values() if p.name not in ("settings", "parameters")),
+        *(
+            _with_default(p, start_time(plugin)) if p.name == "time" and p.default is None else p
+            for p in signature.parameters.values()
+            if p.name not in ("settings", "parameters")
+        ),
         _option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced"),
         *_settings_options(left_out, own),
         *_scene_parameters(plugin),
     ]
+    if find_scene_only:
+        first = Parameter(converter=_to_first_scene, n_tokens=1)
+        options = [
+            p.replace(annotation=Annotated[p.annotation, first]) if p.name == "scene" else p for p in options
+        ]
     if not full_help:
         hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS.keys() - own.keys()}
         show = Parameter(show=False)
@@ -242,6 +284,12 @@ def _option(
     )
 
 
+def _with_default(parameter: inspect.Parameter, default: float) -> inspect.Parameter:
+    """Return a parameter of a command for which the help shows a default; it stays absent."""
+    show = Parameter(show_default=lambda _: str(default))
+    return parameter.replace(annotation=Annotated[parameter.annotation, show])
+
+
 def _settings_options(left_out: frozenset[str], own: Mapping[str, Any]) -> Iterator[inspect.Parameter]:
     """Yield an option for each setting; `own` are those of the scene, which the help shows as defaults."""
     group = Group("Settings", sort_key=2)
@@ -282,7 +330,8 @@ def _float_or_none(text: str) -> float | None:
 def _scene_parameters(plugin: ScenePlugin) -> Iterator[inspect.Parameter]:
     group = Group(f"Scene {plugin.name}", sort_key=1)
     for option, p in scene_options(plugin).items():
-        yield _option(f"parameters__{p.name}", option, p.type, parameter_help(p), p.default, group)
+        hint = Literal[p.choices] if p.choices else p.type
+        yield _option(f"parameters__{p.name}", option, hint, parameter_help(p), p.default, group)
 
 
 def parameter_help(parameter: SceneParameter) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -14,6 +15,9 @@ from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.transform_state import TransformState
 
 Color = tuple[float, float, float]
+
+START_TIME = 5.0
+"""Seconds at frame 0 of scenes that say nothing else."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +95,7 @@ class Scene:
         self.background = background
         self.exposure = exposure
         self.focus = focus
+        self._animated = _AnimatedNodes()
 
     @property
     def camera_node(self) -> Camera:
@@ -117,14 +122,50 @@ class Scene:
         return {}
 
     def update(self, time: float) -> None:
-        """Set the scene to its state at `time` (seconds), independently of earlier calls."""
+        """Set the scene to its state at `time` (seconds), independently of earlier calls.
+
+        This one moves the animated models below the root. A subclass that has some and overrides it calls
+        ``super().update(time)``.
+        """
+        self._animated.animate(self.root.node(), time)
+
+
+class _AnimatedNodes:
+    """The nodes below a root that move by themselves, searched again only after the graph has changed.
+
+    References are weak, so that a model that is removed is freed at once.
+    """
+
+    def __init__(self) -> None:
+        self._top: weakref.ref[PandaNode] | None = None
+        self._revision = 0
+        self._nodes: list[weakref.ref[PandaNode]] = []
+
+    def __reduce__(self) -> tuple[type[_AnimatedNodes], tuple[()]]:
+        """Copy and pickle nothing: the copy of a scene searches its own graph."""
+        return _AnimatedNodes, ()
+
+    def animate(self, top: PandaNode, time: float) -> None:
+        """Call `PandaNode.animate` of the nodes at and below `top` whose class overrides it."""
+        if self._top is None or self._top() is not top or self._revision != top.subtree_revision:
+            self._top = weakref.ref(top)
+            plain = PandaNode.animate
+            self._nodes = [
+                weakref.ref(node) for node in top.iter_descendants() if type(node).animate is not plain
+            ]
+        for reference in self._nodes:
+            if (node := reference()) is not None:
+                node.animate(time)
+        self._revision = top.subtree_revision  # which also counts what these have moved
 
 
 class ScenePlugin(Protocol):
     """The object that an entry point of the group ``firefly_sample.scenes`` names.
 
     An optional attribute ``lights_parameter`` names the parameter for the number of lights if it is not
-    called "lights". ``firefly measure speed`` varies it.
+    called "lights". ``firefly measure speed`` varies it. An optional attribute ``start_time`` is the time of
+    frame 0 in seconds, `START_TIME` when absent, and ``folder`` the name of the folder below ``captures`` and
+    ``measured``, the scene's name when absent.
 
     An optional attribute ``settings`` is a dict of settings that suit the scene better than the defaults of
     `firefly_sample.Settings`, for example ``{"exposure": "auto"}``. The commands and the functions behind
@@ -132,9 +173,17 @@ class ScenePlugin(Protocol):
     files take precedence.
     """
 
-    name: str
-    summary: str
-    parameters: tuple[Parameter, ...]
+    @property
+    def name(self) -> str:
+        """What the scene is called in messages."""
+
+    @property
+    def summary(self) -> str:
+        """One sentence."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What `build` takes."""
 
     def build(self, **parameters: Any) -> Scene:
         """Build a new scene from checked parameters."""

@@ -15,7 +15,7 @@ from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter, resolve_parameters
-from firefly_sample.scene.scene import Camera, Scene, ScenePlugin
+from firefly_sample.scene.scene import START_TIME, Camera, Scene, ScenePlugin
 from firefly_sample.settings import SETTINGS, Settings
 
 Float64 = NDArray[np.float64]
@@ -30,7 +30,19 @@ class Plugin:
     parameters: tuple[Parameter, ...]
     build: Callable[..., Scene]
     lights_parameter: str | None = None
+    start_time: float = START_TIME
+    folder: str | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+def start_time(plugin: ScenePlugin) -> float:
+    """Return the time of a scene's frame 0 in seconds."""
+    return float(getattr(plugin, "start_time", START_TIME))
+
+
+def folder_name(plugin: ScenePlugin) -> str:
+    """Return the name of the default folder for what is made of a scene, and the start of names of files."""
+    return getattr(plugin, "folder", None) or plugin.name
 
 
 def scene_settings(plugin: ScenePlugin, given: Mapping[str, Any] | None = None) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from tests.cli.command import GLADE
 WHOLE = {
     "capture": {
         *("scene", "parameters", "settings", "exposure", "seed", "driver", "driver_version", "software"),
-        *("version", "frames"),
+        *("version", "warnings", "frames"),
     },
     "plan": {"passes", "targets", "lights", "light_method", "exposure", "warnings"},
 }

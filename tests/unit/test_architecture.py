@@ -30,11 +30,13 @@ LAYERS = (
             "mipmaps",
             "disk_cache",
             "memo",
+            "losses",
             "measure",  # old names
             "reference",
         },
     ),
     ({"scene"},),
+    ({"model"},),
     ({"scenes"}, {"plan"}),
     ({"gpu"}, {"packing"}),
     ({"passes"}, {"readback"}),
@@ -47,14 +49,14 @@ LAYERS = (
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other
 know nothing of each other."""
 
-FORBIDDEN = {("gpu", "scene"), ("gpu", "scenes")}
+FORBIDDEN = {("plan", "model"), ("gpu", "scene"), ("gpu", "model"), ("gpu", "scenes")}
 """(who, whom) that the layers alone would allow."""
 
 HOMES = {
     "moderngl": {"gpu", "passes", "lab"},
     "glcontext": {"gpu"},
     "OpenGL": set(),
-    "trimesh": {"scene", "interop"},
+    "trimesh": {"scene", "model", "interop"},
     "glfw": {"viewer"},
     "panda3d": set(),
     "pyrender": {"interop"},

@@ -1,0 +1,76 @@
+"""The files beside a model that it names: material libraries and textures."""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePosixPath
+
+from firefly_sample.model.data import ImageData
+from firefly_sample.model.image_files import open_image
+from firefly_sample.model.named_losses import NamedLosses
+
+
+class Folder:
+    """The folder of a model, out of which nothing is read.
+
+    Parameters
+    ----------
+    model : Path
+        The model's file.
+    losses : NamedLosses
+        Notes the files that are missing or outside.
+    max_texture_megapixels : float
+    """
+
+    def __init__(self, model: Path, losses: NamedLosses, max_texture_megapixels: float) -> None:
+        self.model = model
+        self.root = model.parent.resolve()
+        self.losses = losses
+        self.max_texture_megapixels = max_texture_megapixels
+        self.images: dict[str, ImageData | None] = {}
+
+    def find(self, name: str) -> Path | None:
+        r"""Return the file of this name, or else the file in the model's folder that is called so.
+
+        Names may have slashes of both kinds. A path of another machine, such as C:\textures\wood.png, thus
+        finds wood.png beside the model.
+        """
+        plain = name.strip().strip('"').replace("\\", "/")
+        for candidate in (plain, PurePosixPath(plain).name):
+            try:
+                path = (self.root / candidate).resolve()
+                if path.is_relative_to(self.root) and path.is_file():
+                    return path
+            except (OSError, ValueError):  # too long, or with a null
+                continue
+        return None
+
+    def read(self, name: str, what: str) -> bytes | None:
+        """Return the content of a file; None, and a loss of `what`, if it is missing, outside or unreadable."""
+        path = self.find(name)
+        if path is not None:
+            try:
+                return path.read_bytes()
+            except OSError:
+                pass
+        self.losses.add(f"{what} not found in the model's folder", name.strip())
+        return None
+
+    def image(self, name: str) -> ImageData | None:
+        """Return an image file, not yet decoded; None, and a loss, if there is none.
+
+        Raises
+        ------
+        ModelError
+            If it has more pixels than allowed.
+        """
+        if name not in self.images:
+            data = self.read(name, "textures")
+            if data is None:
+                self.images[name] = None
+            else:
+                shown = PurePosixPath(name.strip().replace("\\", "/")).name
+                made = open_image(data, shown, f"model {self.model}", self.max_texture_megapixels)
+                if made is None:
+                    self.losses.add("textures that are no images which can be read", name.strip())
+                self.images[name] = made
+        return self.images[name]

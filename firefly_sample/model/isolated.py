@@ -1,0 +1,83 @@
+"""Reading a model in a process of its own, with limits.
+
+The packages of the extra "formats" are large, partly in C++, and made for files that one trusts: a damaged STEP
+file can end the process, and a small 3MF file can ask for a billion copies of a part. In a process of its own,
+either is one line of error.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from firefly_sample.errors import FireflyError, ModelError
+from firefly_sample.model.data import ModelData
+
+MEMORY = 4 * 2**30
+"""The most bytes of data that the process may hold."""
+SECONDS = 600
+"""The most seconds of processor time that it may take."""
+
+
+def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixels: float) -> ModelData:
+    """Return the content of a file, as `readers.read_here` does, which runs in a process of its own.
+
+    Raises
+    ------
+    ModelError
+        Also if that process crashes, or needs more memory or time than it may.
+    """
+    with tempfile.TemporaryDirectory(prefix="firefly-model-") as folder:
+        result = Path(folder) / "result"
+        arguments = pickle.dumps((path, suffix, up, max_texture_megapixels, result))
+        places = os.pathsep.join(place for place in sys.path if place)
+        done = subprocess.run(
+            [sys.executable, "-c", "from firefly_sample.model.isolated import main; main()"],
+            input=arguments,
+            capture_output=True,
+            env={**os.environ, "PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1"},
+            check=False,
+        )
+        try:
+            found = pickle.loads(result.read_bytes())
+        except FileNotFoundError:
+            raise ModelError(f"model {path}: {_end(done.returncode)}") from None
+    if isinstance(found, FireflyError):
+        raise found
+    assert isinstance(found, ModelData)
+    return found
+
+
+def _end(code: int) -> str:
+    """Return why a process ended that left no result."""
+    if code == -signal.SIGXCPU:
+        return f"reading it takes more than {SECONDS // 60} minutes: simplify it"
+    if code < 0:
+        return f"damaged: its reader crashed ({signal.Signals(-code).name}): export it again"
+    return f"damaged: its reader ended without a result (exit code {code}): export it again"
+
+
+def main() -> None:
+    """Read what standard input asks for, and write the result, or the error, to a file."""
+    import resource
+
+    from firefly_sample.model.trimesh_files import read_here
+
+    path, suffix, up, max_texture_megapixels, result = pickle.load(sys.stdin.buffer)
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 5))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    try:
+        found: object = read_here(path, suffix, up, max_texture_megapixels)
+    except FireflyError as error:
+        found = error
+    except MemoryError:
+        found = ModelError(f"model {path}: reading it takes more than {MEMORY >> 30} GiB: simplify it")
+    part = result.with_suffix(".part")
+    part.write_bytes(pickle.dumps(found, protocol=5))
+    part.rename(result)

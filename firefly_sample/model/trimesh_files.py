@@ -1,0 +1,84 @@
+"""Models in the formats that trimesh knows, other than glTF, as a `ModelData`.
+
+Units are kept: a number in the file is a number in the scene, also if the file names a unit (3MF, COLLADA). Colours
+are display colours (sRGB), as other viewers show them, and are made linear. Both sides of every triangle are
+drawn, because these formats do not say which is meant. Meshes without normals are smooth where their triangles
+meet at 30 degrees or less, and sharp elsewhere: see `firefly_sample.model.creases`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from firefly_sample.errors import FireflyError, ModelError
+from firefly_sample.model.archives import unpacked
+from firefly_sample.model.data import ModelData
+from firefly_sample.model.folder import Folder
+from firefly_sample.model.formats import ARCHIVES, FORMATS, find_format, suffix_of, up_axis
+from firefly_sample.model.image_files import one_line
+from firefly_sample.model.isolated import read_isolated
+from firefly_sample.model.named_losses import NamedLosses
+
+
+def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float) -> ModelData:
+    """Return the content of a model file of any format but glTF.
+
+    Parameters
+    ----------
+    path : Path
+        A file of one of the formats in `firefly_sample.model.formats`, or an archive that holds one.
+    up : {"x", "y", "z", "auto"}, optional
+        The axis that points up in the file. "auto" and None: what a .dae says, Y of .obj, Z of all others.
+    max_texture_megapixels : float
+        Larger textures are refused before they are decoded.
+
+    Raises
+    ------
+    ModelError
+        If the file is missing or damaged, of an unknown format, or holds no triangles.
+    MissingPackageError
+        If its format needs a package that is not installed.
+    """
+    found = find_format(path)
+    if not path.is_file():
+        raise ModelError(f"model {path}: " + ("is a folder" if path.is_dir() else "no such file"))
+    suffix = suffix_of(path)
+    if suffix in ARCHIVES:
+        with unpacked(path) as inner:
+            if suffix_of(inner) in ("glb", "gltf"):
+                raise ModelError(f"model {path}: the archive holds glTF: unpack it, and give {inner.name!r}")
+            try:
+                model = read_with_trimesh(inner, up, max_texture_megapixels)
+            except FireflyError as error:
+                raise type(error)(str(error).replace(str(inner), f"{path}: {inner.name}")) from None
+        model.name = path.name.removesuffix(f".{suffix}")
+        return model
+    if found.packages is not None or suffix not in FORMATS:
+        return read_isolated(path, suffix, up, max_texture_megapixels)
+    return read_here(path, suffix, up, max_texture_megapixels)
+
+
+def read_here(path: Path, suffix: str, up: str | None, max_texture_megapixels: float) -> ModelData:
+    """Return the content of a file that is no archive, read in this process."""
+    losses = NamedLosses()
+    folder = Folder(path, losses, max_texture_megapixels)
+    declared = FORMATS[suffix].up if suffix in FORMATS else "z"
+    try:
+        model = _read(path, suffix, up_axis(path, up, declared), folder, losses)
+    except OSError as error:
+        raise ModelError(f"model {path}: cannot be read ({error.strerror or one_line(error)})") from None
+    if not model.geoms:
+        also = "".join(f"; not drawn: {line}" for line in losses.lines())
+        raise ModelError(f"model {path}: holds no triangles, so there is nothing to draw{also}")
+    model.losses.extend(losses.lines())
+    return model
+
+
+def _read(path: Path, suffix: str, up: str, folder: Folder, losses: NamedLosses) -> ModelData:
+    if suffix == "obj":
+        from firefly_sample.model.obj_model import read_obj
+
+        return read_obj(path, up, folder, losses)
+    from firefly_sample.model.trimesh_scenes import read_scene
+
+    return read_scene(path, suffix, up, folder, losses)

@@ -1,0 +1,214 @@
+"""Files that trimesh reads, as a `ModelData`."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firefly_sample.errors import ModelError
+from firefly_sample.model.data import GeomData, MaterialData, ModelData, NodeData, TextureData
+from firefly_sample.model.folder import Folder
+from firefly_sample.model.formats import Up
+from firefly_sample.model.image_files import one_line, open_image, own_pixel_limit
+from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.model.plain_meshes import (
+    PLAIN,
+    PLAIN_COLORED,
+    linear_color,
+    linear_colors,
+    make_geom,
+    split_face_colors,
+    turn_matrix,
+)
+from firefly_sample.scene.arrays import Float64
+
+_ROUNDED = 255.0
+
+
+def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: NamedLosses) -> ModelData:
+    """Return what trimesh reads of a file: nodes with their names and transforms, meshes and materials.
+
+    Raises
+    ------
+    ModelError
+        If trimesh, or a package that it uses, cannot read the file, or a texture is too large.
+    """
+    import trimesh
+
+    data = path.read_bytes()
+    resolver = _Resolver(folder)
+    with own_pixel_limit():  # which silences warnings too
+        try:
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix, resolver=resolver, process=False)
+        except Exception as error:
+            raise ModelError(f"model {path}: damaged .{suffix} file ({one_line(error)}): export it again") from error
+    if resolver.refused is not None:
+        raise resolver.refused
+    return _Reader(path, suffix, up, scene, folder, losses).read()
+
+
+class _Resolver:
+    """Gives trimesh the files beside the model, and keeps the error that trimesh would swallow."""
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder = folder
+        self.refused: ModelError | None = None
+
+    def get(self, name: str) -> bytes:
+        try:
+            self.folder.image(name)
+        except ModelError as error:
+            self.refused = error
+        path = self.folder.find(name)
+        if path is None:
+            raise FileNotFoundError(name)
+        return path.read_bytes()
+
+
+class _Reader:
+    """Converts one trimesh scene."""
+
+    def __init__(
+        self, path: Path, suffix: str, up: Up, scene: Any, folder: Folder, losses: NamedLosses
+    ) -> None:
+        self.path = path
+        self.suffix = suffix
+        self.up = up
+        self.scene = scene
+        self.folder = folder
+        self.losses = losses
+        self.model = ModelData(path.stem)
+        self.geoms: dict[str, int | None] = {}
+        self.materials: dict[Any, int] = {}
+        self.textures: dict[bytes, int] = {}
+
+    def read(self) -> ModelData:
+        names = set(self.scene.geometry)
+        edges: dict[str, list[tuple[str, dict[str, Any]]]] = {}
+        for (parent, child), edge in self.scene.graph.transforms.edge_data.items():
+            edges.setdefault(parent, []).append((child, edge))
+        waiting = [(-1, child) for child in edges.pop(self.scene.graph.base_frame, [])]
+        for parent, (name, edge) in waiting:  # grows as it goes
+            index = self._node(parent, name, edge)
+            waiting.extend((index, child) for child in edges.pop(name, []))
+            names.discard(edge.get("geometry", ""))
+        for name in names:  # in no node
+            if hasattr(self.scene.geometry[name], "faces"):
+                self.losses.add("meshes that no node shows", name)
+        return self.model
+
+    def _node(self, parent: int, name: str, edge: dict[str, Any]) -> int:
+        matrix = np.asarray(edge.get("matrix", np.eye(4)), dtype=np.float64).T
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+            raise ModelError(f"model {self.path}: node {name!r} has a transform that is not finite")
+        moved = not np.array_equal(matrix, np.eye(4))
+        source = edge.get("geometry")
+        geom = None if source is None else self._geom(source)
+        only = len(self.scene.geometry) == 1 and parent < 0
+        self.model.nodes.append(
+            NodeData(
+                self.path.stem if only and name == source else name,
+                parent,
+                turn_matrix(self.up, matrix) if moved else None,
+                geoms=() if geom is None else (geom,),
+            )
+        )
+        return len(self.model.nodes) - 1
+
+    def _geom(self, name: str) -> int | None:
+        """Return the index of a geom, which is made once; None of what is no triangles."""
+        if name not in self.geoms:
+            source = self.scene.geometry[name]
+            made = self._made_geom(name, source) if hasattr(source, "faces") else None
+            if not hasattr(source, "faces"):
+                what = "points" if type(source).__name__ == "PointCloud" else "curves"
+                self.losses.add(what, name)
+            self.geoms[name] = None if made is None else len(self.model.geoms)
+            if made is not None:
+                self.model.geoms.append(made)
+        return self.geoms[name]
+
+    def _made_geom(self, name: str, mesh: Any) -> GeomData | None:
+        triangles = np.asarray(mesh.faces, dtype=np.int64)
+        arrays: dict[str, Float64] = {"vertices": np.asarray(mesh.vertices, dtype=np.float64)}
+        if self.suffix != "xaml" and "vertex_normals" in mesh._cache.cache:  # trimesh does not turn those of xaml
+            arrays["normals"] = np.asarray(mesh.vertex_normals, dtype=np.float64)
+        triangles, arrays = self._add_visual(name, mesh, triangles, arrays)
+        alphas = arrays["colors"][:, 3] if "colors" in arrays else None
+        clear = alphas is not None and bool((alphas < 1.0).any())
+        material = self._material(mesh.visual, "colors" in arrays, clear)
+        where = f"model {self.path}"
+        return make_geom(where, name, material, triangles, arrays, self.up)
+
+    def _add_visual(
+        self, name: str, mesh: Any, triangles: Any, arrays: dict[str, Float64]
+    ) -> tuple[Any, dict[str, Float64]]:
+        """Return triangles and arrays with the texture coordinates or colours of a mesh."""
+        visual = mesh.visual
+        if visual.kind == "texture":
+            uv = visual.uv
+            if uv is not None and np.shape(uv) == (len(mesh.vertices), 2):
+                arrays["texcoords"] = np.asarray(uv, dtype=np.float64)
+        elif visual.kind == "vertex":
+            colors = np.asarray(visual.vertex_colors)
+            if len(colors) == len(mesh.vertices):
+                arrays["colors"] = linear_colors(colors)
+        elif visual.kind == "face":
+            colors = np.asarray(visual.face_colors)
+            if len(colors) == len(triangles) and triangles.max(initial=-1) < len(mesh.vertices):
+                return split_face_colors(triangles, arrays, linear_colors(colors))
+        return triangles, arrays
+
+    def _material(self, visual: Any, colored: bool, clear: bool) -> int:
+        source = visual.material if visual.kind == "texture" else None
+        key = id(source) if source is not None else (colored, clear)
+        if key not in self.materials:
+            made = self._made_material(source) if source is not None else PLAIN_COLORED if colored else PLAIN
+            if clear:
+                made = MaterialData(made.name, alpha_mode="blend", double_sided=True)
+            self.materials[key] = len(self.model.materials)
+            self.model.materials.append(made)
+        return self.materials[key]
+
+    def _made_material(self, source: Any) -> MaterialData:
+        """Return a material of trimesh's; its eight-bit colours are display colours, but for those of STEP."""
+        name = getattr(source, "_name", None) or f"material {len(self.model.materials)}"
+        if not hasattr(source, "baseColorFactor"):  # one texture, as of PLY
+            texture = self._texture(source.image)
+            return MaterialData(name, PLAIN.base_color if texture is None else (1, 1, 1, 1), texture, double_sided=True)
+        given = source.baseColorFactor
+        color = np.ones(4) if given is None else np.asarray(given, dtype=np.float64) / _ROUNDED
+        linear = self.suffix in ("step", "stp")
+        red, green, blue = color[:3].tolist() if linear else linear_color(color[:3])
+        alpha = float(color[3])
+        emissive = np.zeros(3) if source.emissiveFactor is None else np.asarray(source.emissiveFactor)
+        return MaterialData(
+            name,
+            base_color=(red, green, blue, alpha),
+            texture=self._texture(source.baseColorTexture),
+            alpha_mode="blend" if alpha < 1.0 else "opaque",
+            double_sided=True,
+            emission=linear_color(emissive),
+        )
+
+    def _texture(self, image: Any) -> int | None:
+        """Return the index of the texture of a Pillow image, which is read again from its bytes when needed."""
+        if image is None:
+            return None
+        data = image.fp.getvalue() if isinstance(image.fp, io.BytesIO) else None
+        if data is None:
+            kept = io.BytesIO()
+            image.save(kept, "PNG")
+            data = kept.getvalue()
+        if data not in self.textures:
+            limit = self.folder.max_texture_megapixels
+            found = open_image(data, "texture", f"model {self.path}", limit)
+            assert found is not None  # Pillow has opened it before
+            self.model.images.append(found)
+            self.model.textures.append(TextureData(len(self.model.images) - 1))
+            self.textures[data] = len(self.model.textures) - 1
+        return self.textures[data]
+
