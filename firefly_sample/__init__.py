@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
     from firefly_sample.errors import FireflyError, SoftwareDriverWarning
     from firefly_sample.frame import Frame
+    from firefly_sample.model.framing import frame_camera
     from firefly_sample.model.load import load_model
+    from firefly_sample.model.studio import add_default_lights, add_ground
     from firefly_sample.pipeline import build_plan
     from firefly_sample.renderer import Renderer
     from firefly_sample.scene.geom import Geom, GeomNode
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from firefly_sample.scene.parameter import KeyStep, Parameter
     from firefly_sample.scene.particles import ParticleNode, ParticleShadow
     from firefly_sample.scene.scene import Camera, Scene
+    from firefly_sample.scenes.model import model_scene
     from firefly_sample.settings import Settings
 
     __version__: str
@@ -58,28 +61,35 @@ __all__ = [
     "Spotlight",
     "Texture",
     "__version__",
+    "add_default_lights",
+    "add_ground",
     "build_plan",
     "capture_frames",
+    "frame_camera",
     "load_model",
+    "model_scene",
 ]
 
 _MODULES = {
     "capture.sequence": ("capture_frames",),
     "errors": ("FireflyError", "SoftwareDriverWarning"),
     "frame": ("Frame",),
+    "model.framing": ("frame_camera",),
+    "model.load": ("load_model",),
+    "model.studio": ("add_default_lights", "add_ground"),
     "pipeline": ("build_plan",),
     "renderer": ("Renderer",),
     "scene.geom": ("Geom", "GeomNode"),
     "scene.lens": ("OrthographicLens", "PerspectiveLens"),
     "scene.light": ("Attenuation",),
     "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights", "Spotlight"),
-    "model.load": ("load_model",),
     "scene.material": ("Material", "Texture"),
     "scene.node": ("PandaNode",),
     "scene.nodepath": ("NodePath",),
     "scene.parameter": ("KeyStep", "Parameter"),
     "scene.particles": ("ParticleNode", "ParticleShadow"),
     "scene.scene": ("Camera", "Scene"),
+    "scenes.model": ("model_scene",),
     "settings": ("Settings",),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}

@@ -44,7 +44,7 @@ COMMANDS: dict[Words, str] = {
 WITH_SCENE = (("capture",), ("run",), ("plan",), ("measure", "speed"), ("measure", "trade"))
 """Commands that have an option for each parameter of a scene."""
 _OPERANDS: dict[Words, str] = {
-    **dict.fromkeys((*WITH_SCENE, ("measure", "start")), "[SCENE] "),
+    **dict.fromkeys((*WITH_SCENE, ("measure", "start")), "[SCENE | FILE...] "),
     ("measure", "numerics"): "[TABLE...] ",
     ("completion",): "SHELL ",
 }
@@ -151,12 +151,14 @@ def scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugi
     """Return the scene whose options `tokens` may use.
 
     The word after the command is the scene, unless it is an option. Otherwise the configuration may name the
-    scene, or it follows options, which are parsed with the default scene or the configuration's.
+    scene, or it follows options, which are parsed with the default scene or the configuration's. If that
+    fails, the first word that ends like a model's file is the scene.
     """
     from cyclopts import CycloptsError
 
     from firefly_sample.commands.options import DEFAULT_SCENE
     from firefly_sample.scenes import find_scene
+    from firefly_sample.scenes.files import has_model_suffix
 
     rest = tokens[len(words) :]
     if rest and not rest[0].startswith("-"):
@@ -167,7 +169,9 @@ def scene_of(words: Words, tokens: list[str], tables: list[Table]) -> ScenePlugi
         try:
             _, bound, *_ = app.parse_known_args(known)
         except CycloptsError:
-            break  # `parse` raises the error
+            # `parse` raises the error, unless options of the scene come before it
+            name = next((token for token in tokens if has_model_suffix(token) and token[0] != "-"), name)
+            break
         name = bound.arguments.get("scene", name)
     return find_scene(name)
 
@@ -207,11 +211,13 @@ def make_app(
             if not full_help:
                 epilogue = f"{name} SCENE {_FULL_HELP} shows all options, also those of settings."
                 options["help_epilogue"] = epilogue
-        groups[words[:-1]].command(_load(words, plugin, full_help), name=words[-1], **options)
+        groups[words[:-1]].command(_load(words, plugin, full_help, allow_unknown), name=words[-1], **options)
     return app
 
 
-def _load(words: Words, plugin: ScenePlugin | None, full_help: bool) -> Callable[..., int]:
+def _load(
+    words: Words, plugin: ScenePlugin | None, full_help: bool, allow_unknown: bool
+) -> Callable[..., int]:
     """Return the function of a command, with the options of a scene if it takes one."""
     module = import_module(f"firefly_sample.commands.{'_'.join(words)}")
     command: Callable[..., int] = getattr(module, words[-1])
@@ -221,7 +227,7 @@ def _load(words: Words, plugin: ScenePlugin | None, full_help: bool) -> Callable
 
     from firefly_sample.commands.options import with_scene_options
 
-    return with_scene_options(command, plugin, full_help)
+    return with_scene_options(command, plugin, full_help, allow_unknown)
 
 
 def _unwrapped(text: str) -> str:

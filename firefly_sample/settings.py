@@ -8,6 +8,7 @@ import functools
 import inspect
 import math
 import operator
+import types
 import typing
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -97,6 +98,8 @@ class Setting:
         The smallest and the largest number.
     above : bool
         True if the smallest number is itself not allowed.
+    words : tuple of str
+        Values that it may have besides numbers.
     absent : str
         What holds where the setting is absent; empty if it must have a value.
     limits : tuple of Limit
@@ -111,6 +114,7 @@ class Setting:
     choices: tuple[Any, ...] = ()
     range: tuple[float, float] = (0.0, 1e30)
     above: bool = False
+    words: tuple[str, ...] = ()
     absent: str = ""
     limits: tuple[Limit, ...] = ()
 
@@ -121,7 +125,7 @@ class Setting:
             return f"one of {', '.join(map(str, self.choices))}"
         low, high = (f"{bound:g}" for bound in self.range)
         bounds = f"above {low}, at most {high}" if self.above else f"of {low} to {high}"
-        return f"a {'whole ' * (self.type is int)}number {bounds}"
+        return ", or ".join((f"a {'whole ' * (self.type is int)}number {bounds}", *self.words))
 
     def check(self, value: Any) -> Any:
         """Return `value` as the setting's type.
@@ -133,6 +137,8 @@ class Setting:
         """
         if value is None and self.absent:
             return None
+        if isinstance(value, str) and value in self.words:
+            return str(value)
         if self.choices:
             checked = to_whole(value) if self.type is int else value
             if type(checked) is self.type and checked in self.choices:
@@ -372,9 +378,12 @@ class Settings:
         measuring.""",
         choices=(1, 2),
     )
-    exposure: float = _setting(
+    exposure: float | Literal["auto"] = _setting(
         1.0,
-        "The factor by which radiance is multiplied before the tone curve, beside the scene's own exposure.",
+        "The factor by which radiance is multiplied before the tone curve, beside the scene's own exposure; "
+        "auto measures it on the scene's surfaces.",
+        """With "auto", white paper in bright light comes out just below display white. Captures, windows and
+        measurements measure it once, at their first time. docs/lighting.md explains how.""",
         above=True,
         limits=(_classic(1.0, because="has no exposure"),),
     )
@@ -444,12 +453,13 @@ def _declared() -> dict[str, Setting]:
     hints = typing.get_type_hints(Settings)
     settings = {}
     for entry in fields(Settings):
-        hint = hints[entry.name]
-        if entry.default is None:  # an optional one
-            hint, _ = typing.get_args(hint)
+        hint, words = hints[entry.name], ()
+        if typing.get_origin(hint) in (typing.Union, types.UnionType):  # None, or words, beside another type
+            hint, other = typing.get_args(hint)
+            words = typing.get_args(other)
         choices = (True, False) if hint is bool else typing.get_args(hint)
         kind = type(choices[0]) if choices else hint
-        declared: dict[str, Any] = {"choices": choices, **entry.metadata}
+        declared: dict[str, Any] = {"choices": choices, "words": words, **entry.metadata}
         settings[entry.name] = Setting(entry.name, kind, entry.default, **declared)
     return settings
 

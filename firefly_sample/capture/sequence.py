@@ -25,9 +25,6 @@ from firefly_sample.settings import Settings, to_number, to_whole
 if TYPE_CHECKING:
     from firefly_sample.renderer import Renderer
 
-DEFAULT_TIME = 5.0
-"""Seconds at frame 0."""
-
 MAX_FRAMES = 1_000_000
 """Frame numbers end below this: file names have six digits, so that they sort."""
 
@@ -38,7 +35,7 @@ def capture_frames(
     *,
     frames: str | int | range = "0:1",
     fps: float = 24.0,
-    time: float = DEFAULT_TIME,
+    time: float | None = None,
     size: tuple[int, int] = (800, 600),
     settings: Settings | None = None,
     outputs: Iterable[str] = ("color",),
@@ -56,19 +53,21 @@ def capture_frames(
     Parameters
     ----------
     scene : str
-        Name of a scene plugin, or "package.module:object".
+        Name of a scene plugin, "package.module:object", or a model's file: see `find_scene`.
     folder : path, optional
-        Made if need be; ``captures/<scene>`` when absent. Files of the same names are replaced.
+        Made if need be; `default_folder` when absent. Files of the same names are replaced.
     frames : str, int or range
         "FIRST:END" or "FIRST:END:STEP", END not included, or the number of one frame.
     fps : float
         Frames per second.
     time : float
-        Seconds at frame 0: frame i shows ``time + i / fps``.
+        Seconds at frame 0: frame i shows ``time + i / fps``. When absent, the scene's `start_time`: 0 for
+        model files, 5 for scenes that say nothing else.
     size : (int, int)
         Width and height in pixels.
     settings : Settings, optional
-        `capture_settings` of the outputs when absent.
+        `capture_settings` of the outputs, with the scene's own settings, when absent. An exposure of "auto"
+        is measured once, at the time of frame 0, whatever the range of frames.
     outputs : iterable of str
         Names from `firefly_sample.frame.OUTPUTS`; pictures become PNG, data ``.npz``.
     parameters : mapping, optional
@@ -96,36 +95,39 @@ def capture_frames(
     """
     from firefly_sample.scene.parameter import resolve_parameters
     from firefly_sample.scenes import build_scene, find_scene
+    from firefly_sample.scenes.plugin import scene_settings, start_time
 
     numbers = parse_frames(frames)
-    _check_clock(fps, time)
-    fps, time = float(fps), float(time)
     names = check_outputs(outputs)
-    settings = settings if settings is not None else capture_settings(names)
-    check_outputs(names, settings.supersample)
     plugin = find_scene(scene)
+    settings = settings if settings is not None else capture_settings(names, **scene_settings(plugin))
+    check_outputs(names, settings.supersample)
+    start = start_time(plugin) if time is None else time
+    _check_clock(fps, start)
+    fps, start = float(fps), float(start)
     resolved = resolve_parameters(plugin.name, plugin.parameters, dict(parameters or {}))
     folder = as_folder(folder) if folder is not None else default_folder(scene)
 
     with output_folder(folder):
+        from firefly_sample.plan.exposure import with_exposure_at
         from firefly_sample.renderer import Renderer
 
         built = build_scene(plugin, **resolved)
+        exposed = with_exposure_at(built, settings, start)
         with (
-            Renderer(size, settings, device=device, require_gpu=require_gpu) as renderer,
+            Renderer(size, exposed, device=device, require_gpu=require_gpu) as renderer,
             FrameWriter(folder) as writer,
         ):
             manifest = _new_manifest(scene, resolved, settings, renderer)
             report = progress or (lambda done, total: None)
             report(0, len(numbers))
-            times = (time + index / fps for index in numbers)
-            warned: set[str] = set()
+            times = (start + index / fps for index in numbers)
             for index, frame in zip(numbers, renderer.render_many(built, times, names), strict=True):
                 if index == numbers[0]:
                     remove_manifest(folder)
                 for warning in frame.warnings:
-                    if warning not in warned:
-                        warned.add(warning)
+                    if warning not in manifest["warnings"]:
+                        manifest["warnings"].append(warning)
                         warnings.warn(warning, stacklevel=2)
                 for entry in writer.put(index, frame):
                     _add_frame(manifest, entry)
@@ -162,10 +164,11 @@ def _check_clock(fps: float, time: float) -> None:
 
 
 def default_folder(scene: str) -> Path:
-    """Return the default folder for the frames of a scene: ``captures/<its plugin's name>``."""
+    """Return the default folder for the frames of a scene: ``captures/<its name>``; of files, their stems."""
     from firefly_sample.scenes import find_scene
+    from firefly_sample.scenes.plugin import folder_name
 
-    return Path("captures") / find_scene(scene).name
+    return Path("captures") / folder_name(find_scene(scene))
 
 
 def parse_frames(frames: str | int | range) -> range:
@@ -201,11 +204,13 @@ def _new_manifest(scene: str, parameters: dict[str, Any], settings: Settings, re
         "scene": scene,
         "parameters": parameters,
         "settings": settings.as_dict(),
+        "exposure": to_number(renderer.settings.exposure),
         "seed": parameters.get("seed"),
         "driver": renderer.driver,
         "driver_version": renderer.driver_version,
         "software": renderer.software,
         "version": __version__,
+        "warnings": [],
         "frames": [],
     }
 

@@ -58,6 +58,8 @@ class Manifest(TypedDict):
         The scene's name as given.
     parameters, settings : dict
         All parameters of the scene and all of `Settings`, with the values that were used.
+    exposure : float
+        The setting of that name as a number: if it is "auto", the one that was measured for all frames.
     seed : int or None
         The scene's parameter "seed"; None if it has none.
     driver, driver_version : str
@@ -67,6 +69,8 @@ class Manifest(TypedDict):
         True if the driver is a software rasteriser.
     version : str
         The version of firefly_sample.
+    warnings : list of str
+        Every warning of a frame once, in order: for example the properties of a model that are not drawn.
     id_names : list of str
         Only with the output "id": the name of each value.
     """
@@ -74,11 +78,13 @@ class Manifest(TypedDict):
     scene: str
     parameters: dict[str, Any]
     settings: dict[str, Any]
+    exposure: float
     seed: int | None
     driver: str
     driver_version: str
     software: bool
     version: str
+    warnings: list[str]
     frames: list[FrameEntry]
     id_names: NotRequired[list[str]]
 

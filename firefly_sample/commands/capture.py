@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from firefly_sample.capture.sequence import (
-    DEFAULT_TIME,
     capture_frames,
     capture_settings,
     default_folder,
@@ -23,10 +22,12 @@ from firefly_sample.commands.options import (
     RequireGpu,
     SceneName,
     Size,
-    Time,
+    StartTime,
 )
 from firefly_sample.commands.terminal import complain, print_json, print_summary, progress_bar
 from firefly_sample.frame import check_outputs
+from firefly_sample.scenes import find_scene
+from firefly_sample.scenes.plugin import start_time
 
 
 def capture(
@@ -38,7 +39,7 @@ def capture(
     ] = None,
     frames: Annotated[str, Parameter(metavar="A:B[:STEP]", allow_leading_hyphen=True)] = "0:1",
     fps: float = 24.0,
-    time: Time = DEFAULT_TIME,
+    time: StartTime = None,
     size: Size = (800, 600),
     outputs: Outputs = ("color",),
     device: Device = None,
@@ -71,6 +72,8 @@ def capture(
     quiet
         Print neither a progress bar nor a summary.
     """
+    if time is None:
+        time = start_time(find_scene(scene))
     folder = output if output is not None else default_folder(scene)
     asked = capture_settings(outputs, **settings)
     check_outputs(outputs, asked.supersample)  # before the settings are chosen, which takes long

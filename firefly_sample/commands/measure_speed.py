@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
     Device,
@@ -16,7 +15,7 @@ from firefly_sample.commands.options import (
     RequireGpu,
     SceneName,
     Sizes,
-    Time,
+    StartTime,
     Whole,
     Wholes,
     without_settings,
@@ -33,7 +32,7 @@ def speed(
     counts: Wholes | None = None,
     sizes: Sizes = ((800, 600),),
     methods: Names | None = None,
-    time: Time = DEFAULT_TIME,
+    time: StartTime = None,
     seeds: Wholes | None = None,
     rounds: Whole = 5,
     longest: float = 5.0,

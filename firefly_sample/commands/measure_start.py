@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.columns import align
-from firefly_sample.commands.options import DEFAULT_SCENE, Device, Flag, SceneName, Size, Time, Whole
+from firefly_sample.commands.options import DEFAULT_SCENE, Device, Flag, SceneName, Size, StartTime, Whole
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
 
 def start(
     scene: SceneName = DEFAULT_SCENE,
     *,
-    time: Time = DEFAULT_TIME,
+    time: StartTime = None,
     size: Size = (800, 600),
     rounds: Whole = 5,
     device: Device = None,

@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from firefly_sample.capture.sequence import DEFAULT_TIME
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
     Device,
@@ -15,7 +14,7 @@ from firefly_sample.commands.options import (
     RequireGpu,
     SceneName,
     Size,
-    Time,
+    StartTime,
     without_settings,
 )
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
@@ -30,7 +29,7 @@ def trade(
         Folder | None,
         Parameter(name=["--output", "-o"], show_default=lambda _: "measured/SCENE"),
     ] = None,
-    time: Time = DEFAULT_TIME,
+    time: StartTime = None,
     size: Size = (800, 600),
     seconds: float = 4.0,
     fresh: Flag = False,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -14,7 +14,10 @@ from cyclopts import Group, Parameter, Token
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import OUTPUTS
-from firefly_sample.settings import PRESETS, SETTINGS, preset_with
+from firefly_sample.scene.scene import START_TIME
+from firefly_sample.scenes.files import complete_files, is_file_name
+from firefly_sample.scenes.plugin import scene_settings, start_time
+from firefly_sample.settings import PRESETS, SETTINGS, Setting, preset_with
 
 if TYPE_CHECKING:
     from firefly_sample.scene.parameter import Parameter as SceneParameter
@@ -83,17 +86,38 @@ def _to_whole(text: str) -> int:
     return number
 
 
-def _scene_names(_: Any) -> list[str]:
-    """Return the names of the installed scenes, for a shell that completes a command line."""
+def _scene_names(context: Any) -> list[str]:
+    """Return the installed scenes and the files of models, for a shell that completes a command line."""
     from importlib.metadata import entry_points
 
     from firefly_sample.scenes import ENTRY_POINT_GROUP
 
-    return sorted(entry_points(group=ENTRY_POINT_GROUP).names)
+    return [*sorted(entry_points(group=ENTRY_POINT_GROUP).names), *complete_files(context.incomplete)]
+
+
+def _to_scene(_: Any, tokens: Sequence[Token]) -> str:
+    """Return the name of one scene, or of several files with commas between them."""
+    names = [token.value for token in tokens]
+    if len(names) > 1 and not all(map(is_file_name, names)):
+        listed = ", ".join(map(repr, names))
+        raise ValueError(f"several files of models can be one scene, but nothing else: got {listed}")
+    return ",".join(names)
+
+
+def _to_first_scene(_: Any, tokens: Sequence[Token]) -> str:
+    """Return the first name: after it come the values of options that are not known yet."""
+    return tokens[0].value
 
 
 SceneName = Annotated[
-    str, Parameter(help="The scene by name, or package.module:object.", completer=_scene_names)
+    str,
+    Parameter(
+        help="The scene by name, the files of models, or package.module:object.",
+        converter=_to_scene,
+        n_tokens=-1,
+        completer=_scene_names,
+        metavar="SCENE",
+    ),
 ]
 Names = Annotated[tuple[str, ...], Parameter(converter=_names, n_tokens=1, metavar="NAMES")]
 Outputs = Annotated[
@@ -136,6 +160,11 @@ Patterns = Annotated[
     ),
 ]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
+StartTime = Annotated[
+    float | None,
+    Parameter(metavar="SECONDS", show_default=lambda _: f"{START_TIME}; 0.0 for files of models"),
+]
+"""The time of a frame, the scene's `start_time` when absent."""
 Flag = Annotated[bool, Parameter(show_default=False)]
 Device = Annotated[
     Whole | None, Parameter(help="The number of the EGL device to draw with (see firefly doctor).")
@@ -153,23 +182,39 @@ def without_settings(*names: str) -> Callable[[Command], Command]:
     return mark
 
 
-def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = True) -> Command:
+def with_scene_options(
+    command: Command, plugin: ScenePlugin, full_help: bool = True, find_scene_only: bool = False
+) -> Command:
     """Return `command` with an option for each setting and each parameter of a scene; see `scene_options`.
 
-    It takes ``settings`` and ``parameters``, dicts of those that are given, as keyword arguments. Without
-    `full_help` the help shows only options that most people need.
+    It takes ``settings`` and ``parameters``, dicts of those that are given, as keyword arguments; the first
+    also has the scene's own settings. Without `full_help` the help shows only options that most people need.
+    With `find_scene_only` it is made to find out the scene, by a command line that may have options of this
+    scene, which are unknown as yet.
     """
+    from firefly_sample.scenes.plugin import scene_settings
+
     signature = inspect.signature(command, eval_str=True)
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
+    own = scene_settings(plugin)
     about = "Settings to start from; other options override them."
     options = [
-        *(p for p in signature.parameters.values() if p.name not in ("settings", "parameters")),
+        *(
+            _with_default(p, start_time(plugin)) if p.name == "time" and p.default is None else p
+            for p in signature.parameters.values()
+            if p.name not in ("settings", "parameters")
+        ),
         _option("settings__preset", "--preset", Literal[tuple(PRESETS)], about, "balanced"),
-        *_settings_options(left_out),
+        *_settings_options(left_out, own),
         *_scene_parameters(plugin),
     ]
+    if find_scene_only:
+        first = Parameter(converter=_to_first_scene, n_tokens=1)
+        options = [
+            p.replace(annotation=Annotated[p.annotation, first]) if p.name == "scene" else p for p in options
+        ]
     if not full_help:
-        hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS}
+        hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS.keys() - own.keys()}
         show = Parameter(show=False)
         options = [
             p.replace(annotation=Annotated[p.annotation, show]) if p.name in hidden else p for p in options
@@ -188,8 +233,9 @@ def with_scene_options(command: Command, plugin: ScenePlugin, full_help: bool = 
             if bounds:
                 both = f"--preset and {_dashed(bounds[0])} both choose settings"
                 raise SettingsError(f"{both}: leave one of them out")
-            chosen = preset_with(preset, settings)
-            settings = {name: value for name, value in chosen.items() if name not in left_out}
+            settings = preset_with(preset, settings)
+        settings = scene_settings(plugin, settings)
+        settings = {name: value for name, value in settings.items() if name not in left_out}
         return command(*arguments, settings=settings, parameters=given["parameters"], **rest)
 
     run.__signature__ = signature.replace(parameters=options)  # type: ignore[attr-defined]
@@ -238,12 +284,22 @@ def _option(
     )
 
 
-def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:
+def _with_default(parameter: inspect.Parameter, default: float) -> inspect.Parameter:
+    """Return a parameter of a command for which the help shows a default; it stays absent."""
+    show = Parameter(show_default=lambda _: str(default))
+    return parameter.replace(annotation=Annotated[parameter.annotation, show])
+
+
+def _settings_options(left_out: frozenset[str], own: Mapping[str, Any]) -> Iterator[inspect.Parameter]:
+    """Yield an option for each setting; `own` are those of the scene, which the help shows as defaults."""
     group = Group("Settings", sort_key=2)
     for name, setting in SETTINGS.items():
         if name not in left_out:
-            hint = Literal[setting.choices] if setting.type is str else setting.type
-            default = setting.absent if setting.default is None else setting.default
+            hint: Any = Literal[setting.choices] if setting.type is str else setting.type
+            if setting.words:
+                hint = _number_or_word(setting)
+            default = own.get(name, setting.default)
+            default = setting.absent if default is None else default
             about = setting.help
             if setting.type is int:
                 numbers = ", ".join(map(str, setting.choices)) or " to ".join(map(str, setting.range))
@@ -251,10 +307,31 @@ def _settings_options(left_out: frozenset[str]) -> Iterator[inspect.Parameter]:
             yield _option(f"settings__{name}", _dashed(name), hint, about, default, group)
 
 
+def _number_or_word(setting: Setting) -> Any:
+    """Return the type of an option whose value is a number, or one of a few words."""
+
+    def convert(text: str) -> float | str:
+        number = _float_or_none(text)
+        if number is None and text not in setting.words:
+            raise ValueError(f"it must be {setting.expected}, got {text!r}")
+        return text if number is None else number
+
+    metavar = "|".join(("FLOAT", *setting.words))
+    return Annotated[Any, Parameter(converter=_one(convert), n_tokens=1, metavar=metavar)]
+
+
+def _float_or_none(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
 def _scene_parameters(plugin: ScenePlugin) -> Iterator[inspect.Parameter]:
     group = Group(f"Scene {plugin.name}", sort_key=1)
     for option, p in scene_options(plugin).items():
-        yield _option(f"parameters__{p.name}", option, p.type, parameter_help(p), p.default, group)
+        hint = Literal[p.choices] if p.choices else p.type
+        yield _option(f"parameters__{p.name}", option, hint, parameter_help(p), p.default, group)
 
 
 def parameter_help(parameter: SceneParameter) -> str:

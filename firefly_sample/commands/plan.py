@@ -7,8 +7,8 @@ from typing import Annotated, Any
 from cyclopts import Group, Parameter
 from cyclopts.validators import mutually_exclusive
 
-from firefly_sample.capture.sequence import DEFAULT_TIME, capture_settings
-from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, Time
+from firefly_sample.capture.sequence import capture_settings
+from firefly_sample.commands.options import DEFAULT_SCENE, Flag, Outputs, SceneName, Size, StartTime
 from firefly_sample.commands.terminal import print_json, print_result
 
 _ONE_FORM = "Options", Group(validator=mutually_exclusive)
@@ -17,7 +17,7 @@ _ONE_FORM = "Options", Group(validator=mutually_exclusive)
 def plan(
     scene: SceneName = DEFAULT_SCENE,
     *,
-    time: Time = DEFAULT_TIME,
+    time: StartTime = None,
     size: Size = (800, 600),
     outputs: Outputs = ("color",),
     json: Annotated[Flag, Parameter(group=_ONE_FORM)] = False,
@@ -41,9 +41,12 @@ def plan(
     from firefly_sample.pipeline import build_plan
     from firefly_sample.plan.report import plan_as_dict, plan_as_dot, plan_as_text
     from firefly_sample.scenes import build_scene, find_scene
+    from firefly_sample.scenes.plugin import start_time
 
     chosen = capture_settings(outputs, **settings)
-    frame = build_plan(build_scene(find_scene(scene), **parameters), chosen, size, outputs, time)
+    plugin = find_scene(scene)
+    at = start_time(plugin) if time is None else time
+    frame = build_plan(build_scene(plugin, **parameters), chosen, size, outputs, at)
     if json:
         print_json(plan_as_dict(frame))
     else:

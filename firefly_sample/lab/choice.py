@@ -20,9 +20,11 @@ from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.lab.reference.frame import reference_settings
 from firefly_sample.lab.trade_bench import FINEST, TradeBench
 from firefly_sample.lab.variations import Variation, signature, single_choices
+from firefly_sample.plan.exposure import with_exposure_at
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.scenes.plugin import scene_settings
 from firefly_sample.settings import Settings
 
 MARGIN = 0.7
@@ -190,7 +192,8 @@ def choose(
     parameters : mapping, optional
         Parameters of a scene that is given by name.
     given : mapping, optional
-        Settings that are fixed. Times are measured with its "supersample", errors on single samples.
+        Settings that are fixed, beside those of a scene that is given by name. Times are measured with its
+        "supersample", errors on single samples. An exposure of "auto" is measured once, at the first time.
     size : (int, int)
         Pixels.
     times : sequence of float
@@ -209,15 +212,18 @@ def choose(
     """
     asked = _asked(max_error, max_codes, budget_ms)
     fixed = dict(given or {})
+    if isinstance(scene, str):
+        plugin = find_scene(scene)
+        fixed = scene_settings(plugin, fixed)
+        scene = build_scene(plugin, **dict(parameters or {}))
     wanted = Settings().with_changes(**fixed)
     base = wanted.with_changes(supersample=1)
     reference_settings(base)  # raises if this look has no reference
     require("embreex")
     if not times:
         raise SettingsError("the list of times is empty: give the time of at least one frame to measure")
+    base = with_exposure_at(scene, base, times[0])
     with Renderer(size, base, device=device, require_gpu=require_gpu) as renderer:
-        if isinstance(scene, str):
-            scene = build_scene(find_scene(scene), **dict(parameters or {}))
         by_codes = max_error is None and max_codes is not None
         search = _Search(renderer, scene, times, base, fixed, by_codes, wanted.supersample, progress)
         if budget_ms is not None:

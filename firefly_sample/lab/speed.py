@@ -21,6 +21,7 @@ from firefly_sample.lab.speed_report import growth_figure, speed_as_markdown, wi
 from firefly_sample.lab.speed_sweep import LeftOut, Sweep, check_methods, steps_of
 from firefly_sample.renderer import Renderer
 from firefly_sample.scenes import find_scene
+from firefly_sample.scenes.plugin import scene_settings, start_time
 from firefly_sample.settings import Settings
 
 Size = tuple[int, int]
@@ -35,7 +36,7 @@ def measure_speed(
     sizes: Sequence[Size] = ((800, 600),),
     methods: Sequence[str] | None = None,
     settings: Settings | None = None,
-    time: float = 5.0,
+    time: float | None = None,
     seeds: Sequence[int] | None = None,
     rounds: int = 5,
     longest: float = 5.0,
@@ -64,9 +65,9 @@ def measure_speed(
         Names of methods; all that fit the settings when absent.
     settings : Settings, optional
         Shared by all methods; "light_method" and "volume_depth_test" are set by each method, and
-        "supersample" must be 1.
+        "supersample" must be 1. The scene's own when absent.
     time : float
-        Seconds.
+        Seconds; the scene's `start_time` when absent.
     seeds : sequence of int, optional
         Values of the scene's parameter "seed", a frame for each; the scene as it is when absent.
     rounds : int
@@ -111,7 +112,8 @@ def measure_speed(
         If the scene, a parameter, a method, a setting, a size, the folder or the driver is not usable.
     """
     plugin = find_scene(scene)
-    base = settings or Settings()
+    time = start_time(plugin) if time is None else time
+    base = settings or Settings(**scene_settings(plugin, {"supersample": 1}))
     if rounds < 1 or (seeds is not None and not seeds) or not sizes:
         raise SceneError("there is nothing to measure: give at least one round, one seed and one size")
     if base.supersample != 1:

@@ -22,6 +22,7 @@ from firefly_sample.frame import check_size
 from firefly_sample.lab.measuring import quartile_spread
 from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.scenes import find_scene
+from firefly_sample.scenes.plugin import start_time
 
 CACHES = ("off", "empty", "full")
 """The state of the cache for each kind of process, in this order: "full" is what "empty" left."""
@@ -31,7 +32,7 @@ def measure_start(
     scene: str = "forest",
     *,
     size: tuple[int, int] = (800, 600),
-    time: float = 5.0,
+    time: float | None = None,
     rounds: int = 5,
     device: int | None = None,
     progress: Progress | None = None,
@@ -47,7 +48,7 @@ def measure_start(
     size : (int, int)
         Pixels.
     time : float
-        Of the picture, in seconds.
+        Of the picture, in seconds; the scene's `start_time` when absent.
     rounds : int
         How often each kind of process runs, after one that is not timed.
     device : see `firefly_sample.Renderer`
@@ -70,6 +71,7 @@ def measure_start(
         If the scene, the size or the driver is not usable, or two pictures differ.
     """
     plugin = find_scene(scene)
+    time = start_time(plugin) if time is None else time
     width, height = check_size(size)
     if rounds < 1:
         raise SceneError("there is nothing to measure: give at least one round")

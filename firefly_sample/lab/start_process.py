@@ -27,14 +27,17 @@ def open_context(device: int | None) -> dict[str, Any]:
 
 
 def first_picture(scene: str, size: tuple[int, int], time: float, device: int | None) -> dict[str, Any]:
-    """Draw one frame of a scene and read it back."""
+    """Draw one frame of a scene with its own settings and read it back."""
     import hashlib
 
     from firefly_sample.renderer import Renderer
     from firefly_sample.scenes import build_scene, find_scene
+    from firefly_sample.scenes.plugin import scene_settings
+    from firefly_sample.settings import Settings
 
-    built = build_scene(find_scene(scene))
-    with Renderer(size, device=device) as renderer:
+    plugin = find_scene(scene)
+    built = build_scene(plugin)
+    with Renderer(size, Settings(**scene_settings(plugin)), device=device) as renderer:
         frame = renderer.render(built, time)
         return {"driver": frame.driver, "sha256": hashlib.sha256(frame["color"].tobytes()).hexdigest()}
 

@@ -22,9 +22,11 @@ from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.lab.reference.frame import reference_settings, render_reference
 from firefly_sample.lab.trade_bench import TradeBench, scale_of
 from firefly_sample.lab.variations import Variation, signature, variations
+from firefly_sample.plan.exposure import with_exposure_at
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.scenes.plugin import folder_name, scene_settings, start_time
 from firefly_sample.settings import Settings
 
 DIFFERENCES = 4
@@ -46,7 +48,7 @@ def measure_trade(
     parameters: Mapping[str, Any] | None = None,
     size: tuple[int, int] = (800, 600),
     settings: Settings | None = None,
-    time: float = 5.0,
+    time: float | None = None,
     seconds: float = 4.0,
     fresh: bool = False,
     device: int | None = None,
@@ -61,15 +63,16 @@ def measure_trade(
         Name of a scene plugin, or "package.module:object".
     folder : path, optional
         For ``trade.json``, ``trade.md``, ``pareto.png`` and the pictures of the largest differences;
-        ``measured/<scene>`` when absent. An interrupted run of the same measurement there is resumed.
+        `default_folder` when absent. An interrupted run of the same measurement there is resumed.
     parameters : mapping, optional
         The scene's parameters.
     size : (int, int)
         Pixels.
     settings : Settings, optional
-        The default, with which all are compared. Its supersample must be 1 and its look "correct".
+        The default, with which all are compared; the scene's own when absent. Its supersample must be 1 and
+        its look "correct". An exposure of "auto" is measured once.
     time : float
-        Seconds.
+        Seconds; the scene's `start_time` when absent.
     seconds : float
         About how long each row is timed.
     fresh : bool
@@ -97,7 +100,9 @@ def measure_trade(
     """
     from firefly_sample import __version__
 
-    plugin, base = find_scene(scene), settings or Settings()
+    plugin = find_scene(scene)
+    time = start_time(plugin) if time is None else time
+    base = settings or Settings(**scene_settings(plugin, {"look": "correct", "supersample": 1}))
     if base.supersample != 1:
         raise SettingsError(f"setting 'supersample' must be 1 to measure errors; got {base.supersample}")
     if not 0.0 <= seconds < 1e9:
@@ -108,6 +113,7 @@ def measure_trade(
     folder = as_folder(folder) if folder is not None else default_folder(scene)
     path = folder / "trade.json"
     built = build_scene(plugin, **given)
+    base = with_exposure_at(built, base, time)
     with (
         output_folder(folder),
         Renderer(size, base, device=device, require_gpu=require_gpu) as renderer,
@@ -153,8 +159,8 @@ def measure_trade(
 
 
 def default_folder(scene: str) -> Path:
-    """Return the default folder of a measurement: ``measured/<the plugin's name>``."""
-    return Path("measured") / find_scene(scene).name
+    """Return the default folder of a measurement: ``measured/<the scene's name>``; of files, their stems."""
+    return Path("measured") / folder_name(find_scene(scene))
 
 
 def _key(head: list[Any], chosen: list[Variation]) -> str:

@@ -10,6 +10,7 @@ from firefly_sample.errors import OutputError, PlanError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.memo import Memo
 from firefly_sample.plan.collect import Snapshot, collect
+from firefly_sample.plan.exposure import ExposureMeter
 from firefly_sample.plan.frame_graph import Declares, FrameGraph, choose_passes
 from firefly_sample.plan.frame_plan import Background, Batch, Capabilities, FramePlan, SpriteSet
 from firefly_sample.plan.frustum import spheres_in_frustum
@@ -50,6 +51,7 @@ class Planner:
         self._snapshots: dict[int, Snapshot] = {}
         self._shadows = ShadowPlanner()
         self._warnings = PlanWarnings()
+        self._meter = ExposureMeter()
         self._eye: Memo[Eye] = Memo()
         self._seen: Memo[Visible] = Memo()
         self._graph: Memo[FrameGraph] = Memo()
@@ -73,13 +75,14 @@ class Planner:
         if self._root != scene.root:  # the kept values are another scene's
             self._root, self._snapshots, self._shadows = scene.root, {}, ShadowPlanner()
         snapshot = self._snapshot(scene, scene.camera_node.camera_mask)
+        settings = self._meter.with_number(snapshot, settings, seconds)  # plans have no "auto"
         eye = self._eye.get(eye_state(scene, size), lambda: Eye(scene, size, self._window))
         lens, camera, planes = eye.lens, eye.camera, eye.planes
         instances = snapshot.instances
         seen = self._seen.get(
             (instances, instances.revisions(), eye), lambda: Visible(instances, camera.world_to_view, planes)
         )
-        exposure = _exposure(scene, settings)
+        exposure = _exposure(scene, to_number(settings.exposure))
         reverse = capabilities.clip_control and settings.position_method not in COARSE_DEPTH
         view = View(
             size=(size[0] * settings.supersample, size[1] * settings.supersample),
@@ -110,7 +113,7 @@ class Planner:
         particles = see_particles(
             cloud, camera.world_to_view, lens, sprites.positions, settings, particle_shadow
         )
-        ambient = np.sum([np.zeros(3), *(light.get_color() for light in snapshot.ambient)], axis=0)
+        ambient = snapshot.ambient_color()
         background = _background(scene)
         surfaces = seen.nearest, seen.farthest
         light_method = choose_method(settings, lighting.sets, view, *surfaces)
@@ -196,13 +199,13 @@ def _background(scene: Scene) -> Background:
     return Background(*colors)
 
 
-def _exposure(scene: Scene, settings: Settings) -> tuple[float, float, float]:
+def _exposure(scene: Scene, factor: float) -> tuple[float, float, float]:
     """Return the scene's exposure times the setting's, for each channel, checked."""
     given = as_numbers("a scene's exposure", scene.exposure, SceneError, "one or three numbers")
-    rgb = np.broadcast_to(given, (3,)) * settings.exposure if given.shape in ((), (3,)) else np.zeros(3)
+    rgb = np.broadcast_to(given, (3,)) * factor if given.shape in ((), (3,)) else np.zeros(3)
     if not (rgb.min() > 0 and rgb.max() <= LARGEST):
         raise SceneError(
-            f"a scene's exposure, times the setting's {settings.exposure:g}, must be one or three numbers "
+            f"a scene's exposure, times the setting's {factor:g}, must be one or three numbers "
             f"above 0 and up to {LARGEST:g}, got {scene.exposure!r}"
         )
     return float(rgb[0]), float(rgb[1]), float(rgb[2])

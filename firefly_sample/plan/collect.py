@@ -197,6 +197,10 @@ class Snapshot:
         """The instances of all groups."""
         return Instances(self.groups)
 
+    def ambient_color(self) -> Float64:
+        """Return the sum of all ambient lights, linear, shape (3,)."""
+        return np.asarray(np.sum([np.zeros(3), *(light.get_color() for light in self.ambient)], axis=0))
+
     def alpha_state(self) -> tuple[int, ...]:
         """Return the revisions of the textures and materials of cut-outs, in the walk's order."""
         cut = [group for group in self.groups if group.cutoff is not None]

@@ -123,6 +123,8 @@ class FramePlan:
     ----------
     size : (int, int)
         Of the picture in pixels.
+    settings : Settings
+        As they were given, but with the exposure as a number.
     ambient : ndarray of float64, shape (3,)
         The sum of all ambient lights.
     lights : tuple of LightSet

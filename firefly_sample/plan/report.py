@@ -18,7 +18,8 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
     dict
         ``passes`` (name, reads, writes, updates, because) in drawing order, ``targets`` (name, format,
         bytes_per_pixel, because, and size if it is not the picture's), ``lights`` (in_scene, in_view,
-        dropped), ``light_method`` and ``warnings``. Entries that the frame does not have are left out. With
+        dropped), ``light_method``, ``exposure`` (the setting as a number, which is measured if it is "auto")
+        and ``warnings``. Entries that the frame does not have are left out. With
         supersampling a target's bytes are those of one sample. ``light_method`` has ``method``, ``because``,
         ``estimated_pairs`` if the method was chosen (about how many pairs of a pixel and a light each method
         would shade), and for clusters ``tile``, ``tiles`` and ``slices``.
@@ -44,6 +45,7 @@ def plan_as_dict(plan: FramePlan) -> dict[str, Any]:
         "targets": targets,
         "lights": asdict(plan.counts),
         **({"light_method": _light_method(plan)} if plan.counts.in_view else {}),
+        "exposure": plan.settings.exposure,
         "warnings": list(plan.warnings),
     }
 
@@ -112,6 +114,8 @@ def plan_as_text(plan: FramePlan) -> str:
             grid = plan.clusters[0].grid
             sums += f" in {grid.tiles[0]}x{grid.tiles[1]} tiles of {grid.tile} by {grid.slices} slices"
         sums += f" ({plan.light_method.because})"
+    if plan.settings.look != "classic":
+        sums += f"; exposure {plan.settings.exposure:g}"
     unit = "PIXEL" if supersample == 1 else "SAMPLE"
     parts = [
         align([("PASS", "READS", "WRITES", "UPDATES", "BECAUSE"), *passes]),

@@ -46,6 +46,8 @@ class PerspectiveLens(Lens):
 
     _PERSPECTIVE = True
     _EXCLUSIVE = ("fov", "min_fov", "vfov")
+    _min_ratio = 1.0
+    """Width over height of the rectangle that "min_fov" keeps in view; the angle is its vertical one."""
 
     def __init__(
         self,
@@ -137,10 +139,20 @@ class PerspectiveLens(Lens):
         _cot_half("the vertical field of view", vertical)
         self._set_measure("vfov", float(vertical))
 
-    def set_min_fov(self, angle: float) -> None:
-        """Set the field of view of the narrower side in degrees, kept for every aspect ratio."""
-        _cot_half("the field of view", angle)
-        self._set_measure("min_fov", float(angle))
+    def set_min_fov(self, angle: float, vertical: float | None = None) -> None:
+        """Set the field of view of the narrower side in degrees, kept for every aspect ratio.
+
+        With `vertical`, not in Panda3D, a picture of any shape shows at least `angle` horizontally and
+        `vertical` vertically, and no more than one of them needs.
+        """
+        upright = angle if vertical is None else vertical
+        c = _cot_half("the field of view", upright)
+        before, self._min_ratio = self._min_ratio, c / _cot_half("the field of view", angle)
+        try:
+            self._set_measure("min_fov", float(upright))
+        except LensError:
+            self._min_ratio = before
+            raise
 
     def set_focal_length(self, focal_length: float) -> None:
         """Set the distance from eye to film, in the film's unit."""
@@ -176,8 +188,10 @@ class PerspectiveLens(Lens):
             scale = 2.0 * measures["focal_length"] / measures["film_width"]
         else:
             scale = _cot_half("the field of view", measures[angle])
-        if angle == "vfov" or (angle == "min_fov" and ratio >= 1.0):
+        if angle == "vfov" or (angle == "min_fov" and ratio >= self._min_ratio):
             return scale / ratio, scale
+        if angle == "min_fov":
+            scale /= self._min_ratio
         return scale, scale * ratio
 
 

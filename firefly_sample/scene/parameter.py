@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from firefly_sample.errors import ParameterError
+from firefly_sample.errors import ParameterError, did_you_mean
 from firefly_sample.settings import number_or_none, to_whole
 
 
@@ -44,6 +44,8 @@ class Parameter:
         One sentence.
     minimum, maximum : float, optional
         Inclusive range of a number.
+    choices : tuple of str
+        The values of a text that has only a few; empty if it may be any.
     unit : str
         For help texts, for example "units" or "seconds".
     keys : tuple of KeyStep
@@ -61,6 +63,7 @@ class Parameter:
     unit: str = ""
     keys: tuple[KeyStep, ...] = ()
     live: bool = True
+    choices: tuple[str, ...] = ()
 
     def check(self, value: Any, scene: str) -> Any:
         """Return `value` as this parameter's type; raise ParameterError if it is not one, or out of range."""
@@ -72,6 +75,9 @@ class Parameter:
         if self.type is str:
             if not isinstance(value, str):
                 raise ParameterError(f"{where} must be text, got {value!r}")
+            if self.choices and value not in self.choices:
+                hint = did_you_mean(value, self.choices)
+                raise ParameterError(f"{where} must be one of {', '.join(self.choices)}, got {value!r}{hint}")
             return value
         found = number_or_none(value)
         number: float | int | None = found
@@ -99,9 +105,14 @@ class Parameter:
         return "any number"
 
     def step(self, value: Any, key: KeyStep) -> Any:
-        """Return the value after one press of `key`, within the range; an integer changes by at least one."""
+        """Return the value after one press of `key`, within the range; an integer changes by at least one.
+
+        A text changes to the next of its choices, and from the last one to the first.
+        """
         if self.type is bool:
             return not value
+        if self.choices:
+            return self.choices[(self.choices.index(value) + 1) % len(self.choices)]
         moved = value * key.factor + key.add
         if self.type is int:
             whole = round(moved)

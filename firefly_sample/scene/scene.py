@@ -16,6 +16,9 @@ from firefly_sample.scene.transform_state import TransformState
 
 Color = tuple[float, float, float]
 
+START_TIME = 5.0
+"""Seconds at frame 0 of scenes that say nothing else."""
+
 
 @dataclass(frozen=True)
 class VerticalGradient:
@@ -160,12 +163,27 @@ class ScenePlugin(Protocol):
     """The object that an entry point of the group ``firefly_sample.scenes`` names.
 
     An optional attribute ``lights_parameter`` names the parameter for the number of lights if it is not
-    called "lights". ``firefly measure speed`` varies it.
+    called "lights". ``firefly measure speed`` varies it. An optional attribute ``start_time`` is the time of
+    frame 0 in seconds, `START_TIME` when absent, and ``folder`` the name of the folder below ``captures`` and
+    ``measured``, the scene's name when absent.
+
+    An optional attribute ``settings`` is a dict of settings that suit the scene better than the defaults of
+    `firefly_sample.Settings`, for example ``{"exposure": "auto"}``. The commands and the functions behind
+    them start from these where no settings are given. A preset, the command line, the environment and TOML
+    files take precedence.
     """
 
-    name: str
-    summary: str
-    parameters: tuple[Parameter, ...]
+    @property
+    def name(self) -> str:
+        """What the scene is called in messages."""
+
+    @property
+    def summary(self) -> str:
+        """One sentence."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What `build` takes."""
 
     def build(self, **parameters: Any) -> Scene:
         """Build a new scene from checked parameters."""

@@ -1,7 +1,8 @@
-"""Scene plugins: found by the name of an entry point, or as ``package.module:object``."""
+"""Scene plugins: found by the name of an entry point, as ``package.module:object``, or as a model's file."""
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from firefly_sample.errors import FireflyError, SceneError, SceneNotFoundError, did_you_mean
 from firefly_sample.scene.parameter import resolve_parameters
+from firefly_sample.scenes.files import check_file, is_file_name, split_files
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -31,26 +33,35 @@ def find_scene(name: str) -> ScenePlugin:
     Parameters
     ----------
     name : str
-        The name of an entry point of the group ``firefly_sample.scenes``, for example "forest", or
-        "package.module:object" for any importable object.
+        The name of an entry point of the group ``firefly_sample.scenes``, for example "forest";
+        "package.module:object" for any importable object; or a model's file, or several with commas between
+        them. If a file has the name of a scene, the scene is meant, and ``./forest`` is the file.
 
     Raises
     ------
+    ModelError
+        If the name is that of a file, which is missing.
     SceneNotFoundError
         If there is no such scene, or it cannot be imported; the message lists the installed ones.
     SceneError
         If its module raises something else while it is imported (the message says what and where), or what
         was found is not a scene plugin.
     """
-    if ":" in name:
-        return _load(name, name)
-
     installed = _entry_points()
     if name in installed:
         return _named(installed[name])
+    files = split_files(name)
+    if files and all(is_file_name(file) for file in files):
+        from firefly_sample.scenes.model import file_plugin
+
+        return file_plugin(name)
+    if ":" in name:
+        return _load(name, name)
+    if os.path.isdir(name):
+        check_file(name)
     raise SceneNotFoundError(
-        f"there is no scene {name!r}{did_you_mean(name, installed)}; "
-        f"installed: {', '.join(installed) or 'none'}; any other is given as package.module:object"
+        f"there is no scene {name!r}{did_you_mean(name, installed)}; installed: "
+        f"{', '.join(installed) or 'none'}; others are given as package.module:object, models as files"
     )
 
 

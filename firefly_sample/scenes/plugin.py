@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import ModelError, ParameterError, SceneError
+from firefly_sample.errors import ModelError, ParameterError, SceneError, SettingsError
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter, resolve_parameters
-from firefly_sample.scene.scene import Camera, Scene, ScenePlugin
+from firefly_sample.scene.scene import START_TIME, Camera, Scene, ScenePlugin
+from firefly_sample.settings import SETTINGS, Settings
 
 Float64 = NDArray[np.float64]
 
@@ -29,6 +30,40 @@ class Plugin:
     parameters: tuple[Parameter, ...]
     build: Callable[..., Scene]
     lights_parameter: str | None = None
+    start_time: float = START_TIME
+    folder: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+def start_time(plugin: ScenePlugin) -> float:
+    """Return the time of a scene's frame 0 in seconds."""
+    return float(getattr(plugin, "start_time", START_TIME))
+
+
+def folder_name(plugin: ScenePlugin) -> str:
+    """Return the name of the default folder for what is made of a scene, and the start of names of files."""
+    return getattr(plugin, "folder", None) or plugin.name
+
+
+def scene_settings(plugin: ScenePlugin, given: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return changes of the default settings: a scene's own, and on top of them those that are `given`.
+
+    A setting of the scene gives way to a given one that contradicts it.
+
+    Raises
+    ------
+    SceneError
+        If the plugin's attribute ``settings`` is no mapping, or has a wrong name or value.
+    """
+    own, changes = getattr(plugin, "settings", {}), dict(given or {})
+    if not isinstance(own, Mapping):
+        raise SceneError(f"scene {plugin.name!r}: its attribute 'settings' must be a dict, got {own!r}")
+    try:
+        Settings(**own)
+    except (SettingsError, TypeError) as error:  # TypeError: a name that is no text
+        raise SceneError(f"scene {plugin.name!r}: in its attribute 'settings', {error}") from error
+    fitting = {name: own[name] for name in own if SETTINGS[name].broken_limit(own[name], changes) is None}
+    return fitting | changes
 
 
 def lights_parameter(plugin: ScenePlugin) -> Parameter | None:

@@ -35,7 +35,7 @@ def parameter_bindings(
     """Return a binding for each key that the parameters declare; it calls `step` with parameter and key.
 
     A SceneError names a key that does not exist, that one of the window's own bindings or another parameter
-    has taken, or that a parameter of text declares.
+    has taken, or that a parameter of text without choices declares.
     """
     taken = {binding.key: binding.help for binding in own}
     bindings = []
@@ -45,13 +45,13 @@ def parameter_bindings(
             where = f"scene {scene!r}: parameter {parameter.name!r} wants the key {key.key!r}"
             if name not in NAMED_KEYS and not (len(name) == 1 and name.isascii() and name.isalnum()):
                 raise SceneError(f"{where}, which must be a letter, a digit, or one of up, down, left, right")
-            if parameter.type is str:
-                raise SceneError(f"{where}, but it is text: keys change numbers and switches")
+            if parameter.type is str and not parameter.choices:
+                raise SceneError(f"{where}, but it is text: keys change numbers, switches and choices")
             if name in taken:
                 raise SceneError(f"{where}, which is taken already ({taken[name]}): choose a different key")
             taken[name] = key.help or f"change {parameter.name}"
             # building a scene again is slow: one press, one scene
-            repeats = parameter.live and parameter.type is not bool
+            repeats = parameter.live and parameter.type in (int, float)
             bindings.append(Binding(name, taken[name], partial(step, parameter, key), repeats))
     return bindings
 

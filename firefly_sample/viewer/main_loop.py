@@ -10,9 +10,11 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from firefly_sample.frame import check_size
+from firefly_sample.plan.exposure import with_exposure_at
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
+from firefly_sample.scenes.plugin import scene_settings
 from firefly_sample.settings import Settings
 from firefly_sample.viewer.orbit import OrbitCamera, SceneWithCamera
 from firefly_sample.viewer.performance import PerformanceResult, PerformanceTest, check_seconds
@@ -45,7 +47,8 @@ def run(
     Parameters
     ----------
     scene_name, parameters, size, settings, time, require_gpu
-        As ``firefly run`` takes them; `time` is the scene time at first, in seconds.
+        As ``firefly run`` takes them; `time` is the scene time at first, in seconds. An exposure of "auto"
+        is measured then, and stays.
     max_frames : int, optional
         Close after this number of frames: for tests, and to measure a known amount of work.
     performance_test : float, optional
@@ -68,6 +71,7 @@ def run(
     check_size(size)
     check_display()
     shown = ShownScene(plugin, values)
+    settings = with_exposure_at(shown.scene, settings or Settings(**scene_settings(plugin)), time)
     with (
         Window(f"{plugin.name} - firefly", size) as window,
         Renderer(size, settings, require_gpu=require_gpu, window=True) as renderer,
@@ -125,13 +129,13 @@ def run_headless(
     progress : callable, optional
         Is called with (whole seconds done, total), at first with (0, total), whenever that changes.
     """
-    test, settings = PerformanceTest(seconds), settings or Settings()
-    plugin = find_scene(scene_name)
+    test, plugin = PerformanceTest(seconds), find_scene(scene_name)
     values = resolve_parameters(plugin.name, plugin.parameters, parameters)
     warned: set[str] = set()
     done, total = 0, math.ceil(seconds)
+    scene = build_scene(plugin, **values)
+    settings = with_exposure_at(scene, settings or Settings(**scene_settings(plugin)), time)
     with Renderer(size, settings, require_gpu=require_gpu) as renderer:
-        scene = build_scene(plugin, **values)
         frame = renderer.draw(renderer.plan(scene, time), read=False)
         clock, camera = Clock(time, perf_counter()), OrbitCamera(scene)
         turning = SceneWithCamera(scene, camera.path)

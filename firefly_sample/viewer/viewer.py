@@ -15,6 +15,7 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scenes.plugin import folder_name
 from firefly_sample.viewer.buffer_pictures import Pixels
 from firefly_sample.viewer.controls import Binding, help_plate, parameter_bindings
 from firefly_sample.viewer.orbit import OrbitCamera, SceneWithCamera
@@ -264,7 +265,7 @@ class Viewer:
     def _save(self, picture: Pixels) -> None:
         self._screenshot_wanted = False
         try:
-            self._say(f"saved {save_screenshot(self._folder, self._shown.plugin.name, picture)}")
+            self._say(f"saved {save_screenshot(self._folder, folder_name(self._shown.plugin), picture)}")
         except FireflyError as error:
             self._say(str(error))
 

@@ -49,6 +49,13 @@ class Glade:
         return scene
 
 
+class Metered(Glade):
+    """It brings settings of its own."""
+
+    name = "metered"
+    settings = {"exposure": "auto", "normal_format": "oct8", "supersample": 1}  # noqa: RUF012
+
+
 class Statue:
     """One model from a file, which may be missing or damaged."""
 
@@ -146,3 +153,4 @@ class _GrowingScene(Scene):
 
 glade, statue, empty, growing = Glade(), Statue(), Empty(), Growing()
 crowded, doubled, ticking, failing = Crowded(), Doubled(), Ticking(), Failing()
+metered = Metered()

@@ -29,7 +29,13 @@ USAGE = [
     (["plan", "--size", "9" * 400 + "x2"], "WIDTHxHEIGHT", 2),
     (["capture", "--device", "x"], "--device: it must be a whole number", 2),
     (["capture", "--look", "clasic"], 'Did you mean "classic"?', 2),
-    (["capture", "--exposure", "bright"], "--exposure", 2),
+    (
+        ["capture", "--exposure", "bright"],
+        "--exposure: it must be a number above 0, at most 1e+30, or auto",
+        2,
+    ),
+    (["plan", "--exposure", "Auto"], "or auto, got 'Auto'", 2),
+    (["measure", "trade", "--exposure", ""], "or auto, got ''", 2),
     (["capture", GLADE, "leftover"], "leftover", 2),
     (["plan", GLADE, "--json", "--dot"], "--json, --dot", 2),
     (["run", GLADE, "--performance-test", "long", "--headless"], "--performance-test", 2),
@@ -48,7 +54,14 @@ INPUT = [
     (["capture", GLADE, "--outputs", ","], "no outputs"),
     (["capture", GLADE, "--outputs", "depth", "--supersample", "2"], "set supersample to 1"),
     (["capture", GLADE, "--supersample", "3"], "must be one of 1, 2"),
-    (["capture", GLADE, "--exposure", "-1"], "exposure"),
+    *(
+        (
+            ["capture", GLADE, "--exposure", number],
+            "'exposure' must be a number above 0, at most 1e+30, or auto",
+        )
+        for number in ("-1", "0", "nan", "inf", "1e31")
+    ),
+    (["capture", GLADE, "--look", "classic", "--exposure", "auto"], "change 'exposure' or 'look'"),
     (["capture", GLADE, "--look", "classic", "--exposure", "2"], "classic"),
     (["capture", GLADE, "--frames", "3:3"], "holds no frame"),
     (["capture", GLADE, "--frames", "-1:3"], "none negative"),

@@ -25,6 +25,10 @@ def complete(tmp_path_factory):
     env = broken_gl(folder / "lib")
     env["PATH"] = f"{folder}:{env['PATH']}"
 
+    (folder / "vases").mkdir()
+    for name in ("vase.glb", "vase.txt", "vases/tall.OBJ"):
+        (folder / name).touch()
+
     def bash(script, *arguments):
         done = subprocess.run(
             ["bash", "--norc", "-c", script, "bash", *arguments],
@@ -59,7 +63,9 @@ def complete(tmp_path_factory):
         (("measure", "st"), ["start", "stability"]),
         (("completion", ""), ["bash", "zsh", "fish"]),
         (("capture", "sp"), ["spheres"]),
-        (("capture", "--scene", "li"), ["lightbulbs"]),
+        (("capture", "vas"), ["vase.glb", "vases/"]),
+        (("run", "vases/"), ["vases/tall.OBJ"]),
+        (("capture", "--scene", "ligh"), ["lightbulbs"]),
         (("capture", "--light-m"), ["--light-method"]),
         (("plan", "--no-volume-d"), ["--no-volume-depth-test"]),
         (("capture", "forest", "--fire"), ["--fireflies", "--firefly-size"]),
@@ -73,8 +79,8 @@ def test_bash_completes(complete, words, expected):
     assert sorted(complete(*words)) == sorted(expected)
 
 
-def test_bash_offers_every_scene(complete):
-    assert complete("run", "") == [plugin.name for plugin in list_scenes()]
+def test_bash_offers_every_scene_and_the_models_of_the_folder(complete):
+    assert complete("run", "") == [*(plugin.name for plugin in list_scenes()), "vase.glb"]
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

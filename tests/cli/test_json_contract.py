@@ -14,10 +14,10 @@ from tests.cli.command import GLADE
 
 WHOLE = {
     "capture": {
-        *("scene", "parameters", "settings", "seed", "driver", "driver_version", "software", "version"),
-        "frames",
+        *("scene", "parameters", "settings", "exposure", "seed", "driver", "driver_version", "software"),
+        *("version", "warnings", "frames"),
     },
-    "plan": {"passes", "targets", "lights", "light_method", "warnings"},
+    "plan": {"passes", "targets", "lights", "light_method", "exposure", "warnings"},
 }
 
 

@@ -26,7 +26,10 @@ from firefly_sample.settings import NOT_FORWARD, SETTINGS, Settings
         {"exposure": float("nan")},
         {"exposure": 1e300},
         {"exposure": "bright"},
+        {"exposure": "AUTO"},
+        {"exposure": None},
         {"look": "classic", "exposure": 2.0},
+        {"look": "classic", "exposure": "auto"},
         {"look": "classic", "tone": "exponential"},
         {"look": "classic", "clamp_light": True},
         {"look": "classic", "light_method": "loop"},
@@ -55,6 +58,7 @@ def test_settings_are_plain_json_also_from_numpy_numbers():
     settings = Settings(exposure=np.float32(2.0))
     assert json.loads(json.dumps(settings.as_dict())) == settings.as_dict()
     assert settings == Settings(exposure=2)
+    assert type(Settings(exposure=np.str_("auto")).exposure) is str
 
 
 @pytest.mark.parametrize("setting", SETTINGS.values(), ids=SETTINGS)
@@ -69,6 +73,9 @@ def test_a_declared_setting_documents_checks_and_takes_its_values(setting):
             continue
         assert setting.check(value) == value
         assert type(setting.check(value)) is setting.type
+    for word in setting.words:
+        assert setting.check(word) == word
+        assert setting.expected.endswith(f", or {word}")
     for wrong in ("nothing", object(), np.zeros(2), *(() if setting.choices else (-1, 1e31, True))):
         with pytest.raises(SettingsError) as caught:
             setting.check(wrong)

@@ -1,0 +1,92 @@
+"""Lights, a backdrop and a ground for models that have none, as in a photo studio.
+
+All lights are directional, so the same numbers fit models of every size. They are placed relative to the
+camera's heading, so that a model is lit alike from wherever it is seen.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from firefly_sample.model.framing import visible_bounds
+from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.geom import Geom, GeomNode
+from firefly_sample.scene.lights import AmbientLight, DirectionalLight
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.scene import Color, Scene, VerticalGradient
+
+
+class StudioLight(NamedTuple):
+    """A directional light: where it stands as seen from the model, in degrees, and its colour.
+
+    `azimuth` is to the right of the camera, `elevation` above the horizon.
+    """
+
+    name: str
+    azimuth: float
+    elevation: float
+    color: Color
+
+
+KEY = StudioLight("key light", -40.0, 50.0, (1.32, 1.28, 1.22))
+"""The main light, from the left and above; the only one with a shadow."""
+FILL = StudioLight("fill light", 65.0, 20.0, (0.36, 0.38, 0.41))
+"""Brightens the side that the key light leaves dark."""
+AMBIENT: Color = (0.29, 0.30, 0.31)
+BACKDROP = VerticalGradient(horizon=(0.58, 0.59, 0.61), zenith=(0.26, 0.28, 0.32))
+SHADOW_MAP = 2048
+"""Texels along a side of the key light's shadow map."""
+GROUND_RADIUS = 3.5
+"""In radii of the model, whose shadow ends at 1 + 2 / tan(50 degrees)."""
+_CORNERS = 96
+GROUND_GAP = 1e-3
+"""How far the ground is below the model, in radii: a flat model would otherwise lie in it."""
+
+
+def add_default_lights(scene: Scene) -> NodePath:
+    """Add a key light with a shadow, a fill and ambient light, and a neutral backdrop.
+
+    Call it after the camera was placed: the lights stand relative to its heading. Returns the path of a new
+    node below the root that holds the lights, to hide or to remove them.
+    """
+    lights = scene.root.attach_new_node("default lights")
+    heading = scene.camera.get_net_transform().get_hpr()[0]
+    for made in (KEY, FILL):
+        light = DirectionalLight(made.name, made.color)
+        light.set_shadow_caster(made is KEY, SHADOW_MAP)
+        lights.attach_new_node(light).set_hpr(heading + made.azimuth, -made.elevation, 0.0)
+    lights.attach_new_node(AmbientLight("ambient light", AMBIENT))
+    scene.background = BACKDROP
+    return lights
+
+
+def add_ground(scene: Scene, path: NodePath | None = None, *, turns: bool = False) -> NodePath:
+    """Add a ground below everything visible at and below a path, by default the root; return its path.
+
+    In the default lights it has exactly the backdrop's colour, so that only the model's shadow shows on it.
+    It is seen from above alone.
+    """
+    bounds = visible_bounds(scene, path, turns=turns)
+    radius = bounds.radius if bounds.radius > 0.0 else 1.0
+    angle = np.arange(_CORNERS) * (2.0 * math.pi / _CORNERS)
+    rim = GROUND_RADIUS * radius * np.stack([np.cos(angle), np.sin(angle), np.zeros(_CORNERS)], axis=1)
+    middle = np.arange(1, _CORNERS - 1)
+    fan = np.stack([np.zeros_like(middle), middle, middle + 1], axis=1)
+    node = GeomNode("ground")
+    node.add_geom(Geom(rim, fan, name="ground"), Material("ground", (*ground_color(), 1.0)))
+    ground = scene.root.attach_new_node(node)
+    x, y, _ = bounds.center
+    ground.set_pos(x, y, bounds.low - GROUND_GAP * radius)
+    return ground
+
+
+def ground_color() -> Float64:
+    """Return the base colour of a level surface that looks like the backdrop in the default lights."""
+    lit = np.array(AMBIENT)
+    for made in (KEY, FILL):
+        lit += math.sin(math.radians(made.elevation)) * np.array(made.color)
+    return np.asarray(np.array(BACKDROP.horizon) / lit)
