@@ -42,6 +42,8 @@ class PandaNode:
     draw_control, draw_show : int
         Camera bits that this node decides, and of those the ones that see it; see `NodePath.hide`.
     tags : dict of str to str
+    warnings : tuple of str
+        A line for each thing about this node that is not drawn, which every frame with the node repeats.
     revision, subtree_revision : int
         Grow with each change of the node itself, and of it or any node below it: transforms, attributes,
         contents, children.
@@ -60,6 +62,7 @@ class PandaNode:
     tree: one that is deeper than 150 nodes needs ``sys.setrecursionlimit``.
     """
 
+    warnings: tuple[str, ...] = ()
     _parents: list[weakref.ref[PandaNode]]
     _steps: weakref.WeakSet[PathStep]
 

@@ -49,7 +49,7 @@ LAYERS = (
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other
 know nothing of each other."""
 
-FORBIDDEN = {("plan", "model"), ("gpu", "scene"), ("gpu", "model"), ("gpu", "scenes")}
+FORBIDDEN = {("gpu", "scene"), ("gpu", "scenes"), ("gpu", "model"), ("plan", "model"), ("passes", "model")}
 """(who, whom) that the layers alone would allow."""
 
 HOMES = {
