@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from firefly_sample.errors import SceneError, did_you_mean
+from firefly_sample.errors import ModelError, SceneError, did_you_mean
 from firefly_sample.model.framing import frame_camera, visible_bounds
 from firefly_sample.model.load import GLTF_SUFFIXES, load_model
 from firefly_sample.model.plain_meshes import turn
 from firefly_sample.model.root import ModelRoot
 from firefly_sample.model.studio import add_default_lights, add_ground
+from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter, resolve_parameters
 from firefly_sample.scene.scene import Camera
+from firefly_sample.scene.traversal import iter_visible
 from firefly_sample.scenes.files import check_file, files_stem, split_files
 from firefly_sample.scenes.plugin import LiveScene, Plugin, set_visible, switch, with_keys
 
@@ -114,6 +116,7 @@ class ModelScene(LiveScene):
             check_file(file)
             _load(file, self.values["up"]).reparent_to(self._turning)
         self._play(self.values["animation"])
+        self._check_visible()
         self._place_camera(self.values["camera"])
         self._file_lights = self._turning.find_all_matches("**/+ShadowCaster")
         for light in self._file_lights:
@@ -141,8 +144,9 @@ class ModelScene(LiveScene):
         angle = 360.0 * math.fmod(time, seconds) / seconds if seconds > 0.0 else 0.0
         self._turn(angle)
         if self._file_camera is not None:
-            # where it is in the file: the camera stays while the model turns
-            self.camera.set_transform(self._file_camera.get_transform(self._turning))
+            # where it is in the file, without scale: the camera stays while the model turns
+            place = self._file_camera.get_transform(self._turning)
+            self.camera.set_transform(place.set_scale((1.0, 1.0, 1.0)).set_shear((0.0, 0.0, 0.0)))
 
     def _turn(self, degrees: float) -> None:
         """Turn the models about the vertical axis through the focus."""
@@ -175,6 +179,15 @@ class ModelScene(LiveScene):
                 longest = max([longest, *(clip.duration for clip in playing)])
         return tuple(longest * part / POSES for part in range(POSES)) if longest > 0.0 else (0.0,)
 
+    def _check_visible(self) -> None:
+        """Raise a ModelError if there is nothing to draw; it says what the files have instead."""
+        if any(isinstance(visit.node, GeomNode) and visit.node.geoms for visit in iter_visible(self._turning)):
+            return
+        models = [path.node() for path in self._turning.get_children()]
+        losses = [line for model in models if isinstance(model, ModelRoot) for line in model.warnings]
+        because = f": {'; '.join(losses)}" if losses else ""
+        raise ModelError(f"model {self.values['file']}: no visible triangles, so nothing to draw{because}")
+
     def _place_camera(self, name: str) -> None:
         """Use a camera of the files, or place one that frames the models."""
         cameras = self._turning.find_all_matches("**/+Camera")
@@ -193,11 +206,8 @@ class ModelScene(LiveScene):
             return
         node = self._file_camera.node()
         assert isinstance(node, Camera)
-        lens = node.lens.make_copy()
-        lens.set_aspect_ratio(None)  # glTF: a picture of a different shape is not distorted, and not refused
-        self.camera_node.lens = lens
-        bounds = visible_bounds(self, self._turning)
-        self._axis = tuple(bounds.center.tolist())
+        self.camera_node.lens = node.lens.make_copy()
+        self.focus = self._axis = tuple(visible_bounds(self, self._turning).center.tolist())
         self.update(0.0)
 
 
