@@ -46,7 +46,7 @@ def lantern():
         # every second one is its mirror image, two places on
         mirrored = (-1.0, 1.0, 1.0) if k % 2 else None
         gltf.node(f"pane {k}", cage, mesh=pane, rotation=turn((0, 1, 0), 60.0 * k), scale=mirrored)
-    flame = gltf.light("point", FLAME, 0.32, "flame")
+    flame = gltf.light("point", FLAME, 0.06, "flame")
     gltf.node("flame", cage, light=flame, translation=_at(0.0, 0.0, 0.55 * LOW + 0.45 * HIGH))
     gltf.animation(_fireflies(gltf, made, root), "fireflies")
     _moonlight(gltf)
@@ -65,7 +65,7 @@ class _Materials:
                 "bark",
             )
         )
-        face = gltf.texture(gltf.image(jpeg(opaque(end_grain(830, 256))), "cut wood"))
+        face = gltf.texture(gltf.image(jpeg(opaque(1.45 * end_grain(830, 256))), "cut wood"))
         cushions = gltf.texture(gltf.image(jpeg(moss(840), 80), "moss"))
         glow = gltf.texture(gltf.image(jpeg(painted_glass(850), 88), "painted glass"))
         self.textured = {"bark", "cut wood", "moss", "glass"}
@@ -78,7 +78,7 @@ class _Materials:
                 roughness=0.20,
                 emission=(1.0, 1.0, 1.0),
                 emission_texture=glow,
-                strength=2.3,
+                strength=2.1,
             ),
             "bark": gltf.material("bark", texture=gltf.slot(bark, scale=[5.0, 1.0]), roughness=0.95),
             "cut wood": gltf.material("cut wood", texture=face, roughness=0.85),
@@ -86,7 +86,7 @@ class _Materials:
             "mushroom": gltf.material("mushroom", roughness=0.55),
             "firefly": gltf.material("firefly", roughness=0.5),
             "lamp": gltf.material(
-                "firefly's lamp", (0.4, 0.5, 0.1, 1.0), emission=(0.72, 1.0, 0.22), strength=2.2
+                "firefly's lamp", (0.4, 0.5, 0.1, 1.0), emission=(0.72, 1.0, 0.22), strength=1.7
             ),
         }
 
@@ -108,7 +108,7 @@ def _at(x, y, z):
 
 def _moonlight(gltf):
     """Cold light from behind, and a little from the front; a light shines along its node's -Z."""
-    for name, strength, heading, pitch in (("moon", 1.1, 205.0, -38.0), ("sky", 0.34, 20.0, -24.0)):
+    for name, strength, heading, pitch in (("moon", 1.2, 205.0, -38.0), ("sky", 0.42, 20.0, -24.0)):
         light = gltf.light("directional", (0.50, 0.66, 1.0), strength, name)
         frame = gltf.node(f"{name} heading", rotation=turn((0, 1, 0), heading))
         gltf.node(name, frame, rotation=turn((1, 0, 0), pitch), light=light)
@@ -159,8 +159,8 @@ def _log_side():
 
 
 def _log_face():
-    """The cut face; its texture is laid on from above."""
-    face = lathe([(r, TOP) for r in (2.38, 1.6, 0.8, 0.0)], 72)
+    """The cut face around the lantern's foot; its texture is laid on from above."""
+    face = lathe([(r, TOP) for r in (2.38, 1.6, 0.85)], 72)
     flat = 0.5 + 0.5 * face.points[:, :2] / 2.45
     return Piece(face.points, face.triangles, flat, face.colors).bent(_lobed)
 
@@ -195,7 +195,7 @@ def _moss():
         cushions.append(cushion.turned((0, 0, 1), 360.0 * random.units(1)[0]).moved(x, y, TOP - 0.01))
     whole = join(*cushions)
     flat = whole.points[:, :2] / 5.0 + 0.5
-    deep = whole.painted(lambda points: 0.45 + 0.55 * smooth(TOP - 0.04, TOP + 0.16, points[:, 2]))
+    deep = whole.painted(lambda points: 0.55 + 0.45 * smooth(TOP - 0.04, TOP + 0.16, points[:, 2]))
     return Piece(deep.points, deep.triangles, np.clip(flat, 0.0, 1.0), deep.colors)
 
 
@@ -241,7 +241,7 @@ def _cage():
             (0.90, TOP + 0.32),
             (0.90, LOW - 0.05),
             (0.87, LOW),
-            (0.0, LOW),
+            (0.74, LOW),
         ]
     )
     return join(foot, _roof(), _ring()).painted(_worn)
@@ -253,7 +253,7 @@ def _side():
     post = _upright(CORNER, LOW - 0.02, HIGH + 0.05, rectangle(0.11, 0.11, 0.022))
     slat = _upright(0.27, VENT - 0.02, VENT + 0.24, rectangle(0.06, 0.05, 0.012))
     slope = np.array([(radius, 0.0, z + 0.012) for radius, z in _slope()])
-    ridge = sweep(slope, circle(0.036, 6), np.linspace(1.2, 0.8, len(slope)))
+    ridge = sweep(slope, circle(0.036, 8), np.linspace(1.2, 0.8, len(slope)))
     tip = ball(0.055, 5, 8).moved(1.25, 0.0, EAVES + 0.10)
     frame = _frame().turned((0, 0, 1), 30.0)
     return join(foot, post, slat, ridge, tip, _bracket(), frame).painted(_worn)
@@ -340,11 +340,11 @@ def _bracket():
     spin = np.radians(95.0 + 500.0 * s)
     size = 0.21 * (1.0 - 0.78 * s)
     scroll = np.stack([1.10 + size * np.cos(spin), 0.0 * s, HIGH - 0.17 + size * np.sin(spin)], axis=1)
-    curl = sweep(scroll, circle(0.028, 6), 1.0 - 0.35 * s)
+    curl = sweep(scroll, circle(0.028, 8), 1.0 - 0.35 * s)
     s = np.linspace(0.0, 1.0, 8)
     tail = np.stack([0.885 + 0.20 * s**2, 0.0 * s, HIGH - 0.85 + 0.89 * s], axis=1)
     knob = ball(0.045, 5, 8).moved(*scroll[-1])
-    return join(curl, knob, sweep(tail, circle(0.028, 6)))
+    return join(curl, knob, sweep(tail, circle(0.028, 8)))
 
 
 def _pane():

@@ -37,7 +37,7 @@ PLANETS = (
     # name, teeth on the column, arm, radius, where it starts in degrees
     ("mercury", 20, 0.50, 0.085, 200.0),
     ("venus", 30, 0.75, 0.125, 75.0),
-    ("earth", 36, 1.16, 0.150, -62.0),
+    ("earth", 36, 1.16, 0.150, -112.0),
     ("mars", 40, 1.58, 0.115, 135.0),
     ("jupiter", 45, 1.99, 0.270, 222.0),
     ("saturn", 48, 2.66, 0.200, 0.0),
@@ -60,7 +60,7 @@ def orrery():
         mirrored = (-1.0, 1.0, 1.0) if k % 2 else None
         gltf.node(f"cradle {k}", root, mesh=cradle, rotation=turn((0, 1, 0), degrees), scale=mirrored)
     gltf.node("horizon", root, mesh=made.mesh("horizon", [(_horizon(), "brass"), (_degrees(), "steel")]))
-    gltf.node("sun", root, mesh=made.mesh("sun", [(_sun(), "gilt")]), translation=_up(PLANE))
+    gltf.node("sun", root, mesh=made.mesh("sun", [(_sun(), "gilt")], 75.0), translation=_up(PLANE))
     channels = [*_wheels(gltf, made, root), *_planets(gltf, made, root)]
     gltf.animation(channels, "clockwork")
     return gltf
@@ -83,7 +83,7 @@ class _Parts:
         }
         self.meshes = {}
 
-    def mesh(self, name, parts, angle=40.0):
+    def mesh(self, name, parts, angle=50.0):
         if name not in self.meshes:
             pieces = [
                 primitive(self.gltf, part, self.materials[kind], angle, size=SIZE) for part, kind in parts
@@ -289,7 +289,7 @@ def _cradle():
     size = 0.30 * (1.0 - 0.80 * s)
     middle = np.array((2.36, 0.0, 0.98))
     scroll = middle + np.stack([size * np.cos(spin), 0.10 * s, size * np.sin(spin)], axis=1)
-    curl = sweep(scroll, circle(0.036, 6), 1.0 - 0.45 * s)
+    curl = sweep(scroll, circle(0.036, 8), 1.0 - 0.45 * s)
     return join(rib, curl, ball(0.062, 6, 12).moved(*scroll[-1]))
 
 
