@@ -1,4 +1,4 @@
-"""Makes every .glb file of the scenes: `python models/make_models.py [FOLDER] [NAME ...]`.
+"""Makes every .glb file: `python models/make_models.py [FOLDER] [NAME ...]`.
 
 Everything is computed here from fixed seeds; no picture or mesh comes from elsewhere. Made twice, the
 arrays and the decoded pixels are equal. FOLDER is this one when absent.
@@ -13,7 +13,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from builder.catalogue import MODELS  # noqa: E402
+from builder.catalogue import MODELS, SHOWPIECES  # noqa: E402
 from builder.export import write_glb  # noqa: E402
 
 
@@ -21,19 +21,23 @@ def make(folder: Path, names: tuple[str, ...] = ()) -> dict[str, Path]:
     """Write the models called `names` (all, when none are given) into `folder`; returns their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written = {}
-    for name in names or tuple(MODELS):
+    for name in names or (*MODELS, *SHOWPIECES):
         written[name] = folder / f"{name}.glb"
-        write_glb(written[name], MODELS[name]())
+        if name in SHOWPIECES:
+            written[name].write_bytes(SHOWPIECES[name]().glb())
+        else:
+            write_glb(written[name], MODELS[name]())
     return written
 
 
 def main(arguments: list[str]) -> int:
     folder = Path(arguments[0]) if arguments else HERE
-    unknown = [name for name in arguments[1:] if name not in MODELS]
+    known = (*MODELS, *SHOWPIECES)
+    unknown = [name for name in arguments[1:] if name not in known]
     if unknown:
-        print(f"no model {unknown[0]!r}: there are {', '.join(MODELS)}", file=sys.stderr)
+        print(f"no model {unknown[0]!r}: there are {', '.join(known)}", file=sys.stderr)
         return 2
-    for name in arguments[1:] or MODELS:
+    for name in arguments[1:] or known:
         start = time.perf_counter()
         path = make(folder, (name,))[name]
         print(f"{path.name:20} {path.stat().st_size / 1e6:6.2f} MB {time.perf_counter() - start:6.1f} s")

@@ -5,9 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 
 from builder import bark, conifers, foliage, furniture, giants, needles, plants, props, trees, worlds
+from builder.bonsai import bonsai
 from builder.canvas import opaque
 from builder.cat_model import sitting_cat
 from builder.export import Paint
+from builder.lantern import lantern
+from builder.orrery import orrery
 from builder.sphere import cube_sphere
 from builder.terrain import terrain, terrain_texture
 
@@ -178,4 +181,6 @@ MODELS = {
     "plinth": _plinth,
     "bulb": _bulb,
 }
-"""File name without its ending -> function that makes its parts."""
+"""File name without its ending -> function that makes its parts: what the scenes are made of."""
+SHOWPIECES = {"lantern": lantern, "orrery": orrery, "bonsai": bonsai}
+"""File name without its ending -> function that makes the whole file: models to look at by themselves."""

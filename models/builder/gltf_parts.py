@@ -12,7 +12,7 @@ from PIL import Image
 from builder.solids import Piece, shaded
 
 
-def primitive(gltf, part, material, angle=40.0, textured=False, size=None):
+def primitive(gltf, part, material, angle=50.0, textured=False, size=None):
     """A primitive of a piece, or of the five arrays of a `Surface`; colours only when they are not white.
 
     With a `size`, positions are written in units of it, in -1..1 as shorts, and normals as bytes

@@ -7,18 +7,17 @@ import math
 import numpy as np
 from gltf_writer import Gltf, turn, y_up
 
-from builder.bark import end_grain, furrowed
+from builder.bark import end_grain
 from builder.bonsai_paints import moss
-from builder.canvas import Canvas, opaque
+from builder.canvas import opaque
 from builder.gltf_parts import jpeg, primitive
-from builder.noise import fractal, smooth, solid, spectral
-from builder.randomness import Random
-from builder.solids import Piece, arc, ball, circle, grid, join, lathe, rectangle, sweep
+from builder.lantern_log import TOP, log_face, log_side, moss_cushions, mushrooms
+from builder.lantern_paints import log_bark, painted_glass
+from builder.noise import fractal, smooth, solid
+from builder.solids import arc, ball, circle, grid, join, lathe, rectangle, sweep
 
 SIZE = 5.0
 """No mesh reaches further: the file's unit, so that positions fit into shorts."""
-TOP = 0.55
-"""Height of the cut face on which the lantern stands; all lengths are in decimetres."""
 LOW, HIGH = TOP + 0.42, TOP + 2.05
 """The panes' lower and upper edges."""
 EAVES = HIGH + 0.03
@@ -35,9 +34,9 @@ def lantern():
     gltf = Gltf()
     made = _Materials(gltf)
     root = gltf.node("lantern", scale=(0.1 * SIZE,) * 3)
-    log = gltf.node("log", root, mesh=made.mesh("log", (_log_side(), "bark"), (_log_face(), "cut wood")))
-    gltf.node("moss", log, mesh=made.mesh("moss", (_moss(), "moss")))
-    gltf.node("mushrooms", log, mesh=made.mesh("mushrooms", (_mushrooms(), "mushroom")))
+    log = gltf.node("log", root, mesh=made.mesh("log", (log_side(), "bark"), (log_face(), "cut wood")))
+    gltf.node("moss", log, mesh=made.mesh("moss", (moss_cushions(), "moss")))
+    gltf.node("mushrooms", log, mesh=made.mesh("mushrooms", (mushrooms(), "mushroom")))
     cage = gltf.node("cage", root, mesh=made.mesh("cage", (_cage(), "iron"), (_brass(), "brass")))
     side = made.mesh("side", (_side(), "iron"), (_rivets(), "brass"))
     pane = made.mesh("pane", (_pane(), "glass"))
@@ -46,7 +45,7 @@ def lantern():
         # every second one is its mirror image, two places on
         mirrored = (-1.0, 1.0, 1.0) if k % 2 else None
         gltf.node(f"pane {k}", cage, mesh=pane, rotation=turn((0, 1, 0), 60.0 * k), scale=mirrored)
-    flame = gltf.light("point", FLAME, 0.32, "flame")
+    flame = gltf.light("point", FLAME, 0.06, "flame")
     gltf.node("flame", cage, light=flame, translation=_at(0.0, 0.0, 0.55 * LOW + 0.45 * HIGH))
     gltf.animation(_fireflies(gltf, made, root), "fireflies")
     _moonlight(gltf)
@@ -65,7 +64,7 @@ class _Materials:
                 "bark",
             )
         )
-        face = gltf.texture(gltf.image(jpeg(opaque(end_grain(830, 256))), "cut wood"))
+        face = gltf.texture(gltf.image(jpeg(opaque(1.45 * end_grain(830, 256))), "cut wood"))
         cushions = gltf.texture(gltf.image(jpeg(moss(840), 80), "moss"))
         glow = gltf.texture(gltf.image(jpeg(painted_glass(850), 88), "painted glass"))
         self.textured = {"bark", "cut wood", "moss", "glass"}
@@ -78,7 +77,7 @@ class _Materials:
                 roughness=0.20,
                 emission=(1.0, 1.0, 1.0),
                 emission_texture=glow,
-                strength=2.3,
+                strength=2.1,
             ),
             "bark": gltf.material("bark", texture=gltf.slot(bark, scale=[5.0, 1.0]), roughness=0.95),
             "cut wood": gltf.material("cut wood", texture=face, roughness=0.85),
@@ -86,7 +85,7 @@ class _Materials:
             "mushroom": gltf.material("mushroom", roughness=0.55),
             "firefly": gltf.material("firefly", roughness=0.5),
             "lamp": gltf.material(
-                "firefly's lamp", (0.4, 0.5, 0.1, 1.0), emission=(0.72, 1.0, 0.22), strength=2.2
+                "firefly's lamp", (0.4, 0.5, 0.1, 1.0), emission=(0.72, 1.0, 0.22), strength=1.7
             ),
         }
 
@@ -108,7 +107,7 @@ def _at(x, y, z):
 
 def _moonlight(gltf):
     """Cold light from behind, and a little from the front; a light shines along its node's -Z."""
-    for name, strength, heading, pitch in (("moon", 1.1, 205.0, -38.0), ("sky", 0.34, 20.0, -24.0)):
+    for name, strength, heading, pitch in (("moon", 1.2, 205.0, -38.0), ("sky", 0.42, 20.0, -24.0)):
         light = gltf.light("directional", (0.50, 0.66, 1.0), strength, name)
         frame = gltf.node(f"{name} heading", rotation=turn((0, 1, 0), heading))
         gltf.node(name, frame, rotation=turn((1, 0, 0), pitch), light=light)
@@ -150,82 +149,6 @@ def _insect():
     return join(case, head).painted((0.045, 0.030, 0.020))
 
 
-# --- the slice of wood
-
-
-def _log_side():
-    bulge = [(2.42, 0.0), (2.50, 0.10), (2.50, 0.38), (2.44, TOP - 0.05), (2.38, TOP)]
-    return lathe(bulge, 72).bent(_lobed)
-
-
-def _log_face():
-    """The cut face; its texture is laid on from above."""
-    face = lathe([(r, TOP) for r in (2.38, 1.6, 0.8, 0.0)], 72)
-    flat = 0.5 + 0.5 * face.points[:, :2] / 2.45
-    return Piece(face.points, face.triangles, flat, face.colors).bent(_lobed)
-
-
-def _lobed(points):
-    """Not quite round, as trees are."""
-    angle = np.arctan2(points[:, 1], points[:, 0])
-    grown = 1.0 + 0.035 * np.sin(3.0 * angle + 0.6) + 0.02 * np.sin(7.0 * angle + 2.0)
-    return points * np.stack([grown, grown, np.ones_like(grown)], axis=1)
-
-
-def _moss():
-    """Cushions on the face, and one that hangs over the edge."""
-    random = Random(860)
-    cushions = []
-    for x, y, size in (
-        (-1.25, -1.25, 0.62),
-        (-1.72, -0.75, 0.50),
-        (-0.72, -1.62, 0.42),
-        (1.62, -0.95, 0.40),
-        (1.30, 1.25, 0.60),
-        (-1.40, 1.30, 0.55),
-        (1.95, -0.45, 0.30),
-    ):
-        dome = lathe([(1.0, -0.10), (0.97, 0.05), *arc((0.0, 0.0), 1.0, 22.0, 90.0, 4)], 18)
-        seed = random.below(1000)
-
-        def swell(points, seed=seed):
-            return points * (1.0 + 0.20 * fractal(points, seed, 0.8, 3))[:, None]
-
-        cushion = dome.bent(swell).scaled(size, size * 0.85, size * 0.34)
-        cushions.append(cushion.turned((0, 0, 1), 360.0 * random.units(1)[0]).moved(x, y, TOP - 0.01))
-    whole = join(*cushions)
-    flat = whole.points[:, :2] / 5.0 + 0.5
-    deep = whole.painted(lambda points: 0.45 + 0.55 * smooth(TOP - 0.04, TOP + 0.16, points[:, 2]))
-    return Piece(deep.points, deep.triangles, np.clip(flat, 0.0, 1.0), deep.colors)
-
-
-def _mushrooms():
-    """A family of small ones in the moss."""
-    grown = []
-    for x, y, height, lean in (
-        (-1.42, -1.05, 0.62, 9.0),
-        (-1.22, -1.38, 0.44, -12.0),
-        (-1.62, -1.22, 0.36, 14.0),
-        (1.66, -1.02, 0.40, -8.0),
-    ):
-        stem = sweep([(0, 0, 0), (0.02, 0, 0.5), (0, 0, 1.0)], circle(0.075, 8), [1.25, 0.9, 0.8])
-        stem = stem.painted((0.62, 0.52, 0.38))
-        cap = lathe(
-            [(0.0, 0.88), (0.20, 0.86), (0.33, 0.80), *arc((0.0, 0.72), 0.36, 14.0, 90.0, 5)], 16
-        ).painted(lambda points: _cap_tone(points))
-        whole = join(stem, cap).scaled(0.8 * height + 0.1, 0.8 * height + 0.1, height)
-        grown.append(whole.turned((1, 0.4, 0), lean).moved(x, y, TOP + 0.06))
-    return join(*grown)
-
-
-def _cap_tone(points):
-    """Red-brown above, pale gills below and a pale rim."""
-    upper = smooth(0.80, 0.84, points[:, 2])[:, None]
-    rim = smooth(0.30, 0.36, np.hypot(points[:, 0], points[:, 1]))[:, None] * 0.5
-    top = np.array((0.50, 0.115, 0.035)) * (1.0 - rim) + np.array((0.68, 0.40, 0.20)) * rim
-    return np.array((0.50, 0.38, 0.26)) * (1.0 - upper) + top * upper
-
-
 # --- the lantern
 
 
@@ -241,7 +164,7 @@ def _cage():
             (0.90, TOP + 0.32),
             (0.90, LOW - 0.05),
             (0.87, LOW),
-            (0.0, LOW),
+            (0.74, LOW),
         ]
     )
     return join(foot, _roof(), _ring()).painted(_worn)
@@ -253,7 +176,7 @@ def _side():
     post = _upright(CORNER, LOW - 0.02, HIGH + 0.05, rectangle(0.11, 0.11, 0.022))
     slat = _upright(0.27, VENT - 0.02, VENT + 0.24, rectangle(0.06, 0.05, 0.012))
     slope = np.array([(radius, 0.0, z + 0.012) for radius, z in _slope()])
-    ridge = sweep(slope, circle(0.036, 6), np.linspace(1.2, 0.8, len(slope)))
+    ridge = sweep(slope, circle(0.036, 8), np.linspace(1.2, 0.8, len(slope)))
     tip = ball(0.055, 5, 8).moved(1.25, 0.0, EAVES + 0.10)
     frame = _frame().turned((0, 0, 1), 30.0)
     return join(foot, post, slat, ridge, tip, _bracket(), frame).painted(_worn)
@@ -340,11 +263,11 @@ def _bracket():
     spin = np.radians(95.0 + 500.0 * s)
     size = 0.21 * (1.0 - 0.78 * s)
     scroll = np.stack([1.10 + size * np.cos(spin), 0.0 * s, HIGH - 0.17 + size * np.sin(spin)], axis=1)
-    curl = sweep(scroll, circle(0.028, 6), 1.0 - 0.35 * s)
+    curl = sweep(scroll, circle(0.028, 8), 1.0 - 0.35 * s)
     s = np.linspace(0.0, 1.0, 8)
     tail = np.stack([0.885 + 0.20 * s**2, 0.0 * s, HIGH - 0.85 + 0.89 * s], axis=1)
     knob = ball(0.045, 5, 8).moved(*scroll[-1])
-    return join(curl, knob, sweep(tail, circle(0.028, 6)))
+    return join(curl, knob, sweep(tail, circle(0.028, 8)))
 
 
 def _pane():
@@ -353,63 +276,3 @@ def _pane():
     half = 0.5 * CORNER - 0.03
     corners = [[(place, -half, LOW), (place, half, LOW)], [(place, -half, HIGH), (place, half, HIGH)]]
     return grid(np.array(corners)).turned((0, 0, 1), 30.0)
-
-
-def log_bark(seed):
-    """Oak's bark, whose texture goes five times around the log."""
-    fine = furrowed(seed, (512, 1024), (0.30, 0.23, 0.17), (0.07, 0.05, 0.04), (4, 12))
-    return opaque(fine.reshape(128, 4, 256, 4, 3).mean((1, 3)))
-
-
-def painted_glass(seed, shape=(384, 192)):
-    """The light of a flame through amber glass with grasses painted on it, as emission."""
-    random = Random(seed)
-    height, width = shape
-    canvas = Canvas(2 * width, 2 * height, (0.0, 0.0, 0.0))
-    reach = height / width
-    for k in range(15):
-        x, lean = random.between(0.02, 0.98), random.around(0.0, 0.30)
-        tall = reach * random.between(0.16, 0.52)
-        s = np.linspace(0.0, 1.0, 9)
-        stalk = [np.array((x + lean * t * t * tall, tall * t)) for t in s]
-        canvas.twig(stalk, 0.011 * (1.0 - 0.8 * s), (0, 0, 0))
-        if k % 3 == 0:
-            for j in range(7):
-                at = stalk[8] * (1.0 - 0.05 * j) + stalk[5] * 0.05 * j
-                side = 1.0 if j % 2 else -1.0
-                canvas.leaf(
-                    at[0],
-                    at[1],
-                    math.pi / 2.0 - side * 0.7,
-                    0.07,
-                    lambda t: 0.22 * np.sin(np.pi * t),
-                    (0, 0, 0),
-                )
-        elif k % 3 == 1:
-            for j in range(8):
-                at = stalk[j]
-                for side in (1.0, -1.0):
-                    size = 0.13 * (1.0 - 0.09 * j)
-                    outline = _frond
-                    canvas.leaf(at[0], at[1], math.pi / 2.0 - lean - side * 1.05, size, outline, (0, 0, 0))
-    cover = canvas.alpha.reshape(height, 2, width, 2).mean((1, 3))
-    y = reach * (height - 0.5 - np.arange(height)[:, None]) / height
-    x = (np.arange(width)[None, :] + 0.5) / width
-    away = np.hypot((x - 0.5) * 1.1, (y - 0.42 * reach) * 0.72)
-    cloud = 1.0 + 0.10 * spectral(shape, seed + 1, (20, 160), 1.1)
-    glow = (0.14 + 1.0 * np.exp(-((away / 0.42) ** 2))) * cloud
-    flame = np.exp(-(((x - 0.5) / 0.055) ** 2) - ((y - 0.44 * reach) / 0.17) ** 2)
-    color = glow[..., None] * np.array((0.95, 0.36, 0.06)) + 0.6 * flame[..., None] * np.array(
-        (1.0, 0.8, 0.45)
-    )
-    color = color * (1.0 - 0.93 * cover[..., None])
-    for _ in range(6):
-        px, py = random.between(0.12, 0.88), reach * random.between(0.45, 0.85)
-        spark = np.exp(-(((x - px) ** 2 + (y - py) ** 2) / 0.016**2))
-        color = color + spark[..., None] * np.array((0.75, 1.0, 0.25))
-    return opaque(np.clip(color, 0.0, 1.0))
-
-
-def _frond(t):
-    """Half the width of a leaflet."""
-    return 0.16 * np.sin(np.pi * np.clip(t, 0.0, 1.0) ** 0.8)

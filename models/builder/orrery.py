@@ -8,7 +8,8 @@ import numpy as np
 from gltf_writer import Gltf, turn, y_up
 
 from builder.gltf_parts import primitive
-from builder.noise import fractal, smooth, solid
+from builder.noise import fractal, solid
+from builder.orrery_bodies import PAINTED, rocky, saturns_ring, sun
 from builder.solids import (
     arc,
     around,
@@ -37,7 +38,7 @@ PLANETS = (
     # name, teeth on the column, arm, radius, where it starts in degrees
     ("mercury", 20, 0.50, 0.085, 200.0),
     ("venus", 30, 0.75, 0.125, 75.0),
-    ("earth", 36, 1.16, 0.150, -62.0),
+    ("earth", 36, 1.16, 0.150, -112.0),
     ("mars", 40, 1.58, 0.115, 135.0),
     ("jupiter", 45, 1.99, 0.270, 222.0),
     ("saturn", 48, 2.66, 0.200, 0.0),
@@ -60,7 +61,7 @@ def orrery():
         mirrored = (-1.0, 1.0, 1.0) if k % 2 else None
         gltf.node(f"cradle {k}", root, mesh=cradle, rotation=turn((0, 1, 0), degrees), scale=mirrored)
     gltf.node("horizon", root, mesh=made.mesh("horizon", [(_horizon(), "brass"), (_degrees(), "steel")]))
-    gltf.node("sun", root, mesh=made.mesh("sun", [(_sun(), "gilt")]), translation=_up(PLANE))
+    gltf.node("sun", root, mesh=made.mesh("sun", [(sun(), "gilt")], 75.0), translation=_up(PLANE))
     channels = [*_wheels(gltf, made, root), *_planets(gltf, made, root)]
     gltf.animation(channels, "clockwork")
     return gltf
@@ -83,7 +84,7 @@ class _Parts:
         }
         self.meshes = {}
 
-    def mesh(self, name, parts, angle=40.0):
+    def mesh(self, name, parts, angle=50.0):
         if name not in self.meshes:
             pieces = [
                 primitive(self.gltf, part, self.materials[kind], angle, size=SIZE) for part, kind in parts
@@ -161,16 +162,16 @@ def _planets(gltf, made, root):
             channels.append((moon, "rotation", *_course(MOON_TURNS)))
             gltf.node("moon rod", moon, mesh=rod, rotation=along, scale=(0.6, MOON, 0.6))
             gltf.node("moon stem", moon, mesh=rod, translation=_up(0.0, MOON), scale=(0.6, 0.52, 0.6))
-            grey = made.mesh("moon", [(_rocky(700, (0.50, 0.49, 0.47), (0.26, 0.25, 0.25)), "planets")])
+            grey = made.mesh("moon", [(rocky(700, (0.50, 0.49, 0.47), (0.26, 0.25, 0.25)), "planets")])
             gltf.node("moon", moon, mesh=grey, translation=_up(0.52, MOON), scale=(0.09, 0.09, 0.09))
     return channels
 
 
 def _planet_mesh(made, name):
-    body = _PAINTED[name]()
+    body = PAINTED[name]()
     parts = [(body, "planets")]
     if name == "saturn":
-        parts[0] = (join(body, _ring()), "planets")
+        parts[0] = (join(body, saturns_ring()), "planets")
     return made.mesh(name, parts)
 
 
@@ -289,7 +290,7 @@ def _cradle():
     size = 0.30 * (1.0 - 0.80 * s)
     middle = np.array((2.36, 0.0, 0.98))
     scroll = middle + np.stack([size * np.cos(spin), 0.10 * s, size * np.sin(spin)], axis=1)
-    curl = sweep(scroll, circle(0.036, 6), 1.0 - 0.45 * s)
+    curl = sweep(scroll, circle(0.036, 8), 1.0 - 0.45 * s)
     return join(rib, curl, ball(0.062, 6, 12).moved(*scroll[-1]))
 
 
@@ -391,93 +392,3 @@ def _wheel(teeth):
         lathe([(0.06, -0.08), (0.13, -0.08), (0.15, -0.06), (0.15, 0.06), (0.13, 0.08), (0.06, 0.08)], 18)
     )
     return join(*made)
-
-
-# --- bodies, of radius 1
-
-
-def _sun():
-    """A ball with rays, long and short ones, evenly all around."""
-    rays, count = [], 40
-    for k in range(count):
-        height = 1.0 - (2.0 * k + 1.0) / count
-        ray = lathe([(0.052, 0.25), (0.0, 0.40 if k % 2 else 0.345)], 6)
-        lean = ray.turned((0, 1, 0), math.degrees(math.acos(height)))
-        rays.append(lean.turned((0, 0, 1), 137.508 * k))
-    collar = lathe([(0.05, -0.29), (0.09, -0.265), (0.05, -0.23)], 14)
-    return join(ball(0.27, 14, 28), *rays, collar)
-
-
-def _globe(paint, rings=18, sides=32):
-    return ball(1.0, rings, sides).painted(paint)
-
-
-def _rocky(seed, light, dark):
-    def paint(points):
-        t = smooth(-0.5, 0.6, fractal(points, seed, 0.9, 4))
-        return np.asarray(dark) + (np.asarray(light) - np.asarray(dark)) * t[:, None]
-
-    return _globe(paint, 12, 20)
-
-
-def _earth():
-    def paint(points):
-        field = fractal(points, 91, 1.1, 4) + 0.1
-        land = smooth(0.02, 0.10, field)[:, None]
-        cold = smooth(0.80, 0.90, np.abs(points[:, 2]) + 0.06 * fractal(points, 95, 0.4, 2))[:, None]
-        dry = smooth(-0.3, 0.4, solid(points, 97, 0.8))[:, None]
-        green = np.array((0.10, 0.24, 0.055)) + (np.array((0.42, 0.30, 0.12)) - (0.10, 0.24, 0.055)) * dry
-        sea = np.array((0.015, 0.075, 0.24)) * (1.0 + 0.5 * smooth(-0.4, 0.0, field)[:, None])
-        color = sea + (green - sea) * land
-        return color + (np.array((0.82, 0.86, 0.88)) - color) * cold
-
-    return _globe(paint, 18, 28)
-
-
-def _jupiter():
-    def paint(points):
-        sway = 0.10 * fractal(points * (1.0, 1.0, 2.5), 81, 0.8, 3)
-        band = np.sin(15.0 * (points[:, 2] + sway))
-        pale, brown, rust = (
-            np.array((0.74, 0.62, 0.46)),
-            np.array((0.40, 0.22, 0.10)),
-            np.array((0.52, 0.15, 0.06)),
-        )
-        color = pale + (brown - pale) * smooth(-0.1, 0.9, band)[:, None]
-        spot = np.linalg.norm((points - np.array((0.35, 0.85, -0.38))) * (1.0, 1.0, 1.7), axis=1)
-        return color + (rust - color) * smooth(0.34, 0.22, spot)[:, None]
-
-    return _globe(paint, 18, 28)
-
-
-def _saturn():
-    def paint(points):
-        band = np.sin(11.0 * points[:, 2] + 0.4 * solid(points, 71, 0.9))
-        pale, dark = np.array((0.76, 0.64, 0.40)), np.array((0.52, 0.38, 0.19))
-        return pale + (dark - pale) * smooth(-0.2, 0.9, band)[:, None]
-
-    return _globe(paint, 14, 26)
-
-
-def _ring():
-    """Saturn's ring with its gap, painted on both faces."""
-    radii = (1.30, 1.46, 1.70, 1.72, 1.77, 1.79, 1.98, 2.0)
-    upper = [(radius, 0.012) for radius in reversed(radii)]
-    both = lathe([*[(radius, -0.012) for radius in radii], *upper], 32)
-
-    def paint(points):
-        across = np.linalg.norm(points[:, :2], axis=1)
-        tones = np.interp(across, radii, (0.35, 0.62, 0.80, 0.10, 0.10, 0.72, 0.62, 0.45))
-        return tones[:, None] * np.array((0.92, 0.78, 0.52))
-
-    return both.painted(paint)
-
-
-_PAINTED = {
-    "mercury": lambda: _rocky(61, (0.42, 0.36, 0.30), (0.20, 0.17, 0.15)),
-    "venus": lambda: _rocky(63, (0.80, 0.62, 0.32), (0.60, 0.40, 0.16)),
-    "earth": _earth,
-    "mars": lambda: _rocky(65, (0.56, 0.19, 0.075), (0.30, 0.085, 0.04)),
-    "jupiter": _jupiter,
-    "saturn": _saturn,
-}

@@ -241,7 +241,7 @@ def _sign(*pairs):
     return tuple(sign[axis] for axis in range(3))
 
 
-def shaded(part, angle=40.0):
+def shaded(part, angle=50.0):
     """Points, normals, texture coordinates, colours and triangles of a piece.
 
     Edges between faces that meet at less than `angle` degrees are smooth, all others hard. A face counts by
