@@ -100,7 +100,9 @@ def parse_mtl(text: str, losses: NamedLosses) -> dict[str, MtlMaterial]:
             try:
                 _read_statement(current, keyword, rest, losses)
             except ValueError:
-                raise ValueError(f"line {number} has no numbers where they belong: {line.strip()[:60]}") from None
+                raise ValueError(
+                    f"line {number} has no numbers where they belong: {line.strip()[:60]}"
+                ) from None
     return materials
 
 
@@ -125,8 +127,10 @@ def _read_statement(material: MtlMaterial, keyword: str, rest: str, losses: Name
     elif keyword in _NOT_DRAWN:
         values = rest.split()
         nothing = {"0": _ZERO_IS_NOTHING, "1": _ONE_IS_NOTHING}
-        if not any(keyword in words and set(values) <= {value, f"{value}.0", f"{value}.000000"}
-                   for value, words in nothing.items()):
+        if not any(
+            keyword in words and set(values) <= {value, f"{value}.0", f"{value}.000000"}
+            for value, words in nothing.items()
+        ):
             losses.add(f"{_NOT_DRAWN[keyword]} of materials", material.name)
 
 

@@ -128,7 +128,9 @@ def split_face_colors(
 def _check_numbers(where: str, arrays: dict[str, Float64]) -> None:
     for what in ("vertices", "texcoords", "colors"):
         if what in arrays and not (np.abs(arrays[what]) <= LARGEST).all():
-            raise ModelError(f"{where} is damaged: its {what} have a number that is not finite or above {LARGEST:g}")
+            raise ModelError(
+                f"{where} is damaged: its {what} have a number that is not finite or above {LARGEST:g}"
+            )
 
 
 def _units(normals: Float64 | None) -> Float64 | None:

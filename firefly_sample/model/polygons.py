@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from firefly_sample.scene.arrays import Float64
 
-
 MOST_CORNERS = 1000
 """Polygons with more corners are cut as if they were convex: the time grows with the square of their number."""
 

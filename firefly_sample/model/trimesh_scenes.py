@@ -44,7 +44,9 @@ def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: NamedLos
         try:
             scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix, resolver=resolver, process=False)
         except Exception as error:
-            raise ModelError(f"model {path}: damaged .{suffix} file ({one_line(error)}): export it again") from error
+            raise ModelError(
+                f"model {path}: damaged .{suffix} file ({one_line(error)}): export it again"
+            ) from error
     if resolver.refused is not None:
         raise resolver.refused
     return _Reader(path, suffix, up, scene, folder, losses).read()
@@ -134,7 +136,9 @@ class _Reader:
     def _made_geom(self, name: str, mesh: Any) -> GeomData | None:
         triangles = np.asarray(mesh.faces, dtype=np.int64)
         arrays: dict[str, Float64] = {"vertices": np.asarray(mesh.vertices, dtype=np.float64)}
-        if self.suffix != "xaml" and "vertex_normals" in mesh._cache.cache:  # trimesh does not turn those of xaml
+        if (
+            self.suffix != "xaml" and "vertex_normals" in mesh._cache.cache
+        ):  # trimesh does not turn those of xaml
             arrays["normals"] = np.asarray(mesh.vertex_normals, dtype=np.float64)
         triangles, arrays = self._add_visual(name, mesh, triangles, arrays)
         alphas = arrays["colors"][:, 3] if "colors" in arrays else None
@@ -178,7 +182,9 @@ class _Reader:
         name = getattr(source, "_name", None) or f"material {len(self.model.materials)}"
         if not hasattr(source, "baseColorFactor"):  # one texture, as of PLY
             texture = self._texture(source.image)
-            return MaterialData(name, PLAIN.base_color if texture is None else (1, 1, 1, 1), texture, double_sided=True)
+            return MaterialData(
+                name, PLAIN.base_color if texture is None else (1, 1, 1, 1), texture, double_sided=True
+            )
         given = source.baseColorFactor
         color = np.ones(4) if given is None else np.asarray(given, dtype=np.float64) / _ROUNDED
         linear = self.suffix in ("step", "stp")
@@ -211,4 +217,3 @@ class _Reader:
             self.model.textures.append(TextureData(len(self.model.images) - 1))
             self.textures[data] = len(self.model.textures) - 1
         return self.textures[data]
-

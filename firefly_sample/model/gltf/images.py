@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
-
-import numpy as np
-from numpy.typing import NDArray
-
-from firefly_sample.errors import ModelError
 from firefly_sample.model.data import ImageData
 from firefly_sample.model.gltf.container import is_data_uri
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.json_object import JsonObject
-from firefly_sample.model.gltf.pixels import decode_image, image_size
+from firefly_sample.model.pixels import GLTF_FORMATS, open_image
 
 
 class Images:
@@ -55,16 +49,7 @@ class Images:
         name = _name(image, index)
         what = f"model {self._document.path}: image {name!r} of material {material!r}"
         data = self._data(image)
-        try:
-            size = image_size(data)
-        except ValueError as error:
-            raise ModelError(f"{what} cannot be read: {error}") from None
-        if size[0] * size[1] > self._max_megapixels * 1e6:
-            raise ModelError(
-                f"{what} has {size[0]}x{size[1]} pixels, more than max_texture_megapixels="
-                f"{self._max_megapixels:g} allows: make it smaller, or raise that limit"
-            )
-        return ImageData(name, size, partial(_decode, data, what))
+        return open_image(data, name, what, self._max_megapixels, GLTF_FORMATS)
 
     def _data(self, image: JsonObject) -> bytes:
         uri = image.text("uri", None)
@@ -80,10 +65,3 @@ def _name(image: JsonObject, index: int) -> str:
     uri = image.text("uri", None)
     beside = uri if uri is not None and not is_data_uri(uri) else ""
     return image.text("name", "") or beside or f"image {index}"
-
-
-def _decode(data: bytes, what: str) -> NDArray[np.uint8]:
-    try:
-        return decode_image(data)
-    except ValueError as error:
-        raise ModelError(f"{what} is damaged: {error}") from None
