@@ -181,7 +181,8 @@ class ModelScene(LiveScene):
 
     def _check_visible(self) -> None:
         """Raise a ModelError if there is nothing to draw; it says what the files have instead."""
-        if any(isinstance(visit.node, GeomNode) and visit.node.geoms for visit in iter_visible(self._turning)):
+        seen = (visit.node for visit in iter_visible(self._turning))
+        if any(isinstance(node, GeomNode) and node.geoms for node in seen):
             return
         models = [path.node() for path in self._turning.get_children()]
         losses = [line for model in models if isinstance(model, ModelRoot) for line in model.warnings]
