@@ -123,7 +123,8 @@ class ModelScene(LiveScene):
             for child in light.get_children():
                 child.show_through()  # a light may be hidden, but not what the file has below it
         self._default_lights = add_default_lights(self)
-        self._ground = add_ground(self, self._turning, turns=True)
+        self._ground = add_ground(self, self._turning, turns=True, times=self._poses())
+        self.update(0.0)
         self.apply("lights")
 
     def apply(self, name: str) -> None:
