@@ -70,8 +70,8 @@ def add_ground(
 ) -> NodePath:
     """Add a ground below everything visible at and below a path, by default the root; return its path.
 
-    `turns` and `times` are as for `frame_camera`. In the default lights it has exactly the backdrop's colour, so that only the model's shadow shows on it.
-    It is seen from above alone.
+    `turns` and `times` are as for `frame_camera`. In the default lights the ground has exactly the backdrop's
+    colour, so that only the model's shadow shows on it. It is seen from above alone.
     """
     bounds = visible_bounds(scene, path, turns=turns, times=times)
     radius = bounds.radius if bounds.radius > 0.0 else 1.0
