@@ -6,7 +6,7 @@ from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, parameter_help, scene_options
 from firefly_sample.commands.terminal import print_json, print_result
 
-_KEYS = ("name", "type", "default", "minimum", "maximum", "unit", "live", "help")
+_KEYS = ("name", "type", "default", "minimum", "maximum", "choices", "unit", "live", "help")
 
 
 def scenes(*, json: Flag = False) -> int:

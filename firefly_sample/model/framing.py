@@ -82,10 +82,11 @@ def visible_bounds(
     for time in tuple(times) or (None,):
         if time is not None:
             scene.update(time)
+        drawn: dict[int, Float64] = {}
         parts += [
             points @ visit.net[:3, :3] + visit.net[3, :3]
             for visit in iter_visible(top, mask)
-            for points in _points(visit.node)
+            for points in _points(visit.node, drawn)
         ]
     points = np.concatenate(parts) if parts else np.empty((0, 3))
     if not len(points):
@@ -105,17 +106,16 @@ def visible_bounds(
     return Bounds(points, center, radius, float(low[2]), turns)
 
 
-def _points(node: PandaNode) -> list[Float64]:
-    """Return a node's own points; of geoms, the vertices that triangles use."""
+def _points(node: PandaNode, drawn: dict[int, Float64]) -> list[Float64]:
+    """Return a node's own points; of geoms, the vertices that triangles use, which `drawn` keeps."""
     if not isinstance(node, GeomNode):
         return node.iter_local_points()
-    used = []
     for geom, _ in node.geoms:
-        marked = np.zeros(len(geom.vertices), dtype=bool)
-        marked[geom.triangles.ravel()] = True
-        if marked.any():
-            used.append(geom.vertices if marked.all() else geom.vertices[marked])
-    return used
+        if geom.serial not in drawn:
+            marked = np.zeros(len(geom.vertices), dtype=bool)
+            marked[geom.triangles.ravel()] = True
+            drawn[geom.serial] = geom.vertices if marked.all() else geom.vertices[marked]
+    return [drawn[geom.serial] for geom, _ in node.geoms if len(drawn[geom.serial])]
 
 
 def frame_camera(

@@ -7,6 +7,7 @@ camera's heading, so that a model is lit alike from wherever it is seen.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -64,13 +65,15 @@ def add_default_lights(scene: Scene) -> NodePath:
     return lights
 
 
-def add_ground(scene: Scene, path: NodePath | None = None, *, turns: bool = False) -> NodePath:
+def add_ground(
+    scene: Scene, path: NodePath | None = None, *, turns: bool = False, times: Iterable[float] = ()
+) -> NodePath:
     """Add a ground below everything visible at and below a path, by default the root; return its path.
 
-    In the default lights it has exactly the backdrop's colour, so that only the model's shadow shows on it.
-    It is seen from above alone.
+    `turns` and `times` are as for `frame_camera`. In the default lights the ground has exactly the backdrop's
+    colour, so that only the model's shadow shows on it. It is seen from above alone.
     """
-    bounds = visible_bounds(scene, path, turns=turns)
+    bounds = visible_bounds(scene, path, turns=turns, times=times)
     radius = bounds.radius if bounds.radius > 0.0 else 1.0
     angle = np.arange(_CORNERS) * (2.0 * math.pi / _CORNERS)
     rim = GROUND_RADIUS * radius * np.stack([np.cos(angle), np.sin(angle), np.zeros(_CORNERS)], axis=1)

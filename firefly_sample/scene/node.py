@@ -254,9 +254,13 @@ def copy_nodes(top: PandaNode) -> dict[PandaNode, PandaNode]:
     Each node is copied once, so nodes that are instanced below `top` are instanced in the copy too.
     """
     copies = {original: original.make_copy() for original in top.iter_descendants()}
-    for original, made in copies.items():
+    # the lowest first: a node tells all nodes above it of each new child
+    for original, made in reversed(copies.items()):
         for child, sort in zip(original._children, original._sorts, strict=True):
             made.add_child(copies[child], sort)
+    for original, made in copies.items():
+        if len(made._parents) > 1:  # in the order of the original
+            made._parents = [weakref.ref(copies[node]) for node in original.parents if node in copies]
     for original, made in copies.items():
         original.link_copy(made, copies)
     return copies

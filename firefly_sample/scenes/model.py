@@ -123,7 +123,8 @@ class ModelScene(LiveScene):
             for child in light.get_children():
                 child.show_through()  # a light may be hidden, but not what the file has below it
         self._default_lights = add_default_lights(self)
-        self._ground = add_ground(self, self._turning, turns=True)
+        self._ground = add_ground(self, self._turning, turns=True, times=self._poses())
+        self.update(0.0)
         self.apply("lights")
 
     def apply(self, name: str) -> None:
@@ -181,9 +182,8 @@ class ModelScene(LiveScene):
 
     def _check_visible(self) -> None:
         """Raise a ModelError if there is nothing to draw; it says what the files have instead."""
-        if any(
-            isinstance(visit.node, GeomNode) and visit.node.geoms for visit in iter_visible(self._turning)
-        ):
+        seen = (visit.node for visit in iter_visible(self._turning))
+        if any(isinstance(node, GeomNode) and node.geoms for node in seen):
             return
         models = [path.node() for path in self._turning.get_children()]
         losses = [line for model in models if isinstance(model, ModelRoot) for line in model.warnings]

@@ -204,7 +204,7 @@ def test_an_emission_texture_shares_or_has_its_own_texture_coordinates(tmp_path)
         assert (made.texture, made.emission_texture, made.emission_texcoord) == (0, 1, int(own))
         assert ("texcoords_1" in geom.arrays) is own
         if own:
-            np.testing.assert_array_equal(geom.arrays["texcoords_1"], with_v_up(UVS + (0.5, 0)))
+            np.testing.assert_array_equal(geom.arrays["texcoords_1"], with_v_up(UVS + np.array([0.5, 0.0])))
 
 
 def test_a_texture_of_black_emission_is_left_out(tmp_path):

@@ -163,6 +163,15 @@ class TestAnimations:
             ndc, _ = in_view(scene, corners_of(scene), 1.0)
             assert np.abs(ndc).max() < 1.0
 
+    def test_the_ground_is_below_all_of_it(self, tmp_path):
+        file = box_file()
+        add_slide(file, "sink", 0.0)
+        low = np.array([(0.0, 0.0, 0.0), (0.0, -2.0, 0.0)], dtype=np.float32)
+        file.json["animations"][0]["samplers"][0]["output"] = file.accessor(low)
+        scene = model_scene(file.write(tmp_path / "sinking.glb"))
+        assert -2.0 < scene.root.find("ground").get_z() < -1.8  # the last of its poses is before the end
+        assert bounds_of(scene)[0, 2] == 0.0
+
     def test_one_that_is_not_there(self, file):
         message = r"no animation 'wal' \(did you mean 'walk'\?\): give walk, run, first, all, none"
         with pytest.raises(SceneError, match=message):

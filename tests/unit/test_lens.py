@@ -234,6 +234,8 @@ BAD_CALLS = [
     ("set_fov", (60, 200), "vertical field of view must be above 0 and below 180 degrees, got 200"),
     ("set_fov", ("wide",), "must be a number, got 'wide'"),
     ("set_min_fov", (180,), "got 180"),
+    ("set_min_fov", (30, 0), "above 0 and below 180 degrees, got 0"),
+    ("set_min_fov", (30, 1e-310), "too extreme for float64"),
     ("set_vfov", (0,), "vertical field of view must be above 0 and below 180 degrees, got 0"),
     ("set_vfov", (5e-324,), "too extreme for float64"),
     ("set_fov", (1e-310,), "too extreme for float64"),
@@ -322,3 +324,23 @@ def test_constructor_says_what_the_setters_say():
     )
     assert PerspectiveLens(aspect_ratio=2.0).get_vfov() == pytest.approx(30.0)
     assert PerspectiveLens(aspect_ratio=0.5).get_min_fov() == PerspectiveLens(aspect_ratio=0.5).get_hfov()
+
+
+@given(across=ANGLE, up=ANGLE, ratio=RATIO)
+def test_two_least_angles_are_in_view_and_one_of_them_fills_the_picture(across, up, ratio):
+    lens = PerspectiveLens()
+    lens.set_min_fov(across, up)
+    seen = lens.with_aspect_ratio(ratio).get_fov()
+    larger = sorted(seen[side] / least for side, least in enumerate((across, up)))
+    assert larger[0] == pytest.approx(1.0, rel=1e-12)
+    assert larger[1] >= 1.0 - 1e-12
+
+
+@given(angle=ANGLE, ratio=RATIO)
+def test_one_least_angle_is_two_equal_ones(angle, ratio):
+    one, two = PerspectiveLens(), PerspectiveLens()
+    two.set_min_fov(20, 70)
+    one.set_min_fov(angle)
+    two.set_min_fov(angle, angle)
+    matrices = [lens.with_aspect_ratio(ratio).get_projection_mat() for lens in (one, two)]
+    assert np.array_equal(*matrices)

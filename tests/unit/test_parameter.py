@@ -1,11 +1,11 @@
-"""Parameters: what is said of their range."""
+"""Parameters: what is said of their range, and texts that have choices."""
 
 from __future__ import annotations
 
 import pytest
 
 from firefly_sample.errors import ParameterError
-from firefly_sample.scene.parameter import Parameter
+from firefly_sample.scene.parameter import KeyStep, Parameter
 
 
 @pytest.mark.parametrize(
@@ -30,3 +30,13 @@ def test_an_error_has_the_exact_range():
     with pytest.raises(ParameterError, match=r"seed must be between 0 and 9223372036854775807, got -1$"):
         parameter.check(-1, "glade")
     assert parameter.check(2**63 - 1, "glade") == 2**63 - 1
+
+
+def test_a_text_with_choices():
+    parameter = Parameter("up", str, "y", "An axis.", choices=("x", "y", "z"))
+    assert parameter.check("z", "glade") == "z"
+    with pytest.raises(ParameterError, match=r"'glade': up must be one of x, y, z, got 'Z'$"):
+        parameter.check("Z", "glade")
+    with pytest.raises(ParameterError, match="up must be text, got 1"):
+        parameter.check(1, "glade")
+    assert [parameter.step(value, KeyStep("u")) for value in "xyz"] == ["y", "z", "x"]

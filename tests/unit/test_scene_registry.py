@@ -68,7 +68,7 @@ def test_entry_point_of_another_package(folder: Path) -> None:
     assert set(names) >= {"forest", "glade"}
 
 
-@pytest.mark.parametrize("name", ["forest", "lightbulbs", "smoke", "spheres"])
+@pytest.mark.parametrize("name", ["forest", "lightbulbs", "model", "smoke", "spheres"])
 def test_the_scenes_of_this_package_are_installed(name: str) -> None:
     assert find_scene(name).name == name
     assert name in [scene.name for scene in list_scenes()]

@@ -64,6 +64,15 @@ def test_text_has_no_keys():
         parameter_bindings("s", [parameter], OWN, lambda *_: None)
 
 
+def test_a_text_with_choices_has_keys():
+    steps = []
+    parameter = Parameter("up", str, "y", "An axis.", keys=(KeyStep("u", help="next"),), choices=("y", "z"))
+    (binding,) = parameter_bindings("s", [parameter], OWN, lambda *step: steps.append(step))
+    binding.act()
+    assert (binding.key, binding.help, binding.repeats) == ("u", "next", False)
+    assert steps == [(parameter, parameter.keys[0])]
+
+
 def test_key_labels():
     assert [key_label(key) for key in ("v", "1", "up", "escape", "f1")] == ["V", "1", "Up", "Esc", "F1"]
 
