@@ -123,6 +123,7 @@ class ModelScene(LiveScene):
             for child in light.get_children():
                 child.show_through()  # a light may be hidden, but not what the file has below it
         self._default_lights = add_default_lights(self)
+        self._backdrop = self.background
         self._ground = add_ground(self, self._turning, turns=True, times=self._poses())
         self.update(0.0)
         self.apply("lights")
@@ -135,6 +136,7 @@ class ModelScene(LiveScene):
         by_default = lights in ("default", "both") or (lights == "auto" and not own)
         for path in self._file_lights:
             set_visible(path, lights != "default")
+        self.background = self._backdrop if by_default else (0.0, 0.0, 0.0)  # a studio's, or a night's
         set_visible(self._default_lights, by_default)
         set_visible(self._ground, by_default and self.values["ground"])
 
