@@ -201,6 +201,7 @@ class TestLights:
         scene = model_scene(file, lights=lights)
         assert shown(scene.root.find("**/sun")) == file_on
         assert shown(scene.root.find("default lights")) == default_on
+        assert scene.background == (BACKDROP if default_on else (0.0, 0.0, 0.0))
         assert shown(scene.root.find("ground")) == default_on
         assert render(scene).lights.in_scene == file_on + 2 * default_on
 
