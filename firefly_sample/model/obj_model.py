@@ -96,7 +96,9 @@ class _Builder:
         texture = self._texture(source, "map_kd")
         emission_texture = self._texture(source, "map_ke")
         cut_out = "map_d" in source.maps and texture is not None
-        if "map_d" in source.maps and (not cut_out or source.maps["map_d"].name != source.maps["map_kd"].name):
+        if "map_d" in source.maps and (
+            not cut_out or source.maps["map_d"].name != source.maps["map_kd"].name
+        ):
             self.losses.add("opacity textures other than the diffuse texture, of materials", source.name)
             cut_out = False
         # a texture on black is an exporter's slip: it is meant to be seen
