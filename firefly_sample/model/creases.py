@@ -1,8 +1,9 @@
 """Normals of meshes that have none: smooth where triangles meet at a small angle, sharp elsewhere.
 
 A cube keeps its edges, and a sphere of many triangles looks round. The triangles around a vertex fall into
-fans, which end at sharp edges; the corners of a fan share one normal, the mean of its triangles by area. Vertices
-at one position count as one, so that neither seams of textures nor the separate triangles of STL files show.
+fans, which end at sharp edges; the corners of a fan share one normal, the mean of its triangles by area.
+Vertices at one position count as one, so that neither seams of textures nor the separate triangles of STL
+files show.
 """
 
 from __future__ import annotations

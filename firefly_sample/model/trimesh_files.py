@@ -1,10 +1,10 @@
 """Models in the formats that trimesh knows, other than glTF, as a `ModelData`.
 
 Units are kept: a number in the file is a number in the scene, even if the file names a unit (3MF, COLLADA).
-STEP is the exception: its converter makes metres. Colours are display colours (sRGB), as other viewers show them,
-and are made linear. Both sides of every triangle are drawn, because these formats do not say which is meant.
-Meshes without normals are smooth where their triangles meet at 30 degrees or less, and sharp elsewhere: see
-`firefly_sample.model.creases`.
+STEP is the exception: its converter makes metres. Colours are display colours (sRGB), as other viewers show
+them, and are made linear. Both sides of every triangle are drawn, because these formats do not say which is
+meant. Meshes without normals are smooth where their triangles meet at 30 degrees or less, and sharp elsewhere:
+see `firefly_sample.model.creases`.
 """
 
 from __future__ import annotations

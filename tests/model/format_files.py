@@ -80,15 +80,19 @@ def dae(up: str = "Z_UP", effect: str | None = None, extra: str = "") -> bytes:
 <newparam sid="s"><surface type="2D"><init_from>wood</init_from></surface></newparam>
 <newparam sid="p"><sampler2D><source>s</source></sampler2D></newparam>
 <technique sid="common">{effect}</technique></profile_COMMON></effect></library_effects>
-<library_materials><material id="paint" name="Paint"><instance_effect url="#paint-fx"/></material></library_materials>
+<library_materials><material id="paint" name="Paint">
+<instance_effect url="#paint-fx"/></material></library_materials>
 <library_geometries><geometry id="tetra" name="Tetra"><mesh>
-<source id="pos"><float_array id="pos-array" count="12">{numbers}</float_array><technique_common>
-<accessor source="#pos-array" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<source id="pos">
+<float_array id="pos-array" count="12">{numbers}</float_array><technique_common>
+<accessor source="#pos-array" count="4" stride="3">
+<param name="X" type="float"/><param name="Y" type="float"/>
 <param name="Z" type="float"/></accessor></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#pos"/></vertices>
 <triangles count="4" material="M"><input semantic="VERTEX" source="#v" offset="0"/>
 <p>{" ".join(map(str, FACES.ravel().tolist()))}</p></triangles></mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="scene"><node id="branch" name="Branch"><node id="leaf" name="Leaf">
+<library_visual_scenes><visual_scene id="scene"><node id="branch" name="Branch">
+<node id="leaf" name="Leaf">
 <instance_geometry url="#tetra"><bind_material><technique_common>
 <instance_material symbol="M" target="#paint"/></technique_common></bind_material></instance_geometry>
 </node></node></visual_scene></library_visual_scenes>
@@ -117,9 +121,11 @@ def model_3mf(extra: str = "", components: str = "", items: str = '<item objecti
     vertices = "".join('<vertex x="{}" y="{}" z="{}"/>'.format(*vertex) for vertex in VERTICES.tolist())
     triangles = "".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*face) for face in FACES.tolist())
     text = f"""<?xml version="1.0" encoding="UTF-8"?>
-<model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+<model unit="millimeter"
+ xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
  xmlns:m="http://schemas.microsoft.com/3dmanufacturing/material/2015/02"><resources>{extra}
-<object id="1" name="Tetra" type="model"><mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles>
+<object id="1" name="Tetra" type="model"><mesh><vertices>{vertices}</vertices>
+<triangles>{triangles}</triangles>
 </mesh></object>{components}</resources><build>{items}</build></model>"""
     return zipped({"3D/3dmodel.model": text.encode()})
 
@@ -131,7 +137,8 @@ def model_3dxml() -> bytes:
     manifest = f"<Manifest {space}><Root>root.3dxml</Root></Manifest>"
     root = f"""<Model_3dxml {space}><ProductStructure root="1"><Reference3D id="1" name="Whole"/>
 <Reference3D id="2" name="Part"/><ReferenceRep id="3" name="Rep" format="TESSELLATED"
- associatedFile="urn:3DXML:part.3DRep"/><Instance3D id="4" name="Part.1"><IsAggregatedBy>1</IsAggregatedBy>
+ associatedFile="urn:3DXML:part.3DRep"/>
+<Instance3D id="4" name="Part.1"><IsAggregatedBy>1</IsAggregatedBy>
 <IsInstanceOf>2</IsInstanceOf><RelativeMatrix>1 0 0 0 1 0 0 0 1 0 0 0</RelativeMatrix></Instance3D>
 <InstanceRep id="5" name="Rep.1"><IsAggregatedBy>2</IsAggregatedBy><IsInstanceOf>3</IsInstanceOf></InstanceRep>
 </ProductStructure></Model_3dxml>"""
@@ -149,9 +156,12 @@ def xaml() -> bytes:
     indices = " ".join(map(str, FACES.ravel().tolist()))
     color = "#{:02X}{:02X}{:02X}".format(*ORANGE)
     return f"""<ModelVisual3D xmlns="http://schemas.microsoft.com/winfx/2006/xaml/presentation">
-<ModelVisual3D.Content><GeometryModel3D><GeometryModel3D.Material><DiffuseMaterial><DiffuseMaterial.Brush>
-<SolidColorBrush Color="{color}" Opacity="1"/></DiffuseMaterial.Brush></DiffuseMaterial></GeometryModel3D.Material>
-<GeometryModel3D.Geometry><MeshGeometry3D Positions="{positions}" Normals="{positions}" TriangleIndices="{indices}"/>
+<ModelVisual3D.Content>
+<GeometryModel3D><GeometryModel3D.Material><DiffuseMaterial><DiffuseMaterial.Brush>
+<SolidColorBrush Color="{color}" Opacity="1"/></DiffuseMaterial.Brush></DiffuseMaterial>
+</GeometryModel3D.Material>
+<GeometryModel3D.Geometry><MeshGeometry3D
+ Positions="{positions}" Normals="{positions}" TriangleIndices="{indices}"/>
 </GeometryModel3D.Geometry></GeometryModel3D></ModelVisual3D.Content></ModelVisual3D>""".encode()
 
 
