@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
     from firefly_sample.errors import FireflyError, SoftwareDriverWarning
     from firefly_sample.frame import Frame
+    from firefly_sample.model.load import load_model
     from firefly_sample.pipeline import build_plan
     from firefly_sample.renderer import Renderer
     from firefly_sample.scene.geom import Geom, GeomNode
     from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
     from firefly_sample.scene.light import Attenuation
     from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-    from firefly_sample.scene.loader import load_model
     from firefly_sample.scene.material import Material, Texture
     from firefly_sample.scene.node import PandaNode
     from firefly_sample.scene.nodepath import NodePath
@@ -73,7 +73,7 @@ _MODULES = {
     "scene.lens": ("OrthographicLens", "PerspectiveLens"),
     "scene.light": ("Attenuation",),
     "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights", "Spotlight"),
-    "scene.loader": ("load_model",),
+    "model.load": ("load_model",),
     "scene.material": ("Material", "Texture"),
     "scene.node": ("PandaNode",),
     "scene.nodepath": ("NodePath",),

@@ -48,7 +48,7 @@ void main()
 #if FIRST
     sum += made.ambient * u_ambient.rgb;
 #if EMISSION
-    sum += v_emission;
+    sum += made.emission;
 #endif
 #endif
     o_radiance = vec4(sum, 0.0);

@@ -83,7 +83,7 @@ void main()
     o_specular = encode_specular(v_specular.rgb, v_specular.a);
 #endif
 #if EMISSION
-    o_emission = vec4(v_emission, 1.0);
+    o_emission = vec4(made.emission, 1.0);
 #endif
 #if ID
     o_id = v_id;

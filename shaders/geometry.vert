@@ -8,7 +8,11 @@
 
 in vec3 in_position;
 in vec3 in_normal;
+#if SECOND_TEXCOORDS
+in vec4 in_texcoord;  // both pairs: OpenGL guarantees 16 attributes, and all others are 16 at most
+#else
 in vec2 in_texcoord;
+#endif
 #if VERTEX_COLOR
 in vec3 in_color;
 #endif
@@ -59,6 +63,9 @@ flat out vec4 v_specular;
 #if EMISSION
 flat out vec3 v_emission;
 #endif
+#if SECOND_TEXCOORDS
+out vec2 v_texcoord_1;
+#endif
 #if ID
 flat out uint v_id;
 #endif
@@ -71,7 +78,7 @@ void main()
     vec4 p = vec4(in_position, 1.0);
     v_view = vec3(dot(p, in_view_x), dot(p, in_view_y), dot(p, in_view_z));
     v_normal = vec3(dot(in_normal, in_normal_x), dot(in_normal, in_normal_y), dot(in_normal, in_normal_z));
-    v_texcoord = in_texcoord;
+    v_texcoord = in_texcoord.xy;
 #if VERTEX_COLOR
     v_color = in_color;
 #endif
@@ -87,6 +94,9 @@ void main()
 #endif
 #if EMISSION
     v_emission = in_emission;
+#endif
+#if SECOND_TEXCOORDS
+    v_texcoord_1 = in_texcoord.zw;
 #endif
 #if ID
     v_id = in_id;

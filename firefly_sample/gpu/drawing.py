@@ -68,13 +68,15 @@ class Drawable(NamedTuple):
     array: moderngl.VertexArray
 
 
-def make_drawable(gpu: Gpu, plan: FramePlan, batch: Batch, program: Program) -> Drawable:
-    """Bring a batch's mesh, instances and texture up to date."""
+def make_drawable(gpu: Gpu, plan: FramePlan, batch: Batch, program: Program, emission: bool) -> Drawable:
+    """Bring a batch's mesh, instances and textures up to date; the emission's only if it is drawn."""
     textures = {}
     if batch.texture is not None:
         cutoff = batch.alpha_cutoff if batch.surface.cutout else None
         stored = plan.settings.look == "classic"
         textures["u_texture"] = gpu.uploads.texture(batch.texture, cutoff, stored)
+    if emission and batch.emission_texture is not None:
+        textures["u_emission_texture"] = gpu.uploads.texture(batch.emission_texture, None)
     return Drawable(batch, program, textures, gpu.uploads.drawable(batch, program))
 
 

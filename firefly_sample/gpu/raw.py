@@ -26,6 +26,8 @@ READ_FRAMEBUFFER = 0x8CA8
 DRAW_FRAMEBUFFER = 0x8CA9
 DEPTH_BUFFER_BIT = 0x0100
 NEAREST = 0x2600
+TEXTURE_WRAP_S, TEXTURE_WRAP_T = 0x2802, 0x2803
+REPEAT, CLAMP_TO_EDGE, MIRRORED_REPEAT = 0x2901, 0x812F, 0x8370
 TIME_ELAPSED = 0x88BF
 SAMPLES_PASSED = 0x8914
 PIXEL_PACK_BUFFER = 0x88EB
@@ -75,17 +77,23 @@ class RawGL:
         self.call("glTexImage2D", TEXTURE_2D, 0, internal_format, *size, 0, DEPTH_COMPONENT, FLOAT, None)
 
     def upload_levels(self, texture: int, levels: Sequence[NDArray[np.uint16]]) -> None:
-        """Upload all mipmap levels of a texture, arrays of shape (height, width, 4) in C order, as RGBA16.
+        """Upload mipmap levels of a texture, arrays of shape (height, width, 4) in C order, as RGBA16.
 
-        moderngl writes a level only after it has generated all of them, which would be wasted work. The
-        texture must have a filter between levels, so that the driver makes room for them; it does so when the
-        first level changes its size.
+        moderngl writes a level only after it has generated all of them, which would be wasted work. If there
+        are several, the texture must have a filter between levels, so that the driver makes room for them; it
+        does so when the first level changes its size.
         """
         self.call("glBindTexture", TEXTURE_2D, texture)
         self.call("glTexImage2D", TEXTURE_2D, 0, RGBA16, 1, 1, 0, RGBA, UNSIGNED_SHORT, None)
         for level, pixels in enumerate(levels):
             texels, size = ctypes.c_void_p(pixels.ctypes.data), pixels.shape[1::-1]
             self.call("glTexImage2D", TEXTURE_2D, level, RGBA16, *size, 0, RGBA, UNSIGNED_SHORT, texels)
+
+    def set_wrap(self, texture: int, across: int, up: int) -> None:
+        """Set how a texture goes on beyond its edges; moderngl cannot mirror."""
+        self.call("glBindTexture", TEXTURE_2D, texture)
+        self.call("glTexParameteri", TEXTURE_2D, TEXTURE_WRAP_S, across)
+        self.call("glTexParameteri", TEXTURE_2D, TEXTURE_WRAP_T, up)
 
     def point_attributes(
         self, array: int, buffer: int, pointers: Iterable[Pointer], stride: int, first: int

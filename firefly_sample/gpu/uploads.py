@@ -21,11 +21,21 @@ from firefly_sample.errors import GpuError
 from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
 from firefly_sample.gpu.programs import Program
+from firefly_sample.gpu.raw import CLAMP_TO_EDGE, MIRRORED_REPEAT, REPEAT
 from firefly_sample.gpu.streams import Streams
 from firefly_sample.mipmaps import Picture, kept_texture_levels
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.shadows.maps import CasterBatch
 
+_FILTERS = {
+    "nearest": moderngl.NEAREST,
+    "linear": moderngl.LINEAR,
+    "nearest_mipmap_nearest": moderngl.NEAREST_MIPMAP_NEAREST,
+    "linear_mipmap_nearest": moderngl.LINEAR_MIPMAP_NEAREST,
+    "nearest_mipmap_linear": moderngl.NEAREST_MIPMAP_LINEAR,
+    "linear_mipmap_linear": moderngl.LINEAR_MIPMAP_LINEAR,
+}
+_WRAPS = {"repeat": REPEAT, "clamp": CLAMP_TO_EDGE, "mirror": MIRRORED_REPEAT}
 KEEP_FRAMES = 120
 """Unused vertex arrays are deleted after this many frames; making them again is cheap."""
 
@@ -38,6 +48,7 @@ class MeshSource(Protocol):
     vertices: NDArray[np.float64]
     normals: NDArray[np.float64]
     texcoords: NDArray[np.float64]
+    texcoords_1: NDArray[np.float64] | None
     colors: NDArray[np.float64] | None
     alphas: NDArray[np.float64] | None
     triangles: NDArray[np.int32]
@@ -49,6 +60,10 @@ class TextureSource(Picture, Protocol):
     name: str
     serial: int
     revision: int
+
+    @property
+    def sampling(self) -> tuple[str, str, str, str]:
+        """Wrap modes across and up, filters of small and of large texels."""
 
 
 @dataclass(eq=False)
@@ -168,11 +183,11 @@ class Uploads:
         program: Program,
     ) -> _Kept:
         """Keep the vertex array of a mesh and its instances for a program."""
-        mesh = self._mesh(geom, attributes)
+        mesh, second = self._mesh(geom, attributes), geom.texcoords_1 is not None
 
         def make() -> tuple[Any, ...]:
             vertices, indices = mesh.objects
-            corners = program.attributes_of(vertices, _mesh_dtype(*attributes))
+            corners = program.attributes_of(vertices, _mesh_dtype(*attributes, second))
             rows = program.attributes_of(instances, dtype, per_instance=True)
             parts = [part for part in (corners, rows) if part is not None]
             return (self._ctx.vertex_array(program.mgl, parts, indices, index_element_size=4),)
@@ -184,21 +199,24 @@ class Uploads:
 
         def make() -> tuple[Any, ...]:
             colors, alphas = attributes
-            rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(colors, alphas))
+            second = geom.texcoords_1 is not None
+            rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(colors, alphas, second))
             rows["in_position"] = geom.vertices
             rows["in_normal"] = geom.normals
-            rows["in_texcoord"] = geom.texcoords
+            rows["in_texcoord"][:, :2] = geom.texcoords
             if colors:
                 rows["in_color"] = geom.colors
             if alphas:
                 rows["in_vertex_alpha"] = geom.alphas
+            if second:
+                rows["in_texcoord"][:, 2:] = geom.texcoords_1
             triangles = np.ascontiguousarray(geom.triangles, dtype=np.uint32)
             return self._ctx.buffer(rows), self._ctx.buffer(triangles)
 
         return self._keep(self._meshes, (self._serial(geom), *attributes), geom.revision, make)
 
     def texture(self, image: TextureSource, cutoff: float | None, stored: bool = False) -> moderngl.Texture:
-        """Return a base colour texture with its mipmaps.
+        """Return a texture with its mipmaps, if its filter needs them.
 
         It is decoded once to linear RGBA16, which is sampled as fast as sRGB8 and is more exact; not if
         `stored`, for the look "classic". Mipmaps keep the share of texels whose alpha is above `cutoff`, if
@@ -215,8 +233,10 @@ class Uploads:
                 )
             levels = kept_texture_levels(image, cutoff, stored)
             texture = self._ctx.texture(image.size, 4, dtype="nu2")
-            texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-            self._raw.upload_levels(texture.glo, levels)
+            across, up, minfilter, magfilter = image.sampling
+            texture.filter = _FILTERS[minfilter], _FILTERS[magfilter]
+            self._raw.set_wrap(texture.glo, _WRAPS[across], _WRAPS[up])
+            self._raw.upload_levels(texture.glo, levels if "mipmap" in minfilter else levels[:1])
             return (texture,)
 
         key = (self._serial(image), cutoff, stored)
@@ -230,7 +250,7 @@ class Uploads:
 
 
 @cache
-def _mesh_dtype(colors: bool, alphas: bool) -> np.dtype[Any]:
-    fields = {"in_position": 3, "in_normal": 3, "in_texcoord": 2}
+def _mesh_dtype(colors: bool, alphas: bool, second_texcoords: bool) -> np.dtype[Any]:
+    fields = {"in_position": 3, "in_normal": 3, "in_texcoord": 4 if second_texcoords else 2}
     optional: list[Any] = [("in_color", np.float32, 3)] * colors + [("in_vertex_alpha", np.float32)] * alphas
     return np.dtype([*((name, np.float32, count) for name, count in fields.items()), *optional])

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 from firefly_sample.errors import MissingPackageError, SceneError
 from firefly_sample.extras import install_command
 from firefly_sample.frame import check_size
-from firefly_sample.interop.losses import Losses
 from firefly_sample.interop.pyrender_cameras import Size
 from firefly_sample.interop.pyrender_scenes import SceneReader, SceneWriter
+from firefly_sample.losses import Losses
 from firefly_sample.scene.scene import Scene
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import LensError
-from firefly_sample.interop.losses import Losses
+from firefly_sample.losses import Losses
 from firefly_sample.plan.view import lens_for_picture
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens

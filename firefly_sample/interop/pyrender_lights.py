@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import LightError
-from firefly_sample.interop.losses import Losses
+from firefly_sample.losses import Losses
 from firefly_sample.scene.light import Attenuation, FadingLight
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.transforms import look_at_quat, rows_from_quat

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.interop.losses import Losses
+from firefly_sample.losses import Losses
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import AlphaMode, Material, Texture
 from firefly_sample.scene.node import Color

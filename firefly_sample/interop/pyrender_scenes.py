@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.interop.losses import Losses
 from firefly_sample.interop.pyrender_cameras import Size, camera_from_pyrender, camera_to_pyrender
 from firefly_sample.interop.pyrender_lights import (
     light_from_pyrender,
@@ -16,6 +15,7 @@ from firefly_sample.interop.pyrender_lights import (
     point_lights_to_pyrender,
 )
 from firefly_sample.interop.pyrender_meshes import MeshReader, MeshWriter
+from firefly_sample.losses import Losses
 from firefly_sample.plan.view import camera_matrices
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import FadingLight, Light

@@ -14,17 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.material import AlphaMode
+from firefly_sample.scene.material import AlphaMode, MagFilter, MinFilter, Wrap
 
-Wrap = Literal["repeat", "clamp", "mirror"]
-Filter = Literal[
-    "nearest",
-    "linear",
-    "nearest_mipmap_nearest",
-    "linear_mipmap_nearest",
-    "nearest_mipmap_linear",
-    "linear_mipmap_linear",
-]
 Interpolation = Literal["STEP", "LINEAR", "CUBICSPLINE"]
 
 
@@ -44,8 +35,8 @@ class TextureData:
     image: int
     wrap_u: Wrap = "repeat"
     wrap_v: Wrap = "repeat"
-    minfilter: Filter = "linear_mipmap_linear"
-    magfilter: Filter = "linear"
+    minfilter: MinFilter = "linear_mipmap_linear"
+    magfilter: MagFilter = "linear"
 
 
 @dataclass
@@ -73,11 +64,15 @@ class GeomData:
     (n, 3), unit vectors; "texcoords" and "texcoords_1" (n, 2); "colors" (n, 4); of a mesh with k morph
     targets "morph_vertices" and "morph_normals" (k, n, 3), which are added with their weights; of a skinned
     mesh "joints" (n, j) of int32, indices into `SkinData.joints`, and "joint_weights" (n, j).
+
+    `flat` says that the file has no normals, so that each triangle has one, in whatever pose: "normals" are
+    those at rest, and no vertex belongs to two triangles.
     """
 
     name: str
     material: int
     arrays: dict[str, NDArray[Any]]
+    flat: bool = False
 
 
 @dataclass
@@ -100,8 +95,8 @@ class CameraData:
 class LightData:
     """A light of KHR_lights_punctual, which shines along its node's +Y.
 
-    `intensity` is as in the file: candela of "point" and "spot", lux of "directional". `range` may be infinite.
-    Angles are half-angles in degrees.
+    `intensity` is as in the file: candela of "point" and "spot", lux of "directional". `range` may be
+    infinite. Angles are half-angles in degrees.
     """
 
     name: str

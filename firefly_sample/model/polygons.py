@@ -19,7 +19,7 @@ MOST_CORNERS = 1000
 def cut_faces(faces: Int | Sequence[Sequence[int]], vertices: Float64) -> tuple[Int, Int]:
     """Return the triangles (m, 3) of faces with three corners or more, and the face (m,) of each.
 
-    `faces` are indices of `vertices` (n, 3), as an array or as lists of different lengths. They stay in order.
+    `faces` are indices of `vertices` (n, 3), an array or lists of different lengths. They stay in order.
 
     Raises
     ------

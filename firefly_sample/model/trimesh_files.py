@@ -3,8 +3,8 @@
 Units are kept: a number in the file is a number in the scene, even if the file names a unit (3MF, COLLADA).
 STEP is the exception: its converter makes metres. Colours are display colours (sRGB), as other viewers show
 them, and are made linear. Both sides of every triangle are drawn, because these formats do not say which is
-meant. Meshes without normals are smooth where their triangles meet at 30 degrees or less, and sharp elsewhere:
-see `firefly_sample.model.creases`.
+meant. Meshes without normals are smooth where their triangles meet at 30 degrees or less, and sharp
+elsewhere: see `firefly_sample.model.creases`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from firefly_sample.model.archives import unpacked
 from firefly_sample.model.data import ModelData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import ARCHIVES, FORMATS, find_format, suffix_of, up_axis
+from firefly_sample.model.gltf.document import Document
+from firefly_sample.model.gltf.reader import read_gltf
 from firefly_sample.model.image_files import one_line
 from firefly_sample.model.isolated import read_isolated
 from firefly_sample.model.named_losses import NamedLosses
@@ -46,10 +48,11 @@ def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float)
     suffix = suffix_of(path)
     if suffix in ARCHIVES:
         with unpacked(path) as inner:
-            if suffix_of(inner) in ("glb", "gltf"):
-                raise ModelError(f"model {path}: the archive holds glTF: unpack it, and give {inner.name!r}")
             try:
-                model = read_with_trimesh(inner, up, max_texture_megapixels)
+                if suffix_of(inner) in ("glb", "gltf"):
+                    model = read_gltf(Document.open(inner), None, max_texture_megapixels)
+                else:
+                    model = read_with_trimesh(inner, up, max_texture_megapixels)
             except FireflyError as error:
                 raise type(error)(str(error).replace(str(inner), f"{path}: {inner.name}")) from None
         model.name = path.name.removesuffix(f".{suffix}")

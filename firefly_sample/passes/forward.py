@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from firefly_sample.gpu.drawing import Drawable, draw_surface, light_table, make_drawable, shadow_textures
 from firefly_sample.passes.base import BOTH, Pass
-from firefly_sample.passes.geometry import legal_surfaces
+from firefly_sample.passes.geometry import legal_surfaces, surface_fields
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
@@ -53,6 +53,8 @@ class ForwardVariant(Variant):
     cutout: bool = False
     double_sided: bool = False
     vertex_alpha: bool = False
+    emission_textured: bool = False
+    second_texcoords: bool = False
     particle_shadow: bool = False
 
 
@@ -105,21 +107,9 @@ class ForwardPass(Pass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield every combination of lights and surfaces."""
-        for surface, flat in product(legal_surfaces(), BOTH):
-            rest = {"orthographic": flat, **asdict(surface)}
-            for own, emission in product(BOTH, repeat=2):
-                # without a light there is nothing but these
-                yield ForwardVariant("none", ambient_albedo=own, emission=emission, **rest)
-            for fade, model, clamp, taps, by_particles in product(
-                FADES, get_args(SpecularModel), BOTH, get_args(ShadowTaps), BOTH
-            ):
-                if by_particles and fade[0] == "point":
-                    continue
-                lit = (*fade, model, clamp, taps)
-                shared = {"specular": model != "none", "particle_shadow": by_particles, **rest}
-                yield ForwardVariant(*lit, first=False, **shared)
-                for own, emission in product(BOTH, repeat=2):
-                    yield ForwardVariant(*lit, ambient_albedo=own, emission=emission, **shared)
+        for emission, flat in product(BOTH, repeat=2):
+            for surface in legal_surfaces(emission):
+                yield from _lit_variants(emission, {"orthographic": flat, **asdict(surface)})
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
@@ -130,8 +120,9 @@ class ForwardPass(Pass):
             frame = _variant_for(step.variant, lights, first=index == 0)
             ready = []
             for batch in plan.batches:
-                variant = replace(frame, **asdict(batch.surface))
-                ready.append(make_drawable(gpu, plan, batch, self.program(gpu, variant, images)))
+                variant = replace(frame, **surface_fields(batch.surface, frame.emission))
+                program = self.program(gpu, variant, images)
+                ready.append(make_drawable(gpu, plan, batch, program, frame.emission))
             self._ready.append((lights, frame, ready))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
@@ -149,6 +140,24 @@ class ForwardPass(Pass):
             framebuffer.depth_mask = variant.first
             for drawable in surfaces:
                 draw_surface(gpu, drawable, flags, uniforms, textures)
+
+
+def _lit_variants(emission: bool, rest: dict[str, Any]) -> Iterator[Variant]:
+    """Yield the variants of every light that write emission, or not; `rest` are their other fields."""
+    for own in BOTH:
+        # without a light there is nothing but these
+        yield ForwardVariant("none", ambient_albedo=own, emission=emission, **rest)
+    for fade, model, clamp, taps, by_particles in product(
+        FADES, get_args(SpecularModel), BOTH, get_args(ShadowTaps), BOTH
+    ):
+        if by_particles and fade[0] == "point":
+            continue
+        lit = (*fade, model, clamp, taps)
+        shared = {"specular": model != "none", "particle_shadow": by_particles, **rest}
+        if not emission:
+            yield ForwardVariant(*lit, first=False, **shared)
+        for own in BOTH:
+            yield ForwardVariant(*lit, ambient_albedo=own, emission=emission, **shared)
 
 
 def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) -> ForwardVariant:

@@ -60,6 +60,8 @@ class GeometryVariant(Variant):
     cutout: bool = False
     double_sided: bool = False
     vertex_alpha: bool = False
+    emission_textured: bool = False
+    second_texcoords: bool = False
 
     @property
     def position(self) -> bool:
@@ -73,10 +75,24 @@ def position_target_of(targets: Mapping[str, Target]) -> PositionTarget:
     return formats[targets["position"].format] if "position" in targets else "none"
 
 
-def legal_surfaces() -> list[SurfaceFeatures]:
-    """Return what a draw of surfaces can ask for: alpha of vertex colours needs these, and cuts out."""
-    made = combinations(SurfaceFeatures)
-    return [each for each in made if (each.vertex_color and each.cutout) or not each.vertex_alpha]
+def legal_surfaces(emission: bool) -> list[SurfaceFeatures]:
+    """Return what a draw of surfaces can ask for, in a pass that writes emission or not.
+
+    Alpha of vertex colours needs these, and cuts out; second texture coordinates need an emission texture.
+    """
+    return [
+        each
+        for each in combinations(SurfaceFeatures)
+        if ((each.vertex_color and each.cutout) or not each.vertex_alpha)
+        and (emission or not each.emission_textured)
+        and (each.emission_textured or not each.second_texcoords)
+    ]
+
+
+def surface_fields(surface: SurfaceFeatures, emission: bool) -> dict[str, Any]:
+    """Return a draw's fields of a variant; without `emission` nothing samples its texture."""
+    needed = surface if emission else replace(surface, emission_textured=False, second_texcoords=False)
+    return asdict(needed)
 
 
 class GeometryPass(Pass):
@@ -130,7 +146,7 @@ class GeometryPass(Pass):
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield every combination of targets, formats and surfaces that a frame can have."""
-        surfaces = [asdict(surface) for surface in legal_surfaces()]
+        surfaces = [[asdict(surface) for surface in legal_surfaces(emission)] for emission in BOTH]
         for albedo, normal, distance in product(BOTH, repeat=3):
             # what a frame has beside the albedo for light, no frame has without it
             extras = product(BOTH, repeat=3) if albedo else [(False, False, False)]
@@ -142,7 +158,8 @@ class GeometryPass(Pass):
                     if normals == "classic" and (any(extra) or (albedo and colors != "linear")):
                         continue
                     interpolated = normal or distance or stored != "none"
-                    for ids, flat, surface in product(product(BOTH, repeat=2), BOTH, surfaces):
+                    drawn = surfaces[extra[2]]
+                    for ids, flat, surface in product(product(BOTH, repeat=2), BOTH, drawn):
                         again = get_args(Interpolation) if interpolated and ids[1] else ("rasterizer",)
                         for how in again:
                             targets: Any = albedo, normal, distance, *extra, *ids, stored
@@ -160,13 +177,14 @@ class GeometryPass(Pass):
             return
         assert isinstance(step.variant, GeometryVariant)
         gpu.uploads.prepare(plan.batches)
+        emission = step.variant.emission
         programs: dict[SurfaceFeatures, Program] = {}  # hashing a whole variant takes longer than the rest
         for batch in plan.batches:
             program = programs.get(batch.surface)
             if program is None:
-                variant = replace(step.variant, **asdict(batch.surface))
+                variant = replace(step.variant, **surface_fields(batch.surface, emission))
                 program = programs[batch.surface] = self.program(gpu, variant, images)
-            self._ready.append(make_drawable(gpu, plan, batch, program))
+            self._ready.append(make_drawable(gpu, plan, batch, program, emission))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -191,7 +209,9 @@ class GeometryPass(Pass):
 
 def _state_of(plan: FramePlan, step: PassPlan) -> tuple[Any, ...]:
     """Return all that decides what the pass draws, beside the batches and the textures that it draws into."""
-    images = tuple(batch.texture.revision for batch in plan.batches if batch.texture is not None)
+    textures = [batch.texture for batch in plan.batches if batch.texture is not None]
+    textures += [batch.emission_texture for batch in plan.batches if batch.emission_texture is not None]
+    images = tuple(texture.revision for texture in textures)
     view = plan.view
     return images, view.lens, view.size, view.reverse, view.near, plan.settings.look, step.variant
 

@@ -46,7 +46,7 @@ class Factors:
 
 @dataclass(eq=False)
 class Group:
-    """All instances of one Geom that one call can draw: one texture, one cut-out; colours differ freely."""
+    """All instances of one Geom that one call can draw: the same textures and cut-out; colours differ."""
 
     key: tuple[Any, ...]  # hashable; distinguishes groups, and stays while a walk would find the same group
     geom: Geom
@@ -61,7 +61,20 @@ class Group:
     ids: NDArray[np.int32]  # (n,)
     centers: Float64  # (n, 3), of the bounding spheres, world space
     radii: Float64  # (n,)
+    emission_texture: Texture | None = None
+    emission_texcoord: int = 0
     _factors: Memo[Factors] = field(default_factory=Memo)
+
+    @property
+    def glowing_texture(self) -> Texture | None:
+        """The emission texture, None if all instances' emission is black."""
+        texture = self.emission_texture
+        return texture if texture and any(material.emission.any() for material in self.materials) else None
+
+    @property
+    def second_texcoords(self) -> bool:
+        """True if the emission texture is sampled at the Geom's second texture coordinates."""
+        return self.emission_texcoord == 1 and self.geom.texcoords_1 is not None
 
     @property
     def vertex_alpha(self) -> bool:
@@ -267,10 +280,12 @@ def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visi
 def _look_of(material: Material) -> tuple[Any, ...]:
     """Return the part of a material by which instances are grouped, hashable; the rest is per instance."""
     cutout = material.alpha_mode != "opaque"
+    glow = material.emission_texture
     return (
         None if material.texture is None else id(material.texture),
         material.alpha_cutoff if cutout else None,
         material.double_sided,
+        None if glow is None else (id(glow), material.emission_texcoord),
     )
 
 
@@ -306,6 +321,8 @@ def _make_groups(key: tuple[Any, ...], found: _Found) -> list[Group]:
             ids=ids[chosen],
             centers=centers[chosen],
             radii=radii[chosen],
+            emission_texture=first.emission_texture,
+            emission_texcoord=first.emission_texcoord,
         )
         for mirrored in (False, True)
         if (chosen := turned == mirrored).any()

@@ -69,6 +69,7 @@ class Batch:
     ids: NDArray[np.int32]  # (n,), index of each geometry instance
     factors: Factors  # colours of the instances' materials, times their nodes' flat colours
     surface: SurfaceFeatures
+    emission_texture: Texture | None = None
 
 
 @dataclass(frozen=True)

@@ -59,6 +59,8 @@ class SurfaceFeatures:
     cutout: bool = False  # True if alpha below the material's cutoff is not drawn
     double_sided: bool = False
     vertex_alpha: bool = False  # True if the alpha of vertex colours cuts out
+    emission_textured: bool = False
+    second_texcoords: bool = False  # True if the emission texture has texture coordinates of its own
 
 
 @cache

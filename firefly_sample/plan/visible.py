@@ -131,8 +131,15 @@ def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
         group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
         colored = group.geom.colors is not None and group.colors is None
+        glow = group.glowing_texture
         surface = SurfaceFeatures(
-            group.texture is not None, colored, cutout, group.double_sided, group.vertex_alpha
+            textured=group.texture is not None,
+            vertex_color=colored,
+            cutout=cutout,
+            double_sided=group.double_sided,
+            vertex_alpha=group.vertex_alpha,
+            emission_textured=glow is not None,
+            second_texcoords=glow is not None and group.second_texcoords,
         )
         cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
         for zone, (first, end) in enumerate(pairwise(cuts)):
@@ -149,6 +156,7 @@ def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
                 ids=part.ids[cut],
                 factors=visible.factors.take(slice(part.first + first, part.first + end)),
                 surface=surface,
+                emission_texture=glow,
             )
             keyed.append(((cutout, around and zone == 0, zone, float(part.nearest[first]), index), batch))
     return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))

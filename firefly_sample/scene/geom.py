@@ -41,6 +41,8 @@ class Geom(ReadOnlyArrays):
         Linear vertex colours and alpha in 0..1, which multiply the material's base colour and alpha; white
         when absent. In uint8, 255 is 1, and in uint16, 65535.
     name : str
+    texcoords_1 : array_like, shape (n, 2), optional
+        A second set of texture coordinates, for materials whose `emission_texcoord` is 1; None when absent.
 
     `firefly_sample.scene.arrays` lists the accepted types. The arrays are copied and read-only: replace them
     with `set_vertices`, `set_normals` and `set_colors`.
@@ -62,6 +64,7 @@ class Geom(ReadOnlyArrays):
     """
 
     alphas: Float64 | None
+    texcoords_1: Float64 | None
     _bounds: tuple[Float64, Float64] | None
 
     def __init__(
@@ -72,6 +75,8 @@ class Geom(ReadOnlyArrays):
         texcoords: ArrayLike | None = None,
         colors: ArrayLike | None = None,
         name: str = "geom",
+        *,
+        texcoords_1: ArrayLike | None = None,
     ) -> None:
         self.name = name
         self.serial = new_serial()
@@ -81,6 +86,7 @@ class Geom(ReadOnlyArrays):
         self.triangles = self._indices(triangles)
         self.normals = self._vertex_normals() if normals is None else self._normals(normals)
         self.texcoords = self._floats("texcoords", np.zeros((n, 2)) if texcoords is None else texcoords, n, 2)
+        self.texcoords_1 = None if texcoords_1 is None else self._floats("texcoords_1", texcoords_1, n, 2)
         self.colors, self.alphas = self._colors(colors)
         self._bounds = None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,13 +22,35 @@ from firefly_sample.scene.arrays import (
 from firefly_sample.settings import to_number
 
 AlphaMode = Literal["opaque", "mask", "blend"]
+Wrap = Literal["repeat", "clamp", "mirror"]
+MagFilter = Literal["nearest", "linear"]
+MinFilter = Literal[
+    "nearest",
+    "linear",
+    "nearest_mipmap_nearest",
+    "linear_mipmap_nearest",
+    "nearest_mipmap_linear",
+    "linear_mipmap_linear",
+]
 
 LARGEST_SHININESS = 1e6
 """The G-buffer stores the logarithm of shininess, up to this value."""
 
 
+_Choice = TypeVar("_Choice", Wrap, MinFilter, MagFilter)
+
+
+class Sampling(NamedTuple):
+    """The wrap modes and filters of a `Texture`."""
+
+    wrap_u: Wrap
+    wrap_v: Wrap
+    minfilter: MinFilter
+    magfilter: MagFilter
+
+
 class Texture(ReadOnlyArrays):
-    """An image for a material.
+    """An image for a material, and how it is sampled.
 
     Parameters
     ----------
@@ -36,11 +58,22 @@ class Texture(ReadOnlyArrays):
         sRGB colour and linear alpha (coverage) in 8 bits; the first row is the top of the picture. uint16,
         floats of 0 to 1 and bool are rounded to 8 bits: see `firefly_sample.scene.arrays`.
     name : str
+    wrap_u, wrap_v : {"repeat", "clamp", "mirror"}
+        What happens beyond the image, across and up: it repeats, its edge goes on, or it repeats and every
+        second copy is mirrored.
+    minfilter : {"nearest", "linear", "nearest_mipmap_nearest", "linear_mipmap_nearest", \
+"nearest_mipmap_linear", "linear_mipmap_linear"}
+        The filter of texels that are smaller than a pixel, by OpenGL's names: first the filter within a
+        mipmap level, then whether the nearest level is taken or two are mixed.
+    magfilter : {"nearest", "linear"}
+        The filter of texels that are larger than a pixel.
+
+    Two textures may share an image and differ in their sampling: ``copy.copy`` makes such a second one.
 
     Attributes
     ----------
     serial, revision : int
-        As of a `Geom`.
+        As of a `Geom`; the sampling counts as well.
     size : (int, int)
         Width and height.
     digest : str or None
@@ -54,15 +87,34 @@ class Texture(ReadOnlyArrays):
     _decode: Callable[[], NDArray[np.uint8]] | None
     _least_alpha: float | None = None
 
-    def __init__(self, pixels: ArrayLike, name: str = "texture") -> None:
+    def __init__(
+        self,
+        pixels: ArrayLike,
+        name: str = "texture",
+        *,
+        wrap_u: Wrap = "repeat",
+        wrap_v: Wrap = "repeat",
+        minfilter: MinFilter = "linear_mipmap_linear",
+        magfilter: MagFilter = "linear",
+    ) -> None:
         self.name = name
         self.serial = new_serial()
         self.revision = 0
+        self._set_sampling(wrap_u, wrap_v, minfilter, magfilter)
         self.set_pixels(pixels)
 
     @classmethod
     def from_file(
-        cls, decode: Callable[[], NDArray[np.uint8]], size: tuple[int, int], digest: str | None, name: str
+        cls,
+        decode: Callable[[], NDArray[np.uint8]],
+        size: tuple[int, int],
+        digest: str | None,
+        name: str,
+        *,
+        wrap_u: Wrap = "repeat",
+        wrap_v: Wrap = "repeat",
+        minfilter: MinFilter = "linear_mipmap_linear",
+        magfilter: MagFilter = "linear",
     ) -> Texture:
         """Return a texture whose pixels, of this size, are decoded when they are first needed.
 
@@ -72,6 +124,7 @@ class Texture(ReadOnlyArrays):
         texture.name, texture.size, texture.digest = name, size, digest
         texture.serial, texture.revision = new_serial(), 1
         texture._pixels, texture._decode = None, decode
+        texture._set_sampling(wrap_u, wrap_v, minfilter, magfilter)
         return texture
 
     @property
@@ -89,6 +142,45 @@ class Texture(ReadOnlyArrays):
         self.digest = None
         self.size = (image.shape[1], image.shape[0])
         self.revision += 1
+
+    def set_wrap_u(self, wrap: Wrap) -> None:
+        """Set what happens beyond the image's left and right edges."""
+        self._set_sampling(wrap, self.wrap_v, self.minfilter, self.magfilter)
+        self.revision += 1
+
+    def set_wrap_v(self, wrap: Wrap) -> None:
+        """Set what happens beyond the image's lower and upper edges."""
+        self._set_sampling(self.wrap_u, wrap, self.minfilter, self.magfilter)
+        self.revision += 1
+
+    def set_minfilter(self, minfilter: MinFilter) -> None:
+        """Set the filter of texels that are smaller than a pixel."""
+        self._set_sampling(self.wrap_u, self.wrap_v, minfilter, self.magfilter)
+        self.revision += 1
+
+    def set_magfilter(self, magfilter: MagFilter) -> None:
+        """Set the filter of texels that are larger than a pixel."""
+        self._set_sampling(self.wrap_u, self.wrap_v, self.minfilter, magfilter)
+        self.revision += 1
+
+    def _set_sampling(self, wrap_u: Wrap, wrap_v: Wrap, minfilter: MinFilter, magfilter: MagFilter) -> None:
+        self.wrap_u: Wrap = self._choice("wrap_u", wrap_u, get_args(Wrap))
+        self.wrap_v: Wrap = self._choice("wrap_v", wrap_v, get_args(Wrap))
+        self.minfilter: MinFilter = self._choice("minfilter", minfilter, get_args(MinFilter))
+        self.magfilter: MagFilter = self._choice("magfilter", magfilter, get_args(MagFilter))
+
+    @property
+    def sampling(self) -> Sampling:
+        """All four settings as one hashable value."""
+        return Sampling(self.wrap_u, self.wrap_v, self.minfilter, self.magfilter)
+
+    def _choice(self, what: str, given: _Choice, choices: tuple[_Choice, ...]) -> _Choice:
+        if not isinstance(given, str) or given not in choices:
+            *others, last = map(repr, choices)
+            raise SceneError(
+                f"texture {self.name!r}: {what} must be {', '.join(others)} or {last}, got {given!r}"
+            )
+        return given
 
     def least_alpha(self) -> float:
         """Return the smallest alpha of all texels, 0..1; it is computed once per image."""
@@ -125,7 +217,7 @@ class Material(ReadOnlyArrays):
 
     Its radiance is ambient + diffuse + specular + emission: ambient light times `ambient` and the texture;
     each light times `base_color`, the texture and the cosine of its angle; each light's highlight times
-    `specular`; and `emission`.
+    `specular`; and `emission` times the emission texture.
 
     Parameters
     ----------
@@ -143,12 +235,17 @@ class Material(ReadOnlyArrays):
     ambient : sequence of 3 floats, optional
         Linear reflectance of ambient light in 0..1, which multiplies the texture; `base_color` when absent.
     emission : sequence of 3 floats
-        Linear radiance that the surface emits, 0 or more; textures do not change it.
+        Linear radiance that the surface emits, 0 or more.
     specular : sequence of 3 floats
         Linear reflectance of highlights in 0..1; black ones cost nothing.
     shininess : float
         The exponent of highlights, 0 to 1e6: the larger, the smaller the highlight. See
         `Settings.specular_model`.
+    emission_texture : Texture, optional
+        Its colours multiply `emission`; its alpha does not matter.
+    emission_texcoord : {0, 1}
+        The texture coordinates of the emission texture: a Geom's `texcoords`, or its `texcoords_1` if it has
+        those.
 
     Raises
     ------
@@ -169,9 +266,17 @@ class Material(ReadOnlyArrays):
         emission: ArrayLike = (0.0, 0.0, 0.0),
         specular: ArrayLike = (0.0, 0.0, 0.0),
         shininess: float = 0.0,
+        emission_texture: Texture | None = None,
+        emission_texcoord: int = 0,
     ) -> None:
         self.name = name
         self.texture = texture
+        self.emission_texture = emission_texture
+        if not isinstance(emission_texcoord, int | np.integer) or emission_texcoord not in (0, 1):
+            raise SceneError(
+                f"material {name!r}: emission_texcoord must be 0 or 1, got {emission_texcoord!r}"
+            )
+        self.emission_texcoord = int(emission_texcoord)
         self.double_sided = double_sided
         if alpha_mode not in ("opaque", "mask", "blend"):
             raise SceneError(

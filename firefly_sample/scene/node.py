@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 import weakref
 from bisect import bisect, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Self, TypeVar
 
 from firefly_sample.errors import NodeError
@@ -226,9 +226,37 @@ class PandaNode:
             made.__setstate__(copy.deepcopy(node.__getstate__(), memo))
         return copies[self]
 
+    def link_copy(self, made: PandaNode, copies: Mapping[PandaNode, PandaNode]) -> None:
+        """Make `made`, the copy of this node, refer to copies where this node refers to other nodes.
+
+        `copy_nodes` calls it once all nodes are copied; `copies` has the copy of each. A plain node does
+        nothing.
+        """
+
+    def animate(self, time: float) -> None:
+        """Set what moves by itself at and below this node to its state at `time`, in seconds.
+
+        `Scene.update` calls it for the nodes of classes that override it. The state must not depend on
+        earlier calls, and no nodes may be added. A plain node does nothing.
+        """
+
     def iter_local_points(self) -> list[Float64]:
         """Return arrays of shape (n, 3): points in this node's space whose hull contains its own contents."""
         return []
+
+
+def copy_nodes(top: PandaNode) -> dict[PandaNode, PandaNode]:
+    """Return a copy of a node and of each node below it, by original; what nodes share is shared.
+
+    Each node is copied once, so nodes that are instanced below `top` are instanced in the copy too.
+    """
+    copies = {original: original.make_copy() for original in top.iter_descendants()}
+    for original, made in copies.items():
+        for child, sort in zip(original._children, original._sorts, strict=True):
+            made.add_child(copies[child], sort)
+    for original, made in copies.items():
+        original.link_copy(made, copies)
+    return copies
 
 
 def _each_once(

@@ -14,7 +14,16 @@ from firefly_sample.errors import NodeError
 from firefly_sample.scene.arrays import Float64, as_color, as_colors, as_numbers
 from firefly_sample.scene.find import find_paths
 from firefly_sample.scene.material import Material
-from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode, PathStep, inherit, step_to
+from firefly_sample.scene.node import (
+    ALL_CAMERAS,
+    OVERALL_BIT,
+    Color,
+    PandaNode,
+    PathStep,
+    copy_nodes,
+    inherit,
+    step_to,
+)
 from firefly_sample.scene.transform_state import (
     IDENTITY,
     SingularTransformError,
@@ -173,13 +182,10 @@ class NodePath:
         """Add a copy of the node and of everything below it to `other`, and return the path to it.
 
         Each node is copied once, so nodes that are instanced below this one are instanced in the copy too.
-        Geoms, textures, materials and lenses are shared.
+        Geoms, textures, materials and lenses are shared, except for the Geoms that a copied model moves: see
+        `firefly_sample.model.root.ModelRoot`.
         """
-        copies = {original: original.make_copy() for original in self.node().iter_descendants()}
-        for original, made in copies.items():
-            for child in original.children:
-                made.add_child(copies[child], original.get_child_sort(child))
-        top = self._at(step_to(copies[self.node()]))
+        top = self._at(step_to(copy_nodes(self.node())[self.node()]))
         return top if other._step is None else top.instance_to(other, sort)
 
     def detach_node(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -91,6 +92,7 @@ class Scene:
         self.background = background
         self.exposure = exposure
         self.focus = focus
+        self._animated = _AnimatedNodes()
 
     @property
     def camera_node(self) -> Camera:
@@ -117,7 +119,41 @@ class Scene:
         return {}
 
     def update(self, time: float) -> None:
-        """Set the scene to its state at `time` (seconds), independently of earlier calls."""
+        """Set the scene to its state at `time` (seconds), independently of earlier calls.
+
+        This one moves the animated models below the root. A subclass that has some and overrides it calls
+        ``super().update(time)``.
+        """
+        self._animated.animate(self.root.node(), time)
+
+
+class _AnimatedNodes:
+    """The nodes below a root that move by themselves, searched again only after the graph has changed.
+
+    References are weak, so that a model that is removed is freed at once.
+    """
+
+    def __init__(self) -> None:
+        self._top: weakref.ref[PandaNode] | None = None
+        self._revision = 0
+        self._nodes: list[weakref.ref[PandaNode]] = []
+
+    def __reduce__(self) -> tuple[type[_AnimatedNodes], tuple[()]]:
+        """Copy and pickle nothing: the copy of a scene searches its own graph."""
+        return _AnimatedNodes, ()
+
+    def animate(self, top: PandaNode, time: float) -> None:
+        """Call `PandaNode.animate` of the nodes at and below `top` whose class overrides it."""
+        if self._top is None or self._top() is not top or self._revision != top.subtree_revision:
+            self._top = weakref.ref(top)
+            plain = PandaNode.animate
+            self._nodes = [
+                weakref.ref(node) for node in top.iter_descendants() if type(node).animate is not plain
+            ]
+        for reference in self._nodes:
+            if (node := reference()) is not None:
+                node.animate(time)
+        self._revision = top.subtree_revision  # which also counts what these have moved
 
 
 class ScenePlugin(Protocol):

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from firefly_sample.assets import model_path
 from firefly_sample.memo import Memo
+from firefly_sample.model.load import load_model
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
-from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.particles import ParticleNode

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.assets import model_path
+from firefly_sample.model.load import load_model
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import Attenuation
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
-from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter

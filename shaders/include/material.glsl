@@ -22,6 +22,9 @@ flat in vec4 v_specular;
 #if EMISSION
 flat in vec3 v_emission;
 #endif
+#if SECOND_TEXCOORDS
+in vec2 v_texcoord_1;
+#endif
 
 #if CUTOUT
 uniform float u_alpha_cutoff;
@@ -29,14 +32,32 @@ uniform float u_alpha_cutoff;
 #if TEXTURED
 uniform sampler2D u_texture;
 #endif
+#if EMISSION_TEXTURED
+uniform sampler2D u_emission_texture;
+#endif
 
 struct Sample {
     vec3 albedo;
     vec3 ambient;  // reflectance of ambient light
+#if EMISSION
+    vec3 emission;
+#endif
 };
 
 Sample sample_material()
 {
+    Sample made;
+#if EMISSION
+    made.emission = v_emission;
+#if EMISSION_TEXTURED
+    // before discard, after which the mipmap level is undefined
+#if SECOND_TEXCOORDS
+    made.emission *= texture(u_emission_texture, v_texcoord_1).rgb;
+#else
+    made.emission *= texture(u_emission_texture, v_texcoord).rgb;
+#endif
+#endif
+#endif
     vec4 tint = vec4(1.0);
 #if TEXTURED
     tint = texture(u_texture, v_texcoord);
@@ -53,12 +74,13 @@ Sample sample_material()
         discard;
 #endif
     // a surface reflects at most all light, even if the product of colours is larger
-    vec3 albedo = clamp(base.rgb, 0.0, 1.0);
+    made.albedo = clamp(base.rgb, 0.0, 1.0);
 #if AMBIENT_ALBEDO
-    return Sample(albedo, clamp(v_ambient * tint.rgb, 0.0, 1.0));
+    made.ambient = clamp(v_ambient * tint.rgb, 0.0, 1.0);
 #else
-    return Sample(albedo, albedo);
+    made.ambient = made.albedo;
 #endif
+    return made;
 }
 
 // If a triangle's projected corners lie on a line, a rasterizer may interpolate NaN. Such a pixel gets a position on

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from firefly_sample.errors import SceneError
+from firefly_sample.model.load import load_model
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lights import PointLights
-from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.scene import Scene

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from firefly_sample.errors import LensError
-from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.losses import ConversionWarning
 from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.view import camera_matrices
 from firefly_sample.scene.arrays import Float64

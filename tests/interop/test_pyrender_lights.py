@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from firefly_sample.errors import LightError
-from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import (

@@ -11,8 +11,8 @@ import pytest
 
 from firefly_sample.errors import FireflyError, LightError, MissingPackageError, SceneError
 from firefly_sample.interop import pyrender_meshes
-from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.node import PandaNode

@@ -8,8 +8,8 @@ import numpy as np
 import pyrender
 import pytest
 
-from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.scene.material import Material, Texture

@@ -17,9 +17,9 @@ import pytest
 import trimesh
 
 from firefly_sample.interop import pyrender_scenes
-from firefly_sample.interop.losses import ConversionWarning
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.interop.pyrender_meshes import MeshWriter
+from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene import transforms
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens

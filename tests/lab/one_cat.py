@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from firefly_sample.assets import model_path
+from firefly_sample.model.load import load_model
 from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scenes.plugin import Plugin
 

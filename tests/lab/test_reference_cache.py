@@ -12,10 +12,12 @@ import firefly_sample.lab.reference.cache as module
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.cache import cache_folder, reference_frame
 from firefly_sample.lab.reference.frame import render_reference
+from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
-from tests.scenes import ball_scene
+from tests.scenes import ball_scene, wall
 
 
 @pytest.fixture
@@ -94,6 +96,50 @@ def test_alpha_of_vertices_counts_where_it_changes_no_pixel(renderer, computed, 
     geom = scene.root.find("floor").node().geoms[0][0]
     for alpha in (0.5, 0.5000000001):
         geom.set_colors(np.tile([1.0, 1.0, 1.0, alpha], (len(geom.vertices), 1)))
+        reference_frame(renderer, scene, folder=tmp_path)
+    assert len(computed) == 2
+
+
+PIXELS = np.full((2, 2, 4), 255, dtype=np.uint8)
+NEW_STATE = {  # pairs of floors that look alike to a renderer of this picture, or may
+    "base texture's wrap": lambda one: (
+        {"texture": Texture(PIXELS, wrap_u="clamp" if one else "mirror")},
+        {},
+    ),
+    "base texture's filter": lambda one: (
+        {"texture": Texture(PIXELS, magfilter="nearest" if one else "linear")},
+        {},
+    ),
+    "emission texture": lambda one: ({"emission_texture": Texture(PIXELS if one else PIXELS // 2)}, {}),
+    "emission texture or none": lambda one: ({"emission_texture": Texture(PIXELS) if one else None}, {}),
+    "emission texture's sampling": lambda one: (
+        {"emission_texture": Texture(PIXELS, minfilter="nearest" if one else "linear")},
+        {},
+    ),
+    "set": lambda one: ({"emission_texture": Texture(PIXELS), "emission_texcoord": int(one)}, {}),
+    "second texture coordinates": lambda one: (
+        {"emission_texture": Texture(PIXELS), "emission_texcoord": 1},
+        {"texcoords_1": np.full((4, 2), 0.5 if one else 0.5000000001)},
+    ),
+}
+
+
+@pytest.mark.parametrize("make", NEW_STATE.values(), ids=NEW_STATE)
+def test_textures_and_their_sampling_count(renderer, computed, tmp_path, make):
+    """Also where all of an image is white, so that no pixel changes."""
+    plain = wall(40.0)
+    for one in (True, True, False, False):
+        material, arrays = make(one)
+        geom = Geom(
+            plain.vertices,
+            plain.triangles,
+            plain.normals,
+            plain.texcoords,
+            texcoords_1=arrays.get("texcoords_1", plain.texcoords),
+        )
+        scene = ball_scene(5)
+        looks = Material("floor", emission=(1, 1, 1), **material)
+        scene.root.find("floor").node().geoms[:] = [(geom, looks)]
         reference_frame(renderer, scene, folder=tmp_path)
     assert len(computed) == 2
 

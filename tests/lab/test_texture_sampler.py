@@ -7,7 +7,7 @@ from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.lab.reference.texture import Sampler, level_of_detail
 from firefly_sample.mipmaps import texture_levels
 from firefly_sample.scene.lens import OrthographicLens
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material, Sampling, Texture
 from firefly_sample.srgb import srgb_to_linear
 from tests.lab.float64 import draw, edges, plan_of
 from tests.scenes import wall_scene
@@ -117,3 +117,69 @@ def test_the_gpu_filters_alike(tilt):
     # a step of 8 bits in the square root is sqrt(albedo)/255
     assert difference.max() <= FILTERING[tilt] + np.sqrt(surfaces.gbuffer.albedo.max()) / 255
     assert difference.mean() <= 1.5e-3
+
+
+def levels_of_constants(count):
+    """Mipmap levels whose every texel is the level's number."""
+    sides = [2**power for power in range(count - 1, -1, -1)]
+    return [np.full((side, side, 4), number, dtype=np.uint16) for number, side in enumerate(sides)]
+
+
+LEVELS = {  # of a level of detail, as OpenGL 3.3 defines it: sections 3.8.11 and 3.8.12
+    "nearest": {-2.0: 0, 0.3: 0, 1.0: 0, 9.0: 0},
+    "linear": {-2.0: 0, 0.3: 0, 1.0: 0, 9.0: 0},
+    "nearest_mipmap_nearest": {-2.0: 0, 0.5: 0, 0.501: 1, 1.5: 1, 1.501: 2, 3.4: 3, 9.0: 4},
+    "linear_mipmap_nearest": {-2.0: 0, 0.5: 0, 0.501: 1, 1.5: 1, 1.501: 2, 3.4: 3, 9.0: 4},
+    "nearest_mipmap_linear": {-2.0: 0, 0.75: 0.75, 1.0: 1, 2.25: 2.25, 9.0: 4},
+    "linear_mipmap_linear": {-2.0: 0, 0.25: 0.25, 1.0: 1, 2.25: 2.25, 9.0: 4},
+}
+
+
+@pytest.mark.parametrize("magfilter", ["nearest", "linear"])
+@pytest.mark.parametrize("minfilter", list(LEVELS))
+def test_a_filter_takes_the_levels_that_the_specification_names(minfilter, magfilter):
+    sampler = Sampler(levels_of_constants(5), Sampling("repeat", "repeat", minfilter, magfilter))
+    given, expected = zip(*LEVELS[minfilter].items(), strict=True)
+    rng = np.random.default_rng(6)
+    found = sampler.sample(rng.uniform(-3, 3, (len(given), 2)), np.array(given)) * 65535
+    assert found == pytest.approx(np.tile(np.array(expected)[:, None], 4), abs=1e-9)
+
+
+@pytest.mark.parametrize("magfilter", ["nearest", "linear"])
+@pytest.mark.parametrize("minfilter", list(LEVELS))
+def test_minification_begins_at_level_0_or_at_a_half(minfilter, magfilter):
+    """At a half if what is magnified linearly is minified by nearest texels of mipmaps."""
+    texels = np.array([[0, 65535]], dtype=np.uint16)
+    finest = np.repeat(texels[..., None], 4, axis=2)
+    sampler = Sampler([finest, finest[:, :1]], Sampling("clamp", "clamp", minfilter, magfilter))
+    later = magfilter == "linear" and minfilter.startswith("nearest_mipmap")
+    border = 0.5 if later else 0.0
+    at = np.array([[0.6, 0.5]] * 2)  # the nearest texel is 1, the mix of both 0.7
+    magnified, minified = sampler.sample(at, np.array([border, border + 1e-9]))[:, 0]
+    assert magnified == pytest.approx(0.7 if magfilter == "linear" else 1.0)
+    within = 0.7 if minfilter.startswith("linear") else 1.0
+    if minfilter == "nearest_mipmap_linear" and later:
+        within *= 0.5  # half of the next level, which is 0
+    assert minified == pytest.approx(0.0 if later and minfilter.endswith("nearest") else within, abs=1e-8)
+
+
+BEYOND = {  # texels of an image of three, at these places
+    "repeat": {-3: 0, -2: 1, -1: 2, 0: 0, 2: 2, 3: 0, 4: 1, 300_000: 0},
+    "clamp": {-3: 0, -2: 0, -1: 0, 0: 0, 2: 2, 3: 2, 4: 2, 300_000: 2},
+    "mirror": {-4: 2, -3: 2, -2: 1, -1: 0, 0: 0, 2: 2, 3: 2, 4: 1, 5: 0, 6: 0, 300_000: 0},
+}
+
+
+@pytest.mark.parametrize("wrap", list(BEYOND))
+@pytest.mark.parametrize("magfilter", ["nearest", "linear"])
+def test_beyond_the_image_texels_are_those_of_the_wrap_mode(wrap, magfilter):
+    texels = np.repeat(np.arange(3, dtype=np.uint16)[None, :, None], 4, axis=2)
+    place, expected = zip(*BEYOND[wrap].items(), strict=True)
+    centres = (np.array(place) + 0.5) / 3
+    for levels, turned in (([texels], False), ([texels.swapaxes(0, 1)], True)):
+        modes = ("repeat", wrap) if turned else (wrap, "repeat")
+        sampler = Sampler(levels, Sampling(*modes, "linear", magfilter))
+        other = np.full_like(centres, 0.5)
+        at = np.stack([other, centres] if turned else [centres, other], axis=1)
+        found = sampler.sample(at, np.full(len(at), -1.0))[:, 0] * 65535
+        assert found == pytest.approx(np.array(expected, dtype=float), abs=1e-9)

@@ -138,8 +138,8 @@ def model_3dxml() -> bytes:
     root = f"""<Model_3dxml {space}><ProductStructure root="1"><Reference3D id="1" name="Whole"/>
 <Reference3D id="2" name="Part"/><ReferenceRep id="3" name="Rep" format="TESSELLATED"
  associatedFile="urn:3DXML:part.3DRep"/>
-<Instance3D id="4" name="Part.1"><IsAggregatedBy>1</IsAggregatedBy>
-<IsInstanceOf>2</IsInstanceOf><RelativeMatrix>1 0 0 0 1 0 0 0 1 0 0 0</RelativeMatrix></Instance3D>
+<Instance3D id="4" name="Part.1">
+<IsAggregatedBy>1</IsAggregatedBy><IsInstanceOf>2</IsInstanceOf><RelativeMatrix>1 0 0 0 1 0 0 0 1 0 0 0</RelativeMatrix></Instance3D>
 <InstanceRep id="5" name="Rep.1"><IsAggregatedBy>2</IsAggregatedBy><IsInstanceOf>3</IsInstanceOf></InstanceRep>
 </ProductStructure></Model_3dxml>"""
     part = f"""<XMLRepresentation {space} xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><Root><Rep><Faces>

@@ -8,15 +8,15 @@ import pytest
 
 import firefly_sample.disk_cache as disk_cache
 import firefly_sample.mipmaps as mipmaps
-import firefly_sample.scene.loader as loader
+import firefly_sample.model.load as loader
 from firefly_sample.assets import model_path
 from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import ModelError
 from firefly_sample.mipmaps import kept_texture_levels, mip_chain, texture_levels
+from firefly_sample.model.kept import load_kept
+from firefly_sample.model.load import load_model
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.material import Texture
-from firefly_sample.scene.model_data import load_kept
 from firefly_sample.srgb import srgb_to_linear
 from tests.unit.test_disk_cache import write_kept
 

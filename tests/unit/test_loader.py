@@ -17,8 +17,8 @@ from trimesh.visual.material import PBRMaterial
 
 from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import ModelError
+from firefly_sample.model.load import load_model
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.loader import load_model
 
 VERTICES = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 5.0]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -189,7 +189,7 @@ class Knock:
 
 sys.meta_path.insert(0, Knock())
 from firefly_sample.assets import model_path
-from firefly_sample.scene.loader import load_model
+from firefly_sample.model.load import load_model
 
 try:
     load_model(model_path("bulb.glb"))

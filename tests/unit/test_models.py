@@ -14,8 +14,8 @@ import pytest
 from PIL import Image
 
 from firefly_sample.assets import asset_dir
+from firefly_sample.model.load import load_model
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.loader import load_model
 from firefly_sample.scene.traversal import iter_visible
 
 MODELS = asset_dir("models")

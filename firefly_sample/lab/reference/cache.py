@@ -110,6 +110,7 @@ def _parts(plan: FramePlan) -> Iterator[object]:
     yield from (plan.sprites.positions, plan.sprites.colors, plan.sprites.radii)
     for batch in plan.batches:
         yield from _model_parts(batch.geom, batch.texture)
+        yield from _texture_parts(batch.emission_texture)
         yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.surface)
         yield from _columns(batch.factors)
     for lights in plan.lights:
@@ -131,7 +132,12 @@ def _columns(record: Any) -> Iterator[object]:
 
 def _model_parts(geom: Geom, texture: Texture | None) -> Iterator[object]:
     yield from (geom.vertices, geom.triangles, geom.normals, geom.texcoords, geom.colors, geom.alphas)
-    yield None if texture is None else texture.pixels
+    yield geom.texcoords_1
+    yield from _texture_parts(texture)
+
+
+def _texture_parts(texture: Texture | None) -> Iterator[object]:
+    yield from (None, None) if texture is None else (texture.pixels, texture.sampling)
 
 
 def _load(folder: Path, key: str, shape: tuple[int, ...]) -> dict[str, Float64] | None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from firefly_sample.errors import OutputError
 from firefly_sample.lab.reference.chunks import chunks_of, run_all
 from firefly_sample.lab.reference.rays import Intersections, RayCorners, Rays, intersect, pixel_rays
-from firefly_sample.lab.reference.texture import Samplers, level_of_detail
+from firefly_sample.lab.reference.texture import Sampler, Samplers, level_of_detail
 from firefly_sample.plan.collect import Factors
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.readback import GBuffer
@@ -98,8 +98,22 @@ class Fragments:
         if not surface.textured or texture is None:
             return np.ones((len(self.rays), 4))
         sampler = self._samplers.of(texture, self.batch.alpha_cutoff if surface.cutout else None)
-        level = level_of_detail(*self._texcoord_slopes(), sampler.size)
-        return sampler.sample(self.interpolated(self.batch.geom.texcoords), level)
+        return self._sampled(sampler, self.batch.geom.texcoords)
+
+    def emission(self, factors: Factors) -> Float64:
+        """Return the linear radiance that the surface emits, shape (n, 3), by the pixels' own factors."""
+        texture, geom = self.batch.emission_texture, self.batch.geom
+        if texture is None:
+            return factors.emissions
+        second = geom.texcoords_1 if self.batch.surface.second_texcoords else None
+        sampler = self._samplers.of(texture, None)
+        texel = self._sampled(sampler, geom.texcoords if second is None else second)
+        return np.asarray(factors.emissions * texel[:, :3])
+
+    def _sampled(self, sampler: Sampler, texcoords: Float64) -> Float64:
+        """Sample a texture at texture coordinates of vertices (m, 2)."""
+        level = level_of_detail(*self._texcoord_slopes(texcoords), sampler.size)
+        return sampler.sample(self.interpolated(texcoords), level)
 
     def tint(self) -> Float64:
         """Return the factor of a material's colours: texture times vertex colour, shape (n, 3)."""
@@ -118,13 +132,13 @@ class Fragments:
             alpha = alpha * self.interpolated(alphas[:, None])[:, 0]
         return np.asarray(alpha >= self.batch.alpha_cutoff)
 
-    def _texcoord_slopes(self) -> tuple[Float64, Float64]:
+    def _texcoord_slopes(self, texcoords: Float64) -> tuple[Float64, Float64]:
         """Return the derivatives of the texture coordinates per pixel, right and down, shapes (n, 2).
 
         A corner's share is its area over the sum of all three. The areas are products of offsets from the
         ray, which a step to the side changes by the corner's distance (orthographic: by 1).
         """
-        values, x, z = self.batch.geom.texcoords[self._corners], self._seen.across, self._seen.up
+        values, x, z = texcoords[self._corners], self._seen.across, self._seen.up
         weight = self._seen.along if self.rays.perspective else np.ones_like(x)
         after, before = [1, 2, 0], [2, 0, 1]
         whole = self._seen.areas().sum(axis=1, keepdims=True)
@@ -224,7 +238,8 @@ def see_surfaces(
         factors = batch.factors.take(found.instance)
         surfaces.covered[at] = True
         position[at], normal[at] = found.position, found.normal(turned=not classic)
-        emission[at], specular[at] = factors.emissions, factors.speculars[:, :3]
+        emission[at] = found.emission(factors)
+        specular[at] = factors.speculars[:, :3]
         gbuffer.shininess[at] = factors.speculars[:, 3]
         diffuse[at], ambient[at] = _reflectances(found, factors, *given_here)
 

@@ -1,0 +1,137 @@
+"""Morph targets and skins, number by number."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from firefly_sample.model.data import GeomData
+from firefly_sample.model.deform import (
+    Shape,
+    blend_matrices,
+    flat_normals,
+    morphed,
+    normalized_weights,
+    skinned_normals,
+    skinned_points,
+)
+from tests.model.figures import bulging_tube, posed_corners, tube
+
+NUMBERS = st.floats(-10.0, 10.0)
+
+
+def affine(seed, count):
+    """Affine matrices that are far from singular."""
+    rng = np.random.default_rng(seed)
+    matrices = np.tile(np.eye(4), (count, 1, 1))
+    matrices[:, :3, :3] += rng.uniform(-0.25, 0.25, (count, 3, 3))
+    matrices[:, 3, :3] = rng.uniform(-5.0, 5.0, (count, 3))
+    return matrices
+
+
+@pytest.mark.parametrize("influences", [1, 2, 4, 8, 13])
+def test_any_number_of_influences_is_the_weighted_sum(influences):
+    rng = np.random.default_rng(influences)
+    points = rng.uniform(-3.0, 3.0, (50, 3))
+    normals = rng.normal(size=(50, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    matrices = affine(influences, 20)
+    joints = rng.integers(0, 20, (50, influences))
+    weights = normalized_weights(rng.uniform(0.0, 1.0, (50, influences)))
+    blended = blend_matrices(joints.T, weights.T, matrices)
+    moved, turned = skinned_points(points, blended), skinned_normals(normals, blended)
+    for vertex in range(50):
+        matrix = sum(w * matrices[j] for j, w in zip(joints[vertex], weights[vertex], strict=True))
+        expected = np.append(points[vertex], 1.0) @ matrix
+        np.testing.assert_allclose(moved[vertex], expected[:3], rtol=0, atol=1e-12)
+        normal = normals[vertex] @ np.linalg.inv(matrix[:3, :3]).T
+        np.testing.assert_allclose(turned[vertex], normal / np.linalg.norm(normal), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_normal_stays_perpendicular_to_its_surface_and_on_its_side(mirrored):
+    matrices = affine(5, 1)
+    if mirrored:
+        matrices[:, :, 0] *= -1.0
+    rng = np.random.default_rng(1)
+    normals, other = rng.normal(size=(2, 30, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    tangents = np.cross(normals, other)
+    blended = blend_matrices(np.zeros((1, 30), np.intp), np.ones((1, 30)), matrices)
+    turned = skinned_normals(normals, blended)
+    moved_tangents, moved_normals = tangents @ matrices[0, :3, :3], normals @ matrices[0, :3, :3]
+    np.testing.assert_allclose((turned * moved_tangents).sum(axis=1), 0.0, atol=1e-14)
+    assert ((turned * moved_normals).sum(axis=1) > 0.0).all()
+
+
+def test_a_matrix_that_flattens_space_gives_the_normal_of_the_plane():
+    flat = np.diag([1.0, 1.0, 0.0, 1.0])
+    blended = blend_matrices(np.zeros((1, 2), np.intp), np.ones((1, 2)), flat[None])
+    normals = np.array([[0.6, 0.0, 0.8], [1.0, 0.0, 0.0]])
+    # the second has no length: it stays
+    assert skinned_normals(normals, blended).tolist() == [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+
+
+@pytest.mark.parametrize("scale", [1e-120, 1e-30, 1e30, 1e60])
+def test_normals_survive_extreme_scales(scale):
+    matrix = np.diag([scale, scale, 2.0 * scale, 1.0])
+    blended = blend_matrices(np.zeros((1, 1), np.intp), np.ones((1, 1)), matrix[None])
+    expected = np.array([0.6, 0.0, 0.4]) / np.hypot(0.6, 0.4)
+    np.testing.assert_allclose(skinned_normals(np.array([[0.6, 0.0, 0.8]]), blended)[0], expected, atol=1e-15)
+
+
+def test_weights_are_divided_by_their_sum_and_the_first_joint_has_what_nobody_has():
+    given = np.array([[0.25, 0.25], [0.0, 0.0], [3.0, 1.0]])
+    assert normalized_weights(given).tolist() == [[0.5, 0.5], [1.0, 0.0], [0.75, 0.25]]
+
+
+@given(
+    rest=arrays(float, (4, 3), elements=NUMBERS),
+    targets=arrays(float, (3, 4, 3), elements=NUMBERS),
+    weights=st.lists(NUMBERS, max_size=3),
+)
+def test_targets_are_added_with_their_weights(rest, targets, weights):
+    expected = rest.copy()
+    for target, weight in zip(targets, weights, strict=False):
+        expected = expected + weight * target
+    np.testing.assert_allclose(morphed(rest, targets, weights), expected, rtol=0, atol=1e-12)
+
+
+def test_a_shape_without_weights_is_the_one_at_rest():
+    made = bulging_tube().geoms[0]
+    vertices, normals = Shape(made, made.arrays["normals"]).posed((0.0, 0.0))
+    assert vertices.tobytes() == made.arrays["vertices"].tobytes()
+    assert normals.tobytes() == made.arrays["normals"].tobytes()
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_morphed_shape_is_that_of_plain_loops(flat):
+    data = bulging_tube(flat)
+    shape = Shape(data.geoms[0], data.geoms[0].arrays["normals"])
+    expected = posed_corners(data, 0.0, None)[0, 0]
+    vertices, normals = shape.posed((0.5, 0.0))
+    np.testing.assert_allclose(vertices + data.nodes[0].translation, expected[0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(normals, expected[1], rtol=0, atol=1e-12)
+
+
+def test_flat_normals_are_those_of_the_triangles():
+    vertices = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 0), (0, 2, 0), (0, 0, 2), (5, 5, 5)], float)
+    triangles = np.array([(0, 1, 2), (3, 4, 5), (6, 6, 6)], np.int32)
+    found = flat_normals(vertices, triangles, np.tile([0.0, 1.0, 0.0], (7, 1)))
+    assert found.tolist() == [[0, 0, 1]] * 3 + [[1, 0, 0]] * 3 + [[0, 1, 0]]
+
+
+def test_a_pickled_shape_is_read_only_and_equal_and_copies_are_the_same():
+    vertices, triangles, normals = tube()
+    shape = Shape(GeomData("g", 0, {"vertices": vertices, "triangles": triangles}), normals)
+    assert copy.copy(shape) is copy.deepcopy(shape) is shape
+    twin = pickle.loads(pickle.dumps(shape))
+    assert np.array_equal(twin.vertices, vertices)
+    with pytest.raises(ValueError, match="read-only"):
+        twin.vertices[0] = 1.0
