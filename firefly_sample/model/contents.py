@@ -1,4 +1,4 @@
-"""Looks into files before trimesh reads them: for what it would leave out, or misread, without a word."""
+"""Looks into files before trimesh reads them, for what it would leave out without a word."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ import struct
 import zipfile
 from pathlib import Path
 
-import numpy as np
-
-from firefly_sample.errors import ModelError
 from firefly_sample.model.named_losses import NamedLosses
 
 _3MF_LOSSES = {
@@ -23,33 +20,10 @@ _LONGEST_PART = 2**28
 
 
 def note_content(path: Path, suffix: str, losses: NamedLosses) -> None:
-    """Note the losses of a file that trimesh is about to read.
-
-    Raises
-    ------
-    ModelError
-        If a binary STL file is not as long as it says.
-    """
-    look = {"stl": _look_at_stl, "3mf": _look_at_3mf, "ctm": _look_at_ctm}.get(suffix)
+    """Note the losses of a file that trimesh is about to read."""
+    look = {"3mf": _look_at_3mf, "ctm": _look_at_ctm}.get(suffix)
     if look is not None:
         look(path, losses)
-
-
-def _look_at_stl(path: Path, losses: NamedLosses) -> None:
-    """Check the length of a binary file: 84 bytes, then 50 per triangle, of which two may be a colour."""
-    with path.open("rb") as file:
-        head = file.read(84)
-        if head.lstrip()[:5].lower() == b"solid" or len(head) < 84:
-            return
-        (count,) = struct.unpack_from("<I", head, 80)
-        there = path.stat().st_size - 84
-        if there != 50 * count:
-            raise ModelError(
-                f"model {path}: damaged STL file: it promises {count} triangles, and has {there / 50:g}"
-            )
-        rows = np.frombuffer(file.read(), dtype=[("triangle", "V48"), ("attribute", "<u2")])
-    if rows["attribute"].any():
-        losses.add("attributes (colours) of STL triangles")
 
 
 def _look_at_3mf(path: Path, losses: NamedLosses) -> None:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from firefly_sample.model.data import Wrap
 from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.scene.material import Wrap
 
 Color = tuple[float, float, float]
 

@@ -1,5 +1,7 @@
 """Models in the formats that trimesh knows, other than glTF, as a `ModelData`.
 
+OBJ, PLY, STL, OFF and COLLADA are read by readers of our own, each of which says why. trimesh reads the rest.
+
 Units are kept: a number in the file is a number in the scene, even if the file names a unit (3MF, COLLADA).
 STEP is the exception: its converter makes metres. Colours are display colours (sRGB), as other viewers show
 them, and are made linear. Both sides of every triangle are drawn, because these formats do not say which is
@@ -55,7 +57,8 @@ def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float)
                     model = read_with_trimesh(inner, up, max_texture_megapixels)
             except FireflyError as error:
                 raise type(error)(str(error).replace(str(inner), f"{path}: {inner.name}")) from None
-        model.name = path.name.removesuffix(f".{suffix}")
+        if suffix != "bz2":
+            model.name = path.name[: -len(suffix) - 1]
         return model
     if found.packages is not None or suffix not in FORMATS:
         return read_isolated(path, suffix, up, max_texture_megapixels)
@@ -91,6 +94,10 @@ def _read(path: Path, suffix: str, asked: str | None, folder: Folder, losses: Na
         from firefly_sample.model.ply_model import read_ply
 
         return read_ply(path, up, folder, losses)
+    if suffix in ("stl", "stl_ascii"):
+        from firefly_sample.model.stl_model import read_stl
+
+        return read_stl(path, up, losses)
     if suffix == "off":
         from firefly_sample.model.off_model import read_off
 

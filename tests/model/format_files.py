@@ -1,4 +1,4 @@
-"""One tetrahedron as a file of every format, and trees drawn from `ModelData`, for tests of readers."""
+"""One tetrahedron as a file of every format, and its picture, for tests of readers."""
 
 from __future__ import annotations
 
@@ -139,8 +139,10 @@ def model_3dxml() -> bytes:
 <Reference3D id="2" name="Part"/><ReferenceRep id="3" name="Rep" format="TESSELLATED"
  associatedFile="urn:3DXML:part.3DRep"/>
 <Instance3D id="4" name="Part.1">
-<IsAggregatedBy>1</IsAggregatedBy><IsInstanceOf>2</IsInstanceOf><RelativeMatrix>1 0 0 0 1 0 0 0 1 0 0 0</RelativeMatrix></Instance3D>
-<InstanceRep id="5" name="Rep.1"><IsAggregatedBy>2</IsAggregatedBy><IsInstanceOf>3</IsInstanceOf></InstanceRep>
+<IsAggregatedBy>1</IsAggregatedBy><IsInstanceOf>2</IsInstanceOf>
+<RelativeMatrix>1 0 0 0 1 0 0 0 1 0 0 0</RelativeMatrix></Instance3D>
+<InstanceRep id="5" name="Rep.1">
+<IsAggregatedBy>2</IsAggregatedBy><IsInstanceOf>3</IsInstanceOf></InstanceRep>
 </ProductStructure></Model_3dxml>"""
     part = f"""<XMLRepresentation {space} xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"><Root><Rep><Faces>
 <Face triangles="{" ".join(map(str, FACES.ravel().tolist()))}"><SurfaceAttributes>
@@ -287,6 +289,15 @@ def write(folder: Path, suffix: str) -> Path:
     path.write_bytes(FILES[suffix]())
     return path
 
+
+POINTS = b"0 0 0\n1 2 3\n"
+UNDRAWABLE = {
+    "xyz": POINTS,
+    "svg": b'<svg xmlns="http://www.w3.org/2000/svg"><path d="M 0 0 L 1 1"/></svg>',
+    "dxf": b"0\nSECTION\n2\nENTITIES\n0\nENDSEC\n0\nEOF\n",
+    "binvox": b"#binvox 1\ndim 1 1 1\ndata\n\x01\x01",
+}
+"""Files of the formats that hold no triangles."""
 
 SUFFIXES = (*FILES, "bz2")
 """All suffixes with a file."""
