@@ -37,8 +37,15 @@ def unpacked(path: Path) -> Iterator[Path]:
         try:
             with _members(path) as members:
                 _unpack(path, members, root)
-        except (OSError, EOFError, ValueError, RuntimeError, NotImplementedError, zipfile.BadZipFile,
-                tarfile.TarError) as error:
+        except (
+            OSError,
+            EOFError,
+            ValueError,
+            RuntimeError,
+            NotImplementedError,
+            zipfile.BadZipFile,
+            tarfile.TarError,
+        ) as error:
             if isinstance(error, ModelError):
                 raise
             raise ModelError(f"model {path}: damaged archive ({one_line(error)})") from error
@@ -65,7 +72,9 @@ def _unpack(path: Path, members: Iterator[tuple[str, IO[bytes]]], root: Path) ->
     left = LARGEST_CONTENT
     for number, (name, file) in enumerate(members):
         if number >= MOST_FILES:
-            raise ModelError(f"model {path}: the archive holds more than {MOST_FILES} files: unpack it yourself")
+            raise ModelError(
+                f"model {path}: the archive holds more than {MOST_FILES} files: unpack it yourself"
+            )
         parts = PurePosixPath(name.replace("\\", "/")).parts
         if ".." in parts or not parts or parts[0].startswith("/") or ":" in parts[0]:
             raise ModelError(f"model {path}: the archive has a file outside its own folder: {name[:100]!r}")
