@@ -93,7 +93,8 @@ def read_layout(accessor: JsonObject, where: str, types: tuple[str, ...] | None 
     """Return what an accessor says about its elements; raise ModelError if its type is not allowed."""
     code = accessor.whole("componentType")
     if code not in COMPONENTS:
-        raise accessor.error("componentType", f"must be one of {', '.join(map(str, COMPONENTS))}, got {shown(code)}")
+        known = ", ".join(map(str, COMPONENTS))
+        raise accessor.error("componentType", f"must be one of {known}, got {shown(code)}")
     kind = accessor.text("type")
     if kind not in SHAPES:
         raise accessor.error("type", f"must be one of {', '.join(SHAPES)}, got {kind!r}")
