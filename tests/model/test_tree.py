@@ -237,3 +237,13 @@ def test_numbers_that_a_node_refuses_name_the_file(tmp_path):
     file.node(name="", extensions={"KHR_lights_punctual": {"light": 0}})
     with pytest.raises(ModelError, match=r"model\.glb: light 'node 0': color must be"):
         load(file, tmp_path)
+
+
+def test_scales_that_multiply_beyond_float64_are_an_error_of_the_file(tmp_path):
+    file, above = GltfFile(), None
+    for number in range(4):
+        above = file.node(name=f"n{number}", scale=[1e100] * 3, parent=above)
+    with pytest.raises(
+        ModelError, match=r"model\.glb: node 'n3': its transform to the root has numbers that"
+    ):
+        load(file, tmp_path)
