@@ -1,9 +1,9 @@
 """Normals of meshes that have none: smooth where triangles meet at a small angle, sharp elsewhere.
 
-A cube keeps its edges, and a sphere of many triangles looks round. At each vertex, the triangles around it fall
-into fans, which end at sharp edges; the corners of a fan share one normal, the mean of the fan's triangles by
-area. Vertices are told apart by position, so that neither the seams of textures nor the separate triangles of
-STL files show.
+A cube keeps its edges, and a sphere of many triangles looks round. The triangles around a vertex fall into
+fans, which end at sharp edges; the corners of a fan share one normal, the mean of its triangles by area.
+Vertices at one position count as one, so that neither seams of textures nor the separate triangles of STL
+files show.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _area_vectors(vertices: Float64, triangles: Int) -> Float64:
 
 
 def _links(places: Int, areas: Float64, groups: Int) -> tuple[Int, Int]:
-    """Return pairs of corners (numbers of 0 to 3 m - 1) that share a fan, because an edge between them is smooth."""
+    """Return pairs of corners (0 to 3 m - 1) that share a fan: corners of triangles with a smooth edge."""
     corners = np.arange(places.size).reshape(-1, 3)
     starts, ends = places.ravel(), np.roll(places, -1, axis=1).ravel()
     start_corners, end_corners = corners.ravel(), np.roll(corners, -1, axis=1).ravel()

@@ -45,7 +45,7 @@ class Folder:
         return None
 
     def read(self, name: str, what: str) -> bytes | None:
-        """Return the content of a file; None, and a loss of `what`, if it is missing, outside or unreadable."""
+        """Return the content of a file; None, and a loss of `what`, if it is missing or outside."""
         path = self.find(name)
         if path is not None:
             try:

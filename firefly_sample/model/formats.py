@@ -1,4 +1,4 @@
-"""The table of model formats other than glTF: their suffixes, up axes and packages, and what has no triangles."""
+"""The table of model formats other than glTF: their suffixes, up axes and packages."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError
 from firefly_sample.model.data import ImageData
+from firefly_sample.model.gltf.pixels import decode_image, image_kind, image_size
 
 _lock = threading.RLock()
 
@@ -34,14 +35,10 @@ def open_image(data: bytes, name: str, where: str, max_megapixels: float) -> Ima
     ModelError
         If the image has more pixels; also by `decode`, if it is damaged.
     """
-    from PIL import Image
-
-    with own_pixel_limit():
-        try:
-            with Image.open(io.BytesIO(data)) as image:
-                size = image.size
-        except Exception:  # noqa: BLE001 - Pillow's readers raise many kinds
-            return None
+    try:
+        size = _size(data)
+    except Exception:  # noqa: BLE001 - Pillow's readers raise many kinds
+        return None
     megapixels = size[0] * size[1] / 1e6
     if megapixels > max_megapixels:
         raise ModelError(
@@ -66,20 +63,36 @@ def own_pixel_limit() -> Iterator[None]:
             Image.MAX_IMAGE_PIXELS = before
 
 
-def _decode(data: bytes, name: str, where: str) -> NDArray[np.uint8]:
-    """Return the pixels as uint8 RGBA; grey of 16 bits is rounded to 8."""
+def _size(data: bytes) -> tuple[int, int]:
+    """Return the width and height that an image's header gives."""
     from PIL import Image
 
-    with own_pixel_limit():
-        try:
-            with Image.open(io.BytesIO(data)) as image:
-                if image.mode.startswith("I"):
-                    grey = np.rint(np.asarray(image, dtype=np.float64) / 257.0)
-                    shown = Image.fromarray(np.clip(grey, 0, 255).astype(np.uint8))
-                    return np.asarray(shown.convert("RGBA"))
-                return np.asarray(image.convert("RGBA"))
-        except Exception as error:
-            raise ModelError(f"{where}: the texture {name!r} is damaged: {one_line(error)}") from error
+    if _is_common(data):
+        return image_size(data)
+    with own_pixel_limit(), Image.open(io.BytesIO(data)) as image:
+        return image.size
+
+
+def _decode(data: bytes, name: str, where: str) -> NDArray[np.uint8]:
+    """Return the pixels as uint8 RGBA, by the decoder of glTF's images or else by Pillow."""
+    from PIL import Image
+
+    try:
+        if _is_common(data):
+            return decode_image(data)
+        with own_pixel_limit(), Image.open(io.BytesIO(data)) as image:
+            return np.asarray(image.convert("RGBA"))
+    except Exception as error:
+        raise ModelError(f"{where}: the texture {name!r} is damaged: {one_line(error)}") from error
+
+
+def _is_common(data: bytes) -> bool:
+    """Return whether an image is of a kind that glTF knows too."""
+    try:
+        image_kind(data)
+    except ValueError:
+        return False
+    return True
 
 
 def one_line(error: BaseException) -> str:

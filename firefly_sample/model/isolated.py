@@ -1,7 +1,7 @@
 """Reading a model in a process of its own, with limits.
 
-The packages of the extra "formats" are large, partly in C++, and made for files that one trusts: a damaged STEP
-file can end the process, and a small 3MF file can ask for a billion copies of a part. In a process of its own,
+The packages of the extra "formats" are large, partly in C++, and made for trusted files: a damaged STEP file
+can end the process, and a small 3MF file can ask for a billion copies of a part. In a process of its own,
 either is one line of error.
 """
 
@@ -18,7 +18,7 @@ from pathlib import Path
 from firefly_sample.errors import FireflyError, ModelError
 from firefly_sample.model.data import ModelData
 
-MEMORY = 4 * 2**30
+MEMORY = 2 * 2**30
 """The most bytes of data that the process may hold."""
 SECONDS = 600
 """The most seconds of processor time that it may take."""

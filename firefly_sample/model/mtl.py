@@ -1,7 +1,7 @@
 """Material libraries (.mtl) of Wavefront OBJ files.
 
-The colours are display colours (sRGB), as other viewers show them. `Ka` is not read: exporters leave it at any
-value, so ambient light is reflected like other light.
+The colours are display colours (sRGB), as other viewers show them. `Ka` is not read, since exporters leave it
+at any value: ambient light is reflected like other light.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from firefly_sample.model.data import Wrap
 from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.scene.material import Wrap
 
 Color = tuple[float, float, float]
 
@@ -77,7 +77,7 @@ class MtlMaterial:
 
     @property
     def shines(self) -> bool:
-        """Whether it has highlights: not by an illumination model without them, nor below an exponent of 1."""
+        """Whether it has highlights: not in an illumination model without, nor below an exponent of 1."""
         return (self.model is None or self.model >= 2) and self.exponent >= 1.0
 
 
@@ -100,9 +100,8 @@ def parse_mtl(text: str, losses: NamedLosses) -> dict[str, MtlMaterial]:
             try:
                 _read_statement(current, keyword, rest, losses)
             except ValueError:
-                raise ValueError(
-                    f"line {number} has no numbers where they belong: {line.strip()[:60]}"
-                ) from None
+                shown = line.strip()[:60]
+                raise ValueError(f"line {number} has no numbers where they belong: {shown}") from None
     return materials
 
 

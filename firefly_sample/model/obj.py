@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.model.creases import BY_ANGLE, FLAT
 from firefly_sample.model.named_losses import NamedLosses
-from firefly_sample.model.polygons import MOST_CORNERS, split_quads, triangulate
+from firefly_sample.model.polygons import MOST_CORNERS, cut_faces
 from firefly_sample.scene.arrays import Float64
 
 Int = NDArray[np.int64]
@@ -195,26 +195,8 @@ def _mesh(part: ObjPart, tables: dict[str, Float64], colors: Float64 | None) -> 
         arrays["normals"] = tables["normals"][indices[:, 2]]
     if colors is not None:
         arrays["colors"] = colors[indices[:, 0] - 1]
-    triangles, groups = cut_faces(part.faces, vertices, part.groups)
-    return ObjMesh(part.node, part.material, triangles, groups, arrays)
-
-
-def cut_faces(faces: list[list[int]], vertices: Float64, groups: list[int]) -> tuple[Int, Int]:
-    """Return the triangles of faces with any number of corners, in their order, and the group of each."""
-    sizes = np.array([len(face) for face in faces])
-    pieces = [np.array([face for face in faces if len(face) == 3], dtype=np.int64).reshape(-1, 3)]
-    owners = [np.flatnonzero(sizes == 3)]
-    quads = np.array([face for face in faces if len(face) == 4], dtype=np.int64).reshape(-1, 4)
-    cuts = split_quads(vertices[quads]).reshape(-1, 6)
-    pieces.append(np.take_along_axis(quads, cuts, axis=1).reshape(-1, 3))
-    owners.append(np.repeat(np.flatnonzero(sizes == 4), 2))
-    for owner in np.flatnonzero(sizes > 4):
-        face = np.array(faces[owner])
-        pieces.append(face[triangulate(vertices[face])])
-        owners.append(np.full(len(pieces[-1]), owner))
-    owner = np.concatenate(owners)
-    order = np.argsort(owner, kind="stable")
-    return np.concatenate(pieces)[order], np.array(groups, dtype=np.int64)[owner[order]]
+    triangles, owners = cut_faces(part.faces, vertices)
+    return ObjMesh(part.node, part.material, triangles, np.array(part.groups)[owners], arrays)
 
 
 def _rest(line: str) -> str:

@@ -95,12 +95,10 @@ class _Builder:
     def _made(self, source: MtlMaterial) -> MaterialData:
         texture = self._texture(source, "map_kd")
         emission_texture = self._texture(source, "map_ke")
-        cut_out = "map_d" in source.maps and texture is not None
-        if "map_d" in source.maps and (
-            not cut_out or source.maps["map_d"].name != source.maps["map_kd"].name
-        ):
+        mask, shown = source.maps.get("map_d"), source.maps.get("map_kd")
+        cut_out = mask is not None and shown is not None and mask.name == shown.name and texture is not None
+        if mask is not None and not cut_out:
             self.losses.add("opacity textures other than the diffuse texture, of materials", source.name)
-            cut_out = False
         # a texture on black is an exporter's slip: it is meant to be seen
         black = texture is not None and not any(source.diffuse)
         diffuse = (1.0, 1.0, 1.0) if black else linear_color(source.diffuse)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import ModelError
 from firefly_sample.model.creases import row_ids, split_at_creases
-from firefly_sample.model.data import GeomData, MaterialData
+from firefly_sample.model.data import GeomData, ImageData, MaterialData, ModelData, NodeData, TextureData
 from firefly_sample.model.formats import Up
 from firefly_sample.scene.arrays import LARGEST, Float64
 from firefly_sample.srgb import srgb_to_linear
@@ -23,8 +25,8 @@ _TURNS = {
 }
 """Matrices for row vectors, from the axes of a file with this axis up to ours.
 
-A file's right, up and front (the side that is looked at) become X, Z and -Y. They are its X, Y and Z with Y up,
-its X, Z and -Y with Z up, and its -Y, X and Z with X up (COLLADA 1.5, "up_axis").
+A file's right, up and front (the side that is looked at) become X, Z and -Y. They are its X, Y and Z if Y is
+up, its X, Z and -Y if Z is, and its -Y, X and Z if X is (COLLADA 1.5, "up_axis").
 """
 
 PLAIN = MaterialData("plain", base_color=(0.8, 0.8, 0.8, 1.0), double_sided=True)
@@ -116,7 +118,7 @@ def make_geom(
 def split_face_colors(
     triangles: Int, arrays: dict[str, Float64], face_colors: Float64
 ) -> tuple[Int, dict[str, Float64]]:
-    """Return triangles and arrays with "colors" of vertices, which are doubled where colours of faces meet."""
+    """Return triangles, and arrays with "colors"; vertices are doubled where colours of faces meet."""
     colors = row_ids(face_colors)
     keys = triangles * (colors.max() + 1) + colors[:, None]
     _, first, new = np.unique(keys, return_index=True, return_inverse=True)
@@ -128,9 +130,8 @@ def split_face_colors(
 def _check_numbers(where: str, arrays: dict[str, Float64]) -> None:
     for what in ("vertices", "texcoords", "colors"):
         if what in arrays and not (np.abs(arrays[what]) <= LARGEST).all():
-            raise ModelError(
-                f"{where} is damaged: its {what} have a number that is not finite or above {LARGEST:g}"
-            )
+            problem = f"its {what} have a number that is not finite or above {LARGEST:g}"
+            raise ModelError(f"{where} is damaged: {problem}")
 
 
 def _units(normals: Float64 | None) -> Float64 | None:
@@ -141,3 +142,28 @@ def _units(normals: Float64 | None) -> Float64 | None:
         scaled = normals / np.abs(normals).max(axis=1, keepdims=True)
         units = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
     return units if np.isfinite(units).all() else None
+
+
+def one_mesh(
+    path: Path,
+    triangles: Int,
+    arrays: dict[str, Float64],
+    up: Up,
+    texture: ImageData | None = None,
+) -> ModelData:
+    """Return a model of one node with one geom, both named after the file; see `make_geom`."""
+    model = ModelData(path.stem)
+    colors = arrays.get("colors")
+    material = PLAIN if colors is None and texture is None else PLAIN_COLORED
+    if colors is not None and (colors[:, 3] < 1.0).any():
+        material = replace(material, alpha_mode="blend")
+    if texture is not None:
+        model.images.append(texture)
+        model.textures.append(TextureData(0))
+        material = replace(material, texture=0)
+    geom = make_geom(f"model {path}", path.stem, 0, triangles, arrays, up)
+    if geom is not None:
+        model.materials.append(material)
+        model.geoms.append(geom)
+        model.nodes.append(NodeData(path.stem, -1, geoms=(0,)))
+    return model

@@ -2,16 +2,60 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.arrays import Float64
 
+Int = NDArray[np.int64]
+
+
 MOST_CORNERS = 1000
-"""Polygons with more corners are cut as if they were convex: the time grows with the square of their number."""
+"""Polygons with more corners are cut as if convex: cutting ears takes time with their number squared."""
 
 
-def split_quads(points: Float64) -> NDArray[np.int64]:
+def cut_faces(faces: Int | Sequence[Sequence[int]], vertices: Float64) -> tuple[Int, Int]:
+    """Return the triangles (m, 3) of faces with three corners or more, and the face (m,) of each.
+
+    `faces` are indices of `vertices` (n, 3), an array or lists of different lengths. They stay in order.
+
+    Raises
+    ------
+    ValueError
+        If a face has fewer corners, or one that is not there.
+    """
+    lengths = np.array([len(face) for face in faces], dtype=np.int64)
+    if len(lengths) and lengths.min() < 3:
+        raise ValueError(f"a face has {lengths.min()} corners, and not three or more")
+    pieces, owners = [], []
+    for length in np.unique(lengths).tolist():
+        rows = np.flatnonzero(lengths == length)
+        alike = np.array(faces if len(rows) == len(faces) else [faces[row] for row in rows.tolist()])
+        alike = alike.astype(np.int64)
+        if alike.min() < 0 or alike.max() >= len(vertices):
+            wrong = alike.min() if alike.min() < 0 else alike.max()
+            raise ValueError(f"a face uses vertex {wrong} of {len(vertices)}, counted from 0")
+        cuts = _cuts(vertices[alike])
+        pieces.append(np.take_along_axis(alike, cuts.reshape(len(alike), -1), axis=1).reshape(-1, 3))
+        owners.append(np.repeat(rows, length - 2))
+    owner = np.concatenate([np.zeros(0, dtype=np.int64), *owners])
+    order = np.argsort(owner, kind="stable")
+    return np.concatenate([np.zeros((0, 3), dtype=np.int64), *pieces])[order], owner[order]
+
+
+def _cuts(points: Float64) -> Int:
+    """Return the triangles (n, k - 2, 3) of each of many polygons (n, k, 3)."""
+    count = points.shape[1]
+    if count == 3:
+        return np.broadcast_to([0, 1, 2], (len(points), 1, 3))
+    if count == 4:
+        return split_quads(points)
+    return np.array([triangulate(polygon) for polygon in points])
+
+
+def split_quads(points: Float64) -> Int:
     """Return the two triangles (n, 2, 3), as indices 0 to 3, of each of many quads (n, 4, 3).
 
     They share the diagonal from the first corner, unless the quad is concave and that lies outside.
@@ -59,7 +103,7 @@ Point = tuple[float, float]
 
 
 def _cut_ears(flat: list[Point]) -> list[tuple[int, int, int]]:
-    """Return the triangles of a polygon that turns left; empty if it crosses itself so that no ear is left."""
+    """Return the triangles of a polygon that turns left; none if it crosses itself and has no ear."""
     left = list(range(len(flat)))
     triangles = []
     while len(left) > 3:

@@ -9,9 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.errors import NodeError
 from firefly_sample.model.animated import bind, geom_arguments, is_posed
 from firefly_sample.model.data import CameraData, LightData, MaterialData, ModelData, NodeData
 from firefly_sample.model.root import ModelRoot
+from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
@@ -63,6 +65,7 @@ def make_tree(data: ModelData, digests: Sequence[str | None] | None = None) -> N
             for holder in holders[index]:
                 holder.add_geom(fixed[number], materials[data.geoms[number].material])
     _link(root, nodes, [made.parent for made in data.nodes])
+    _check_nets(data, nodes)
     bind(root, data, nodes, materials, holders)
     return NodePath(root)
 
@@ -75,6 +78,20 @@ def _link(root: PandaNode, nodes: Sequence[PandaNode], parents: Sequence[int]) -
     for parent in sorted(children, reverse=True):
         for child in children[parent]:
             (root if parent < 0 else nodes[parent]).add_child(child)
+
+
+def _check_nets(data: ModelData, nodes: Sequence[PandaNode]) -> None:
+    """Raise NodeError if a node's transform to the root is not finite, as of many large scales in a chain."""
+    nets: list[Float64] = []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for node, made in zip(nodes, data.nodes, strict=True):
+            net = node.transform.get_mat()
+            nets.append(net if made.parent < 0 else net @ nets[made.parent])
+    for made, net in zip(data.nodes, nets, strict=True):
+        if not np.isfinite(net).all():
+            raise NodeError(
+                f"node {made.name!r}: its transform to the root has numbers that float64 does not hold"
+            )
 
 
 def _node(data: ModelData, made: NodeData) -> PandaNode:

@@ -1,9 +1,12 @@
 """Models in the formats that trimesh knows, other than glTF, as a `ModelData`.
 
-Units are kept: a number in the file is a number in the scene, also if the file names a unit (3MF, COLLADA). Colours
-are display colours (sRGB), as other viewers show them, and are made linear. Both sides of every triangle are
-drawn, because these formats do not say which is meant. Meshes without normals are smooth where their triangles
-meet at 30 degrees or less, and sharp elsewhere: see `firefly_sample.model.creases`.
+OBJ, PLY, STL, OFF and COLLADA are read by readers of our own, each of which says why. trimesh reads the rest.
+
+Units are kept: a number in the file is a number in the scene, even if the file names a unit (3MF, COLLADA).
+STEP is the exception: its converter makes metres. Colours are display colours (sRGB), as other viewers show
+them, and are made linear. Both sides of every triangle are drawn, because these formats do not say which is
+meant. Meshes without normals are smooth where their triangles meet at 30 degrees or less, and sharp
+elsewhere: see `firefly_sample.model.creases`.
 """
 
 from __future__ import annotations
@@ -15,6 +18,8 @@ from firefly_sample.model.archives import unpacked
 from firefly_sample.model.data import ModelData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import ARCHIVES, FORMATS, find_format, suffix_of, up_axis
+from firefly_sample.model.gltf.document import Document
+from firefly_sample.model.gltf.reader import read_gltf
 from firefly_sample.model.image_files import one_line
 from firefly_sample.model.isolated import read_isolated
 from firefly_sample.model.named_losses import NamedLosses
@@ -45,13 +50,15 @@ def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float)
     suffix = suffix_of(path)
     if suffix in ARCHIVES:
         with unpacked(path) as inner:
-            if suffix_of(inner) in ("glb", "gltf"):
-                raise ModelError(f"model {path}: the archive holds glTF: unpack it, and give {inner.name!r}")
             try:
-                model = read_with_trimesh(inner, up, max_texture_megapixels)
+                if suffix_of(inner) in ("glb", "gltf"):
+                    model = read_gltf(Document.open(inner), None, max_texture_megapixels)
+                else:
+                    model = read_with_trimesh(inner, up, max_texture_megapixels)
             except FireflyError as error:
                 raise type(error)(str(error).replace(str(inner), f"{path}: {inner.name}")) from None
-        model.name = path.name.removesuffix(f".{suffix}")
+        if suffix != "bz2":
+            model.name = path.name[: -len(suffix) - 1]
         return model
     if found.packages is not None or suffix not in FORMATS:
         return read_isolated(path, suffix, up, max_texture_megapixels)
@@ -62,9 +69,8 @@ def read_here(path: Path, suffix: str, up: str | None, max_texture_megapixels: f
     """Return the content of a file that is no archive, read in this process."""
     losses = NamedLosses()
     folder = Folder(path, losses, max_texture_megapixels)
-    declared = FORMATS[suffix].up if suffix in FORMATS else "z"
     try:
-        model = _read(path, suffix, up_axis(path, up, declared), folder, losses)
+        model = _read(path, suffix, up, folder, losses)
     except OSError as error:
         raise ModelError(f"model {path}: cannot be read ({error.strerror or one_line(error)})") from None
     if not model.geoms:
@@ -74,11 +80,28 @@ def read_here(path: Path, suffix: str, up: str | None, max_texture_megapixels: f
     return model
 
 
-def _read(path: Path, suffix: str, up: str, folder: Folder, losses: NamedLosses) -> ModelData:
+def _read(path: Path, suffix: str, asked: str | None, folder: Folder, losses: NamedLosses) -> ModelData:
+    if suffix == "dae":
+        from firefly_sample.model.dae_model import read_dae
+
+        return read_dae(path, asked, folder, losses)
+    up = up_axis(path, asked, FORMATS[suffix].up if suffix in FORMATS else "z")
     if suffix == "obj":
         from firefly_sample.model.obj_model import read_obj
 
         return read_obj(path, up, folder, losses)
+    if suffix == "ply":
+        from firefly_sample.model.ply_model import read_ply
+
+        return read_ply(path, up, folder, losses)
+    if suffix in ("stl", "stl_ascii"):
+        from firefly_sample.model.stl_model import read_stl
+
+        return read_stl(path, up, losses)
+    if suffix == "off":
+        from firefly_sample.model.off_model import read_off
+
+        return read_off(path, up, losses)
     from firefly_sample.model.trimesh_scenes import read_scene
 
     return read_scene(path, suffix, up, folder, losses)

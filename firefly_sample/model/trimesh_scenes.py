@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import io
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from firefly_sample.errors import ModelError
+from firefly_sample.model.contents import note_content
 from firefly_sample.model.data import GeomData, MaterialData, ModelData, NodeData, TextureData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up
@@ -38,22 +44,48 @@ def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: NamedLos
     """
     import trimesh
 
-    data = path.read_bytes()
+    note_content(path, suffix, losses)
     resolver = _Resolver(folder)
-    with own_pixel_limit():  # which silences warnings too
+    with own_pixel_limit(), _warnings_as_losses(losses), path.open("rb") as file:
+        # what NumPy would leave out of a damaged list of numbers
+        warnings.filterwarnings("error", message="string or file could not be read")
         try:
-            scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix, resolver=resolver, process=False)
+            scene = trimesh.load_scene(file, file_type=suffix, resolver=cast("Any", resolver), process=False)
         except Exception as error:
-            raise ModelError(
-                f"model {path}: damaged .{suffix} file ({one_line(error)}): export it again"
-            ) from error
+            described = f"damaged .{suffix} file ({one_line(error)}): export it again"
+            raise ModelError(f"model {path}: {described}") from error
     if resolver.refused is not None:
         raise resolver.refused
     return _Reader(path, suffix, up, scene, folder, losses).read()
 
 
+@contextmanager
+def _warnings_as_losses(losses: NamedLosses) -> Iterator[None]:
+    """Note what trimesh logs as a warning during a block: parts that it leaves out."""
+    handler = _LossHandler(losses)
+    log = logging.getLogger("trimesh")
+    log.addHandler(handler)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+
+
+class _LossHandler(logging.Handler):
+    """Notes warnings as losses."""
+
+    def __init__(self, losses: NamedLosses) -> None:
+        super().__init__(logging.WARNING)
+        self.losses = losses
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.losses.add(f"a part that trimesh cannot read ({' '.join(record.getMessage().split())[:200]})")
+
+
 class _Resolver:
     """Gives trimesh the files beside the model, and keeps the error that trimesh would swallow."""
+
+    file_name = None
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
@@ -136,9 +168,8 @@ class _Reader:
     def _made_geom(self, name: str, mesh: Any) -> GeomData | None:
         triangles = np.asarray(mesh.faces, dtype=np.int64)
         arrays: dict[str, Float64] = {"vertices": np.asarray(mesh.vertices, dtype=np.float64)}
-        if (
-            self.suffix != "xaml" and "vertex_normals" in mesh._cache.cache
-        ):  # trimesh does not turn those of xaml
+        # trimesh turns the vertices of .xaml, but not its normals
+        if self.suffix != "xaml" and "vertex_normals" in mesh._cache.cache:
             arrays["normals"] = np.asarray(mesh.vertex_normals, dtype=np.float64)
         triangles, arrays = self._add_visual(name, mesh, triangles, arrays)
         alphas = arrays["colors"][:, 3] if "colors" in arrays else None
@@ -178,13 +209,11 @@ class _Reader:
         return self.materials[key]
 
     def _made_material(self, source: Any) -> MaterialData:
-        """Return a material of trimesh's; its eight-bit colours are display colours, but for those of STEP."""
+        """Return a material of trimesh's; its colours are display colours, but for those of STEP."""
         name = getattr(source, "_name", None) or f"material {len(self.model.materials)}"
         if not hasattr(source, "baseColorFactor"):  # one texture, as of PLY
             texture = self._texture(source.image)
-            return MaterialData(
-                name, PLAIN.base_color if texture is None else (1, 1, 1, 1), texture, double_sided=True
-            )
+            return replace(PLAIN if texture is None else PLAIN_COLORED, name=name, texture=texture)
         given = source.baseColorFactor
         color = np.ones(4) if given is None else np.asarray(given, dtype=np.float64) / _ROUNDED
         linear = self.suffix in ("step", "stp")
@@ -201,7 +230,7 @@ class _Reader:
         )
 
     def _texture(self, image: Any) -> int | None:
-        """Return the index of the texture of a Pillow image, which is read again from its bytes when needed."""
+        """Return the index of the texture of a Pillow image, which is decoded later from its bytes."""
         if image is None:
             return None
         data = image.fp.getvalue() if isinstance(image.fp, io.BytesIO) else None

@@ -56,7 +56,7 @@ HOMES = {
     "moderngl": {"gpu", "passes", "lab"},
     "glcontext": {"gpu"},
     "OpenGL": set(),
-    "trimesh": {"scene", "model", "interop"},
+    "trimesh": {"model", "interop"},
     "glfw": {"viewer"},
     "panda3d": set(),
     "pyrender": {"interop"},

@@ -22,10 +22,12 @@ LOCKS = {
     "requirements.lock": BASE,
     "requirements-window.lock": [*BASE, *EXTRAS["window"]],
     "requirements-measure.lock": [*BASE, *EXTRAS["measure"]],
+    "requirements-formats.lock": [*BASE, *EXTRAS["formats"]],
     "requirements-test.lock": [
         *BASE,
         *EXTRAS["window"],
         *EXTRAS["measure"],
+        *EXTRAS["formats"],
         *PROJECT["dependency-groups"]["test"],
     ],
 }
@@ -61,8 +63,10 @@ def test_there_is_no_other_lock() -> None:
     [
         ("requirements.lock", "requirements-window.lock"),
         ("requirements.lock", "requirements-measure.lock"),
+        ("requirements.lock", "requirements-formats.lock"),
         ("requirements-window.lock", "requirements-test.lock"),
         ("requirements-measure.lock", "requirements-test.lock"),
+        ("requirements-formats.lock", "requirements-test.lock"),
     ],
 )
 def test_versions_are_the_same_in_every_lock(smaller: str, larger: str) -> None:
@@ -78,7 +82,14 @@ def test_drawing_installs_nothing_for_windows_measuring_or_tests() -> None:
         .keys()
         .isdisjoint(
             canonicalize_name(Requirement(text).name)
-            for text in (*EXTRAS["window"], *EXTRAS["measure"], *EXTRAS["pyrender"], "scipy", "fonttools")
+            for text in (
+                *EXTRAS["window"],
+                *EXTRAS["measure"],
+                *EXTRAS["formats"],
+                *EXTRAS["pyrender"],
+                "scipy",
+                "fonttools",
+            )
         )
     )
 
@@ -103,7 +114,7 @@ def sizes_of(package: Distribution) -> Iterator[int]:
 def test_run_sh_says_how_large_what_it_installs_is() -> None:
     base = megabytes("requirements.lock")
     sizes = {"base": sum(base.values()), "test": sum(megabytes("requirements-test.lock").values())}
-    for extra in ("window", "measure"):
+    for extra in ("window", "measure", "formats"):
         added = {
             name: size for name, size in megabytes(f"requirements-{extra}.lock").items() if name not in base
         }

@@ -11,7 +11,7 @@ from firefly_sample.model.data import MaterialData
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.extensions import IMPLEMENTED, has_effect
 from firefly_sample.model.gltf.images import Images
-from firefly_sample.model.gltf.json_object import JsonObject
+from firefly_sample.model.gltf.json_object import JsonObject, shown
 from firefly_sample.model.gltf.meshes import UvSet
 from firefly_sample.model.gltf.textures import Slot, Textures, read_slot
 from firefly_sample.scene.material import LARGEST_SHININESS, AlphaMode
@@ -114,7 +114,7 @@ class Materials:
     def _set_alpha(self, made: MaterialData, source: JsonObject) -> None:
         mode = source.text("alphaMode", "OPAQUE")
         if mode not in _ALPHA_MODES:
-            raise source.error("alphaMode", f"must be one of {', '.join(_ALPHA_MODES)}, got {mode!r}")
+            raise source.error("alphaMode", f"must be one of {', '.join(_ALPHA_MODES)}, got {shown(mode)}")
         made.alpha_mode = _ALPHA_MODES[mode]
         if made.alpha_mode == "mask":
             cutoff = source.number("alphaCutoff", 0.5, least=0.0)
