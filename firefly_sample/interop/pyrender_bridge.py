@@ -42,8 +42,9 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     Node.
 
     Transforms, cameras and intensities stay float64; pyrender keeps vertices and colours as float32. The
-    background becomes an sRGB colour, as pyrender shows it. Base colours, their textures, alpha mode and
-    cut-off, sidedness and emission are kept; surfaces are matt (metalness 0, roughness 1).
+    background becomes an sRGB colour, as pyrender shows it. Base colours and emission, their textures and the
+    textures' samplers, alpha mode and cut-off, and sidedness are kept; surfaces are matt (metalness 0,
+    roughness 1).
 
     Parameters
     ----------
@@ -98,7 +99,7 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     without normals gets smooth ones. A Scene without a main camera gets a new camera.
 
     The range of a light becomes its max distance, at which it ends as glTF recommends; in pyrender it shines
-    beyond. An emissive texture becomes its mean colour in linear light, a factor of the material's emission.
+    beyond.
 
     Parameters
     ----------
@@ -124,7 +125,7 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     -----
     ConversionWarning
         Once for each kind of loss, with the names of the objects: metalness and gloss, textures other than
-        the base colour's, points and lines, ranges of lights, and more.
+        those of base colour and emission, points and lines, ranges of lights, and more.
     """
     _check_type("from_pyrender", scene, _import_pyrender().Scene)
     losses = Losses()

@@ -5,8 +5,8 @@ glTF and this package reverse the winding of triangles; pyrender does not and dr
 the triangles of mirrored instances are reversed, in both directions of the conversion.
 
 Materials become metallic-roughness ones of metalness 0 and roughness 1, without their Phong highlight
-(specular, shininess). pyrender's materials lose metalness, gloss and bumps. Emission is a plain factor here:
-an emissive texture becomes its mean colour in linear light.
+(specular, shininess). pyrender's materials lose metalness, gloss and bumps. Textures of base colour and
+emission keep their samplers.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
+from firefly_sample.interop.pyrender_textures import pyrender_texture, sampling_options
 from firefly_sample.losses import Losses
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import AlphaMode, Material, Texture
 from firefly_sample.scene.node import Color
 from firefly_sample.scene.transforms import vectors_from_gltf, vectors_to_gltf
-from firefly_sample.srgb import srgb_to_linear
 
 Float64 = NDArray[np.float64]
 Int64 = NDArray[np.int64]
@@ -38,7 +38,7 @@ _BYTES = (0x0DE1, 0x1401)
 """OpenGL's numbers for a texture of two dimensions and for unsigned bytes."""
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 
-_UNREAD_ATTRIBUTES = ("tangents", "texcoord_1", "joints_0", "weights_0", "targets")
+_UNREAD_ATTRIBUTES = ("tangents", "joints_0", "weights_0", "targets")
 _UNREAD_TEXTURES = (
     "normalTexture",
     "occlusionTexture",
@@ -51,6 +51,8 @@ _NO_NORMALS = "meshes without normals, which pyrender lights as if they faced th
 _CUT_OUT = "pyrender ignores the alpha cut-off of materials and draws their surfaces whole"
 _SQUARED_EMISSION = "pyrender draws the square of emission"
 _TINTED_EMISSION = "pyrender multiplies emission by vertex colours, this package does not"
+_FIRST_TEXCOORDS = "pyrender samples emission at the first texture coordinates"
+_OTHER_SAMPLERS = "wrap modes and filters that glTF lacks become those of plain textures"
 _NO_GLOSS = "metalness and gloss are left out, materials become matt"
 
 
@@ -60,7 +62,7 @@ class MeshWriter:
     def __init__(self, losses: Losses) -> None:
         self._losses = losses
         self._mesh, self._material = cache(self._new_mesh), cache(self._new_material)
-        self._arrays, self._texture = cache(_arrays), cache(_texture)
+        self._arrays, self._texture = cache(_arrays), cache(pyrender_texture)
 
     def mesh(
         self, node: GeomNode, material: Material | None, color: Color | None, mirrored: bool, visible: bool
@@ -97,6 +99,8 @@ class MeshWriter:
         colors = geom.colors if color is None else None
         if colors is not None and _tints_emission(colors, material):
             self._losses.add(_TINTED_EMISSION, geom.name)
+        if _has_second_texcoords(geom, material):
+            self._losses.add(_FIRST_TEXCOORDS, geom.name)
         if colors is not None and geom.alphas is not None:
             colors = np.column_stack([colors, geom.alphas])
         return pyrender.Primitive(
@@ -116,33 +120,33 @@ class MeshWriter:
             self._losses.add(_NO_AMBIENT, material.name)
         if _cuts_out(material):
             self._losses.add(_CUT_OUT, material.name)
-        if (material.emission != material.emission**2).any():
+        if _squares_emission(material):
             self._losses.add(_SQUARED_EMISSION, material.name)
         return pyrender.MetallicRoughnessMaterial(
             name=material.name,
             baseColorFactor=material.base_color * (1.0 if color is None else np.array(color)),
-            baseColorTexture=None if material.texture is None else self._texture(material.texture),
+            baseColorTexture=self._image(material.texture),
             alphaMode=material.alpha_mode.upper(),
             alphaCutoff=material.alpha_cutoff,
             doubleSided=bool(material.double_sided),
             emissiveFactor=material.emission,
+            emissiveTexture=self._image(material.emission_texture),
             metallicFactor=0.0,
             roughnessFactor=1.0,
         )
 
+    def _image(self, texture: Texture | None) -> Any:
+        return None if texture is None else self._texture(texture)
 
-def _arrays(geom: Geom) -> dict[str, NDArray[np.float32]]:
+
+def _arrays(geom: Geom) -> dict[str, NDArray[np.float32] | None]:
+    second = geom.texcoords_1
     return {
         "positions": vectors_to_gltf(geom.vertices).astype(np.float32),
         "normals": vectors_to_gltf(geom.normals).astype(np.float32),
         "texcoord_0": geom.texcoords.astype(np.float32),
+        "texcoord_1": None if second is None else second.astype(np.float32),
     }
-
-
-def _texture(texture: Texture) -> Any:
-    import pyrender
-
-    return pyrender.Texture(name=texture.name, source=texture.pixels, source_channels="RGBA")
 
 
 class MeshReader:
@@ -194,7 +198,7 @@ class MeshReader:
             triangles = triangles[:, ::-1]
         colors = primitive.color_0
         # Equal arrays are one Geom under whatever material; pyrender copies indices and colours.
-        shared = (primitive.positions, primitive.normals, primitive.texcoord_0)
+        shared = (primitive.positions, primitive.normals, primitive.texcoord_0, primitive.texcoord_1)
         key = (*map(id, shared), triangles.tobytes(), None if colors is None else colors.tobytes())
         if key not in self._geoms:
             self._geoms[key] = Geom(
@@ -204,6 +208,7 @@ class MeshReader:
                 texcoords=primitive.texcoord_0,
                 colors=colors,
                 name=name,
+                texcoords_1=primitive.texcoord_1,
             )
         return self._geoms[key]
 
@@ -219,6 +224,7 @@ class MeshReader:
                 self._losses.add(f"{attribute} of materials is left out", name)
         if source.wireframe:
             self._losses.add("wireframes are left out, materials become solid", name)
+        emission, glow = self._emission(source, name)
         material = Material(
             name,
             color,
@@ -226,10 +232,13 @@ class MeshReader:
             _ALPHA_MODES[source.alphaMode],
             source.alphaCutoff,
             source.doubleSided,
-            emission=self._emission(source, name),
+            emission=emission,
+            emission_texture=glow,
         )
         if _cuts_out(material):
             self._losses.add(_CUT_OUT, name)
+        if _squares_emission(material):
+            self._losses.add(_SQUARED_EMISSION, name)
         self._materials[id(source)] = material
         return material
 
@@ -247,26 +256,22 @@ class MeshReader:
         self._losses.add(f"colours of {type(source).__name__} are left out, materials become white", name)
         return np.ones(4), None
 
-    def _emission(self, source: Any, name: str) -> Float64:
-        """Return a material's factor times its texture's mean."""
-        emission = np.asarray(source.emissiveFactor, dtype=np.float64)
-        if source.emissiveTexture is not None and emission.any():
-            pixels = self._pixels(source.emissiveTexture, name)
-            if pixels is None:
-                return np.zeros(3)
-            if (pixels[..., :3] != pixels[0, 0, :3]).any():
-                self._losses.add("emissive textures become their mean colour", name)
-            emission = emission * srgb_to_linear(pixels[..., :3] / 255.0).mean(axis=(0, 1))
-        if (emission * (1.0 - source.emissiveFactor)).any():
-            self._losses.add(_SQUARED_EMISSION, name)
-        return emission
+    def _emission(self, source: Any, name: str) -> tuple[Float64, Texture | None]:
+        """Return a material's factor and texture of emission; an image that cannot be read is black."""
+        image = source.emissiveTexture
+        texture = None if image is None else self._texture(image, image.name or name)
+        black = image is not None and texture is None
+        return np.zeros(3) if black else np.asarray(source.emissiveFactor, dtype=np.float64), texture
 
     def _texture(self, source: Any, name: str) -> Texture | None:
         if id(source) not in self._textures:
-            pixels = self._pixels(source, name)
-            self._textures[id(source)] = None if pixels is None else Texture(pixels, name)
-            if pixels is not None and not _is_plain(source.sampler):
-                self._losses.add("samplers are left out, all textures repeat and are filtered", name)
+            pixels, texture = self._pixels(source, name), None
+            if pixels is not None:
+                options, whole = sampling_options(source.sampler)
+                texture = Texture(pixels, name, **options)
+                if not whole:
+                    self._losses.add(_OTHER_SAMPLERS, name)
+            self._textures[id(source)] = texture
         return self._textures[id(source)]
 
     def _pixels(self, source: Any, name: str) -> NDArray[np.uint8] | None:
@@ -299,7 +304,18 @@ def _triangles(primitive: Any) -> Int64:
 
 def _tints_emission(colors: NDArray[Any], material: Material) -> bool:
     """Return True if vertex colours, multiplied with a material's emission, change it."""
-    return bool(material.emission.any() and (colors[:, :3] != 1.0).any())
+    return _emits(material) and bool((colors[:, :3] != 1.0).any())
+
+
+def _squares_emission(material: Material) -> bool:
+    """Return True if the square of a material's emission is not the same."""
+    return _emits(material) and bool((material.emission != material.emission**2).any())
+
+
+def _emits(material: Material) -> bool:
+    """Return True if a material's emission and its texture are not black."""
+    texture = material.emission_texture
+    return bool(material.emission.any() and (texture is None or texture.pixels[..., :3].any()))
 
 
 def _cuts_out(material: Material) -> bool:
@@ -308,13 +324,8 @@ def _cuts_out(material: Material) -> bool:
     return material.alpha_mode == "mask" and bool(material.base_color[3] * alpha < material.alpha_cutoff)
 
 
-def _is_plain(sampler: Any) -> bool:
-    """Return True if a pyrender Sampler repeats and filters as all textures do here."""
-    import pyrender
-
-    gltf = pyrender.GLTF
-    return (
-        (sampler.wrapS, sampler.wrapT) == (gltf.REPEAT, gltf.REPEAT)
-        and sampler.magFilter in (None, gltf.LINEAR)
-        and sampler.minFilter in (None, gltf.LINEAR_MIPMAP_LINEAR)
-    )
+def _has_second_texcoords(geom: Geom, material: Material) -> bool:
+    """Return True if a material's emission depends on a Geom's second texture coordinates."""
+    if material.emission_texture is None or material.emission_texcoord == 0 or geom.texcoords_1 is None:
+        return False
+    return _emits(material) and bool((geom.texcoords_1 != geom.texcoords).any())

@@ -51,7 +51,6 @@ def make_tree(data: ModelData, digests: Sequence[str | None] | None = None) -> N
     for index, made in enumerate(data.nodes):
         node = _node(data, made)
         node.set_transform(_transform(made))
-        (root if made.parent < 0 else nodes[made.parent]).add_child(node)
         nodes.append(node)
         if not made.geoms:
             continue
@@ -63,8 +62,19 @@ def make_tree(data: ModelData, digests: Sequence[str | None] | None = None) -> N
                 fixed[number] = Geom(**geom_arguments(data.geoms[number]))
             for holder in holders[index]:
                 holder.add_geom(fixed[number], materials[data.geoms[number].material])
+    _link(root, nodes, [made.parent for made in data.nodes])
     bind(root, data, nodes, materials, holders)
     return NodePath(root)
+
+
+def _link(root: PandaNode, nodes: Sequence[PandaNode], parents: Sequence[int]) -> None:
+    """Add the nodes to their parents, the lowest first: a node tells all nodes above it of each new child."""
+    children: dict[int, list[PandaNode]] = {}
+    for node, parent in zip(nodes, parents, strict=True):
+        children.setdefault(parent, []).append(node)
+    for parent in sorted(children, reverse=True):
+        for child in children[parent]:
+            (root if parent < 0 else nodes[parent]).add_child(child)
 
 
 def _node(data: ModelData, made: NodeData) -> PandaNode:

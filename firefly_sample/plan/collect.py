@@ -185,6 +185,8 @@ class Snapshot:
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()  # path of each geometry instance, by id
+    warnings: tuple[str, ...] = ()
+    """What nodes say about themselves, each line once."""
     watched: list[tuple[Any, int]] = field(default_factory=list)
     """Geoms and lenses with their revisions: the graph does not hear of their changes."""
     looks: list[tuple[Material, tuple[Any, ...]]] = field(default_factory=list)
@@ -220,9 +222,12 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     snapshot = Snapshot(root, root.get_top().node().subtree_revision, camera_mask)
     found: dict[tuple[Any, ...], _Found] = {}
     names: list[str] = []
+    warnings: dict[str, None] = {}
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
         for visit in iter_visible(root, camera_mask):
             node = visit.node
+            if node.warnings:
+                warnings.update(dict.fromkeys(f"model {node.name!r}: {line}" for line in node.warnings))
             if isinstance(node, GeomNode):
                 _add_geoms(found, node, visit, len(names))
                 names.append(visit.path)
@@ -250,6 +255,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
                 _refuse(node.name)
     snapshot.looks = [(material, _look_of(material)) for material in materials.values()]
     snapshot.id_names = tuple(names)
+    snapshot.warnings = tuple(warnings)
     return snapshot
 
 

@@ -56,6 +56,7 @@ class PlanWarnings:
         )
         extent = self._extent.get(seen, lambda: find_extent(seen, eye.planes, view.lens, view.near))
         return (
+            *snapshot.warnings,
             *_blended_warnings(snapshot),
             *_driver_warnings(needs),
             *eye.warnings,

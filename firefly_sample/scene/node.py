@@ -42,6 +42,8 @@ class PandaNode:
     draw_control, draw_show : int
         Camera bits that this node decides, and of those the ones that see it; see `NodePath.hide`.
     tags : dict of str to str
+    warnings : tuple of str
+        A line for each thing about this node that is not drawn, which every frame with the node repeats.
     revision, subtree_revision : int
         Grow with each change of the node itself, and of it or any node below it: transforms, attributes,
         contents, children.
@@ -60,6 +62,7 @@ class PandaNode:
     tree: one that is deeper than 150 nodes needs ``sys.setrecursionlimit``.
     """
 
+    warnings: tuple[str, ...] = ()
     _parents: list[weakref.ref[PandaNode]]
     _steps: weakref.WeakSet[PathStep]
 
@@ -251,9 +254,13 @@ def copy_nodes(top: PandaNode) -> dict[PandaNode, PandaNode]:
     Each node is copied once, so nodes that are instanced below `top` are instanced in the copy too.
     """
     copies = {original: original.make_copy() for original in top.iter_descendants()}
-    for original, made in copies.items():
+    # the lowest first: a node tells all nodes above it of each new child
+    for original, made in reversed(copies.items()):
         for child, sort in zip(original._children, original._sorts, strict=True):
             made.add_child(copies[child], sort)
+    for original, made in copies.items():
+        if len(made._parents) > 1:  # in the order of the original
+            made._parents = [weakref.ref(copies[node]) for node in original.parents if node in copies]
     for original, made in copies.items():
         original.link_copy(made, copies)
     return copies

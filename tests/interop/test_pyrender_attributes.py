@@ -18,6 +18,7 @@ from firefly_sample.interop.pyrender_bridge import from_pyrender
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import Light
 from firefly_sample.scene.lights import Spotlight
+from firefly_sample.scene.material import Texture
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
 from tests.interop.blocks import matt, triangle
@@ -129,7 +130,6 @@ def material(name, **more):
 
 
 MATT = "metalness and gloss are left out, materials become matt"
-SAMPLERS = "samplers are left out, all textures repeat and are filtered"
 CASES: dict[type, dict[str, Any]] = {
     pyrender.Scene: {
         "name": Follows("room"),
@@ -167,7 +167,7 @@ CASES: dict[type, dict[str, Any]] = {
         "mode": Named(GLTF.LINES, "points and lines are left out", "shape[0]"),
         "poses": Follows(np.stack([np.eye(4), POSE])),
         "tangents": Named(np.zeros((3, 4)), "tangents of meshes are left out", "shape[0]"),
-        "texcoord_1": Named(np.zeros((3, 2)), "texcoord_1 of meshes are left out", "shape[0]"),
+        "texcoord_1": Follows(np.zeros((3, 2))),
         "joints_0": Named(np.zeros((3, 4)), "joints_0 of meshes are left out", "shape[0]"),
         "weights_0": Named(np.zeros((3, 4)), "weights_0 of meshes are left out", "shape[0]"),
         "targets": Named([0], "targets of meshes are left out", "shape[0]"),
@@ -201,7 +201,7 @@ CASES: dict[type, dict[str, Any]] = {
     pyrender.Texture: {
         "name": Follows("picture"),
         "source": Follows(IMAGE // 2),
-        "sampler": Named(pyrender.Sampler(wrapS=GLTF.CLAMP_TO_EDGE), SAMPLERS, "bark"),
+        "sampler": Follows(pyrender.Sampler(wrapS=GLTF.CLAMP_TO_EDGE)),
         "source_channels": Nothing("RGBA"),  # what the image was cut to when it was set
         "width": Nothing(7),  # of textures without an image
         "height": Nothing(7),
@@ -210,10 +210,10 @@ CASES: dict[type, dict[str, Any]] = {
     },
     pyrender.Sampler: {
         "name": Nothing("smooth"),  # nowhere read
-        "magFilter": Named(GLTF.NEAREST, SAMPLERS, "bark"),
-        "minFilter": Named(GLTF.NEAREST, SAMPLERS, "bark"),
-        "wrapS": Named(GLTF.MIRRORED_REPEAT, SAMPLERS, "bark"),
-        "wrapT": Named(GLTF.MIRRORED_REPEAT, SAMPLERS, "bark"),
+        "magFilter": Follows(GLTF.NEAREST),
+        "minFilter": Follows(GLTF.NEAREST),
+        "wrapS": Follows(GLTF.MIRRORED_REPEAT),
+        "wrapT": Follows(GLTF.MIRRORED_REPEAT),
     },
 }
 
@@ -273,10 +273,15 @@ def contents(path: NodePath) -> list[Any]:
     if isinstance(node, GeomNode):
         for geom, material in node.geoms:
             said += [listed(getattr(geom, name)) for name in ("name", "vertices", "triangles", "normals")]
-            said += [listed(geom.texcoords), listed(geom.colors)]
-            look = {name: listed(value) for name, value in vars(material).items() if name != "texture"}
-            texture = material.texture
-            said += [look, None if texture is None else (texture.name, listed(texture.pixels))]
+            said += [listed(geom.texcoords), listed(geom.texcoords_1), listed(geom.colors)]
+            look = {
+                name: listed(value)
+                for name, value in vars(material).items()
+                if not isinstance(value, Texture)
+            }
+            said.append(look)
+            for texture in (material.texture, material.emission_texture):
+                said.append(texture and (texture.name, listed(texture.pixels), texture.sampling))
     elif isinstance(node, Camera):
         said += [node.lens.constants(), node.lens.get_near(), node.lens.get_far()]
     elif isinstance(node, Light):

@@ -49,8 +49,16 @@ CASES: dict[type, dict[str, Any]] = {
         "texcoords": Follows([(0, 1)] * 3),
         "colors": Follows([(0.5, 0.25, 1)] * 3),
         "name": Follows("stone"),
+        "texcoords_1": Follows([(0, 1)] * 3),
     },
-    Texture: {"pixels": Follows(PIXELS // 2), "name": Follows("moss")},
+    Texture: {
+        "pixels": Follows(PIXELS // 2),
+        "name": Follows("moss"),
+        "wrap_u": Follows("clamp"),
+        "wrap_v": Follows("mirror"),
+        "minfilter": Follows("nearest"),
+        "magfilter": Follows("nearest"),
+    },
     Material: {
         "name": Follows("stone"),
         "base_color": Follows((0.5, 0.25, 1, 1)),
@@ -64,6 +72,8 @@ CASES: dict[type, dict[str, Any]] = {
         ),
         "specular": Named((1, 0, 0), "highlights (specular, shininess) are left out", "clay"),
         "shininess": Nothing(9.0),  # of highlights that it has not
+        "emission_texture": Follows(Texture(PIXELS // 2)),
+        "emission_texcoord": Nothing(1),  # of an emission texture that it has not
     },
 }
 LIGHT: dict[str, Any] = {
@@ -138,8 +148,9 @@ def written(scene: Scene) -> tuple[list[Any], list[str]]:
             said.append((node.name, listed(node.matrix), values(node.light)))
             said += [] if node.mesh is None else [node.mesh.name]
             for primitive in () if node.mesh is None else node.mesh.primitives:
-                texture = primitive.material.baseColorTexture
-                said += [values(primitive), values(primitive.material), values(texture)]
+                said += [values(primitive), values(primitive.material)]
+                for texture in (primitive.material.baseColorTexture, primitive.material.emissiveTexture):
+                    said += [values(texture), values(texture and texture.sampler)]
     return said, [str(warning.message) for warning in caught]
 
 

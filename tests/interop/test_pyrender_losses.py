@@ -15,13 +15,14 @@ from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
+from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from tests.interop.blocks import ball_of, fading, matt, scene_with, triangle
-from tests.scenes import geom_node
+from tests.scenes import geom_node, wall
 
 SIZE = (64, 48)
 
@@ -50,6 +51,14 @@ def colored(node):
     for geom, _ in node.geoms:
         geom.set_colors(np.full((len(geom.vertices), 3), 0.5))
     return node
+
+
+def with_second_texcoords():
+    texture = Texture(np.full((2, 2, 4), 255, np.uint8))
+    plain, look = wall(), {"emission": (1, 1, 1), "emission_texture": texture, "emission_texcoord": 1}
+    second = plain.texcoords[:, ::-1]
+    geom = Geom(plain.vertices, plain.triangles, texcoords=plain.texcoords, texcoords_1=second, name="wall")
+    return geom_node("wall", geom, Material("glow", **look))
 
 
 def shiny_light(light):
@@ -91,6 +100,7 @@ def shiny_light(light):
             "multiplies emission by vertex colours, .*: 'ball'",
         ),
         (scene_with(ball_of(emission=(0.5, 0, 0))), "draws the square of emission: 'clay'"),
+        (scene_with(with_second_texcoords()), "emission at the first texture coordinates: 'wall'"),
         (scene_with(with_tag(PandaNode("box"))), "tags are left out: 'box'"),
         (
             Scene(background=VerticalGradient((0, 0, 0), (0, 0, 1))),
@@ -107,6 +117,7 @@ def test_what_pyrender_has_not_is_named(scene, message):
     assert caught[0].filename == __file__
 
 
+CLAMP_TO_BORDER = 0x812D
 CHEQUERED = np.array([[(0, 0, 0), (255, 255, 255)]] * 2, np.uint8)
 
 
@@ -139,16 +150,16 @@ def textured(**texture):
             "ignores the alpha cut-off .*: 'clay'",
         ),
         (
-            triangle(material=matt(emissiveFactor=(1.0, 0.0, 0.0), emissiveTexture=CHEQUERED)),
-            "emissive textures become their mean colour: 'clay'",
-        ),
-        (
             triangle(material=pyrender.material.SpecularGlossinessMaterial(name="glass")),
             "metalness and gloss are left out, .*: 'glass'",
         ),
         (
-            textured(sampler=pyrender.Sampler(wrapS=pyrender.GLTF.CLAMP_TO_EDGE)),
-            "samplers are left out, .*: 'clay'",
+            textured(sampler=pyrender.Sampler(wrapS=CLAMP_TO_BORDER)),
+            "wrap modes and filters that glTF lacks .*: 'clay'",
+        ),
+        (
+            textured(sampler=pyrender.Sampler(magFilter=pyrender.GLTF.LINEAR_MIPMAP_LINEAR)),
+            "wrap modes and filters that glTF lacks .*: 'clay'",
         ),
         (textured(source=None, width=2, height=2), "textures without a plain image .*: 'clay'"),
     ],
@@ -177,6 +188,8 @@ def test_a_texture_of_three_channels_is_opaque():
         triangle(color_0=[(1, 1, 1, 0.5)] * 3, material=matt(alphaMode="OPAQUE")),
         triangle(material=matt(alphaMode="MASK", alphaCutoff=0.5, baseColorFactor=(1.0, 1.0, 1.0, 0.5))),
         triangle(material=matt(emissiveTexture=CHEQUERED)),
+        triangle(material=matt(emissiveFactor=(1.0, 0.0, 1.0), emissiveTexture=CHEQUERED)),
+        textured(sampler=pyrender.Sampler(wrapS=pyrender.GLTF.CLAMP_TO_EDGE)),
         triangle(
             material=matt(emissiveFactor=(1.0, 1.0, 1.0), emissiveTexture=np.zeros((2, 2, 3), np.uint8))
         ),
@@ -187,6 +200,8 @@ def test_a_texture_of_three_channels_is_opaque():
         "alpha that is not used",
         "at the cut-off",
         "no emission",
+        "emissive texture",
+        "sampler",
         "black texture",
     ],
 )

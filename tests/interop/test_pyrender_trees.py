@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import MagFilter, Material, MinFilter, Texture, Wrap
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene
 from tests.interop.blocks import ANGLES, SCALES, SINGLE, VECTOR, single, there_and_back
@@ -28,21 +30,29 @@ def geoms(draw) -> Geom:
             st.none() | arrays(np.float64, (n, draw(st.sampled_from((3, 4)))), elements=st.floats(0, 1))
         ),
         name=draw(st.sampled_from(["rock", "bark", "leaf"])),
+        texcoords_1=draw(st.none() | arrays(np.float64, (n, 2), elements=st.floats(-4, 4))),
     )
+
+
+@st.composite
+def textures(draw) -> Texture:
+    choices = {"wrap_u": Wrap, "wrap_v": Wrap, "minfilter": MinFilter, "magfilter": MagFilter}
+    options = {name: draw(st.sampled_from(get_args(kind))) for name, kind in choices.items()}
+    return Texture(draw(arrays(np.uint8, (2, 3, 4))), "picture", **options)
 
 
 @st.composite
 def materials(draw) -> Material:
     share = st.floats(0, 1)
-    pixels = draw(st.none() | arrays(np.uint8, (2, 3, 4)))
     return Material(
         draw(st.sampled_from(["stone", "wood"])),
         draw(st.tuples(share, share, share, share)),
-        None if pixels is None else Texture(pixels, "picture"),
+        draw(st.none() | textures()),
         draw(st.sampled_from(["opaque", "mask", "blend"])),
         draw(share),
         draw(st.booleans()),
         emission=draw(st.tuples(*[st.floats(0, 1e6)] * 3)),
+        emission_texture=draw(st.none() | textures()),
     )
 
 
@@ -86,6 +96,9 @@ def assert_same_geom(given: Geom, got: Geom) -> None:
     np.testing.assert_array_equal(got.vertices, single(given.vertices))
     np.testing.assert_array_equal(got.normals, single(given.normals))
     np.testing.assert_array_equal(got.texcoords, single(given.texcoords))
+    assert (got.texcoords_1 is None) == (given.texcoords_1 is None)
+    if given.texcoords_1 is not None:
+        np.testing.assert_array_equal(got.texcoords_1, single(given.texcoords_1))
     assert (got.colors is None) == (given.colors is None)
     if given.colors is not None:
         np.testing.assert_array_equal(got.colors, single(given.colors))
@@ -99,10 +112,11 @@ def assert_same_material(given: Material, got: Material) -> None:
     assert got.double_sided == given.double_sided
     np.testing.assert_array_equal(got.base_color, single(given.base_color))
     np.testing.assert_array_equal(got.emission, single(given.emission))
-    assert (got.texture is None) == (given.texture is None)
-    if given.texture is not None:
-        assert got.texture.name == given.texture.name
-        np.testing.assert_array_equal(got.texture.pixels, given.texture.pixels)
+    for ours, back in ((given.texture, got.texture), (given.emission_texture, got.emission_texture)):
+        assert (back is None) == (ours is None)
+        if ours is not None:
+            assert (back.name, back.sampling) == (ours.name, ours.sampling)
+            np.testing.assert_array_equal(back.pixels, ours.pixels)
 
 
 @pytest.mark.filterwarnings("ignore:pyrender (draws|multiplies|ignores)")

@@ -20,7 +20,7 @@ def packed_rows(samples: np.ndarray, depth: int) -> bytes:
     """The rows of an image or of a pass, each with the filters of the specification in turn."""
     if 0 in samples.shape:
         return b""
-    height, width, channels = samples.shape
+    height, _, channels = samples.shape
     if depth == 16:
         rows = samples.astype(">u2").reshape(height, -1).view(np.uint8)
     elif depth == 8:

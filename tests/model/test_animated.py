@@ -9,12 +9,12 @@ import weakref
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firefly_sample.errors import NodeError, SceneError
-from firefly_sample.model.animated import bind, is_posed, named_clips
-from firefly_sample.model.data import AnimationData, ModelData, NodeData
+from firefly_sample.model.animated import bind, is_posed
+from firefly_sample.model.data import ModelData, NodeData
 from firefly_sample.model.root import ModelRoot
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.nodepath import NodePath
@@ -172,6 +172,7 @@ def test_holders_show_one_geom_in_several_places():
 
 
 @each_model
+@settings(max_examples=20)
 @given(times=st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=4))
 def test_an_update_is_a_pure_function_of_time(make, times):
     fresh, used = make_model(make()), make_model(make())
@@ -247,20 +248,6 @@ def test_an_unknown_animation_is_named_with_those_there_are():
     assert root.playing == "bend"
     with pytest.raises(NodeError, match="model 'm' has no animation 'walk': it has none"):
         ModelRoot("m").play("walk")
-
-
-def test_animations_without_names_and_with_equal_ones_get_their_own():
-    made = [AnimationData(name, []) for name in ("", "walk", "walk", "walk#2", "", "walk")]
-    clips = named_clips(made)
-    assert list(clips) == ["animation 0", "walk", "walk#3", "walk#2", "animation 4", "walk#4"]
-    assert [clip.name for clip in clips.values()] == list(clips)
-
-
-def test_an_animation_may_be_called_all():
-    root = ModelRoot("m")
-    root.bind_pose(None, named_clips([AnimationData("one", []), AnimationData("all", [])]))
-    root.play("all")
-    assert root.playing == "all"
 
 
 def test_a_model_without_anything_to_move_is_a_plain_node():

@@ -11,8 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firefly_sample.model.animated import named_clips
 from firefly_sample.model.animation import Clip, slerp, unit_quats, wrapped
 from firefly_sample.model.data import AnimationData, ChannelData
+from firefly_sample.model.root import ModelRoot
 
 FINITE = st.floats(-100.0, 100.0)
 TIMES = st.lists(st.integers(0, 400), min_size=1, max_size=6, unique=True).map(
@@ -255,3 +257,20 @@ def test_no_value_is_minus_zero():
 def test_copies_share_a_clip():
     clip = Clip(AnimationData("a", []))
     assert copy.copy(clip) is copy.deepcopy(clip) is clip
+
+
+# --- Names ---
+
+
+def test_animations_without_names_and_with_equal_ones_get_their_own():
+    made = [AnimationData(name, []) for name in ("", "walk", "walk", "walk#2", "", "walk")]
+    clips = named_clips(made)
+    assert list(clips) == ["animation 0", "walk", "walk#3", "walk#2", "animation 4", "walk#4"]
+    assert [clip.name for clip in clips.values()] == list(clips)
+
+
+def test_an_animation_may_be_called_all():
+    root = ModelRoot("m")
+    root.bind_pose(None, named_clips([AnimationData("one", []), AnimationData("all", [])]))
+    root.play("all")
+    assert root.playing == "all"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from firefly_sample.lab.reference.cache import reference_frame
 from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.pipeline import build_plan
@@ -283,3 +284,17 @@ def test_the_float64_twin_samples_emission(render):
     surfaces = see_surfaces(plan, frame.visibility)
     apart = np.abs(surfaces.emission - frame.emission).max(axis=-1)[surfaces.covered]
     assert np.percentile(apart, 98) <= 1e-6
+
+
+def test_a_reference_takes_emission_as_the_driver_filters_it(tmp_path):
+    """As base colours: what remains is the renderer's own error."""
+    noise = np.random.default_rng(7).integers(0, 256, (64, 64, 4), dtype=np.uint8)
+    scene = card_scene(Material("glow", emission=STRENGTH, emission_texture=Texture(noise)))
+    scene.root.find("card").set_hpr(20, -40, 10)
+    with make_renderer(SIZE) as renderer:
+        frame = renderer.render(scene, outputs=("radiance", "visibility"))
+        reference = reference_frame(renderer, scene, folder=tmp_path)
+        plan = renderer.plan(scene, outputs=("visibility",))
+    own = render_reference(plan, frame.visibility)
+    assert np.abs(frame.radiance - reference.radiance).max() <= 1e-6
+    assert np.abs(frame.radiance - own.radiance).max() > 1e-3

@@ -49,14 +49,14 @@ LAYERS = (
 """From below to above: each imports what stands before it and what is in its own set. Sets beside each other
 know nothing of each other."""
 
-FORBIDDEN = {("gpu", "scene"), ("gpu", "scenes")}
+FORBIDDEN = {("gpu", "scene"), ("gpu", "scenes"), ("gpu", "model"), ("plan", "model"), ("passes", "model")}
 """(who, whom) that the layers alone would allow."""
 
 HOMES = {
     "moderngl": {"gpu", "passes", "lab"},
     "glcontext": {"gpu"},
     "OpenGL": set(),
-    "trimesh": {"scene", "model", "interop"},
+    "trimesh": {"model", "interop"},
     "glfw": {"viewer"},
     "panda3d": set(),
     "pyrender": {"interop"},

@@ -74,9 +74,7 @@ def test_wrong_values_name_the_texture_and_change_nothing(make):
     before = texture.sampling
     wrong = ("border", "LINEAR", "", None, 1, ["repeat"], np.array(["repeat", "clamp"]), {})
     for what, value in product(CHOICES, wrong):
-        with pytest.raises(
-            SceneError, match=f"^texture 'leaf': {what} must be '(nearest|repeat)'"
-        ) as caught:
+        with pytest.raises(SceneError, match=f"^texture 'leaf': {what} must be '(nearest|repeat)'") as caught:
             getattr(texture, f"set_{what}")(value)
         assert "\n" not in str(caught.value)
         with pytest.raises(SceneError, match=f"texture 'leaf': {what} must be "):

@@ -59,7 +59,7 @@ def reference_frame(
 ) -> ReferenceFrame:
     """Return the float64 reference of a renderer's frame, from the cache or computed.
 
-    It is made from the visibility that the renderer draws and the albedo that it samples.
+    It is made from the visibility that the renderer draws, and the albedo and emission that it samples.
 
     Parameters
     ----------
@@ -85,17 +85,26 @@ def reference_frame(
     before, renderer.settings = renderer.settings, reference_settings(settings or renderer.settings)
     try:
         plan = renderer.plan(scene, time, ("visibility", "albedo"))
-        visibility = np.asarray(renderer.draw(plan)["visibility"], dtype=np.int32)
+        textured = any(batch.surface.emission_textured for batch in plan.batches)
+        if textured:
+            plan = renderer.plan(scene, time, (*plan.outputs, "emission"))
+        frame = renderer.draw(plan)
+        visibility = np.asarray(frame["visibility"], dtype=np.int32)
         albedo = renderer.surface(plan).albedo() if plan.batches else np.zeros((*visibility.shape[:2], 3))
     finally:
         renderer.settings = before
     folder = folder or cache_folder()
+    emission = np.asarray(frame["emission"], dtype=np.float64) if textured else None
+
+    def render() -> ReferenceFrame:
+        return render_reference(plan, visibility, albedo=albedo, emission=emission, progress=progress)
+
     if folder is None:
-        return render_reference(plan, visibility, albedo=albedo, progress=progress)
-    key = fingerprint(*_parts(plan), visibility, albedo)
+        return render()
+    key = fingerprint(*_parts(plan), visibility, albedo, emission)
     if kept := _load(folder, key, visibility.shape[:2]):
         return finished(plan, **kept)
-    made = render_reference(plan, visibility, albedo=albedo, progress=progress)
+    made = render()
     # a full disk or a read-only folder is no error: the reference is computed again next time
     with contextlib.suppress(OSError):
         _save(folder, key, made)

@@ -91,6 +91,7 @@ def render_reference(
     *,
     albedo: Float64 | None = None,
     ambient_albedo: Float64 | None = None,
+    emission: Float64 | None = None,
     shadows: bool = True,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -105,6 +106,8 @@ def render_reference(
         The output "visibility" of the same plan, or `firefly_sample.lab.reference.raycast.cast_visibility`.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them; sampled in float64 when absent.
+    emission : ndarray, shape (height, width, 3), optional
+        Linear emission as a GPU sampled it; sampled in float64 when absent.
     shadows : bool
         Whether lights that have shadow maps cast shadows, by rays.
     threads, progress : optional
@@ -124,7 +127,9 @@ def render_reference(
         raise SettingsError(
             f"a reference has one sample per pixel: set 'supersample' to 1, not {plan.settings.supersample}"
         )
-    surfaces = see_surfaces(plan, visibility, albedo=albedo, ambient_albedo=ambient_albedo, threads=threads)
+    surfaces = see_surfaces(
+        plan, visibility, albedo=albedo, ambient_albedo=ambient_albedo, emission=emission, threads=threads
+    )
     rays = ShadowRays(plan) if shadows and any(lights.shadowed for lights in plan.lights) else None
     lookup = _shadows(plan, surfaces.gbuffer.position.reshape(-1, 3), rays)
     radiance, light = shade_lights(

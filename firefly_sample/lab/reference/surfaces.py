@@ -191,6 +191,7 @@ def see_surfaces(
     *,
     albedo: Float64 | None = None,
     ambient_albedo: Float64 | None = None,
+    emission: Float64 | None = None,
     threads: int | None = None,
 ) -> Surfaces:
     """Return the surfaces seen through the pixels' centres.
@@ -204,6 +205,8 @@ def see_surfaces(
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled
         here when absent. If only the first is given, the second is derived from it.
+    emission : ndarray, shape (height, width, 3), optional
+        Linear emission where it has a texture, as a GPU sampled it; sampled here when absent.
 
     Raises
     ------
@@ -217,13 +220,13 @@ def see_surfaces(
     rays, samplers = pixel_rays(plan.view), Samplers(stored=classic)
     given = [
         None if image is None else _checked(name, np.asarray(image, dtype=np.float64), (height, width, 3))
-        for name, image in (("albedo", albedo), ("ambient albedo", ambient_albedo))
+        for name, image in (("albedo", albedo), ("ambient albedo", ambient_albedo), ("emission", emission))
     ]
-    normal, diffuse, specular, ambient, emission = np.zeros((5, height, width, 3))
+    normal, diffuse, specular, ambient, emitted = np.zeros((5, height, width, 3))
     to_eye = rays.to_eye().reshape(height, width, 3)
     position = np.full_like(normal, np.nan)
     gbuffer = GBuffer(position, normal, to_eye, diffuse, specular, np.zeros(shape))
-    surfaces = Surfaces(gbuffer, ambient, emission, np.zeros(shape, dtype=bool))
+    surfaces = Surfaces(gbuffer, ambient, emitted, np.zeros(shape, dtype=bool))
     parts: list[tuple[int, Batch, NDArray[np.intp]]] = []
     for first, batch in numbered_batches(plan):
         chosen = np.flatnonzero((seen[:, 0] >= first) & (seen[:, 0] < first + len(batch.ids)))
@@ -234,14 +237,15 @@ def see_surfaces(
         numbers = seen[pixels]
         found = Fragments(batch, rays.take(pixels), numbers[:, 0] - first, numbers[:, 1], samplers)
         at = np.unravel_index(pixels, shape)
-        given_here = [None if image is None else image[at] for image in given]
+        *reflected, sampled = (None if image is None else image[at] for image in given)
         factors = batch.factors.take(found.instance)
         surfaces.covered[at] = True
         position[at], normal[at] = found.position, found.normal(turned=not classic)
-        emission[at] = found.emission(factors)
+        exact = sampled is None or not batch.surface.emission_textured
+        emitted[at] = found.emission(factors) if exact else sampled
         specular[at] = factors.speculars[:, :3]
         gbuffer.shininess[at] = factors.speculars[:, 3]
-        diffuse[at], ambient[at] = _reflectances(found, factors, *given_here)
+        diffuse[at], ambient[at] = _reflectances(found, factors, *reflected)
 
     run_all(work, parts, threads)
     return surfaces

@@ -93,7 +93,8 @@ def read_layout(accessor: JsonObject, where: str, types: tuple[str, ...] | None 
     """Return what an accessor says about its elements; raise ModelError if its type is not allowed."""
     code = accessor.whole("componentType")
     if code not in COMPONENTS:
-        raise accessor.error("componentType", f"must be one of {', '.join(map(str, COMPONENTS))}, got {code}")
+        known = ", ".join(map(str, COMPONENTS))
+        raise accessor.error("componentType", f"must be one of {known}, got {shown(code)}")
     kind = accessor.text("type")
     if kind not in SHAPES:
         raise accessor.error("type", f"must be one of {', '.join(SHAPES)}, got {kind!r}")
@@ -170,7 +171,7 @@ def _with_sparse(sparse: JsonObject, layout: Layout, values: NDArray[Any]) -> ND
     places, replaced = sparse.required_object("indices"), sparse.required_object("values")
     code = places.whole("componentType")
     if code not in (5121, 5123, 5125):
-        raise places.error("componentType", f"must be 5121, 5123 or 5125, got {code}")
+        raise places.error("componentType", f"must be 5121, 5123 or 5125, got {shown(code)}")
     indices = _elements(places, Layout(count, COMPONENTS[code], (), False)).astype(np.int64)
     if (np.diff(indices) <= 0).any():
         raise places.error("", "must ascend strictly")

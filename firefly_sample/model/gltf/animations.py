@@ -10,7 +10,7 @@ from firefly_sample.losses import Losses
 from firefly_sample.model.data import AnimationData, ChannelData, Interpolation
 from firefly_sample.model.gltf.accessors import read_accessor
 from firefly_sample.model.gltf.document import Document
-from firefly_sample.model.gltf.json_object import JsonObject
+from firefly_sample.model.gltf.json_object import JsonObject, shown
 from firefly_sample.model.gltf.meshes import count_targets
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.transforms import vectors_from_gltf
@@ -46,7 +46,7 @@ def read_animation(
             continue
         node, sampler = target.index("node", "nodes"), channel.whole("sampler")
         if sampler >= len(samplers):
-            raise channel.error("sampler", f"is {sampler}, but there are {len(samplers)} samplers")
+            raise channel.error("sampler", f"is {shown(sampler)}, but there are {len(samplers)} samplers")
         if node in places:
             channels.append(_channel(samplers[sampler], target, node, path, places[node]))
     return AnimationData(name, channels) if channels else None
@@ -83,7 +83,7 @@ def _interpolation(sampler: JsonObject) -> Interpolation:
         if given == known:
             return given  # type: ignore[return-value]
     raise sampler.error(
-        "interpolation", f"must be one of {', '.join(get_args(Interpolation))}, got {given!r}"
+        "interpolation", f"must be one of {', '.join(get_args(Interpolation))}, got {shown(given)}"
     )
 
 

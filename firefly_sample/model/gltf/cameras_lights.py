@@ -7,7 +7,7 @@ from typing import Literal
 
 from firefly_sample.model.data import CameraData, LightData
 from firefly_sample.model.gltf.document import Document
-from firefly_sample.model.gltf.json_object import JsonObject
+from firefly_sample.model.gltf.json_object import JsonObject, shown
 
 _KINDS: dict[str, Literal["point", "spot", "directional"]] = {
     "point": "point",
@@ -24,7 +24,7 @@ def read_camera(document: Document, index: int) -> CameraData:
         return _perspective(name, camera.required_object("perspective"))
     if kind == "orthographic":
         return _orthographic(name, camera.required_object("orthographic"))
-    raise camera.error("type", f"must be perspective or orthographic, got {kind!r}")
+    raise camera.error("type", f"must be perspective or orthographic, got {shown(kind)}")
 
 
 def _perspective(name: str, lens: JsonObject) -> CameraData:
@@ -57,7 +57,7 @@ def light_index(node: JsonObject) -> int | None:
         return None
     index, count = extension.whole("light"), len(_lights(node.document))
     if index >= count:
-        raise extension.error("light", f"is {index}, but the file has {count} lights")
+        raise extension.error("light", f"is {shown(index)}, but the file has {count} lights")
     return index
 
 
@@ -66,7 +66,7 @@ def read_light(document: Document, index: int) -> LightData:
     light = _lights(document)[index]
     kind = light.text("type")
     if kind not in _KINDS:
-        raise light.error("type", f"must be one of {', '.join(_KINDS)}, got {kind!r}")
+        raise light.error("type", f"must be one of {', '.join(_KINDS)}, got {shown(kind)}")
     r, g, b = light.numbers("color", 3, (1.0, 1.0, 1.0), least=0.0)
     reach = light.number("range", math.inf)
     if not reach > 0.0:

@@ -11,12 +11,13 @@ from firefly_sample.model.data import MaterialData
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.extensions import IMPLEMENTED, has_effect
 from firefly_sample.model.gltf.images import Images
-from firefly_sample.model.gltf.json_object import JsonObject
+from firefly_sample.model.gltf.json_object import JsonObject, shown
 from firefly_sample.model.gltf.meshes import UvSet
 from firefly_sample.model.gltf.textures import Slot, Textures, read_slot
 from firefly_sample.scene.material import LARGEST_SHININESS, AlphaMode
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
+Color = tuple[float, float, float, float]
 _REFLECTANCE = 0.04
 """Of light that meets a surface of refractive index 1.5 head on (glTF 2.0, appendix B)."""
 
@@ -36,6 +37,18 @@ def phong_highlight(roughness: float) -> tuple[float, float]:
     if exponent < 1.0:
         return 0.0, 0.0
     return min(_REFLECTANCE * (exponent + 8.0) / 8.0, 1.0), exponent
+
+
+def cut_out(color: Color, cutoff: float) -> tuple[Color, float]:
+    """Return a base colour and a cut-off of 0 to 1 that cut the same as these (glTF 2.0, section 3.9.4).
+
+    The base colour's alpha moves into the cut-off, since mipmaps keep the coverage of their texture's alpha
+    at the cut-off. A cut-off above 1 shows nothing.
+    """
+    r, g, b, alpha = color
+    if cutoff > alpha:
+        return (r, g, b, 0.0), 1.0
+    return (r, g, b, 1.0), cutoff / alpha if alpha > 0.0 else 0.0
 
 
 class Materials:
@@ -90,7 +103,7 @@ class Materials:
         self._name_losses(source, name)
         return made, uv_sets
 
-    def _shares(self, surface: JsonObject, key: str, name: str) -> tuple[float, float, float, float]:
+    def _shares(self, surface: JsonObject, key: str, name: str) -> Color:
         """Return a colour, of 0 to 1 each."""
         given = surface.numbers(key, 4, (1.0, 1.0, 1.0, 1.0))
         r, g, b, a = (min(max(number, 0.0), 1.0) for number in given)
@@ -101,13 +114,11 @@ class Materials:
     def _set_alpha(self, made: MaterialData, source: JsonObject) -> None:
         mode = source.text("alphaMode", "OPAQUE")
         if mode not in _ALPHA_MODES:
-            raise source.error("alphaMode", f"must be one of {', '.join(_ALPHA_MODES)}, got {mode!r}")
+            raise source.error("alphaMode", f"must be one of {', '.join(_ALPHA_MODES)}, got {shown(mode)}")
         made.alpha_mode = _ALPHA_MODES[mode]
         if made.alpha_mode == "mask":
             cutoff = source.number("alphaCutoff", 0.5, least=0.0)
-            made.alpha_cutoff = min(cutoff, 1.0)
-            if cutoff > 1.0:  # above every alpha: nothing of it is seen (section 3.9.4)
-                made.base_color = (*made.base_color[:3], 0.0)
+            made.base_color, made.alpha_cutoff = cut_out(made.base_color, cutoff)
 
     def _set_emission(self, made: MaterialData, source: JsonObject, slot: Slot | None) -> None:
         factors = source.numbers("emissiveFactor", 3, (0.0, 0.0, 0.0), least=0.0)

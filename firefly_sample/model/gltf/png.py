@@ -163,9 +163,9 @@ def _rounded(samples: Samples, depth: int) -> NDArray[np.uint8]:
     if depth == 8:
         return samples.astype(np.uint8)
     if depth < 8:
-        return (samples * (255 // (2**depth - 1))).astype(np.uint8)
+        return np.asarray(samples * (255 // (2**depth - 1)), np.uint8)
     # round(sample / 257): 65535 is 255 * 257
-    return ((samples.astype(np.uint32) + 128) // 257).astype(np.uint8)
+    return np.asarray((samples.astype(np.uint32) + 128) // 257, np.uint8)
 
 
 def _from_palette(indices: Samples, palette: bytes, alphas: bytes) -> NDArray[np.uint8]:

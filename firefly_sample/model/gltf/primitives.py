@@ -64,14 +64,21 @@ def flat_normals(corners: Float64) -> Float64:
     """Return the unit normals (m, 3) of triangles (m, 3, 3); Z where a triangle has no area."""
     # scaled by powers of two, which is exact, so that products of edges neither overflow nor vanish
     edges = corners[:, 1:] - corners[:, :1]
-    _, exponents = np.frexp(np.abs(edges).max(axis=2, initial=0.0))
-    edges = np.ldexp(edges, -exponents[:, :, None])
+    _, exponents = np.frexp(_largest(edges))
+    edges = np.ldexp(edges, -exponents[..., None])
     return unit_or_up(np.cross(edges[:, 0], edges[:, 1]))
 
 
 def unit_or_up(vectors: Float64) -> Float64:
     """Return vectors (n, 3) scaled to length 1; Z in place of those that are zero."""
-    largest = np.abs(vectors).max(axis=1, initial=0.0, keepdims=True)
+    largest = _largest(vectors)
     none = largest == 0.0
-    scaled = np.where(none, (0.0, 0.0, 1.0), vectors / np.where(none, 1.0, largest))
-    return np.asarray(scaled / np.linalg.norm(scaled, axis=1, keepdims=True))
+    scaled = vectors / np.where(none, 1.0, largest)[:, None]  # whose squares neither overflow nor vanish
+    scaled[none] = (0.0, 0.0, 1.0)
+    return np.asarray(scaled / np.sqrt(np.einsum("ij,ij->i", scaled, scaled))[:, None])
+
+
+def _largest(vectors: Float64) -> Float64:
+    """Return the largest magnitude in each vector (..., 3); much faster than a maximum along an axis."""
+    x, y, z = np.abs(np.moveaxis(vectors, -1, 0))
+    return np.asarray(np.maximum(np.maximum(x, y), z))

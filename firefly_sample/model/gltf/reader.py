@@ -11,7 +11,7 @@ from firefly_sample.model.gltf.extensions import check_extensions
 from firefly_sample.model.gltf.images import Images
 from firefly_sample.model.gltf.json_object import JsonObject
 from firefly_sample.model.gltf.materials import Materials
-from firefly_sample.model.gltf.meshes import count_targets, read_primitive
+from firefly_sample.model.gltf.meshes import UvSet, count_targets, read_primitive
 from firefly_sample.model.gltf.nodes import (
     Place,
     drawn_nodes,
@@ -20,6 +20,7 @@ from firefly_sample.model.gltf.nodes import (
     read_skin,
     with_transform,
 )
+from firefly_sample.model.gltf.primitives import TRIANGLES
 
 
 def read_gltf(
@@ -121,8 +122,9 @@ class _Reader:
         return self.geoms[index]
 
     def _primitive(self, primitive: JsonObject, mesh: int, number: int, name: str) -> None:
-        found = primitive.index("material", "materials")
-        material, uv_sets = self.materials.add(found)
+        material, uv_sets = 0, tuple[UvSet, ...]()
+        if primitive.whole("mode", TRIANGLES) >= TRIANGLES:  # the material of points is not drawn either
+            material, uv_sets = self.materials.add(primitive.index("material", "materials"))
         read = read_primitive(self.document, mesh, number, uv_sets)
         for loss in read.losses:
             self.losses.add(f"{loss}, of meshes", name)

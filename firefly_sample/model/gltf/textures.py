@@ -12,7 +12,7 @@ from firefly_sample.losses import Losses
 from firefly_sample.model.data import TextureData
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.images import Images
-from firefly_sample.model.gltf.json_object import JsonObject
+from firefly_sample.model.gltf.json_object import JsonObject, shown
 from firefly_sample.model.gltf.meshes import UvSet
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import MagFilter, MinFilter, Wrap
@@ -138,5 +138,5 @@ def _code(
 ) -> int:
     code = sampler.whole(key, default)
     if code not in known:
-        raise sampler.error(key, f"must be one of {', '.join(map(str, known))}, got {code}")
+        raise sampler.error(key, f"must be one of {', '.join(map(str, known))}, got {shown(code)}")
     return code
