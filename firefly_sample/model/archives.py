@@ -37,17 +37,9 @@ def unpacked(path: Path) -> Iterator[Path]:
         try:
             with _members(path) as members:
                 _unpack(path, members, root)
-        except (
-            OSError,
-            EOFError,
-            ValueError,
-            RuntimeError,
-            NotImplementedError,
-            zipfile.BadZipFile,
-            tarfile.TarError,
-        ) as error:
-            if isinstance(error, ModelError):
-                raise
+        except ModelError:
+            raise
+        except Exception as error:  # zipfile, tarfile and their decoders raise many kinds
             raise ModelError(f"model {path}: damaged archive ({one_line(error)})") from error
         yield _only_model(path, root)
 

@@ -1,4 +1,4 @@
-"""Looks into files before trimesh reads them, for what it would leave out without a word."""
+"""Looks into files that trimesh reads, for what it leaves out without a word."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST_PART = 2**28
 
 
 def note_content(path: Path, suffix: str, losses: NamedLosses) -> None:
-    """Note the losses of a file that trimesh is about to read."""
+    """Note the losses of a file that trimesh has read."""
     look = {"3mf": _look_at_3mf, "ctm": _look_at_ctm}.get(suffix)
     if look is not None:
         look(path, losses)
@@ -28,17 +28,14 @@ def note_content(path: Path, suffix: str, losses: NamedLosses) -> None:
 
 def _look_at_3mf(path: Path, losses: NamedLosses) -> None:
     """Note the elements that trimesh does not know."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for name in archive.namelist():
-                if name.lower().endswith(".model"):
-                    with archive.open(name) as part:
-                        text = part.read(_LONGEST_PART)
-                    for element, loss in _3MF_LOSSES.items():
-                        if element in text:
-                            losses.add(loss)
-    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError):
-        return  # trimesh is about to say so
+    with zipfile.ZipFile(path) as archive:
+        for name in archive.namelist():
+            if name.lower().endswith(".model"):
+                with archive.open(name) as part:
+                    text = part.read(_LONGEST_PART)
+                for element, loss in _3MF_LOSSES.items():
+                    if element in text:
+                        losses.add(loss)
 
 
 def _look_at_ctm(path: Path, losses: NamedLosses) -> None:

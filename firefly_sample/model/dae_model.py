@@ -60,7 +60,7 @@ def read_dae(path: Path, up: str | None, folder: Folder, losses: NamedLosses) ->
             declared = "y" if document.assetInfo is None else _AXES.get(document.assetInfo.upaxis, "y")
             reader = _Reader(path, up_axis(path, up, declared), document, folder, losses)
             return reader.read()
-        except ModelError:
+        except (ModelError, MemoryError):
             raise
         except Exception as error:
             raise ModelError(

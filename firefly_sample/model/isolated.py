@@ -19,7 +19,7 @@ from firefly_sample.errors import FireflyError, ModelError
 from firefly_sample.model.data import ModelData
 
 MEMORY = 2 * 2**30
-"""The most bytes of data that the process may hold."""
+"""The most bytes that the process may hold, packages and content."""
 SECONDS = 600
 """The most seconds of processor time that it may take."""
 
@@ -34,7 +34,7 @@ def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixel
     """
     with tempfile.TemporaryDirectory(prefix="firefly-model-") as folder:
         result = Path(folder) / "result"
-        arguments = pickle.dumps((path, suffix, up, max_texture_megapixels, result))
+        arguments = pickle.dumps((path, suffix, up, max_texture_megapixels, result, MEMORY, SECONDS))
         places = os.pathsep.join(place for place in sys.path if place)
         done = subprocess.run(
             [sys.executable, "-c", "from firefly_sample.model.isolated import main; main()"],
@@ -56,7 +56,7 @@ def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixel
 def _end(code: int) -> str:
     """Return why a process ended that left no result."""
     if code == -signal.SIGXCPU:
-        return f"reading it takes more than {SECONDS // 60} minutes: simplify it"
+        return f"reading it takes more than {SECONDS} seconds: simplify it"
     if code < 0:
         return f"damaged: its reader crashed ({signal.Signals(-code).name}): export it again"
     return f"damaged: its reader ended without a result (exit code {code}): export it again"
@@ -68,16 +68,14 @@ def main() -> None:
 
     from firefly_sample.model.trimesh_files import read_here
 
-    path, suffix, up, max_texture_megapixels, result = pickle.load(sys.stdin.buffer)
-    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 5))
+    path, suffix, up, max_texture_megapixels, result, memory, seconds = pickle.load(sys.stdin.buffer)
+    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     try:
         found: object = read_here(path, suffix, up, max_texture_megapixels)
     except FireflyError as error:
         found = error
-    except MemoryError:
-        found = ModelError(f"model {path}: reading it takes more than {MEMORY >> 30} GiB: simplify it")
     part = result.with_suffix(".part")
     part.write_bytes(pickle.dumps(found, protocol=5))
     part.rename(result)

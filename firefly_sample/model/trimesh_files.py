@@ -73,6 +73,8 @@ def read_here(path: Path, suffix: str, up: str | None, max_texture_megapixels: f
         model = _read(path, suffix, up, folder, losses)
     except OSError as error:
         raise ModelError(f"model {path}: cannot be read ({error.strerror or one_line(error)})") from None
+    except MemoryError:
+        raise ModelError(f"model {path}: reading it takes more memory than there is: simplify it") from None
     if not model.geoms:
         also = "".join(f"; not drawn: {line}" for line in losses.lines())
         raise ModelError(f"model {path}: holds no triangles, so there is nothing to draw{also}")

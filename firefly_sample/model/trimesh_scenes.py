@@ -44,13 +44,15 @@ def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: NamedLos
     """
     import trimesh
 
-    note_content(path, suffix, losses)
     resolver = _Resolver(folder)
     with own_pixel_limit(), _warnings_as_losses(losses), path.open("rb") as file:
         # what NumPy would leave out of a damaged list of numbers
         warnings.filterwarnings("error", message="string or file could not be read")
         try:
             scene = trimesh.load_scene(file, file_type=suffix, resolver=cast("Any", resolver), process=False)
+            note_content(path, suffix, losses)
+        except MemoryError:
+            raise
         except Exception as error:
             described = f"damaged .{suffix} file ({one_line(error)}): export it again"
             raise ModelError(f"model {path}: {described}") from error
