@@ -192,8 +192,6 @@ def with_scene_options(
     With `find_scene_only` it is made to find out the scene, by a command line that may have options of this
     scene, which are unknown as yet.
     """
-    from firefly_sample.scenes.plugin import scene_settings
-
     signature = inspect.signature(command, eval_str=True)
     left_out: frozenset[str] = getattr(command, "settings_left_out", frozenset())
     own = scene_settings(plugin)

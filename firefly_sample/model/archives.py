@@ -13,7 +13,7 @@ from typing import IO
 
 from firefly_sample.errors import ModelError
 from firefly_sample.model.formats import ARCHIVES, FORMATS, suffix_of
-from firefly_sample.model.image_files import one_line
+from firefly_sample.model.pixels import one_line
 
 LARGEST_CONTENT = 2**30
 """The most bytes that are unpacked of one archive."""

@@ -6,7 +6,7 @@ import struct
 import zipfile
 from pathlib import Path
 
-from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.losses import Losses
 
 _3MF_LOSSES = {
     b":colorgroup": "colours of 3MF files",
@@ -19,14 +19,14 @@ _3MF_LOSSES = {
 _LONGEST_PART = 2**28
 
 
-def note_content(path: Path, suffix: str, losses: NamedLosses) -> None:
+def note_content(path: Path, suffix: str, losses: Losses) -> None:
     """Note the losses of a file that trimesh has read."""
     look = {"3mf": _look_at_3mf, "ctm": _look_at_ctm}.get(suffix)
     if look is not None:
         look(path, losses)
 
 
-def _look_at_3mf(path: Path, losses: NamedLosses) -> None:
+def _look_at_3mf(path: Path, losses: Losses) -> None:
     """Note the elements that trimesh does not know."""
     with zipfile.ZipFile(path) as archive:
         for name in archive.namelist():
@@ -38,7 +38,7 @@ def _look_at_3mf(path: Path, losses: NamedLosses) -> None:
                         losses.add(loss)
 
 
-def _look_at_ctm(path: Path, losses: NamedLosses) -> None:
+def _look_at_ctm(path: Path, losses: Losses) -> None:
     """Note texture coordinates and attributes; their numbers stand in the header."""
     with path.open("rb") as file:
         head = file.read(36)

@@ -15,12 +15,12 @@ from urllib.parse import unquote
 import numpy as np
 
 from firefly_sample.errors import ModelError
+from firefly_sample.losses import Losses
 from firefly_sample.model.creases import row_ids
 from firefly_sample.model.data import GeomData, MaterialData, ModelData, NodeData, TextureData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up, up_axis
-from firefly_sample.model.image_files import one_line
-from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.model.pixels import one_line
 from firefly_sample.model.plain_meshes import (
     PLAIN,
     PLAIN_COLORED,
@@ -38,7 +38,7 @@ MOST_NODES = 1_000_000
 _AXES: dict[str, Up] = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}
 
 
-def read_dae(path: Path, up: str | None, folder: Folder, losses: NamedLosses) -> ModelData:
+def read_dae(path: Path, up: str | None, folder: Folder, losses: Losses) -> ModelData:
     """Return the scene of a COLLADA file: its tree, meshes, materials and textures.
 
     Raises
@@ -71,7 +71,7 @@ def read_dae(path: Path, up: str | None, folder: Folder, losses: NamedLosses) ->
 class _Reader:
     """Converts one document."""
 
-    def __init__(self, path: Path, up: Up, document: Any, folder: Folder, losses: NamedLosses) -> None:
+    def __init__(self, path: Path, up: Up, document: Any, folder: Folder, losses: Losses) -> None:
         self.path = path
         self.up = up
         self.document = document

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
 
+from firefly_sample.losses import Losses
 from firefly_sample.model.data import ImageData
-from firefly_sample.model.image_files import open_image
-from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.model.pixels import UnreadableImageError, open_image
 
 
 class Folder:
@@ -16,12 +16,12 @@ class Folder:
     ----------
     model : Path
         The model's file.
-    losses : NamedLosses
+    losses : Losses
         Notes the files that are missing or outside.
     max_texture_megapixels : float
     """
 
-    def __init__(self, model: Path, losses: NamedLosses, max_texture_megapixels: float) -> None:
+    def __init__(self, model: Path, losses: Losses, max_texture_megapixels: float) -> None:
         self.model = model
         self.root = model.parent.resolve()
         self.losses = losses
@@ -65,12 +65,14 @@ class Folder:
         """
         if name not in self.images:
             data = self.read(name, "textures")
-            if data is None:
-                self.images[name] = None
-            else:
-                shown = PurePosixPath(name.strip().replace("\\", "/")).name
-                made = open_image(data, shown, f"model {self.model}", self.max_texture_megapixels)
-                if made is None:
-                    self.losses.add("textures that are no images which can be read", name.strip())
-                self.images[name] = made
+            self.images[name] = None if data is None else self._opened(name, data)
         return self.images[name]
+
+    def _opened(self, name: str, data: bytes) -> ImageData | None:
+        shown = PurePosixPath(name.strip().replace("\\", "/")).name
+        what = f"model {self.model}: the texture {shown!r}"
+        try:
+            return open_image(data, shown, what, self.max_texture_megapixels)
+        except UnreadableImageError:
+            self.losses.add("textures that are no images which can be read", name.strip())
+            return None

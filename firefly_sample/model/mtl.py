@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.losses import Losses
 from firefly_sample.scene.material import Wrap
 
 Color = tuple[float, float, float]
@@ -81,7 +81,7 @@ class MtlMaterial:
         return (self.model is None or self.model >= 2) and self.exponent >= 1.0
 
 
-def parse_mtl(text: str, losses: NamedLosses) -> dict[str, MtlMaterial]:
+def parse_mtl(text: str, losses: Losses) -> dict[str, MtlMaterial]:
     """Return the materials of a library by name.
 
     Raises
@@ -105,7 +105,7 @@ def parse_mtl(text: str, losses: NamedLosses) -> dict[str, MtlMaterial]:
     return materials
 
 
-def _read_statement(material: MtlMaterial, keyword: str, rest: str, losses: NamedLosses) -> None:
+def _read_statement(material: MtlMaterial, keyword: str, rest: str, losses: Losses) -> None:
     if keyword == "kd":
         material.diffuse = _color(rest)
     elif keyword == "ks":
@@ -152,7 +152,7 @@ def _color(text: str) -> Color:
     return (values[0], values[0], values[0]) if len(values) == 1 else (values[0], values[1], values[2])
 
 
-def _map(text: str, material: str, losses: NamedLosses) -> MtlMap:
+def _map(text: str, material: str, losses: Losses) -> MtlMap:
     """Return a texture map: options, then a file name, which may have spaces."""
     words = text.split(" ")
     wrap: Wrap = "repeat"

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.losses import Losses
 from firefly_sample.model.creases import BY_ANGLE, FLAT
-from firefly_sample.model.named_losses import NamedLosses
 from firefly_sample.model.polygons import MOST_CORNERS, cut_faces
 from firefly_sample.scene.arrays import Float64
 
@@ -66,7 +66,7 @@ class ObjFile:
     meshes: list[ObjMesh]
 
 
-def parse_obj(text: str, losses: NamedLosses) -> ObjFile:
+def parse_obj(text: str, losses: Losses) -> ObjFile:
     """Return the meshes of a file, in its order, and the names of its material libraries.
 
     Nodes are objects (`o`), or groups (`g`) in a file without objects; each has a mesh for each material.
@@ -94,7 +94,7 @@ def parse_obj(text: str, losses: NamedLosses) -> ObjFile:
 class _Parser:
     """Reads one line after another."""
 
-    def __init__(self, named_by: str, losses: NamedLosses) -> None:
+    def __init__(self, named_by: str, losses: Losses) -> None:
         self.named_by = named_by
         self.losses = losses
         self.libraries: list[str] = []

@@ -5,17 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 from firefly_sample.errors import ModelError
+from firefly_sample.losses import Losses
 from firefly_sample.model.data import MaterialData, ModelData, NodeData, TextureData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up
 from firefly_sample.model.mtl import MtlMaterial, parse_mtl
-from firefly_sample.model.named_losses import NamedLosses
 from firefly_sample.model.obj import ObjMesh, parse_obj
 from firefly_sample.model.plain_meshes import PLAIN, PLAIN_COLORED, linear_color, linear_colors, make_geom
 from firefly_sample.scene.arrays import Float64
 
 
-def read_obj(path: Path, up: Up, folder: Folder, losses: NamedLosses) -> ModelData:
+def read_obj(path: Path, up: Up, folder: Folder, losses: Losses) -> ModelData:
     """Return the content of an OBJ file: a node for each object, a geom for each of its materials.
 
     Raises
@@ -46,7 +46,7 @@ def _decode(data: bytes) -> str:
 class _Builder:
     """Collects the nodes, geoms and materials of a file."""
 
-    def __init__(self, path: Path, folder: Folder, losses: NamedLosses) -> None:
+    def __init__(self, path: Path, folder: Folder, losses: Losses) -> None:
         self.path = path
         self.folder = folder
         self.losses = losses

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from firefly_sample.errors import ModelError
+from firefly_sample.losses import Losses
 from firefly_sample.model.data import ModelData
 from firefly_sample.model.formats import Up
-from firefly_sample.model.named_losses import NamedLosses
 from firefly_sample.model.plain_meshes import linear_colors, one_mesh, split_face_colors
 from firefly_sample.model.polygons import MOST_CORNERS, cut_faces
 from firefly_sample.scene.arrays import Float64
@@ -23,7 +23,7 @@ _PLAIN_FACE = (0.8, 0.8, 0.8)
 """The linear colour of faces without one beside faces with one."""
 
 
-def read_off(path: Path, up: Up, losses: NamedLosses) -> ModelData:
+def read_off(path: Path, up: Up, losses: Losses) -> ModelData:
     """Return the mesh of an OFF file, with normals, texture coordinates, and colours of vertices or faces.
 
     Raises
@@ -97,7 +97,7 @@ def _shares(colors: Float64) -> Float64:
     return colors / 255.0 if colors.max(initial=0.0) > 1.0 else colors
 
 
-def _face_colors(colors: list[list[str]], losses: NamedLosses) -> Float64 | None:
+def _face_colors(colors: list[list[str]], losses: Losses) -> Float64 | None:
     """Return the linear colour of each face, None if no face has one."""
     if any(len(color) in (1, 2) for color in colors):
         losses.add("colours of faces that are numbers in a colour map")

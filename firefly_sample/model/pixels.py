@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
@@ -26,8 +26,12 @@ GLTF_FORMATS = ("PNG", "JPEG", "WEBP")
 _lock = threading.RLock()
 
 
+class UnreadableImageError(ModelError):
+    """An image is of no known format, or its header is damaged."""
+
+
 def open_image(
-    data: bytes, name: str, what: str, max_megapixels: float, formats: Sequence[str] | None = None
+    data: bytes, name: str, what: str, max_megapixels: float, formats: tuple[str, ...] | None = None
 ) -> ImageData:
     """Return an image that is decoded later.
 
@@ -39,19 +43,21 @@ def open_image(
     what : str
         The beginning of error messages, such as "model chair.glb: image 'wood'".
     max_megapixels : float
-    formats : sequence of str, optional
+    formats : tuple of str, optional
         Pillow's names of the formats that are allowed; all that it reads when absent.
 
     Raises
     ------
+    UnreadableImageError
+        If it is of another format, or its header is damaged.
     ModelError
-        If its header is damaged, or it has more pixels; `decode` raises it for damaged pixels.
+        If it has more pixels; `decode` raises it for damaged pixels.
     """
     try:
         with _opened(data, formats) as image:
             size = image.size
     except Exception as error:  # noqa: BLE001 - Pillow raises many kinds
-        raise ModelError(f"{what} cannot be read: {_reason(data, error, formats)}") from None
+        raise UnreadableImageError(f"{what} cannot be read: {_reason(data, error, formats)}") from None
     if size[0] * size[1] > max_megapixels * 1e6:
         raise ModelError(
             f"{what} has {size[0]}x{size[1]} pixels, more than max_texture_megapixels={max_megapixels:g} "
@@ -60,7 +66,7 @@ def open_image(
     return ImageData(name, size, partial(_decode, data, what, formats))
 
 
-def _decode(data: bytes, what: str, formats: Sequence[str] | None) -> NDArray[np.uint8]:
+def _decode(data: bytes, what: str, formats: tuple[str, ...] | None) -> NDArray[np.uint8]:
     try:
         with _opened(data, formats) as image:
             return _rgba(image)
@@ -69,18 +75,25 @@ def _decode(data: bytes, what: str, formats: Sequence[str] | None) -> NDArray[np
 
 
 @contextmanager
-def _opened(data: bytes, formats: Sequence[str] | None) -> Iterator[Image]:
-    """Open an image for a block, without Pillow's own limit of pixels and without its warnings."""
+def own_pixel_limit() -> Iterator[None]:
+    """Lift Pillow's limit of pixels and silence its warnings during a block."""
     from PIL import Image
 
     with _lock, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
         try:
-            with Image.open(io.BytesIO(data), formats=formats) as image:
-                yield image
+            yield
         finally:
             Image.MAX_IMAGE_PIXELS = before
+
+
+@contextmanager
+def _opened(data: bytes, formats: tuple[str, ...] | None) -> Iterator[Image]:
+    from PIL import Image
+
+    with own_pixel_limit(), Image.open(io.BytesIO(data), formats=formats) as image:
+        yield image
 
 
 def _rgba(image: Image) -> NDArray[np.uint8]:
@@ -96,13 +109,14 @@ def _rgba(image: Image) -> NDArray[np.uint8]:
         pixels[..., :3] = ((np.clip(grey, 0, 65535) + 128) // 257)[..., None]
         pixels[..., 3] = np.where(grey == key, 0, 255) if isinstance(key, int) else 255
         return pixels
-    raw_mode = image.tile[0][3] if image.tile else None
+    tiles = getattr(image, "tile", None)
+    raw_mode = tiles[0][3] if tiles else None
     if raw_mode in ("L;2", "L;4") and isinstance(key, int):
         image.info["transparency"] = key * (85 if raw_mode == "L;2" else 17)
     return np.asarray(image.convert("RGBA"))
 
 
-def _reason(data: bytes, error: Exception, formats: Sequence[str] | None) -> str:
+def _reason(data: bytes, error: Exception, formats: tuple[str, ...] | None) -> str:
     from PIL import UnidentifiedImageError
 
     if not isinstance(error, UnidentifiedImageError):

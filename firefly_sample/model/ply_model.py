@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError
+from firefly_sample.losses import Losses
 from firefly_sample.model.data import ModelData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up
-from firefly_sample.model.named_losses import NamedLosses
 from firefly_sample.model.plain_meshes import linear_colors, one_mesh, split_face_colors
 from firefly_sample.model.ply import Column, PlyFile, parse_ply, strips_to_triangles
 from firefly_sample.model.polygons import MOST_CORNERS, cut_faces
@@ -23,7 +23,7 @@ _TEXCOORDS = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"))
 _INDICES = ("vertex_indices", "vertex_index")
 
 
-def read_ply(path: Path, up: Up, folder: Folder, losses: NamedLosses) -> ModelData:
+def read_ply(path: Path, up: Up, folder: Folder, losses: Losses) -> ModelData:
     """Return the mesh of a PLY file: faces or strips, with normals, colours and a texture.
 
     Raises
@@ -127,7 +127,7 @@ def _split_corners(
     return [list(range(end - length, end)) for length, end in zip(lengths, ends.tolist(), strict=True)], split
 
 
-def _note_losses(parsed: PlyFile, faces: Any, losses: NamedLosses) -> None:
+def _note_losses(parsed: PlyFile, faces: Any, losses: Losses) -> None:
     for name, element in parsed.elements.items():
         if element.count and name not in ("vertex", "face", "tristrips"):
             losses.add("tables of PLY files other than vertices, faces and strips", name)

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from firefly_sample.errors import ModelError
+from firefly_sample.losses import Losses
 from firefly_sample.model.data import ModelData, NodeData
 from firefly_sample.model.formats import Up
-from firefly_sample.model.named_losses import NamedLosses
 from firefly_sample.model.plain_meshes import PLAIN, make_geom
 from firefly_sample.scene.arrays import Float64
 
@@ -23,7 +23,7 @@ _RECORD = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (9,)), ("attribu
 _WORDS = {"facet", "outer", "endfacet", "endsolid", "color"}
 
 
-def read_stl(path: Path, up: Up, losses: NamedLosses) -> ModelData:
+def read_stl(path: Path, up: Up, losses: Losses) -> ModelData:
     """Return the solids of an STL file, each as a node; a binary file has one.
 
     Normals in the file are not read: programs leave them zero or wrong, and the corners give them.
@@ -61,7 +61,7 @@ def _count(data: bytes) -> int:
     return int(struct.unpack_from("<I", data, 80)[0])
 
 
-def _read_binary(data: bytes, losses: NamedLosses) -> Float64:
+def _read_binary(data: bytes, losses: Losses) -> Float64:
     """Return the corners (3 n, 3) of a binary file: 84 bytes of header, then 50 per triangle."""
     if len(data) < _HEADER:
         raise ValueError(f"cut short: it has {len(data)} bytes, and a header has {_HEADER}")

@@ -14,15 +14,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from firefly_sample.errors import FireflyError, ModelError
+from firefly_sample.losses import Losses
 from firefly_sample.model.archives import unpacked
 from firefly_sample.model.data import ModelData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import ARCHIVES, FORMATS, find_format, suffix_of, up_axis
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.reader import read_gltf
-from firefly_sample.model.image_files import one_line
 from firefly_sample.model.isolated import read_isolated
-from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.model.pixels import one_line
 
 
 def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float) -> ModelData:
@@ -67,7 +67,7 @@ def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float)
 
 def read_here(path: Path, suffix: str, up: str | None, max_texture_megapixels: float) -> ModelData:
     """Return the content of a file that is no archive, read in this process."""
-    losses = NamedLosses()
+    losses = Losses()
     folder = Folder(path, losses, max_texture_megapixels)
     try:
         model = _read(path, suffix, up, folder, losses)
@@ -82,7 +82,7 @@ def read_here(path: Path, suffix: str, up: str | None, max_texture_megapixels: f
     return model
 
 
-def _read(path: Path, suffix: str, asked: str | None, folder: Folder, losses: NamedLosses) -> ModelData:
+def _read(path: Path, suffix: str, asked: str | None, folder: Folder, losses: Losses) -> ModelData:
     if suffix == "dae":
         from firefly_sample.model.dae_model import read_dae
 

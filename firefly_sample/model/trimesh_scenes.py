@@ -14,12 +14,12 @@ from typing import Any, cast
 import numpy as np
 
 from firefly_sample.errors import ModelError
+from firefly_sample.losses import Losses
 from firefly_sample.model.contents import note_content
 from firefly_sample.model.data import GeomData, MaterialData, ModelData, NodeData, TextureData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up
-from firefly_sample.model.image_files import one_line, open_image, own_pixel_limit
-from firefly_sample.model.named_losses import NamedLosses
+from firefly_sample.model.pixels import one_line, open_image, own_pixel_limit
 from firefly_sample.model.plain_meshes import (
     PLAIN,
     PLAIN_COLORED,
@@ -34,7 +34,7 @@ from firefly_sample.scene.arrays import Float64
 _ROUNDED = 255.0
 
 
-def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: NamedLosses) -> ModelData:
+def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: Losses) -> ModelData:
     """Return what trimesh reads of a file: nodes with their names and transforms, meshes and materials.
 
     Raises
@@ -62,7 +62,7 @@ def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: NamedLos
 
 
 @contextmanager
-def _warnings_as_losses(losses: NamedLosses) -> Iterator[None]:
+def _warnings_as_losses(losses: Losses) -> Iterator[None]:
     """Note what trimesh logs as a warning during a block: parts that it leaves out."""
     handler = _LossHandler(losses)
     log = logging.getLogger("trimesh")
@@ -76,7 +76,7 @@ def _warnings_as_losses(losses: NamedLosses) -> Iterator[None]:
 class _LossHandler(logging.Handler):
     """Notes warnings as losses."""
 
-    def __init__(self, losses: NamedLosses) -> None:
+    def __init__(self, losses: Losses) -> None:
         super().__init__(logging.WARNING)
         self.losses = losses
 
@@ -107,9 +107,7 @@ class _Resolver:
 class _Reader:
     """Converts one trimesh scene."""
 
-    def __init__(
-        self, path: Path, suffix: str, up: Up, scene: Any, folder: Folder, losses: NamedLosses
-    ) -> None:
+    def __init__(self, path: Path, suffix: str, up: Up, scene: Any, folder: Folder, losses: Losses) -> None:
         self.path = path
         self.suffix = suffix
         self.up = up
@@ -242,9 +240,7 @@ class _Reader:
             data = kept.getvalue()
         if data not in self.textures:
             limit = self.folder.max_texture_megapixels
-            found = open_image(data, "texture", f"model {self.path}", limit)
-            assert found is not None  # Pillow has opened it before
-            self.model.images.append(found)
+            self.model.images.append(open_image(data, "texture", f"model {self.path}: a texture", limit))
             self.model.textures.append(TextureData(len(self.model.images) - 1))
             self.textures[data] = len(self.model.textures) - 1
         return self.textures[data]
