@@ -39,7 +39,7 @@ def bind(
     data: ModelData,
     nodes: Sequence[PandaNode],
     materials: Sequence[Material],
-    holders: Mapping[int, Sequence[GeomNode]] | None = None,
+    holders: Mapping[int, Sequence[GeomNode]],
 ) -> None:
     """Tie a model's animations, skins and morph targets to the nodes that were made for it.
 
@@ -56,9 +56,9 @@ def bind(
         `is_posed`; this function makes the others, for each node its own, and adds them.
     materials : sequence of Material
         The material made for each of `data.materials`.
-    holders : mapping of int to sequence of GeomNode, optional
-        The GeomNodes that get the morphed Geoms of a node: for a node with instances, one below it for each.
-        When absent, `nodes[index]` itself, which must then be a GeomNode.
+    holders : mapping of int to sequence of GeomNode
+        The GeomNodes that get the morphed Geoms of a node: the node itself, or one below it for each
+        instance.
 
         Skinned Geoms are always put in a new GeomNode with the node's name, directly below `root`, since only
         the joints move them (glTF 2.0, 3.7.3.3).
@@ -77,23 +77,29 @@ def bind(
             below = GeomNode(node.name)
             root.add_child(below)
             is_mirrored = _is_mirrored(data, nodes, index)
+            for number in skinned:
+                geom = _skinned_geom(pose, data, index, number, is_mirrored)
+                below.add_geom(geom, materials[data.geoms[number].material])
         for number in posed:
-            made = data.geoms[number]
             if number in skinned:
-                geom = _add_skinned(pose, data, index, made, is_mirrored)
-                places: Sequence[GeomNode] = (below,)
-            else:
-                geom = Geom(**geom_arguments(made))
-                pose.add_geom(geom, Shape(made, geom.normals), index, None)
-                places = _holders(nodes, holders, index)
-            for place in places:
-                place.add_geom(geom, materials[made.material])
+                continue
+            geom = _morphed_geom(pose, data, index, number)
+            for holder in holders[index]:
+                holder.add_geom(geom, materials[data.geoms[number].material])
     root.bind_pose(pose if clips or pose.has_geoms else None, clips)
 
 
-def _add_skinned(pose: Pose, data: ModelData, index: int, made: GeomData, is_mirrored: bool) -> Geom:
+def _morphed_geom(pose: Pose, data: ModelData, index: int, number: int) -> Geom:
+    """Return a new Geom that follows the weights of a node."""
+    made = data.geoms[number]
+    geom = Geom(**geom_arguments(made))
+    pose.add_geom(geom, Shape(made, geom.normals), index, None)
+    return geom
+
+
+def _skinned_geom(pose: Pose, data: ModelData, index: int, number: int, is_mirrored: bool) -> Geom:
     """Return a new Geom that follows the skin of a node; turned over if the node mirrors."""
-    skin = data.nodes[index].skin
+    made, skin = data.geoms[number], data.nodes[index].skin
     assert skin is not None
     _check_joints(made, data.skins[skin])
     arguments = geom_arguments(made)
@@ -102,17 +108,6 @@ def _add_skinned(pose: Pose, data: ModelData, index: int, made: GeomData, is_mir
     geom = Geom(**arguments)
     pose.add_geom(geom, Shape(made, geom.normals, True, is_mirrored), index, skin)
     return geom
-
-
-def _holders(
-    nodes: Sequence[PandaNode], holders: Mapping[int, Sequence[GeomNode]] | None, index: int
-) -> Sequence[GeomNode]:
-    """Return the GeomNodes that get the morphed Geoms of a node."""
-    if holders is not None and index in holders:
-        return holders[index]
-    node = nodes[index]
-    assert isinstance(node, GeomNode)
-    return (node,)
 
 
 def named_clips(animations: Sequence[AnimationData]) -> dict[str, Clip]:

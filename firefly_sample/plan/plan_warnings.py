@@ -79,8 +79,8 @@ def _blended_warnings(snapshot: Snapshot) -> Iterator[str]:
     )
     if blended:
         yield (
-            f"blended materials are drawn as cut-outs: {', '.join(blended)} "
-            "(deferred shading keeps one surface a pixel)"
+            f"blended materials are drawn as cut-outs: {', '.join(blended)} (deferred shading keeps one "
+            "surface a pixel; nothing is drawn where alpha is below alpha_cutoff, 0.5 by default)"
         )
 
 

@@ -237,7 +237,8 @@ scene = Plugin(
     _PARAMETERS,
     partial(ModelScene, NAME),
     start_time=0.0,
-    settings={"exposure": "auto"},  # files have lights in candela and lux
+    # files have lights in candela and lux, whose ranges end as glTF says
+    settings={"exposure": "auto", "range_falloff": "gltf"},
 )
 
 

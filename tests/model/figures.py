@@ -41,7 +41,7 @@ def make_model(data):
                 node.add_geom(Geom(**geom_arguments(geom)), materials[geom.material])
         (root if made.parent < 0 else nodes[made.parent]).add_child(node)
         nodes.append(node)
-    bind(root, data, nodes, materials)
+    bind(root, data, nodes, materials, {index: [node] for index, node in enumerate(nodes)})
     return NodePath(root)
 
 

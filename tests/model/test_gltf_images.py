@@ -160,6 +160,15 @@ def test_an_image_that_is_not_drawn_may_be_missing(tmp_path):
     assert any("normal maps" in line for line in load_model(path).node().warnings)
 
 
+def test_a_roughness_texture_that_cannot_be_read_is_named(tmp_path):
+    file = GltfFile()
+    texture = file.add("textures", source=file.add("images", uri="absent.png"))
+    surface = {"metallicFactor": 0, "metallicRoughnessTexture": {"index": texture}}
+    path = shaded(file, pbrMetallicRoughness=surface).write(tmp_path / "m.gltf")
+    line = "unreadable roughness textures are left out, of materials: 'paint'"
+    assert load_model(path).node().warnings == (line,)
+
+
 def test_another_image_beside_the_file_is_another_model(tmp_path, monkeypatch):
     monkeypatch.setenv(VARIABLE, str(tmp_path / "kept"))
     path = shown(GltfFile(), {}, uri="leaf.png").write(tmp_path / "m.gltf")

@@ -252,9 +252,15 @@ def test_colours_of_every_type(width: int, dtype: Any, says_normalized: bool) ->
     np.testing.assert_array_equal(found["colors"], expected)
 
 
-def test_colours_are_clipped() -> None:
-    found = arrays(POSITION=CORNERS, NORMAL=UP, COLOR_0=np.float32([[-1, 2, 0.5]] * 6))
-    np.testing.assert_array_equal(found["colors"], [[0.0, 1.0, 0.5, 1.0]] * 6)
+def test_colours_are_clipped_and_named() -> None:
+    for colors, losses in (
+        ([-1, 2, 0.5], ("vertex colours outside 0 to 1 are clipped",)),
+        ([0, 1, 0.5], ()),
+    ):
+        found = read(POSITION=CORNERS, NORMAL=UP, COLOR_0=np.float32([colors] * 6))
+        assert found.losses == losses
+        assert found.arrays is not None
+        np.testing.assert_array_equal(found.arrays["colors"], [[0.0, 1.0, 0.5, 1.0]] * 6)
 
 
 def test_quantised_meshes() -> None:

@@ -161,6 +161,16 @@ def test_cameras(tmp_path):
     assert (flat.fov, flat.film_size, flat.near, flat.far) == (None, (4.0, 6.0), 0.0, 8.0)
 
 
+def test_a_negative_magnification_is_named_and_counts_as_a_positive_one(tmp_path):
+    file = GltfFile()
+    lens = {"xmag": -2, "ymag": 3, "znear": 0, "zfar": 8}
+    file.add("cameras", type="orthographic", orthographic=lens, name="mirror")
+    file.node(camera=0, mesh=quad(file))
+    model = read(file, tmp_path)
+    assert model.cameras[0].film_size == (4.0, 6.0)
+    assert model.losses == ["a negative xmag or ymag does not mirror the picture, of cameras: 'mirror'"]
+
+
 @pytest.mark.parametrize(
     ("camera", "message"),
     [
@@ -177,7 +187,7 @@ def test_cameras(tmp_path):
         ),
         (
             {"type": "orthographic", "orthographic": {"xmag": 0, "ymag": 1, "znear": 0, "zfar": 1}},
-            "xmag: must be above 0",
+            "xmag: must not be 0",
         ),
     ],
 )
@@ -255,6 +265,14 @@ def test_instances(tmp_path, quantized):
     (node,) = read(file, tmp_path).nodes
     expected = [matrix_from_gltf(gltf_matrix(*row)) for row in zip(moves, turns, scales, strict=True)]
     np.testing.assert_allclose(node.instances, expected, atol=1e-14)
+
+
+def test_instances_may_have_nothing_but_attributes_of_an_application(tmp_path):
+    file = GltfFile()
+    attributes = {"_ID": file.accessor(np.float32([1, 2, 3]))}
+    file.node(mesh=quad(file), extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}})
+    (node,) = read(file, tmp_path).nodes
+    np.testing.assert_array_equal(node.instances, [np.eye(4)] * 3)
 
 
 def test_instances_of_different_counts_are_an_error(tmp_path):

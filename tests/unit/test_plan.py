@@ -225,7 +225,10 @@ def pane(alpha=1.0, texel=255):
 
 
 def test_blended_materials_are_named():
-    said = "blended materials are drawn as cut-outs: pane (deferred shading keeps one surface a pixel)"
+    said = (
+        "blended materials are drawn as cut-outs: pane (deferred shading keeps one surface a pixel; "
+        "nothing is drawn where alpha is below alpha_cutoff, 0.5 by default)"
+    )
     assert build_plan(pane(alpha=0.99)).warnings == (said,)
     assert build_plan(pane(texel=254)).warnings == (said,)
     tinted = pane()

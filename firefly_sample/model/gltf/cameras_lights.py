@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from firefly_sample.losses import Losses
 from firefly_sample.model.data import CameraData, LightData
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.json_object import JsonObject, shown
@@ -16,14 +17,14 @@ _KINDS: dict[str, Literal["point", "spot", "directional"]] = {
 }
 
 
-def read_camera(document: Document, index: int) -> CameraData:
+def read_camera(document: Document, index: int, losses: Losses) -> CameraData:
     """Return a camera; raise ModelError if a number of it is impossible."""
     camera = document.item("cameras", index, "camera")
     name, kind = camera.text("name", "") or f"camera {index}", camera.text("type")
     if kind == "perspective":
         return _perspective(name, camera.required_object("perspective"))
     if kind == "orthographic":
-        return _orthographic(name, camera.required_object("orthographic"))
+        return _orthographic(name, camera.required_object("orthographic"), losses)
     raise camera.error("type", f"must be perspective or orthographic, got {shown(kind)}")
 
 
@@ -39,15 +40,18 @@ def _perspective(name: str, lens: JsonObject) -> CameraData:
     return CameraData(name, near, far, fov=math.degrees(angle), aspect=aspect)
 
 
-def _orthographic(name: str, lens: JsonObject) -> CameraData:
+def _orthographic(name: str, lens: JsonObject, losses: Losses) -> CameraData:
+    """Return a camera; a negative magnification, which mirrors the picture, counts as a positive one."""
     near, far = lens.number("znear"), lens.number("zfar")
     if not 0.0 <= near < far:
         raise lens.error("", f"znear must be 0 or more and below zfar, got {near:g} and {far:g}")
     halves = lens.number("xmag"), lens.number("ymag")
     for key, half in zip(("xmag", "ymag"), halves, strict=True):
-        if not half > 0.0:
-            raise lens.error(key, f"must be above 0, got {half:g}")
-    return CameraData(name, near, far, film_size=(2.0 * halves[0], 2.0 * halves[1]))
+        if half == 0.0:
+            raise lens.error(key, "must not be 0")
+    if min(halves) < 0.0:
+        losses.add("a negative xmag or ymag does not mirror the picture, of cameras", name)
+    return CameraData(name, near, far, film_size=(2.0 * abs(halves[0]), 2.0 * abs(halves[1])))
 
 
 def light_index(node: JsonObject) -> int | None:

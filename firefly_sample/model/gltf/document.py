@@ -125,8 +125,7 @@ class Document:
         if isinstance(value, bool) or not isinstance(value, int):
             raise self.error(where, f"must be a whole number, got {shown(value)}")
         if value < least or (most is not None and value > most):
-            limits = f"at least {least}" if most is None else f"{least} to {most}"
-            raise self.error(where, f"must be {limits}, got {shown(value)}")
+            raise self.error(where, f"must be {_limits(least, most)}, got {shown(value)}")
         return value
 
     def as_number(self, value: object, where: str, least: float = -math.inf, most: float = math.inf) -> float:
@@ -140,14 +139,7 @@ class Document:
         if not math.isfinite(number):
             raise self.error(where, "must be a finite number, got one that is too large")
         if not least <= number <= most:
-            limits = (
-                f"at least {least:g}"
-                if most == math.inf
-                else f"at most {most:g}"
-                if least == -math.inf
-                else f"{least:g} to {most:g}"
-            )
-            raise self.error(where, f"must be {limits}, got {number:g}")
+            raise self.error(where, f"must be {_limits(least, most)}, got {number:g}")
         return number
 
     def as_object(self, value: object, where: str) -> JsonObject:
@@ -256,3 +248,10 @@ class Document:
                 "", f"ends at byte {shown(offset + length)} of a buffer that has {len(data)} bytes"
             )
         return data[offset : offset + length]
+
+
+def _limits(least: float, most: float | None) -> str:
+    """Return the range of a number for a message; None and infinity are no limit."""
+    if most is None or most == math.inf:
+        return f"at least {least:g}"
+    return f"at most {most:g}" if least == -math.inf else f"{least:g} to {most:g}"

@@ -92,16 +92,14 @@ class Materials:
         made.texture = None if base is None else self.textures.add(base, name)
         self._set_alpha(made, source)
         self._set_emission(made, source, glow)
-        uv_sets: tuple[UvSet, ...] = () if base is None or made.texture is None else (base.uv_set,)
-        if glow is not None and made.emission_texture is not None:
-            if uv_sets and base is not None and not glow.shares_uv(base):
-                made.emission_texcoord = 1
-                uv_sets = (*uv_sets, glow.uv_set)
-            elif not uv_sets:
-                uv_sets = (glow.uv_set,)
         self._set_highlight(made, surface)
         self._name_losses(source, name)
-        return made, uv_sets
+        pairs = (base, made.texture), (glow, made.emission_texture)
+        slots = [slot for slot, texture in pairs if slot is not None and texture is not None]
+        if len(slots) == 2 and slots[1].shares_uv(slots[0]):
+            slots.pop()
+        made.emission_texcoord = 1 if len(slots) == 2 else 0
+        return made, tuple(slot.uv_set for slot in slots)
 
     def _shares(self, surface: JsonObject, key: str, name: str) -> Color:
         """Return a colour, of 0 to 1 each."""
@@ -136,7 +134,9 @@ class Materials:
         slot = read_slot(surface, "metallicRoughnessTexture")
         if slot is not None and (roughness > 0.0 or metalness > 0.0):
             texels = self._texels(slot, made.name)
-            if texels is not None:
+            if texels is None:
+                self._losses.add("unreadable roughness textures are left out, of materials", made.name)
+            else:
                 roughness *= float(texels[..., 1].mean()) / 255.0
                 metalness *= float(texels[..., 2].max()) / 255.0
                 if (texels[..., 1] != texels[0, 0, 1]).any():

@@ -175,7 +175,10 @@ class _Reader:
         colors = normalised(stored, stored.dtype) if stored.dtype.kind in "iu" else stored
         if colors.shape[1] == 3:
             colors = np.column_stack([colors, np.ones(len(colors))])
-        yield "colors", np.clip(colors, 0.0, 1.0)
+        clipped = np.clip(colors, 0.0, 1.0)
+        if (clipped != colors).any():
+            self.losses.append("vertex colours outside 0 to 1 are clipped")
+        yield "colors", clipped
 
     def _joints(self) -> Iterator[tuple[str, NDArray[Any]]]:
         """Yield all sets of joints side by side, and their weights, whose sum is 1 for each vertex.

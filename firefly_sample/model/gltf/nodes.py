@@ -193,7 +193,10 @@ def read_instances(node: JsonObject) -> Float64 | None:
         for name, kind in kinds.items()
         if name in accessors
     }
-    counts = {name: len(column) for name, column in columns.items()}
+    counts = {
+        name: node.document.item("accessors", index, f"{place}.{name}").whole("count")
+        for name, index in accessors.items()
+    }
     if len(set(counts.values())) != 1:
         raise extension.error("attributes", f"must have one and the same count, got {counts}")
     count = next(iter(counts.values()))

@@ -87,6 +87,8 @@ class _Reader:
             data.instances = read_instances(node)
         if skin is not None and mesh is not None:
             data.skin = self._place("skins", skin)
+            if not all("joints" in self.model.geoms[geom].arrays for geom in data.geoms):
+                self.losses.add("meshes without joints do not follow the skin, of nodes", data.name)
             if data.instances is not None:
                 self.losses.add("instances of skinned meshes are drawn once, of nodes", data.name)
                 data.instances = None
@@ -103,7 +105,7 @@ class _Reader:
             if kind == "skins":
                 model.skins.append(read_skin(document, index, self.places))
             elif kind == "cameras":
-                model.cameras.append(read_camera(document, index))
+                model.cameras.append(read_camera(document, index, self.losses))
             else:
                 model.lights.append(read_light(document, index))
         return used[index]
