@@ -8,17 +8,22 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from firefly_sample.losses import Losses
+from firefly_sample.model.polygons import has_concave
 
 PLY_COLORS = ("red", "green", "blue", "alpha")
+_PLY_INDICES = ("vertex_indices", "vertex_index")
 _PLY_READ = {
     "vertex": {*"xyz", "nx", "ny", "nz", *PLY_COLORS, *"stuv", "texture_u", "texture_v"},
-    "face": {"vertex_indices", "vertex_index", *PLY_COLORS, "texcoord"},
+    "face": {*_PLY_INDICES, *PLY_COLORS, "texcoord"},
 }
 MIXED_PLY = (
     "it is cut short, or its faces have different numbers of corners, which trimesh reads only in PLY files "
     "of text: export triangles, or as text"
 )
+_CONCAVE = "the shapes of concave faces, which trimesh cuts as if they were convex"
 _LONGEST_HEADER = 2**20
 _STL_HEADER = 84
 _STL_TRIANGLE = 50
@@ -90,10 +95,10 @@ def _look_at_off(text: str, losses: Losses) -> None:
     lines = [words for line in text.splitlines() if (words := line.partition("#")[0].split())]
     if not lines or not re.fullmatch("(ST)?C?N?OFF", lines[0][0]) or "BINARY" in lines[0]:
         raise ValueError("its first word is not OFF, or it is no text of three dimensions")
-    if len(lines[0]) == 1:
-        del lines[0]
-    vertex_count, face_count = (int(word) for word in lines[0][-3:][:2]) if lines else (0, 0)
-    rows = lines[1:]
+    counts, *rows = [lines[0][1:], *lines[1:]] if len(lines[0]) > 1 else lines[1:] or [[]]
+    if len(counts) < 2:
+        raise ValueError("it does not say how many vertices and faces it has")
+    vertex_count, face_count = int(counts[0]), int(counts[1])
     if min(vertex_count, face_count) < 0 or vertex_count + face_count > len(rows):
         raise ValueError(f"cut short: it promises {vertex_count} vertices and {face_count} faces")
     if any(len(row) > 3 for row in rows[:vertex_count]):
@@ -106,6 +111,9 @@ def _look_at_off(text: str, losses: Losses) -> None:
             losses.add("faces with one or two corners: points and lines")
         if len(row) > corners + 1:
             losses.add("colours of OFF faces")
+    faces = [[int(word) for word in row[1 : 1 + int(row[0])]] for row in rows[vertex_count:][:face_count]]
+    if has_concave(faces, np.array([row[:3] for row in rows[:vertex_count]], dtype=np.float64)):
+        losses.add(_CONCAVE)
 
 
 def _ply_header(path: Path) -> bytes:
@@ -145,7 +153,11 @@ def _check_ply_table(name: str, table: dict[str, Any]) -> None:
 
 
 def _look_at_ply_mesh(mesh: Any, tables: Any, losses: Losses) -> None:
-    """Note colours and normals that trimesh has read and not kept."""
+    """Note what trimesh has read and not kept: colours, normals, and shapes of concave faces."""
+    rows = next(tables["face"]["data"][name] for name in _PLY_INDICES if name in tables["face"]["properties"])
+    vertices = np.column_stack([tables["vertex"]["data"][name] for name in "xyz"])
+    if has_concave(rows["f1"] if rows.dtype.names else rows, vertices):
+        losses.add(_CONCAVE)
     if "red" in tables["face"]["properties"] and (
         mesh.visual.kind != "face" or len(mesh.visual.face_colors) != len(mesh.faces)
     ):

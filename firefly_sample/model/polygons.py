@@ -54,11 +54,25 @@ def triangulate(points: Float64) -> Int:
     cuts = np.tile([(0, k, k + 1) for k in range(1, count - 1)], (len(points), 1, 1))
     if 3 < count <= MOST_CORNERS:
         flat = _in_own_plane(points)
-        before, after = flat - np.roll(flat, 1, axis=1), np.roll(flat, -1, axis=1) - flat
-        turns = before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0]
-        for row in np.flatnonzero((turns < 0.0).any(axis=1)).tolist():
+        for row in np.flatnonzero(_are_concave(flat)).tolist():
             cuts[row] = _cut_ears([(x, y) for x, y in flat[row].tolist()]) or cuts[row]
     return cuts
+
+
+def has_concave(faces: Sequence[Sequence[int]], vertices: Float64) -> bool:
+    """Return whether some faces (indices of vertices) are concave."""
+    for length in {len(face) for face in faces} - {0, 1, 2, 3}:
+        alike = np.array([face for face in faces if len(face) == length], dtype=np.int64)
+        if _are_concave(_in_own_plane(vertices[alike])).any():
+            return True
+    return False
+
+
+def _are_concave(flat: Float64) -> NDArray[np.bool_]:
+    """Return which polygons (n, k, 2) turn right somewhere."""
+    before, after = flat - np.roll(flat, 1, axis=1), np.roll(flat, -1, axis=1) - flat
+    turns = before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0]
+    return np.asarray((turns < 0.0).any(axis=1))
 
 
 def _in_own_plane(points: Float64) -> Float64:

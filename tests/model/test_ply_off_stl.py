@@ -205,11 +205,34 @@ def test_what_is_not_drawn_of_ply_is_named(text: str, loss: str, tmp_path: Path)
     assert read(tmp_path, "a.ply", text).losses == [loss]
 
 
+ARROW = "0 0 0\n2 -1 0\n0 2 0\n-2 -1 0\n"
+CONCAVE = "the shapes of concave faces, which trimesh cuts as if they were convex"
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("a.ply", ply(ARROW, "4 1 2 3 0\n")),
+        ("a.ply", ply(ARROW, "4 1 2 3 0\n3 0 1 2\n")),
+        ("a.off", f"OFF\n4 2 0\n{ARROW}4 1 2 3 0\n3 0 1 2\n"),
+        (
+            "a.ply",
+            f"ply\nformat binary_little_endian 1.0\nelement vertex 4\n{XYZ}element face 1\n"
+            "property list uchar int vertex_index\nend_header\n".encode()
+            + np.array(ARROW.split(), "<f4").tobytes()
+            + struct.pack("<B4i", 4, 1, 2, 3, 0),
+        ),
+    ],
+)
+def test_concave_faces_are_named(name: str, data: bytes | str, tmp_path: Path) -> None:
+    assert read(tmp_path, name, data).losses == [CONCAVE]
+
+
 def test_ply_strips_are_no_triangles(tmp_path: Path) -> None:
     head = f"ply\nformat ascii 1.0\nelement vertex 4\n{XYZ}element tristrips 1\n"
     head += "property list int int vertex_indices\nend_header\n"
     with pytest.raises(
-        ModelError, match="nothing to draw; not drawn: .*other than vertices and faces: 'tris"
+        ModelError, match=r"nothing to draw; not drawn: .*other than vertices and faces: 'tris"
     ):
         read(tmp_path, "a.ply", f"{head}{SQUARE}4 0 1 3 2\n")
 
