@@ -1,4 +1,4 @@
-"""Models in the formats that trimesh knows, other than glTF, as a `ModelData`.
+"""Model files of formats other than glTF as a `ModelData`.
 
 OBJ and COLLADA are read by readers of our own, which say why. trimesh reads the rest.
 
