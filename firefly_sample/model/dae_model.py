@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -16,19 +17,13 @@ import numpy as np
 
 from firefly_sample.errors import ModelError
 from firefly_sample.losses import Losses
+from firefly_sample.model.builder import GREY, Builder
+from firefly_sample.model.conventions import linear_color, linear_colors
 from firefly_sample.model.creases import row_ids
-from firefly_sample.model.data import GeomData, MaterialData, ModelData, NodeData, TextureData
+from firefly_sample.model.data import MaterialData, ModelData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up, up_axis
 from firefly_sample.model.pixels import one_line
-from firefly_sample.model.plain_meshes import (
-    PLAIN,
-    PLAIN_COLORED,
-    linear_color,
-    linear_colors,
-    make_geom,
-    turn_matrix,
-)
 from firefly_sample.model.polygons import cut_faces
 from firefly_sample.scene.arrays import Float64
 
@@ -58,8 +53,7 @@ def read_dae(path: Path, up: str | None, folder: Folder, losses: Losses) -> Mode
         try:
             document = collada.Collada(io.BytesIO(data), ignore=[collada.common.DaeError])
             declared = "y" if document.assetInfo is None else _AXES.get(document.assetInfo.upaxis, "y")
-            reader = _Reader(path, up_axis(path, up, declared), document, folder, losses)
-            return reader.read()
+            return _Reader(Builder(path, up_axis(path, up, declared), folder, losses), document).read()
         except (ModelError, MemoryError):
             raise
         except Exception as error:
@@ -71,16 +65,12 @@ def read_dae(path: Path, up: str | None, folder: Folder, losses: Losses) -> Mode
 class _Reader:
     """Converts one document."""
 
-    def __init__(self, path: Path, up: Up, document: Any, folder: Folder, losses: Losses) -> None:
-        self.path = path
-        self.up = up
+    def __init__(self, builder: Builder, document: Any) -> None:
+        self.builder = builder
+        self.path = builder.path
+        self.losses = builder.losses
         self.document = document
-        self.folder = folder
-        self.losses = losses
-        self.model = ModelData(path.stem)
         self.geoms: dict[tuple[Any, ...], tuple[int, ...]] = {}
-        self.materials: dict[Any, int] = {}
-        self.textures: dict[str, int | None] = {}
 
     def read(self) -> ModelData:
         scene = self.document.scene
@@ -93,18 +83,13 @@ class _Reader:
             self.losses.add("animations of COLLADA files")
         for error in self.document.errors:
             self.losses.add(f"a part that cannot be read ({one_line(error)})")
-        return self.model
+        return self.builder.model
 
     def _node(self, parent: int, node: Any) -> list[tuple[int, Any]]:
         """Add a node and what it holds; return the nodes below it, with its index."""
-        matrix = np.asarray(node.matrix, dtype=np.float64).T
-        if not np.isfinite(matrix).all():
-            raise ModelError(f"model {self.path}: node {node.id!r} has a transform that is not finite")
-        moved = not np.array_equal(matrix, np.eye(4))
         name = getattr(node, "name", None) or node.id or "node"
-        made = NodeData(name, parent, turn_matrix(self.up, matrix) if moved else None)
-        self.model.nodes.append(made)
-        index = len(self.model.nodes) - 1
+        index = self.builder.add_node(name, parent, np.asarray(node.matrix, dtype=np.float64).T)
+        made = self.builder.model.nodes[index]
         below = []
         for child in node.children or []:
             kind = type(child).__name__
@@ -131,19 +116,16 @@ class _Reader:
         key = (geometry.id, *sorted((symbol, target.id) for symbol, target in bound.items()))
         if key not in self.geoms:
             made = [self._geom(geometry, primitive, bound) for primitive in geometry.primitives]
-            found = [geom for geom in made if geom is not None]
-            first = len(self.model.geoms)
-            self.model.geoms.extend(found)
-            self.geoms[key] = tuple(range(first, first + len(found)))
+            self.geoms[key] = tuple(index for geoms in made for index in geoms)
         return self.geoms[key]
 
-    def _geom(self, geometry: Any, primitive: Any, bound: dict[str, Any]) -> GeomData | None:
+    def _geom(self, geometry: Any, primitive: Any, bound: dict[str, Any]) -> tuple[int, ...]:
         name = geometry.name or geometry.id
         if type(primitive).__name__ == "LineSet":
             self.losses.add("lines", name)
-            return None
+            return ()
         if not len(primitive.index):
-            return None
+            return ()
         # corners that are alike in all indices are one vertex
         index = np.asarray(primitive.index, dtype=np.int64).reshape(-1, primitive.nindices)
         if index.min() < 0:
@@ -158,9 +140,14 @@ class _Reader:
             )
         faces = np.split(vertex, np.cumsum(counts)[:-1])
         triangles, _ = cut_faces([face.tolist() for face in faces if len(face) > 2], arrays["vertices"])
-        colored = "colors" in arrays
-        material = self._material(bound.get(primitive.material), primitive.material, colored)
-        return make_geom(f"model {self.path}", name, material, triangles, arrays, self.up)
+        material = bound.get(primitive.material)
+        if material is None:
+            if primitive.material:
+                self.losses.add("materials that are bound to nothing", primitive.material)
+            index_of = self.builder.plain_material(arrays.get("colors"))
+        else:
+            index_of = self.builder.material(material.id, partial(self._made, material))
+        return self.builder.add_geom(name, index_of, triangles, arrays)
 
     def _arrays(self, name: str, primitive: Any, index: Any) -> dict[str, Float64]:
         """Return the rows that the inputs of a primitive have for each vertex."""
@@ -179,24 +166,10 @@ class _Reader:
             arrays["colors"] = linear_colors(arrays["colors"])
         return arrays
 
-    def _material(self, material: Any, symbol: str | None, colored: bool) -> int:
-        """Return the index of a material; a plain one if the symbol of a mesh is bound to none."""
-        if material is None and symbol:
-            self.losses.add("materials that are bound to nothing", symbol)
-        key = colored if material is None else material.id
-        if key not in self.materials:
-            plain = PLAIN_COLORED if colored else PLAIN
-            made = plain if material is None else self._made(material)
-            self.materials[key] = len(self.model.materials)
-            self.model.materials.append(made)
-        return self.materials[key]
-
     def _made(self, material: Any) -> MaterialData:
         name = material.name or material.id
         effect = material.effect
-        color, texture = self._color(effect.diffuse, PLAIN.base_color[:3])
-        if effect.diffuse is None:
-            color = PLAIN.base_color[:3]
+        color, texture = self._color(effect.diffuse, GREY[:3])
         emission, emission_texture = self._color(effect.emission, (0.0, 0.0, 0.0))
         specular, specular_texture = self._color(effect.specular, (0.0, 0.0, 0.0))
         opacity = self._opacity(name, effect)
@@ -234,13 +207,7 @@ class _Reader:
 
     def _texture(self, sampler: Any) -> int | None:
         name = unquote(sampler.surface.image.path or "").removeprefix("file://")
-        if name not in self.textures:
-            image = self.folder.image(name)
-            self.textures[name] = None if image is None else len(self.model.textures)
-            if image is not None:
-                self.model.images.append(image)
-                self.model.textures.append(TextureData(len(self.model.images) - 1))
-        return self.textures[name]
+        return self.builder.texture(self.builder.folder.image(name))
 
     def _opacity(self, name: str, effect: Any) -> float:
         """Return how opaque a material is (COLLADA 1.4.1, "Determining Transparency")."""

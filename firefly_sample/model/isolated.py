@@ -1,8 +1,7 @@
 """Reading a model in a process of its own, with limits.
 
-The packages of the extra "formats" are large, partly in C++, and made for trusted files: a damaged STEP file
-can end the process, and a small 3MF file can ask for a billion copies of a part. In a process of its own,
-either is one line of error.
+The packages of the extra "formats" are large, partly in C++, and made for trusted files: of STEP files with a
+few wrong bytes, one in nine ends the process. In a process of its own, that is one line of error.
 """
 
 from __future__ import annotations
@@ -34,19 +33,20 @@ def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixel
     """
     with tempfile.TemporaryDirectory(prefix="firefly-model-") as folder:
         result = Path(folder) / "result"
-        arguments = pickle.dumps((path, suffix, up, max_texture_megapixels, result, MEMORY, SECONDS))
-        places = os.pathsep.join(place for place in sys.path if place)
         done = subprocess.run(
             [sys.executable, "-c", "from firefly_sample.model.isolated import main; main()"],
-            input=arguments,
+            input=pickle.dumps((path, suffix, up, max_texture_megapixels, result, SECONDS)),
             capture_output=True,
-            env={**os.environ, "PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1"},
+            env={
+                **os.environ,
+                "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+                "OPENBLAS_NUM_THREADS": "1",
+            },
             check=False,
         )
-        try:
-            found = pickle.loads(result.read_bytes())
-        except FileNotFoundError:
-            raise ModelError(f"model {path}: {_end(done.returncode)}") from None
+        if done.returncode:
+            raise ModelError(f"model {path}: {_end(done.returncode)}")
+        found = pickle.loads(result.read_bytes())
     if isinstance(found, FireflyError):
         raise found
     assert isinstance(found, ModelData)
@@ -54,12 +54,11 @@ def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixel
 
 
 def _end(code: int) -> str:
-    """Return why a process ended that left no result."""
+    """Return why a process ended without a result."""
     if code == -signal.SIGXCPU:
         return f"reading it takes more than {SECONDS} seconds: simplify it"
-    if code < 0:
-        return f"damaged: its reader crashed ({signal.Signals(-code).name}): export it again"
-    return f"damaged: its reader ended without a result (exit code {code}): export it again"
+    reason = f"crashed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
+    return f"damaged: its reader {reason}: export it again"
 
 
 def main() -> None:
@@ -68,14 +67,12 @@ def main() -> None:
 
     from firefly_sample.model.trimesh_files import read_here
 
-    path, suffix, up, max_texture_megapixels, result, memory, seconds = pickle.load(sys.stdin.buffer)
-    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+    path, suffix, up, max_texture_megapixels, result, seconds = pickle.load(sys.stdin.buffer)
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     try:
         found: object = read_here(path, suffix, up, max_texture_megapixels)
     except FireflyError as error:
         found = error
-    part = result.with_suffix(".part")
-    part.write_bytes(pickle.dumps(found, protocol=5))
-    part.rename(result)
+    result.write_bytes(pickle.dumps(found))

@@ -31,7 +31,7 @@ def load_model(
 ) -> NodePath:
     """Load a new tree of nodes from a model file.
 
-    glTF 2 (.glb, .gltf) is read here, and every other format by trimesh. The root is a `ModelRoot`, which is
+    docs/formats.md lists the formats other than glTF 2 (.glb, .gltf). The root is a `ModelRoot`, which is
     named after the file and plays its animations; its `warnings` name what is not drawn. Units are kept, and
     axes are turned so that Z is up. Nodes keep their names, order and transforms. Primitives of one mesh
     become Geoms of one node, and nodes with the same mesh share Geoms. Cameras and lights are nodes too.

@@ -7,174 +7,116 @@ at any value: ambient light is reflected like other light.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+import re
 
-from firefly_sample.losses import Losses
+from firefly_sample.model.builder import Builder
+from firefly_sample.model.conventions import linear_color
+from firefly_sample.model.data import MaterialData
 from firefly_sample.scene.material import Wrap
 
-Color = tuple[float, float, float]
+Statements = dict[str, str]
+"""The statements of a material: keywords in small letters, and the text behind them."""
 
-_OPTIONS = {
-    "-blendu": 1,
-    "-blendv": 1,
-    "-bm": 1,
-    "-boost": 1,
-    "-cc": 1,
-    "-clamp": 1,
-    "-imfchan": 1,
-    "-mm": 2,
-    "-o": 3,
-    "-s": 3,
-    "-t": 3,
-    "-texres": 1,
-    "-type": 1,
-}
-"""Options of texture maps and the number of their values; -o, -s and -t may have fewer."""
-
-_NOT_DRAWN = {
-    "map_ka": "ambient textures",
-    "map_ks": "specular textures",
-    "map_ns": "shininess textures",
-    "map_bump": "bump and normal maps",
-    "bump": "bump and normal maps",
-    "norm": "bump and normal maps",
-    "disp": "displacement maps",
-    "decal": "decal textures",
-    "refl": "reflection maps",
-    "tf": "transmission filters",
-    "pr": "roughness (Pr)",
-    "map_pr": "roughness textures",
-    "pm": "metalness (Pm)",
-    "map_pm": "metalness textures",
-    "ps": "sheen (Ps)",
-    "pc": "clear coats (Pc)",
-}
-_ZERO_IS_NOTHING = {"pm", "ps", "pc"}
-_ONE_IS_NOTHING = {"tf"}
+_OPTION = re.compile(
+    r"-(\w+)\s+((?:(?:on|off|[rgbmlz]|sphere|cube_\w+|[-+]?[\d.][-+.\de]*)\s+)+)", re.IGNORECASE
+)
+"""An option of a texture, and its values."""
+_NEUTRAL = {"o": 0.0, "s": 1.0, "t": 0.0}
+"""Options that move a texture, and the number that does not."""
+_NOT_DRAWN = ("bump", "norm", "disp", "decal", "refl", "tf", "pr", "pm", "ps", "pc")
+_NOTHING = {"tf": 1.0, "pm": 0.0, "ps": 0.0, "pc": 0.0}
+"""Numbers that mean that a material has none of these."""
 
 
-@dataclass
-class MtlMap:
-    """A texture's file name, and how it is repeated."""
-
-    name: str
-    wrap: Wrap = "repeat"
-
-
-@dataclass
-class MtlMaterial:
-    """A material as its library writes it; colours are display colours."""
-
-    name: str
-    diffuse: Color = (0.8, 0.8, 0.8)
-    specular: Color = (0.0, 0.0, 0.0)
-    emission: Color = (0.0, 0.0, 0.0)
-    exponent: float = 0.0
-    opacity: float = 1.0
-    model: int | None = None
-    maps: dict[str, MtlMap] = field(default_factory=dict)
-    """Textures by statement: "map_kd", "map_ke" and "map_d"."""
-
-    @property
-    def shines(self) -> bool:
-        """Whether it has highlights: not in an illumination model without, nor below an exponent of 1."""
-        return (self.model is None or self.model >= 2) and self.exponent >= 1.0
+def parse_mtl(text: str) -> dict[str, Statements]:
+    """Return the statements of the materials of a library, by name."""
+    materials: dict[str, Statements] = {}
+    current: Statements = {}
+    for line in text.splitlines():
+        keyword, _, rest = line.strip().partition(" ")
+        if keyword.lower() == "newmtl":
+            current = materials.setdefault(rest.strip(), {})
+        elif rest.strip():
+            current[keyword.lower()] = rest.strip()
+    return materials
 
 
-def parse_mtl(text: str, losses: Losses) -> dict[str, MtlMaterial]:
-    """Return the materials of a library by name.
+def make_material(name: str, source: Statements, builder: Builder) -> MaterialData:
+    """Return a material with its textures, and note what is not drawn.
 
     Raises
     ------
     ValueError
-        If a number cannot be read; the message names the line.
+        If a number cannot be read.
+    ModelError
+        If a texture is too large.
     """
-    materials: dict[str, MtlMaterial] = {}
-    current = None
-    for number, line in enumerate(text.splitlines(), 1):
-        keyword, _, rest = line.strip().partition(" ")
-        keyword, rest = keyword.lower(), rest.strip()
-        if keyword == "newmtl":
-            current = materials.setdefault(rest, MtlMaterial(rest))
-        elif current is not None and rest and not keyword.startswith("#"):
-            try:
-                _read_statement(current, keyword, rest, losses)
-            except ValueError:
-                shown = line.strip()[:60]
-                raise ValueError(f"line {number} has no numbers where they belong: {shown}") from None
-    return materials
+    losses = builder.losses
+    for keyword, text in source.items():
+        nothing = keyword in _NOTHING and all(number == _NOTHING[keyword] for number in _numbers(text))
+        unknown = keyword.startswith("map_") and keyword not in ("map_kd", "map_ke", "map_d", "map_opacity")
+        if (unknown or keyword in _NOT_DRAWN) and not nothing:
+            losses.add(f"{keyword} statements of materials", name)
+    texture, shown = _texture(name, source.get("map_kd"), builder)
+    emission_texture, _ = _texture(name, source.get("map_ke"), builder)
+    mask = source.get("map_d", source.get("map_opacity"))
+    cut_out = mask is not None and texture is not None and _options(mask)[-1] == shown
+    if mask is not None and not cut_out:
+        losses.add("opacity textures other than the diffuse texture, of materials", name)
+    # a texture on black is an exporter's slip: it is meant to be seen
+    diffuse = _color(source.get("kd", "0.8"), texture is not None)
+    exponent = _numbers(source.get("ns", "0"))[0]
+    shines = exponent >= 1.0 and _numbers(source.get("illum", "2"))[0] >= 2
+    opacity = (
+        _numbers(source["d"].split()[-1])[0] if "d" in source else 1.0 - _numbers(source.get("tr", "0"))[0]
+    )
+    opacity = min(max(opacity, 0.0), 1.0)
+    return MaterialData(
+        name,
+        base_color=(*diffuse, opacity),
+        texture=texture,
+        alpha_mode="mask" if cut_out else "blend" if opacity < 1.0 else "opaque",
+        double_sided=True,
+        emission=_color(source.get("ke", "0"), emission_texture is not None),
+        emission_texture=emission_texture,
+        specular=_color(source.get("ks", "0")) if shines else (0.0, 0.0, 0.0),
+        shininess=min(exponent, 1e6) if shines else 0.0,
+    )
 
 
-def _read_statement(material: MtlMaterial, keyword: str, rest: str, losses: Losses) -> None:
-    if keyword == "kd":
-        material.diffuse = _color(rest)
-    elif keyword == "ks":
-        material.specular = _color(rest)
-    elif keyword == "ke":
-        material.emission = _color(rest)
-    elif keyword == "ns":
-        material.exponent = _finite(rest.split()[0])
-    elif keyword == "d":
-        material.opacity = _share(rest.split()[-1])  # d -halo 0.5
-    elif keyword == "tr":
-        material.opacity = 1.0 - _share(rest.split()[0])
-    elif keyword == "illum":
-        material.model = int(rest.split()[0])
-    elif keyword in ("map_kd", "map_ke", "map_d", "map_opacity"):
-        made = _map(rest, material.name, losses)
-        material.maps["map_d" if keyword == "map_opacity" else keyword] = made
-    elif keyword in _NOT_DRAWN:
-        values = rest.split()
-        nothing = {"0": _ZERO_IS_NOTHING, "1": _ONE_IS_NOTHING}
-        if not any(
-            keyword in words and set(values) <= {value, f"{value}.0", f"{value}.000000"}
-            for value, words in nothing.items()
-        ):
-            losses.add(f"{_NOT_DRAWN[keyword]} of materials", material.name)
+def _numbers(text: str) -> list[float]:
+    numbers = [float(word) for word in text.split()]
+    if not all(math.isfinite(number) for number in numbers):
+        raise ValueError(f"a number is not finite: {text}")
+    return numbers
 
 
-def _finite(text: str) -> float:
-    number = float(text)
-    if not math.isfinite(number):
-        raise ValueError(text)
-    return number
-
-
-def _share(text: str) -> float:
-    return min(max(_finite(text), 0.0), 1.0)
-
-
-def _color(text: str) -> Color:
-    """Return red, green and blue; one number is a grey. "spectral" and "xyz" are not numbers."""
-    values = [max(_finite(word), 0.0) for word in text.split()[:3]]
+def _color(text: str, white_for_black: bool = False) -> tuple[float, float, float]:
+    """Return a linear colour; one number is a grey. "spectral" and "xyz" are not numbers."""
+    values = _numbers(text)[:3]
     if len(values) == 2:
-        raise ValueError(text)
-    return (values[0], values[0], values[0]) if len(values) == 1 else (values[0], values[1], values[2])
+        raise ValueError(f"a colour has three numbers: {text}")
+    color = linear_color(values if len(values) == 3 else values * 3)
+    return (1.0, 1.0, 1.0) if white_for_black and color == (0.0, 0.0, 0.0) else color
 
 
-def _map(text: str, material: str, losses: Losses) -> MtlMap:
-    """Return a texture map: options, then a file name, which may have spaces."""
-    words = text.split(" ")
+def _texture(material: str, text: str | None, builder: Builder) -> tuple[int | None, str]:
+    """Return the index of a texture, None if there is none, and the name of its file."""
+    if text is None:
+        return None, ""
+    wrap, moved, name = _options(text)
+    if moved:
+        builder.losses.add("offset, scaled or turbulent textures (-o, -s, -t) of materials", material)
+    return builder.texture(builder.folder.image(name), wrap), name
+
+
+def _options(text: str) -> tuple[Wrap, bool, str]:
+    """Return how a texture is repeated, whether it is moved, and its name, which may have spaces."""
     wrap: Wrap = "repeat"
-    place = 0
-    while place < len(words) and words[place].lower() in _OPTIONS:
-        option = words[place].lower()
-        most = _OPTIONS[option]
-        values = words[place + 1 : place + 1 + most]
-        if option in ("-o", "-s", "-t"):
-            values = [word for word in values if _is_number(word)]
-        if option == "-clamp" and values == ["on"]:
-            wrap = "clamp"
-        neutral = {"-o": "0", "-s": "1", "-t": "0"}.get(option)
-        if neutral is not None and any(float(value) != float(neutral) for value in values):
-            losses.add("offset, scaled or turbulent textures (-o, -s, -t) of materials", material)
-        place += 1 + len(values)
-    return MtlMap(" ".join(words[place:]), wrap)
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
+    moved = False
+    while (found := _OPTION.match(text)) is not None:
+        option, values = found[1].lower(), found[2].split()
+        wrap = "clamp" if (option, values) == ("clamp", ["on"]) else wrap
+        moved = moved or (option in _NEUTRAL and any(float(word) != _NEUTRAL[option] for word in values))
+        text = text[found.end() :]
+    return wrap, moved, text.strip()

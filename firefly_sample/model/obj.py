@@ -1,26 +1,34 @@
-"""Wavefront OBJ files as plain meshes.
+"""A Wavefront OBJ file, with its material libraries and textures, as a `ModelData`.
 
-This reader is our own: trimesh joins all objects, drops smoothing groups and most of a material library
-without a word, and counts negative indices from the end of the file instead of from the current line.
-The format: "Object Files (.obj)", Wavefront Advanced Visualizer 4.0, appendix B1.
+This reader is our own. trimesh takes negative indices from the end of the file instead of from their line,
+cuts concave faces as if convex, and drops smoothing groups, emission, options of textures and what is missing
+without a word. tinyobjloader has no smoothing groups, emission and options in Python, and reads libraries
+outside the folder. The format: "Object Files (.obj)", Wavefront Advanced Visualizer 4.0, appendix B1.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from firefly_sample.errors import ModelError
 from firefly_sample.losses import Losses
+from firefly_sample.model.builder import Builder
+from firefly_sample.model.conventions import linear_colors
 from firefly_sample.model.creases import BY_ANGLE, FLAT
+from firefly_sample.model.data import ModelData
+from firefly_sample.model.folder import Folder
+from firefly_sample.model.formats import Up
+from firefly_sample.model.mtl import Statements, make_material, parse_mtl
+from firefly_sample.model.pixels import one_line
 from firefly_sample.model.polygons import MOST_CORNERS, cut_faces
-from firefly_sample.scene.arrays import Float64
 
-Int = NDArray[np.int64]
 Corner = tuple[int, int, int]
-"""A corner's vertex, texture coordinates and normal, counted from 1 as in the file; 0: none."""
+"""A corner's vertex, texture coordinates and normal, counted from 0; -1: none."""
 
 _NOT_DRAWN = {
     "p": "points",
@@ -32,63 +40,54 @@ _NOT_DRAWN = {
 
 
 @dataclass
-class ObjPart:
-    """The faces of one object with one material, as indices of `corners`."""
+class _Part:
+    """The faces of one object with one material, as indices of `corners`, and their smoothing groups."""
 
-    node: str
-    material: str
-    corners: list[Corner] = field(default_factory=list)
+    corners: dict[Corner, int] = field(default_factory=dict)
     faces: list[list[int]] = field(default_factory=list)
     groups: list[int] = field(default_factory=list)
-    """The smoothing group of each face."""
-    known: dict[str, int] = field(default_factory=dict)
 
 
-@dataclass
-class ObjMesh:
-    """The triangles of a part.
+def read_obj(path: Path, up: Up, folder: Folder, losses: Losses) -> ModelData:
+    """Return the content of an OBJ file: a node for each object, a geom for each of its materials.
 
-    `arrays` holds "vertices" and what there is of "texcoords", "normals" and "colors" (display colours).
-    """
-
-    node: str
-    material: str
-    triangles: Int
-    groups: Int
-    arrays: dict[str, Float64]
-
-
-@dataclass
-class ObjFile:
-    """What an OBJ file holds."""
-
-    libraries: list[str]
-    meshes: list[ObjMesh]
-
-
-def parse_obj(text: str, losses: Losses) -> ObjFile:
-    """Return the meshes of a file, in its order, and the names of its material libraries.
-
-    Nodes are objects (`o`), or groups (`g`) in a file without objects; each has a mesh for each material.
-    Faces with more than three corners are cut into triangles.
+    Nodes are objects (`o`), or groups (`g`) in a file without objects. Faces with more than three corners are
+    cut into triangles.
 
     Raises
     ------
-    ValueError
-        If a line cannot be read, or an index has nothing behind it; the message names the line.
+    ModelError
+        If a line cannot be read, of the file or of a library, an index has nothing behind it, or a texture is
+        too large.
     """
-    named_by = "o" if re.search(r"^o[ \t]", text, re.MULTILINE) else "g"
-    parser = _Parser(named_by, losses)
-    for number, line in enumerate(text.replace("\\\r\n", " ").replace("\\\n", " ").splitlines(), 1):
-        words = line.split()
-        if not words or words[0].startswith("#"):
-            continue
+    text = _decode(path.read_bytes())
+    parser = _Parser("o" if re.search(r"^o[ \t]", text, re.MULTILINE) else "g", losses)
+    for number, line in enumerate(re.sub(r"\\\r?\n", " ", text).splitlines(), 1):
+        keyword, _, rest = line.strip().replace("\t", " ").partition(" ")
         try:
-            parser.read(words[0], words[1:], line)
+            parser.read(keyword, rest.strip())
         except (ValueError, OverflowError) as error:
-            shown = " ".join(words)[:60]
-            raise ValueError(f"line {number} cannot be read ({error}): {shown}") from None
-    return ObjFile(parser.libraries, parser.meshes())
+            shown = " ".join(line.split())[:60]
+            raise ModelError(
+                f"model {path}: line {number} cannot be read ({one_line(error)}): {shown}"
+            ) from None
+    builder = Builder(path, up, folder, losses)
+    library = _read_libraries(parser.libraries, folder)
+    nodes: dict[str, int] = {}
+    for (node, material), part in parser.parts.items():
+        geoms = _add_part(builder, parser, node, material, part, library)
+        if node not in nodes:
+            nodes[node] = builder.add_node(node or path.stem, -1)
+        builder.model.nodes[nodes[node]].geoms += geoms
+    return builder.model
+
+
+def _decode(data: bytes) -> str:
+    """Return a text that is UTF-8 or, if it is not, Latin-1, in which all bytes stand for something."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 class _Parser:
@@ -98,107 +97,102 @@ class _Parser:
         self.named_by = named_by
         self.losses = losses
         self.libraries: list[str] = []
-        self.vertices: list[list[float]] = []
+        self.tables: dict[str, list[list[float]]] = {"vertices": [], "texcoords": [], "normals": []}
         self.colors: dict[int, list[float]] = {}
-        self.texcoords: list[list[float]] = [[0.0, 0.0]]
-        self.normals: list[list[float]] = [[0.0, 0.0, 0.0]]
-        self.parts: dict[tuple[str, str], ObjPart] = {}
+        self.parts: dict[tuple[str, str], _Part] = {}
         self.node = self.material = ""
         self.smoothing = BY_ANGLE
 
-    def read(self, keyword: str, words: list[str], line: str) -> None:
+    def read(self, keyword: str, rest: str) -> None:
         if keyword == "v":
-            self._vertex([float(word) for word in words])
+            numbers = [float(word) for word in rest.split()]
+            if len(numbers) >= 6:
+                self.colors[len(self.tables["vertices"])] = numbers[3:6]
+            self._append("vertices", numbers[:3], 3)
         elif keyword == "vt":
-            self.texcoords.append([*(float(word) for word in words[:2]), 0.0][:2])
+            self._append("texcoords", [*(float(word) for word in rest.split()[:2]), 0.0][:2], 2)
         elif keyword == "vn":
-            x, y, z = (float(word) for word in words[:3])
-            self.normals.append([x, y, z])
+            self._append("normals", [float(word) for word in rest.split()[:3]], 3)
         elif keyword == "f":
-            self._face(words)
+            self._face(rest.split())
         elif keyword == self.named_by:
-            self.node = _rest(line)
+            self.node = rest
         elif keyword == "usemtl":
-            self.material = _rest(line)
-        elif keyword == "s" and words:
-            self.smoothing = FLAT if words[0] == "off" else int(words[0])
+            self.material = rest
+        elif keyword == "s":
+            self.smoothing = FLAT if rest == "off" else int(rest)
         elif keyword == "mtllib":
-            self.libraries.append(_rest(line))
+            self.libraries.append(rest)
         elif keyword in _NOT_DRAWN:
             self.losses.add(_NOT_DRAWN[keyword], self.node)
 
-    def _vertex(self, numbers: list[float]) -> None:
-        if len(numbers) < 3:
-            raise ValueError("a vertex has three coordinates")
-        if len(numbers) >= 6:
-            self.colors[len(self.vertices)] = numbers[3:6]
-        self.vertices.append(numbers[:3])
+    def _append(self, what: str, row: list[float], width: int) -> None:
+        if len(row) < width:
+            raise ValueError(f"{what} have {width} numbers")
+        self.tables[what].append(row)
 
     def _face(self, words: list[str]) -> None:
         if len(words) < 3:
             raise ValueError("a face has three corners or more")
         if len(words) > MOST_CORNERS:
             self.losses.add(f"the concave parts of faces with more than {MOST_CORNERS} corners", self.node)
-        key = (self.node, self.material)
-        part = self.parts.get(key) or self.parts.setdefault(key, ObjPart(*key))
-        face = []
-        for word in words:
-            index = part.known.get(word)
-            if index is None:
-                index = len(part.corners)
-                part.corners.append(self._corner(word))
-                if "-" not in word:  # which means the same on every line
-                    part.known[word] = index
-            face.append(index)
-        part.faces.append(face)
+        part = self.parts.setdefault((self.node, self.material), _Part())
+        corners = [self._corner(word) for word in words]
+        part.faces.append([part.corners.setdefault(corner, len(part.corners)) for corner in corners])
         part.groups.append(self.smoothing)
 
     def _corner(self, word: str) -> Corner:
         """Return a corner such as "3", "3/1", "3//2" or "-1/-1/-1"; negative numbers count back from here."""
-        given = [int(number) if number else 0 for number in word.split("/")]
-        counts = (len(self.vertices), len(self.texcoords) - 1, len(self.normals) - 1)
-        found = []
-        for index, count in zip([*given, 0, 0][:3], counts, strict=True):
-            found.append(index if index >= 0 else count + 1 + index)
-            if found[-1] < 0 or (index < 0 and found[-1] == 0):
-                raise ValueError(f"index {index}, of {count} before this line")
-        if found[0] == 0:
-            raise ValueError("indices count from 1")
+        found = [-1, -1, -1]
+        for place, (number, table) in enumerate(zip(word.split("/"), self.tables.values(), strict=False)):
+            if number:
+                index = int(number)
+                found[place] = index - 1 if index > 0 else len(table) + index
+                if index == 0 or found[place] < 0:
+                    raise ValueError(f"index {index}, of {len(table)} before this line")
+        if found[0] < 0:
+            raise ValueError("a corner without a vertex")
         return (found[0], found[1], found[2])
 
-    def meshes(self) -> list[ObjMesh]:
-        colors = None
-        if self.colors:
-            colors = np.ones((len(self.vertices), 3))
-            colors[list(self.colors)] = list(self.colors.values())
-        tables = {
-            "vertices": np.array(self.vertices, dtype=np.float64).reshape(-1, 3),
-            "texcoords": np.array(self.texcoords, dtype=np.float64),
-            "normals": np.array(self.normals, dtype=np.float64),
-        }
-        return [_mesh(part, tables, colors) for part in self.parts.values()]
+
+def _read_libraries(names: list[str], folder: Folder) -> dict[str, Statements]:
+    """Return the materials of the libraries; a line names one file, or several."""
+    library: dict[str, Statements] = {}
+    for line in names:
+        for name in [line] if folder.find(line) else line.split():
+            data = folder.read(name, "material libraries")
+            library = (parse_mtl(_decode(data)) if data is not None else {}) | library
+    return library
 
 
-def _mesh(part: ObjPart, tables: dict[str, Float64], colors: Float64 | None) -> ObjMesh:
-    """Return the triangles of a part; vertices are told apart by their three indices."""
-    indices = np.array(part.corners, dtype=np.int64)
-    for what, column, first in (("vertices", 0, 1), ("texcoords", 1, 0), ("normals", 2, 0)):
-        count, largest = len(tables[what]) - 1 + first, int(indices[:, column].max())
-        if largest > count:
-            thing = f"object {part.node!r}" if part.node else "a face"
-            raise ValueError(f"{thing} uses number {largest} of {count} {what}")
-    vertices = tables["vertices"][indices[:, 0] - 1]
-    arrays = {"vertices": vertices}
-    if indices[:, 1].any():
-        arrays["texcoords"] = tables["texcoords"][indices[:, 1]]
-    if indices[:, 2].all():
-        arrays["normals"] = tables["normals"][indices[:, 2]]
-    if colors is not None:
-        arrays["colors"] = colors[indices[:, 0] - 1]
-    triangles, owners = cut_faces(part.faces, vertices)
-    return ObjMesh(part.node, part.material, triangles, np.array(part.groups)[owners], arrays)
-
-
-def _rest(line: str) -> str:
-    """Return the text after the keyword of a line, which may have spaces."""
-    return line.strip().partition(" ")[2].strip()
+def _add_part(
+    builder: Builder, parser: _Parser, node: str, material: str, part: _Part, library: dict[str, Statements]
+) -> tuple[int, ...]:
+    """Return the index of the geom of a part."""
+    where = f"model {builder.path}"
+    arrays = {}
+    for (what, table), indices in zip(parser.tables.items(), np.array(list(part.corners)).T, strict=True):
+        if indices.max() >= len(table):
+            raise ModelError(f"{where}: a face uses number {indices.max() + 1} of {len(table)} {what}")
+        if what == "texcoords" and indices.max() >= 0:  # (0, 0) for corners without
+            arrays[what] = np.array([*table, [0.0, 0.0]])[indices]
+        elif indices.min() >= 0:
+            arrays[what] = np.array(table)[indices]
+    if parser.colors:
+        colors = np.ones((len(parser.tables["vertices"]), 3))
+        colors[list(parser.colors)] = list(parser.colors.values())
+        colors = colors / 255.0 if colors.max() > 1.0 else colors  # some programs write 0 to 255
+        arrays["colors"] = linear_colors(colors[[corner[0] for corner in part.corners]])
+    triangles, owners = cut_faces(part.faces, arrays["vertices"])
+    source = library.get(material)
+    if source is None:
+        index = builder.plain_material(arrays.get("colors"))
+        if material:
+            builder.losses.add("materials not found in a library", material)
+    else:
+        try:
+            index = builder.material(material, partial(make_material, material, source, builder))
+        except ValueError as error:
+            raise ModelError(f"{where}: material {material!r} is damaged: {one_line(error)}") from None
+    name = node or material or builder.path.stem
+    return builder.add_geom(name, index, triangles, arrays, np.array(part.groups)[owners])

@@ -1,6 +1,6 @@
-"""Models in the formats that trimesh knows, other than glTF, as a `ModelData`.
+"""Model files of formats other than glTF as a `ModelData`.
 
-OBJ, PLY, STL, OFF and COLLADA are read by readers of our own, each of which says why. trimesh reads the rest.
+OBJ and COLLADA are read by readers of our own, which say why. trimesh reads the rest.
 
 Units are kept: a number in the file is a number in the scene, even if the file names a unit (3MF, COLLADA).
 STEP is the exception: its converter makes metres. Colours are display colours (sRGB), as other viewers show
@@ -89,21 +89,9 @@ def _read(path: Path, suffix: str, asked: str | None, folder: Folder, losses: Lo
         return read_dae(path, asked, folder, losses)
     up = up_axis(path, asked, FORMATS[suffix].up if suffix in FORMATS else "z")
     if suffix == "obj":
-        from firefly_sample.model.obj_model import read_obj
+        from firefly_sample.model.obj import read_obj
 
         return read_obj(path, up, folder, losses)
-    if suffix == "ply":
-        from firefly_sample.model.ply_model import read_ply
-
-        return read_ply(path, up, folder, losses)
-    if suffix in ("stl", "stl_ascii"):
-        from firefly_sample.model.stl_model import read_stl
-
-        return read_stl(path, up, losses)
-    if suffix == "off":
-        from firefly_sample.model.off_model import read_off
-
-        return read_off(path, up, losses)
     from firefly_sample.model.trimesh_scenes import read_scene
 
     return read_scene(path, suffix, up, folder, losses)

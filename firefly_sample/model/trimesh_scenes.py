@@ -5,33 +5,22 @@ from __future__ import annotations
 import io
 import logging
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firefly_sample.errors import ModelError
 from firefly_sample.losses import Losses
-from firefly_sample.model.contents import note_content
-from firefly_sample.model.data import GeomData, MaterialData, ModelData, NodeData, TextureData
+from firefly_sample.model.builder import Builder
+from firefly_sample.model.contents import MIXED_PLY, PLY_COLORS, check_content, note_content
+from firefly_sample.model.conventions import linear_color, linear_colors
+from firefly_sample.model.data import ImageData, MaterialData, ModelData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up
 from firefly_sample.model.pixels import one_line, open_image, own_pixel_limit
-from firefly_sample.model.plain_meshes import (
-    PLAIN,
-    PLAIN_COLORED,
-    linear_color,
-    linear_colors,
-    make_geom,
-    split_face_colors,
-    turn_matrix,
-)
 from firefly_sample.scene.arrays import Float64
-
-_ROUNDED = 255.0
 
 
 def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: Losses) -> ModelData:
@@ -45,79 +34,83 @@ def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: Losses) 
     import trimesh
 
     resolver = _Resolver(folder)
-    with own_pixel_limit(), _warnings_as_losses(losses), path.open("rb") as file:
+    with own_pixel_limit(), _LossHandler(losses), path.open("rb") as file:
         # what NumPy would leave out of a damaged list of numbers
         warnings.filterwarnings("error", message="string or file could not be read")
         try:
-            scene = trimesh.load_scene(file, file_type=suffix, resolver=cast("Any", resolver), process=False)
-            note_content(path, suffix, losses)
+            options = check_content(path, suffix, losses)
+            scene = trimesh.load_scene(
+                file, file_type=suffix, resolver=cast("Any", resolver), process=False, **options
+            )
+            note_content(path, suffix, scene, losses)
         except MemoryError:
             raise
         except Exception as error:
-            described = f"damaged .{suffix} file ({one_line(error)}): export it again"
-            raise ModelError(f"model {path}: {described}") from error
+            reason = MIXED_PLY if "PLY is unexpected length" in str(error) else one_line(error)
+            way_out = "" if reason == MIXED_PLY else ": export it again"
+            raise ModelError(f"model {path}: damaged .{suffix} file ({reason}){way_out}") from error
     if resolver.refused is not None:
         raise resolver.refused
-    return _Reader(path, suffix, up, scene, folder, losses).read()
-
-
-@contextmanager
-def _warnings_as_losses(losses: Losses) -> Iterator[None]:
-    """Note what trimesh logs as a warning during a block: parts that it leaves out."""
-    handler = _LossHandler(losses)
-    log = logging.getLogger("trimesh")
-    log.addHandler(handler)
-    try:
-        yield
-    finally:
-        log.removeHandler(handler)
+    return _Reader(Builder(path, up, folder, losses), suffix, scene, resolver.images).read()
 
 
 class _LossHandler(logging.Handler):
-    """Notes warnings as losses."""
+    """Notes what trimesh logs as a warning during a block: parts that it leaves out."""
 
     def __init__(self, losses: Losses) -> None:
         super().__init__(logging.WARNING)
         self.losses = losses
 
+    def __enter__(self) -> None:
+        logging.getLogger("trimesh").addHandler(self)
+
+    def __exit__(self, *_: object) -> None:
+        logging.getLogger("trimesh").removeHandler(self)
+
     def emit(self, record: logging.LogRecord) -> None:
-        self.losses.add(f"a part that trimesh cannot read ({' '.join(record.getMessage().split())[:200]})")
+        if record.exc_info is None or not isinstance(record.exc_info[1], _NamedError):
+            self.losses.add(
+                f"a part that trimesh cannot read ({' '.join(record.getMessage().split())[:200]})"
+            )
+
+
+class _NamedError(Exception):
+    """A texture cannot be read, which is a loss, or an error, that is noted already."""
 
 
 class _Resolver:
-    """Gives trimesh the files beside the model, and keeps the error that trimesh would swallow."""
+    """Gives trimesh the textures beside the model, and keeps the error that trimesh would swallow."""
 
     file_name = None
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
         self.refused: ModelError | None = None
+        self.images: dict[bytes, ImageData] = {}
 
     def get(self, name: str) -> bytes:
         try:
-            self.folder.image(name)
+            image = self.folder.image(name)
         except ModelError as error:
             self.refused = error
+            raise _NamedError from error
         path = self.folder.find(name)
-        if path is None:
-            raise FileNotFoundError(name)
-        return path.read_bytes()
+        if image is None or path is None:
+            raise _NamedError
+        data = path.read_bytes()
+        self.images[data] = image
+        return data
 
 
 class _Reader:
     """Converts one trimesh scene."""
 
-    def __init__(self, path: Path, suffix: str, up: Up, scene: Any, folder: Folder, losses: Losses) -> None:
-        self.path = path
+    def __init__(self, builder: Builder, suffix: str, scene: Any, images: dict[bytes, ImageData]) -> None:
+        self.builder = builder
         self.suffix = suffix
-        self.up = up
         self.scene = scene
-        self.folder = folder
-        self.losses = losses
-        self.model = ModelData(path.stem)
-        self.geoms: dict[str, int | None] = {}
-        self.materials: dict[Any, int] = {}
-        self.textures: dict[bytes, int] = {}
+        self.images = images
+        self.geoms: dict[str, tuple[int, ...]] = {}
 
     def read(self) -> ModelData:
         names = set(self.scene.geometry)
@@ -131,91 +124,63 @@ class _Reader:
             names.discard(edge.get("geometry", ""))
         for name in names:  # in no node
             if hasattr(self.scene.geometry[name], "faces"):
-                self.losses.add("meshes that no node shows", name)
-        return self.model
+                self.builder.losses.add("meshes that no node shows", name)
+        return self.builder.model
 
     def _node(self, parent: int, name: str, edge: dict[str, Any]) -> int:
-        matrix = np.asarray(edge.get("matrix", np.eye(4)), dtype=np.float64).T
-        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-            raise ModelError(f"model {self.path}: node {name!r} has a transform that is not finite")
-        moved = not np.array_equal(matrix, np.eye(4))
         source = edge.get("geometry")
-        geom = None if source is None else self._geom(source)
-        only = len(self.scene.geometry) == 1 and parent < 0
-        self.model.nodes.append(
-            NodeData(
-                self.path.stem if only and name == source else name,
-                parent,
-                turn_matrix(self.up, matrix) if moved else None,
-                geoms=() if geom is None else (geom,),
-            )
-        )
-        return len(self.model.nodes) - 1
+        only = len(self.scene.geometry) == 1 and parent < 0 and name == source
+        matrix = np.asarray(edge.get("matrix", np.eye(4)), dtype=np.float64).T
+        index = self.builder.add_node(self.builder.path.stem if only else name, parent, matrix)
+        if source is not None:
+            if source not in self.geoms:
+                self.geoms[source] = self._geom(source)
+            self.builder.model.nodes[index].geoms = self.geoms[source]
+        return index
 
-    def _geom(self, name: str) -> int | None:
-        """Return the index of a geom, which is made once; None of what is no triangles."""
-        if name not in self.geoms:
-            source = self.scene.geometry[name]
-            made = self._made_geom(name, source) if hasattr(source, "faces") else None
-            if not hasattr(source, "faces"):
-                what = "points" if type(source).__name__ == "PointCloud" else "curves"
-                self.losses.add(what, name)
-            self.geoms[name] = None if made is None else len(self.model.geoms)
-            if made is not None:
-                self.model.geoms.append(made)
-        return self.geoms[name]
-
-    def _made_geom(self, name: str, mesh: Any) -> GeomData | None:
+    def _geom(self, name: str) -> tuple[int, ...]:
+        """Return the index of a new geom; () of what is no triangles."""
+        mesh = self.scene.geometry[name]
+        if not hasattr(mesh, "faces"):
+            points = type(mesh).__name__ == "PointCloud"
+            self.builder.losses.add("points" if points else "curves", name)
+            return ()
         triangles = np.asarray(mesh.faces, dtype=np.int64)
         arrays: dict[str, Float64] = {"vertices": np.asarray(mesh.vertices, dtype=np.float64)}
         # trimesh turns the vertices of .xaml, but not its normals
         if self.suffix != "xaml" and "vertex_normals" in mesh._cache.cache:
             arrays["normals"] = np.asarray(mesh.vertex_normals, dtype=np.float64)
-        triangles, arrays = self._add_visual(name, mesh, triangles, arrays)
-        alphas = arrays["colors"][:, 3] if "colors" in arrays else None
-        clear = alphas is not None and bool((alphas < 1.0).any())
-        material = self._material(mesh.visual, "colors" in arrays, clear)
-        where = f"model {self.path}"
-        return make_geom(where, name, material, triangles, arrays, self.up)
-
-    def _add_visual(
-        self, name: str, mesh: Any, triangles: Any, arrays: dict[str, Float64]
-    ) -> tuple[Any, dict[str, Float64]]:
-        """Return triangles and arrays with the texture coordinates or colours of a mesh."""
         visual = mesh.visual
-        if visual.kind == "texture":
-            uv = visual.uv
-            if uv is not None and np.shape(uv) == (len(mesh.vertices), 2):
-                arrays["texcoords"] = np.asarray(uv, dtype=np.float64)
-        elif visual.kind == "vertex":
-            colors = np.asarray(visual.vertex_colors)
-            if len(colors) == len(mesh.vertices):
-                arrays["colors"] = linear_colors(colors)
-        elif visual.kind == "face":
-            colors = np.asarray(visual.face_colors)
-            if len(colors) == len(triangles) and triangles.max(initial=-1) < len(mesh.vertices):
-                return split_face_colors(triangles, arrays, linear_colors(colors))
-        return triangles, arrays
+        colors = _vertex_colors(mesh)
+        if colors is not None:
+            arrays["colors"] = linear_colors(colors)
+        elif visual.kind == "face" and len(visual.face_colors) == len(triangles):
+            inside = triangles.min(initial=0) >= 0 and triangles.max(initial=-1) < len(mesh.vertices)
+            if inside:  # of others, there is an error below
+                arrays = {what: array[triangles.ravel()] for what, array in arrays.items()}
+                arrays["colors"] = np.repeat(linear_colors(np.asarray(visual.face_colors)), 3, axis=0)
+                triangles = np.arange(triangles.size).reshape(-1, 3)
+        if visual.kind == "texture" and np.shape(visual.uv) == (len(mesh.vertices), 2):
+            arrays["texcoords"] = np.asarray(visual.uv, dtype=np.float64)
+        material = self._material(visual, arrays.get("colors"))
+        return self.builder.add_geom(name, material, triangles, arrays)
 
-    def _material(self, visual: Any, colored: bool, clear: bool) -> int:
+    def _material(self, visual: Any, colors: Float64 | None) -> int:
+        """Return the index of a mesh's material; its colours are display colours, but for those of STEP."""
         source = visual.material if visual.kind == "texture" else None
-        key = id(source) if source is not None else (colored, clear)
-        if key not in self.materials:
-            made = self._made_material(source) if source is not None else PLAIN_COLORED if colored else PLAIN
-            if clear:
-                made = MaterialData(made.name, alpha_mode="blend", double_sided=True)
-            self.materials[key] = len(self.model.materials)
-            self.model.materials.append(made)
-        return self.materials[key]
+        if hasattr(source, "baseColorFactor"):
+            return self.builder.material(id(source), lambda: self._made(source))
+        # where a file has no texture, trimesh makes one
+        texture = self._texture(source.image) if source is not None and self.images else None
+        if texture is None:
+            return self.builder.plain_material(colors)
+        made = MaterialData("textured", texture=texture, double_sided=True)
+        return self.builder.material(id(source), lambda: made)
 
-    def _made_material(self, source: Any) -> MaterialData:
-        """Return a material of trimesh's; its colours are display colours, but for those of STEP."""
-        name = getattr(source, "_name", None) or f"material {len(self.model.materials)}"
-        if not hasattr(source, "baseColorFactor"):  # one texture, as of PLY
-            texture = self._texture(source.image)
-            return replace(PLAIN if texture is None else PLAIN_COLORED, name=name, texture=texture)
+    def _made(self, source: Any) -> MaterialData:
+        name = getattr(source, "_name", None) or f"material {len(self.builder.model.materials)}"
         given = source.baseColorFactor
-        color = np.ones(4) if given is None else np.asarray(given, dtype=np.float64) / _ROUNDED
+        color = np.ones(4) if given is None else np.asarray(given, dtype=np.float64) / 255.0
         linear = self.suffix in ("step", "stp")
         red, green, blue = color[:3].tolist() if linear else linear_color(color[:3])
         alpha = float(color[3])
@@ -233,14 +198,29 @@ class _Reader:
         """Return the index of the texture of a Pillow image, which is decoded later from its bytes."""
         if image is None:
             return None
-        data = image.fp.getvalue() if isinstance(image.fp, io.BytesIO) else None
-        if data is None:
+        if isinstance(getattr(image, "fp", None), io.BytesIO):
+            data = image.fp.getvalue()
+        else:
             kept = io.BytesIO()
             image.save(kept, "PNG")
             data = kept.getvalue()
-        if data not in self.textures:
-            limit = self.folder.max_texture_megapixels
-            self.model.images.append(open_image(data, "texture", f"model {self.path}: a texture", limit))
-            self.model.textures.append(TextureData(len(self.model.images) - 1))
-            self.textures[data] = len(self.model.textures) - 1
-        return self.textures[data]
+        if data not in self.images:
+            what = f"model {self.builder.path}: a texture"
+            self.images[data] = open_image(data, "texture", what, self.builder.folder.max_texture_megapixels)
+        return self.builder.texture(self.images[data])
+
+
+def _vertex_colors(mesh: Any) -> NDArray[np.uint8] | None:
+    """Return the display colours of a mesh's vertices (n, 4), None if it has none.
+
+    trimesh leaves out those of PLY files with texture coordinates, and Blender writes both.
+    """
+    from trimesh.visual.color import to_rgba
+
+    if mesh.visual.kind == "vertex":
+        return np.asarray(mesh.visual.vertex_colors)
+    table = mesh.metadata.get("_ply_raw", {}).get("vertex")
+    if mesh.visual.kind != "texture" or table is None or table["length"] != len(mesh.vertices):
+        return None
+    columns = [table["data"][name] for name in PLY_COLORS if name in table["properties"]]
+    return np.asarray(to_rgba(np.column_stack(columns))) if len(columns) >= 3 else None

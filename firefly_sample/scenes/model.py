@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from firefly_sample.errors import ModelError, SceneError, did_you_mean
+from firefly_sample.model.conventions import turn
 from firefly_sample.model.framing import frame_camera, visible_bounds
 from firefly_sample.model.load import GLTF_SUFFIXES, load_model
-from firefly_sample.model.plain_meshes import turn
 from firefly_sample.model.root import ModelRoot
 from firefly_sample.model.studio import add_default_lights, add_ground
 from firefly_sample.scene.geom import GeomNode

@@ -63,7 +63,7 @@ def stl_text() -> bytes:
 
 
 def off() -> bytes:
-    faces = [[3, *face, *ORANGE] for face in FACES.tolist()]
+    faces = [[3, *face] for face in FACES.tolist()]
     return f"OFF\n4 4 0\n{_text(VERTICES.tolist())}{_text(faces)}".encode()
 
 
@@ -302,5 +302,5 @@ UNDRAWABLE = {
 SUFFIXES = (*FILES, "bz2")
 """All suffixes with a file."""
 
-COLORED = ("ply", "off", "dae", "zae", "3dxml", "xaml", "step", "stp", "zip", "tar.gz", "tar.bz2", "bz2")
+COLORED = ("ply", "dae", "zae", "3dxml", "xaml", "step", "stp", "zip", "tar.gz", "tar.bz2", "bz2")
 """Suffixes of files that are orange."""

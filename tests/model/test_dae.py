@@ -154,7 +154,7 @@ ENTITY = b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/pass
         (dae().replace(b"0.0 0.0 3.0", b"0.0 0.0 inf"), "not finite"),
         (
             dae().replace(b'name="Leaf">', b'name="Leaf"><scale>1 1 nan</scale>'),
-            "node 'leaf' has a transform",
+            "node 'Leaf' has a transform",
         ),
     ],
 )

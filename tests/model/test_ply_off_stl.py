@@ -1,4 +1,4 @@
-"""PLY, OFF and STL files written here."""
+"""PLY, OFF and STL files written here: what trimesh reads of them, and what is named since it does not."""
 
 from __future__ import annotations
 
@@ -17,12 +17,16 @@ from tests.model.png_files import png
 
 POINTS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 2, 0)]
 XYZ = "".join(f"property float {name}\n" for name in "xyz")
+NORMALS = "".join(f"property float {name}\n" for name in ("nx", "ny", "nz"))
+CODES = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+TRIANGLE = "0 0 0\n1 0 0\n0 1 0\n"
+SQUARE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 
 
-def read(folder: Path, name: str, data: bytes | str) -> ModelData:
+def read(folder: Path, name: str, data: bytes | str, limit: float = 100) -> ModelData:
     path = folder / name
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
-    return read_with_trimesh(path, None, 100)
+    return read_with_trimesh(path, None, limit)
 
 
 def ply(vertices: str, faces: str, vertex: str = "", face: str = "", comments: str = "") -> str:
@@ -34,7 +38,11 @@ def ply(vertices: str, faces: str, vertex: str = "", face: str = "", comments: s
     return head + vertices + faces
 
 
-TRIANGLE = "0 0 0\n1 0 0\n0 1 0\n"
+def beside(rows: str, *more: str) -> str:
+    """Rows with more numbers: one text for all of them, or one for each."""
+    lines = rows.splitlines()
+    texts = more if len(more) > 1 else more * len(lines)
+    return "".join(f"{line} {text}\n" for line, text in zip(lines, texts, strict=True))
 
 
 def corner_values(model: ModelData, what: str) -> np.ndarray:
@@ -42,18 +50,28 @@ def corner_values(model: ModelData, what: str) -> np.ndarray:
     return arrays[what][arrays["triangles"]]
 
 
-@pytest.mark.parametrize("order", ["little", "big"])
-def test_binary_faces_of_different_lengths(order: str, tmp_path: Path) -> None:
-    """As Blender writes a ball: trimesh refuses it."""
-    sign = {"little": "<", "big": ">"}[order]
-    head = f"ply\nformat binary_{order}_endian 1.0\nelement vertex 5\n{XYZ}element face 2\n"
-    head += "property uchar flag\nproperty list uchar uint vertex_indices\nend_header\n"
-    data = head.encode() + np.array(POINTS, f"{sign}f4").tobytes()
-    data += struct.pack(f"{sign}BB4I", 0, 4, 0, 1, 2, 3) + struct.pack(f"{sign}BB3I", 0, 3, 3, 2, 4)
-    model = read(tmp_path, "a.ply", data)
-    assert corner_values(model, "vertices").tolist() == [
-        [list(POINTS[index]) for index in triangle] for triangle in ((0, 1, 2), (0, 2, 3), (3, 2, 4))
-    ]
+def mixed_binary_ply(lengths: tuple[int, ...]) -> bytes:
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex 5\n{XYZ}element face {len(lengths)}\n"
+    head += "property list uchar uint vertex_indices\nend_header\n"
+    rows = b"".join(struct.pack(f"<B{length}I", length, *range(length)) for length in lengths)
+    return head.encode() + np.array(POINTS, "<f4").tobytes() + rows
+
+
+@pytest.mark.parametrize("lengths", [(4, 3), (4, 3, 5)])
+def test_binary_ply_with_unlike_faces_is_one_line(lengths: tuple[int, ...], tmp_path: Path) -> None:
+    """Also where lengths add up to what they would be if all were as long as the first."""
+    with pytest.raises(
+        ModelError, match=r"a\.ply: .* different numbers of corners, .*: export triangles, or"
+    ):
+        read(tmp_path, "a.ply", mixed_binary_ply(lengths))
+
+
+def test_text_ply_with_unlike_faces(tmp_path: Path) -> None:
+    model = read(tmp_path, "a.ply", ply(f"{SQUARE}0.5 2 0\n", "4 0 1 2 3\n3 3 2 4\n5 0 1 2 4 3\n"))
+    found = corner_values(model, "vertices")
+    areas = np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0])[:, 2] / 2
+    assert len(areas) == 2 + 1 + 3
+    assert areas.sum() == 1 + 0.5 + 1.5
 
 
 def test_ply_big_endian_is_as_little_endian(tmp_path: Path) -> None:
@@ -70,59 +88,153 @@ def test_ply_big_endian_is_as_little_endian(tmp_path: Path) -> None:
         ("int", (255, 128, 0)),
     ],
 )
-def test_ply_colors_are_display_colors_of_any_type(kind: str, codes: tuple, tmp_path: Path) -> None:
-    vertex = "".join(f"property {kind} {name}\n" for name in ("red", "green", "blue"))
-    rows = "".join(f"{row} {' '.join(map(str, codes))}\n" for row in TRIANGLE.splitlines())
-    model = read(tmp_path, "a.ply", ply(rows, "3 0 1 2\n", vertex))
+@pytest.mark.parametrize("texcoords", ["", "property float s\nproperty float t\n"])
+def test_ply_colors_are_display_colors_of_any_type(
+    kind: str, codes: tuple, texcoords: str, tmp_path: Path
+) -> None:
+    """Also beside texture coordinates, as Blender writes them."""
+    vertex = CODES.replace("uchar", kind) + texcoords
+    row = f"{' '.join(map(str, codes))} {'0.5 0.5' if texcoords else ''}"
+    model = read(tmp_path, "a.ply", ply(beside(TRIANGLE, row), "3 0 1 2\n", vertex))
     assert np.allclose(model.geoms[0].arrays["colors"], [[1, srgb_to_linear(128 / 255), 0, 1]], atol=1e-6)
+    assert model.materials[0].base_color == (1, 1, 1, 1)
+    assert model.losses == []
 
 
 def test_ply_colors_of_faces_split_vertices(tmp_path: Path) -> None:
-    face = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue", "alpha"))
+    face = f"{CODES}property uchar alpha\n"
     faces = "3 0 1 2 255 0 0 255\n3 0 2 3 0 0 255 51\n"
-    model = read(tmp_path, "a.ply", ply("0 0 0\n1 0 0\n1 1 0\n0 1 0\n", faces, face=face))
+    model = read(tmp_path, "a.ply", ply(SQUARE, faces, face=face))
     assert corner_values(model, "colors").tolist() == [[[1, 0, 0, 1]] * 3, [[0, 0, 1, 0.2]] * 3]
     assert model.materials[0].alpha_mode == "blend"
     assert len(model.geoms[0].arrays["vertices"]) == 6
+    assert model.losses == []
 
 
 def test_ply_normals_are_used(tmp_path: Path) -> None:
-    vertex = "".join(f"property float {name}\n" for name in ("nx", "ny", "nz"))
-    rows = "".join(f"{row} 0 3 4\n" for row in TRIANGLE.splitlines())
-    model = read(tmp_path, "a.ply", ply(rows, "3 0 1 2\n", vertex))
+    model = read(tmp_path, "a.ply", ply(beside(TRIANGLE, "0 3 4"), "3 0 1 2\n", NORMALS))
     assert np.allclose(model.geoms[0].arrays["normals"], [0, 0.6, 0.8], atol=1e-15)
+
+
+def red_png(folder: Path) -> str:
+    (folder / "red.png").write_bytes(png(np.array([[[255, 0, 0]]], dtype=np.uint8), 2, 8))
+    return "comment TextureFile red.png\n"
 
 
 @pytest.mark.parametrize("names", [("u", "v"), ("s", "t"), ("texture_u", "texture_v")])
 def test_ply_texture(names: tuple[str, str], tmp_path: Path) -> None:
-    (tmp_path / "red.png").write_bytes(png(np.array([[[255, 0, 0]]], dtype=np.uint8), 2, 8))
-    vertex = "".join(f"property float {name}\n" for name in names)
-    comments = "comment TextureFile red.png\n"
-    rows = "0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n"
-    model = read(tmp_path, "a.ply", ply(rows, "3 0 1 2\n", vertex, comments=comments))
-    assert corner_values(model, "texcoords").tolist() == [[[0, 0], [1, 0], [0, 1]]]
-    assert model.images[0].decode().tolist() == [[[255, 0, 0, 255]]]
-    assert model.materials[0].base_color == (1, 1, 1, 1)
+    """The vertices stand in another order than faces use them, and one is unused."""
+    vertex = NORMALS + "".join(f"property float {name}\n" for name in names)
+    rows = beside("5 5 5\n" + TRIANGLE, "0 0 1 9 9", "0 3 4 0 0", "0 0 1 1 0", "0 4 3 0 1")
+    model = read(tmp_path, "a.ply", ply(rows, "3 3 1 2\n", vertex, comments=red_png(tmp_path)))
+    assert corner_values(model, "vertices").tolist() == [[[0, 1, 0], [0, 0, 0], [1, 0, 0]]]
+    assert corner_values(model, "texcoords").tolist() == [[[0, 1], [0, 0], [1, 0]]]
+    assert np.allclose(corner_values(model, "normals"), [[[0, 0.8, 0.6], [0, 0.6, 0.8], [0, 0, 1]]])
+    (material,) = model.materials
+    assert material.base_color == (1, 1, 1, 1)
+    image = model.images[model.textures[material.texture].image]
+    assert (image.name, image.decode().tolist()) == ("red.png", [[[255, 0, 0, 255]]])
+    assert model.losses == []
 
 
 def test_ply_texture_coordinates_of_corners(tmp_path: Path) -> None:
     face = "property list uchar float texcoord\n"
-    faces = "3 0 1 2 6 0 0 1 0 1 1\n4 0 2 3 1 8 .5 .5 .5 .5 .5 .5 .5 .5\n"
-    model = read(tmp_path, "a.ply", ply("0 0 0\n1 0 0\n1 1 0\n0 1 0\n", faces, face=face))
+    faces = "3 0 1 2 6 0 0 1 0 1 1\n3 0 2 3 6 .5 .5 .5 .5 .5 .5\n"
+    model = read(tmp_path, "a.ply", ply(SQUARE, faces, face=face, comments=red_png(tmp_path)))
     found = corner_values(model, "texcoords").tolist()
-    assert found[0] == [[0, 0], [1, 0], [1, 1]]
-    assert found[1:] == [[[0.5, 0.5]] * 3] * 2
+    assert found == [[[0, 0], [1, 0], [1, 1]], [[0.5, 0.5]] * 3]
+    assert corner_values(model, "vertices").tolist() == [
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0]],
+        [[0, 0, 0], [1, 1, 0], [0, 1, 0]],
+    ]
+    assert model.losses == []
 
 
-def test_ply_strips(tmp_path: Path) -> None:
-    head = f"ply\nformat ascii 1.0\nelement vertex 5\n{XYZ}element tristrips 1\n"
+def test_textures_of_ply_stay_in_the_folder_and_below_the_limit(tmp_path: Path) -> None:
+    vertex = "property float s\nproperty float t\n"
+    rows = beside(TRIANGLE, "0 0")
+    text = ply(rows, "3 0 1 2\n", vertex, comments="comment TextureFile /etc/hostname\n")
+    model = read(tmp_path, "a.ply", text)
+    assert model.losses == ["textures not found in the model's folder: '/etc/hostname'"]
+    assert model.materials[0].texture is None
+    assert model.materials[0].base_color == (0.8, 0.8, 0.8, 1)
+    text = ply(rows, "3 0 1 2\n", vertex, comments=red_png(tmp_path))
+    with pytest.raises(ModelError, match=r"texture 'red\.png' has 1x1 pixels, more than max_texture"):
+        read(tmp_path, "a.ply", text, 1e-7)
+
+
+EDGE = "element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
+CORNERS = "property list uchar float texcoord\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "loss"),
+    [
+        (
+            ply(TRIANGLE, "3 0 1 2\n").replace("end_header\n", EDGE) + "0 1\n",
+            "tables of PLY files other than vertices and faces: 'edge'",
+        ),
+        (
+            ply(beside(TRIANGLE, "1 0.5"), "3 0 1 2\n", "property float confidence\nproperty float w\n"),
+            "columns of the PLY table 'vertex' that are not known: 'confidence', 'w'",
+        ),
+        (
+            ply(TRIANGLE, "3 0 1 2 0\n", face="property int texnumber\n"),
+            "columns of the PLY table 'face' that are not known: 'texnumber'",
+        ),
+        (
+            ply(SQUARE, "4 0 1 2 3 255 0 0\n", face=CODES),
+            "colours of PLY faces that are no triangles, or beside colours of vertices or a texture",
+        ),
+        (
+            ply(beside(TRIANGLE, "1 2 3"), "3 0 1 2 255 0 0\n", CODES, CODES),
+            "colours of PLY faces that are no triangles, or beside colours of vertices or a texture",
+        ),
+        (
+            ply(beside(SQUARE, "0 0 1"), "3 0 1 2 6 0 0 1 0 1 1\n3 0 2 3 6 1 0 1 1 0 1\n", NORMALS, CORNERS),
+            "colours and normals of PLY vertices with several texture coordinates",
+        ),
+        (
+            ply(TRIANGLE, "3 0 1 2\n", comments="comment TextureFile a.png\ncomment TextureFile b.png\n"),
+            "textures before the last: 'a.png'",
+        ),
+    ],
+)
+def test_what_is_not_drawn_of_ply_is_named(text: str, loss: str, tmp_path: Path) -> None:
+    (tmp_path / "b.png").write_bytes(png(np.zeros((1, 1, 3), dtype=np.uint8), 2, 8))
+    assert read(tmp_path, "a.ply", text).losses == [loss]
+
+
+ARROW = "0 0 0\n2 -1 0\n0 2 0\n-2 -1 0\n"
+CONCAVE = "the shapes of concave faces, which trimesh cuts as if they were convex"
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("a.ply", ply(ARROW, "4 1 2 3 0\n")),
+        ("a.ply", ply(ARROW, "4 1 2 3 0\n3 0 1 2\n")),
+        ("a.off", f"OFF\n4 2 0\n{ARROW}4 1 2 3 0\n3 0 1 2\n"),
+        (
+            "a.ply",
+            f"ply\nformat binary_little_endian 1.0\nelement vertex 4\n{XYZ}element face 1\n"
+            "property list uchar int vertex_index\nend_header\n".encode()
+            + np.array(ARROW.split(), "<f4").tobytes()
+            + struct.pack("<B4i", 4, 1, 2, 3, 0),
+        ),
+    ],
+)
+def test_concave_faces_are_named(name: str, data: bytes | str, tmp_path: Path) -> None:
+    assert read(tmp_path, name, data).losses == [CONCAVE]
+
+
+def test_ply_strips_are_no_triangles(tmp_path: Path) -> None:
+    head = f"ply\nformat ascii 1.0\nelement vertex 4\n{XYZ}element tristrips 1\n"
     head += "property list int int vertex_indices\nend_header\n"
-    rows = "".join(f"{x} {y} {z}\n" for x, y, z in POINTS)
-    model = read(tmp_path, "a.ply", f"{head}{rows}8 0 1 3 2 -1 3 2 4\n")
-    expected = [(0, 1, 3), (3, 1, 2), (3, 2, 4)]
-    found = corner_values(model, "vertices")
-    assert found.tolist() == [[list(POINTS[index]) for index in triangle] for triangle in expected]
-    assert (np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0])[:, 2] > 0).all()
+    with pytest.raises(
+        ModelError, match=r"nothing to draw; not drawn: .*other than vertices and faces: 'tris"
+    ):
+        read(tmp_path, "a.ply", f"{head}{SQUARE}4 0 1 3 2\n")
 
 
 @pytest.mark.parametrize(
@@ -130,21 +242,22 @@ def test_ply_strips(tmp_path: Path) -> None:
     [
         (b"plx\n", "not a PLY file"),
         (b"ply\nformat ascii 1.0\n", "its header has no end"),
+        (b"ply\nelement vertex 0\nend_header\n", r"a\.ply"),
+        (ply(TRIANGLE, "3 0 1 3\n"), "uses a vertex that is not there"),
+        (ply(TRIANGLE, "3 0 1 -1\n"), "uses a vertex that is not there"),
+        (ply(TRIANGLE, "3 0 1 x\n"), "damaged .ply file"),
+        (ply_binary()[:-1], "it is cut short, or"),
+        (ply(TRIANGLE, "3 0 1 2\n")[:-8], "cut short: its header promises 1 of 'face'"),
         (
-            b"ply\nformat ascii 1.0\nnonsense\nend_header\n",
-            "this line of its header cannot be read: nonsense",
+            ply(TRIANGLE, "3 0 1 2\n").replace("face 1", "face 4000000000"),
+            "cut short: its header promises 4000000000 of 'face'",
         ),
-        (b"ply\nelement vertex 0\nend_header\n", "lacks a format"),
-        (ply(TRIANGLE, "3 0 1 3\n"), r"a face uses vertex 3 of 3, counted from 0"),
-        (ply(TRIANGLE, "3 0 1 -1\n"), "a face uses vertex -1 of 3"),
-        (ply(TRIANGLE, "2 0 1\n"), "a face has 2 corners"),
-        (ply(TRIANGLE, "9 0 1 2\n"), "cut short, or a list's length is wrong"),
-        (ply_binary()[:-1], "cut short"),
         (
-            f"ply\nformat ascii 1.0\nelement vertex 4000000000\n{XYZ}end_header\n1 2 3\n",
-            "promises 4000000000 of 'vertex'",
+            ply(TRIANGLE, "3 0 1 2\n").replace("vertex 3", "vertex 4000000000"),
+            "promises 4000000000 of 'vertex'|damaged .ply",
         ),
-        (ply(TRIANGLE, ""), "holds no triangles, so there is nothing to draw; not drawn: points$"),
+        (ply_binary().replace(b"vertex 4", b"vertex 4000000000"), "it is cut short, or"),
+        (ply(TRIANGLE, ""), "holds no triangles, so there is nothing to draw; not drawn: points: "),
         (ply("0 0 nan\n1 0 0\n0 1 0\n", "3 0 1 2\n"), "not finite"),
     ],
 )
@@ -153,38 +266,50 @@ def test_damaged_ply_files(data: bytes | str, line: str, tmp_path: Path) -> None
         read(tmp_path, "a.ply", data)
 
 
-def test_other_tables_of_ply_are_named(tmp_path: Path) -> None:
-    text = ply(TRIANGLE, "3 0 1 2\n").replace(
-        "end_header\n", "element edge 1\nproperty int vertex1\nend_header\n"
-    )
-    model = read(tmp_path, "a.ply", f"{text}0\n")
-    assert model.losses == ["tables of PLY files other than vertices, faces and strips: 'edge'"]
+def test_off_has_faces_of_any_number_of_corners(tmp_path: Path) -> None:
+    model = read(tmp_path, "a.off", f"OFF # a comment\n5 2 0\n{SQUARE}\n0.5 2 0\n4 0 1 2 3\n3 3 2 4\n")
+    found = corner_values(model, "vertices")
+    areas = np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0])[:, 2] / 2
+    assert sorted(areas.tolist()) == [0.5, 0.5, 0.5]
+    assert [node.name for node in model.nodes] == ["a"]
+    assert model.losses == []
 
 
-def test_off_has_colors_normals_and_texture_coordinates(tmp_path: Path) -> None:
-    rows = "0 0 0 0 3 4 255 0 0 255 0 0\n1 0 0 0 3 4 255 0 0 255 1 0\n0 1 0 0 3 4 255 0 0 255 0 1\n"
-    arrays = read(tmp_path, "a.off", f"STCNOFF # all of it\n3 1 0\n{rows}3 0 1 2\n").geoms[0].arrays
-    assert np.allclose(arrays["normals"], [0, 0.6, 0.8], atol=1e-15)
-    assert (arrays["colors"] == [1, 0, 0, 1]).all()
-    assert arrays["texcoords"][arrays["triangles"]].tolist() == [[[0, 0], [1, 0], [0, 1]]]
-
-
-def test_off_colors_of_faces(tmp_path: Path) -> None:
-    text = "OFF 4 3 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 0 1.0 0\n3 0 2 3 0 0 255\n4 0 1 2 3\n"
-    found = corner_values(read(tmp_path, "a.off", text), "colors")
-    assert found[:, 0].tolist() == [[0, 1, 0, 1], [0, 0, 1, 1], [0.8, 0.8, 0.8, 1], [0.8, 0.8, 0.8, 1]]
+@pytest.mark.parametrize(
+    ("text", "loss"),
+    [
+        (f"OFF\n4 1 0\n{SQUARE}3 0 1 2 255 0 0\n", "colours of OFF faces"),
+        (f"OFF 4 2 0\n{SQUARE}3 0 1 2\n2 0 1\n", "faces with one or two corners: points and lines"),
+        (
+            f"COFF\n3 1 0\n{beside(TRIANGLE, '255 0 0 255')}3 0 1 2\n",
+            "colours, normals and texture coordinates of OFF vertices",
+        ),
+        (
+            f"STCNOFF\n3 1 0\n{beside(TRIANGLE, '0 0 1 1 0 0 0 0')}3 0 1 2\n",
+            "colours, normals and texture coordinates of OFF vertices",
+        ),
+    ],
+)
+def test_what_is_not_drawn_of_off_is_named(text: str, loss: str, tmp_path: Path) -> None:
+    model = read(tmp_path, "a.off", text)
+    assert corner_values(model, "vertices").shape == (1, 3, 3)
+    assert model.losses == [loss]
+    assert model.materials[0].base_color == (0.8, 0.8, 0.8, 1)
 
 
 @pytest.mark.parametrize(
     ("text", "line"),
     [
+        ("", "its first word is not OFF"),
         ("ON\n", "its first word is not OFF"),
-        ("OFF\n", "does not say how many"),
-        ("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "cut short: it promises 3 vertices and 2 faces"),
-        ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "a face uses vertex 3 of 3"),
-        ("OFF\n3 1 0\n0 0 x\n1 0 0\n0 1 0\n3 0 1 2\n", "damaged OFF file"),
-        ("OFF BINARY\n", "only text files of three dimensions"),
-        ("CNOFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "damaged OFF file"),
+        ("4OFF\n1 0 0\n0 0 0 0\n", "no text of three dimensions"),
+        ("OFF\n", "damaged .off file"),
+        (f"OFF\n3 2 0\n{TRIANGLE}3 0 1 2\n", "cut short: it promises 3 vertices and 2 faces"),
+        (f"OFF\n4000000000 1 0\n{TRIANGLE}3 0 1 2\n", "cut short: it promises 4000000000 vertices"),
+        (f"OFF\n3 1 0\n{TRIANGLE}3 0 1 3\n", "damaged .off file"),
+        (f"OFF\n3 1 0\n{TRIANGLE}3 0 1\n", "a face has not the corners that it promises: 3 0 1"),
+        ("OFF\n3 1 0\n0 0 x\n1 0 0\n0 1 0\n3 0 1 2\n", "damaged .off file"),
+        ("OFF BINARY\n", "no text of three dimensions"),
     ],
 )
 def test_damaged_off_files(text: str, line: str, tmp_path: Path) -> None:
@@ -231,10 +356,11 @@ def test_colors_of_stl_are_named(tmp_path: Path) -> None:
             stl_binary()[:80] + b"\xff\xff\xff\xff" + stl_binary()[84:],
             "promises 4294967295 triangles and has 4",
         ),
-        (b"", "cut short: it has 0 bytes"),
-        (stl_text()[:-20], "damaged STL file"),
-        (stl_text().replace(b"vertex", b"vertx", 1), "cannot be read: vertx"),
-        (stl_text().replace(b"1.0", b"1.x", 1), "has no numbers: vertex"),
+        (b"", "promises 0 triangles and has 0"),
+        (stl_text()[:-20], "damaged .stl file"),
+        (stl_text() + stl_text()[:-20], "cut short: it has 8 triangles, 24 corners, and no end"),
+        (stl_text().replace(b"vertex", b"vertx", 1), "it has 4 triangles, 11 corners"),
+        (stl_text().replace(b"1.0", b"1.x", 1), "damaged .stl file"),
         (b"solid a\nendsolid a\n", "holds no triangles"),
     ],
 )
