@@ -40,8 +40,8 @@ FILL = StudioLight("fill light", 65.0, 20.0, (0.36, 0.38, 0.41))
 """Brightens the side that the key light leaves dark."""
 AMBIENT: Color = (0.29, 0.30, 0.31)
 GROUND: Color = ((637 / 1023) ** 2, (646 / 1023) ** 2, (664 / 1023) ** 2)
-"""The ground's base colour. The default format of base colours, sqrt10, stores it exactly. Otherwise the ground
-could differ from the backdrop by one code, and its edge would show."""
+"""The ground's base colour. The default format of base colours, sqrt10, stores it exactly. Otherwise the
+ground could differ from the backdrop by one code, and its edge would show."""
 SHADOW_MAP = 2048
 """Texels along a side of the key light's shadow map."""
 GROUND_RADIUS = 3.5

@@ -1,4 +1,4 @@
-"""Draws three models side by side, and one that turns, for docs/: `python -m tests.model.make_pictures [FOLDER]`.
+"""Draws three models side by side, and one that turns: `python -m tests.model.make_pictures [FOLDER]`.
 
 FOLDER is docs/images when absent.
 """
