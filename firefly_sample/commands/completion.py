@@ -11,6 +11,10 @@ from firefly_sample.commands.terminal import print_result
 if TYPE_CHECKING:
     from firefly_sample.scene.scene import ScenePlugin
 
+_BASH = "complete -F _firefly firefly"
+_BASH_WITH_FILES = "complete -o filenames -o default -F _firefly firefly"
+"""Folders get no space after them, and where the script has nothing to offer, bash offers files."""
+
 
 def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
     """Print a script that completes commands, options and scenes in a shell.
@@ -31,7 +35,8 @@ def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
     from firefly_sample.cli import COMMANDS, make_app
     from firefly_sample.scenes import list_scenes
 
-    print_result(make_app(COMMANDS, [], merged(list_scenes())).generate_completion(shell=shell))
+    script = make_app(COMMANDS, [], merged(list_scenes())).generate_completion(shell=shell)
+    print_result(script.replace(_BASH, _BASH_WITH_FILES))
     return 0
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
+
 from firefly_sample.columns import align
 from firefly_sample.commands.options import Flag, parameter_help, scene_options
 from firefly_sample.commands.terminal import print_json, print_result
@@ -35,6 +38,7 @@ def scenes(*, json: Flag = False) -> int:
             ]
         )
         return 0
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
     lines = []
     for plugin in plugins:
         lines.append(f"{plugin.name}: {plugin.summary}")
@@ -42,6 +46,6 @@ def scenes(*, json: Flag = False) -> int:
             (f"  {option}", str(p.default), parameter_help(p)) for option, p in scene_options(plugin).items()
         ]
         if rows:
-            lines.append(align(rows))
+            lines.append(align(rows, width))
     print_result("\n".join(lines))
     return 0

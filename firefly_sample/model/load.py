@@ -42,7 +42,7 @@ def load_model(
     ----------
     path : str or Path
     scene : str or int, optional
-        The name or the index of a scene of a glTF file; its default scene when absent.
+        The name or the index of a scene of a glTF file, "1" for 1; its default scene when absent.
     max_texture_megapixels : float
         Textures with more million pixels are refused before they are decoded.
     up : {"x", "y", "z"}, optional
@@ -60,6 +60,8 @@ def load_model(
             f"model {path}: max_texture_megapixels must be a number above 0, got {max_texture_megapixels!r}"
         )
     if path.suffix.lower() not in GLTF_SUFFIXES:
+        if scene is not None:
+            raise ModelError(f"model {path}: there is no scene {scene!r}: only glTF files have scenes")
         from firefly_sample.model.trimesh_files import read_with_trimesh
 
         return _make(path, read_with_trimesh(path, up, limit), None)

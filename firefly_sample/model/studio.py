@@ -33,19 +33,34 @@ class StudioLight(NamedTuple):
     color: Color
 
 
-KEY = StudioLight("key light", -40.0, 50.0, (1.32, 1.28, 1.22))
-"""The main light, from the left and above; the only one with a shadow."""
+KEY = StudioLight("key light", -30.0, 55.0, (1.32, 1.28, 1.22))
+"""The main light, from the left and above; the only one with a shadow. It is so high that little
+or nothing of a wide model's shadow is outside the picture."""
 FILL = StudioLight("fill light", 65.0, 20.0, (0.36, 0.38, 0.41))
 """Brightens the side that the key light leaves dark."""
 AMBIENT: Color = (0.29, 0.30, 0.31)
-BACKDROP = VerticalGradient(horizon=(0.58, 0.59, 0.61), zenith=(0.26, 0.28, 0.32))
+GROUND: Color = ((637 / 1023) ** 2, (646 / 1023) ** 2, (664 / 1023) ** 2)
+"""The ground's base colour. The default format of base colours, sqrt10, stores it exactly. Otherwise the
+ground could differ from the backdrop by one code, and its edge would show."""
 SHADOW_MAP = 2048
 """Texels along a side of the key light's shadow map."""
 GROUND_RADIUS = 3.5
-"""In radii of the model, whose shadow ends at 1 + 2 / tan(50 degrees)."""
+"""In radii of the model, whose shadow ends at 1 + 2 / tan(55 degrees)."""
 _CORNERS = 96
 GROUND_GAP = 1e-3
 """How far the ground is below the model, in radii: a flat model would otherwise lie in it."""
+
+
+def _level_light() -> Float64:
+    """Return the light on a level surface, shape (3,)."""
+    light = np.array(AMBIENT)
+    for made in (KEY, FILL):
+        light += math.sin(math.radians(made.elevation)) * np.array(made.color)
+    return light
+
+
+BACKDROP = VerticalGradient(horizon=tuple((_level_light() * GROUND).tolist()), zenith=(0.26, 0.28, 0.32))
+"""At and below the horizon it has the colour of the lit ground."""
 
 
 def add_default_lights(scene: Scene) -> NodePath:
@@ -80,16 +95,8 @@ def add_ground(
     middle = np.arange(1, _CORNERS - 1)
     fan = np.stack([np.zeros_like(middle), middle, middle + 1], axis=1)
     node = GeomNode("ground")
-    node.add_geom(Geom(rim, fan, name="ground"), Material("ground", (*ground_color(), 1.0)))
+    node.add_geom(Geom(rim, fan, name="ground"), Material("ground", (*GROUND, 1.0)))
     ground = scene.root.attach_new_node(node)
     x, y, _ = bounds.center
     ground.set_pos(x, y, bounds.low - GROUND_GAP * radius)
     return ground
-
-
-def ground_color() -> Float64:
-    """Return the base colour of a level surface that looks like the backdrop in the default lights."""
-    lit = np.array(AMBIENT)
-    for made in (KEY, FILL):
-        lit += math.sin(math.radians(made.elevation)) * np.array(made.color)
-    return np.asarray(np.array(BACKDROP.horizon) / lit)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from firefly_sample.errors import FireflyError, SceneError, SceneNotFoundError, did_you_mean
 from firefly_sample.scene.parameter import resolve_parameters
-from firefly_sample.scenes.files import check_file, is_file_name, split_files
+from firefly_sample.scenes.files import check_file, is_file_name, similar_file, split_files
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -59,8 +59,9 @@ def find_scene(name: str) -> ScenePlugin:
         return _load(name, name)
     if os.path.isdir(name):
         check_file(name)
+    what = "scene or file" if os.path.splitext(name)[1] else "scene"
     raise SceneNotFoundError(
-        f"there is no scene {name!r}{did_you_mean(name, installed)}; installed: "
+        f"there is no {what} {name!r}{similar_file(name) or did_you_mean(name, installed)}; installed: "
         f"{', '.join(installed) or 'none'}; others are given as package.module:object, models as files"
     )
 

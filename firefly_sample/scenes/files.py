@@ -87,15 +87,21 @@ def _models_in(folder: Path) -> list[str]:
         return []
 
 
+def similar_file(name: str) -> str:
+    """Return a hint at a model's file that has this name but for the suffix; "" if there is none."""
+    path = Path(name)
+    same_stem = [model for model in _models_in(path.parent) if Path(model).stem == path.stem]
+    return f" (did you mean {str(path.parent / same_stem[0])!r}?)" if same_stem else ""
+
+
 def _similar(path: Path) -> str:
     """Return a hint at a file beside the one that is missing."""
     folder = path.parent
     if not os.path.isdir(folder):
         return f": there is no folder {folder}"
     known = {name: str(folder / name) for name in _models_in(folder)}
-    same_stem = [name for name in known if Path(name).stem == path.stem]
-    if same_stem:
-        return f" (did you mean {known[same_stem[0]]!r}?)"
+    if hint := similar_file(str(path)):
+        return hint
     hint = did_you_mean(path.name, known)
     for name, whole in known.items():
         hint = hint.replace(repr(name), repr(whole))

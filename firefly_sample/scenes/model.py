@@ -36,6 +36,13 @@ POSES = 16
 _PARAMETERS = (
     Parameter("file", str, "", "The model's file; commas separate several.", live=False),
     Parameter(
+        "file_scene",
+        str,
+        "",
+        "A scene of a glTF file by its name or number, from 0; by default the file's own choice.",
+        live=False,
+    ),
+    Parameter(
         "up",
         str,
         "auto",
@@ -56,6 +63,16 @@ _PARAMETERS = (
         str,
         "first",
         "The animation that plays, by its name; first: the file's first one; all; none.",
+        live=False,
+    ),
+    Parameter(
+        "max_texture_megapixels",
+        float,
+        100.0,
+        "Refuse textures with more pixels than this before they are decoded.",
+        1e-6,
+        1e6,
+        "megapixels",
         live=False,
     ),
     with_keys(
@@ -114,7 +131,7 @@ class ModelScene(LiveScene):
         self._turning = self.root.attach_new_node("turntable")
         for file in files:
             check_file(file)
-            _load(file, self.values["up"]).reparent_to(self._turning)
+            self._load(file).reparent_to(self._turning)
         self._play(self.values["animation"])
         self._check_visible()
         self._place_camera(self.values["camera"])
@@ -156,6 +173,18 @@ class ModelScene(LiveScene):
         x, y, _ = self._axis
         cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
         self._turning.set_pos_hpr(x - (x * cos - y * sin), y - (x * sin + y * cos), 0.0, degrees, 0.0, 0.0)
+
+    def _load(self, file: str) -> NodePath:
+        """Return a model in which an axis of the file is up; "auto" is the format's own."""
+        scene, limit, up = (self.values[name] for name in ("file_scene", "max_texture_megapixels", "up"))
+        path = load_model(
+            file, scene=scene or None, max_texture_megapixels=limit, up=None if up == "auto" else up
+        )
+        if Path(file).suffix.lower() in GLTF_SUFFIXES and up not in ("auto", "y"):
+            matrix = np.eye(4)
+            matrix[:3, :3] = turn("y").T @ turn(cast("Up", up))  # back to the file's axes, and on
+            path.set_mat(matrix)
+        return path
 
     def _play(self, animation: str) -> None:
         """Let every model play the animation, if it has it; those that lack it rest."""
@@ -215,18 +244,6 @@ class ModelScene(LiveScene):
         self.update(0.0)
 
 
-def _load(file: str, up: str) -> NodePath:
-    """Return a model in which an axis of the file is up; "auto" is the format's own."""
-    if up == "auto":
-        return load_model(file)
-    path = load_model(file, up=up)
-    if Path(file).suffix.lower() in GLTF_SUFFIXES and up != "y":
-        matrix = np.eye(4)
-        matrix[:3, :3] = turn("y").T @ turn(cast("Up", up))  # back to the file's axes, and on
-        path.set_mat(matrix)
-    return path
-
-
 def _no_such(scene: str, what: str, name: str, known: Sequence[str]) -> str:
     return f"scene {scene!r}: there is no {what} {name!r}{did_you_mean(name, known)}: give {', '.join(known)}"
 
@@ -237,8 +254,8 @@ scene = Plugin(
     _PARAMETERS,
     partial(ModelScene, NAME),
     start_time=0.0,
-    # files have lights in candela and lux, whose ranges end as glTF says
-    settings={"exposure": "auto", "range_falloff": "gltf"},
+    # files have lights in candela and lux, whose ranges end as glTF says; a studio's shadow has a soft edge
+    settings={"exposure": "auto", "range_falloff": "gltf", "shadow_taps": 16},
 )
 
 

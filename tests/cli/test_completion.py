@@ -83,6 +83,12 @@ def test_bash_offers_every_scene_and_the_models_of_the_folder(complete):
     assert complete("run", "") == [*(plugin.name for plugin in list_scenes()), "vase.glb"]
 
 
+def test_bash_offers_files_after_the_first_one(capsys):
+    """The function has no words for later operands; readline then offers files, and quotes their names."""
+    assert main(["completion", "bash"]) == 0
+    assert capsys.readouterr().out.rstrip().endswith("\ncomplete -o filenames -o default -F _firefly firefly")
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_each_shell_has_a_script_of_its_own(capsys, shell):
     assert main(["completion", shell]) == 0

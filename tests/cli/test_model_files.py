@@ -48,9 +48,11 @@ def test_the_manifest_has_files_parameters_warnings_and_time_0(here, capsys):
     assert manifest["scene"] == "box.glb"
     assert manifest["parameters"] == {
         "file": "box.glb",
+        "file_scene": "",
         "up": "auto",
         "camera": "auto",
         "animation": "first",
+        "max_texture_megapixels": 100.0,
         "turntable": 4.0,
         "lights": "auto",
         "ground": True,

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from firefly_sample import Renderer, Settings, model_scene
+from firefly_sample import Renderer, model_scene
+from tests.model.make_pictures import SETTINGS
 from tests.model.sheet_files import FILES, TIMES
 
 SIZE = 160, 120
@@ -52,7 +53,7 @@ def main(arguments: list[str]) -> int:
     target = Path(arguments[0]) if arguments else home / "docs" / "images" / "models.jpg"
     with (
         tempfile.TemporaryDirectory() as folder,
-        Renderer(SIZE, Settings(supersample=2, exposure="auto")) as renderer,
+        Renderer(SIZE, SETTINGS) as renderer,
     ):
         paths = write_files(Path(folder))
         pictures = {label: draw(renderer, path, TIMES.get(label, 0.0)) for label, path in paths.items()}

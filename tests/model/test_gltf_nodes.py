@@ -90,13 +90,20 @@ def two_scenes() -> GltfFile:
 
 
 @pytest.mark.parametrize(
-    ("scene", "node"), [(None, "two"), (0, "one"), (1, "two"), ("day", "one"), ("night", "two")]
+    ("scene", "node"),
+    [(None, "two"), (0, "one"), (1, "two"), ("0", "one"), ("1", "two"), ("day", "one"), ("night", "two")],
 )
 def test_a_scene_is_chosen_by_name_or_index(tmp_path, scene, node):
     assert names(read(two_scenes(), tmp_path, scene=scene)) == [(node, -1)]
 
 
-@pytest.mark.parametrize("scene", [2, -1, "dusk"])
+def test_a_scenes_name_goes_before_an_index(tmp_path):
+    file = two_scenes()
+    file.json["scenes"][0]["name"] = "1"
+    assert names(read(file, tmp_path, scene="1")) == [("one", -1)]
+
+
+@pytest.mark.parametrize("scene", [2, -1, "2", "-1", "01", True, "dusk"])
 def test_a_scene_that_is_not_there_is_an_error_that_lists_them(tmp_path, scene):
     with pytest.raises(ModelError, match=r"there is no scene .*: it has 0 'day', 1 'night'"):
         read(two_scenes(), tmp_path, scene=scene)

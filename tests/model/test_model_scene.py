@@ -14,6 +14,7 @@ from firefly_sample.scenes import build_scene, find_scene
 from tests.model.gltf_files import GltfFile
 from tests.model.scene_files import add_camera, add_slide, add_sun, box_file
 from tests.model.test_framing import in_view
+from tests.model.test_gltf_images import encoded, shown, uri
 
 
 @pytest.fixture
@@ -31,7 +32,7 @@ def corners_of(scene):
     return np.array([(ends[i, 0], ends[j, 1], ends[k, 2]) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
-def shown(path):
+def is_shown(path):
     return not path.is_hidden()
 
 
@@ -50,6 +51,41 @@ def test_the_up_axis(box, up, size):
     """In the file the box is 2 wide (x), 4 high (y) and 2 deep (z); with x up, its y is across."""
     low, high = bounds_of(model_scene(box, up=up))
     assert (high - low).tolist() == list(size)
+
+
+class TestFileScene:
+    @pytest.fixture
+    def file(self, tmp_path):
+        file = box_file()
+        file.node(name="other box", mesh=0)
+        file.json["scenes"] = [{"nodes": [0], "name": "day"}, {"nodes": [1], "name": "night"}]
+        return file.write(tmp_path / "two.glb")
+
+    @pytest.mark.parametrize(
+        ("chosen", "name"), [("", "box"), ("day", "box"), ("night", "other box"), ("1", "other box")]
+    )
+    def test_by_name_or_number(self, file, chosen, name):
+        (model,) = model_scene(file, file_scene=chosen).root.find("turntable").get_children()
+        assert [path.get_name() for path in model.get_children()] == [name]
+
+    def test_one_that_is_not_there(self, file):
+        with pytest.raises(ModelError, match="there is no scene 'dusk': it has 0 'day', 1 'night'"):
+            model_scene(file, file_scene="dusk")
+
+    def test_other_formats_have_none(self, tmp_path):
+        path = tmp_path / "a.off"
+        path.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 0 1\n3 0 1 2\n")
+        model_scene(path)
+        with pytest.raises(ModelError, match=r"a\.off: there is no scene 'day': only glTF files have scenes"):
+            model_scene(path, file_scene="day")
+
+
+def test_the_limit_of_textures(tmp_path):
+    """The texture has 6 x 4 pixels."""
+    path = shown(GltfFile(), {}, uri=uri(encoded())).write(tmp_path / "m.glb")
+    model_scene(path, max_texture_megapixels=24e-6)
+    with pytest.raises(ModelError, match="6x4 pixels, more than max_texture_megapixels=2e-05 allows"):
+        model_scene(path, max_texture_megapixels=20e-6)
 
 
 @pytest.mark.parametrize("shape", [0.5, 1.0, 4 / 3, 3.0])
@@ -199,10 +235,10 @@ class TestLights:
     )
     def test_a_file_with_a_light(self, file, lights, file_on, default_on, render):
         scene = model_scene(file, lights=lights)
-        assert shown(scene.root.find("**/sun")) == file_on
-        assert shown(scene.root.find("default lights")) == default_on
+        assert is_shown(scene.root.find("**/sun")) == file_on
+        assert is_shown(scene.root.find("default lights")) == default_on
         assert scene.background == (BACKDROP if default_on else (0.0, 0.0, 0.0))
-        assert shown(scene.root.find("ground")) == default_on
+        assert is_shown(scene.root.find("ground")) == default_on
         assert render(scene).lights.in_scene == file_on + 2 * default_on
 
     def test_what_is_below_a_hidden_light_is_drawn(self, file, render):
@@ -216,9 +252,9 @@ class TestLights:
     def test_lights_and_ground_are_live(self, file):
         scene = model_scene(file)
         scene.set("lights", "both")
-        assert shown(scene.root.find("ground"))
+        assert is_shown(scene.root.find("ground"))
         scene.set("ground", False)
-        assert not shown(scene.root.find("ground"))
+        assert not is_shown(scene.root.find("ground"))
         with pytest.raises(
             ParameterError, match="lights must be one of auto, file, default, both, got 'botch'"
         ):
@@ -295,6 +331,6 @@ class TestFiles:
 
     def test_a_parameter_that_does_not_exist(self, box):
         with pytest.raises(
-            ParameterError, match=r"box\.glb' has no parameter 'upp': it has file, up, camera"
+            ParameterError, match=r"box\.glb' has no parameter 'upp': it has file, file_scene, up"
         ):
             model_scene(box, upp="z")

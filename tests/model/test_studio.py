@@ -5,9 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firefly_sample import Geom, GeomNode, Material, Scene, add_default_lights, add_ground, frame_camera
+from firefly_sample import (
+    Geom,
+    GeomNode,
+    Material,
+    Scene,
+    Settings,
+    add_default_lights,
+    add_ground,
+    frame_camera,
+)
 from firefly_sample.errors import SceneError
 from firefly_sample.model.studio import AMBIENT, FILL, KEY
+from tests.conftest import make_renderer
 
 
 def card(color, scale=1.0, height=1.0):
@@ -77,6 +87,22 @@ def test_the_lights_can_be_removed():
     assert lights.get_parent() == scene.root
     lights.remove_node()
     assert scene.root.find_all_matches("**/+ShadowCaster") == []
+
+
+@pytest.mark.parametrize("exposure", [0.3, 0.77, 1.0, 1.9])
+@pytest.mark.parametrize("tone", ["exponential", "none"])
+def test_the_grounds_edge_is_not_seen(exposure, tone):
+    """In light, the ground has the very codes of the backdrop, at any exposure."""
+    scene = card((0.5, 0.5, 0.5))
+    add_default_lights(scene)
+    add_ground(scene, scene.root.find("card"))
+    with make_renderer((64, 48), Settings(exposure=exposure, tone=tone)) as renderer:
+        frame = renderer.render(scene, outputs=("color", "id", "light"))
+    ground = frame.id == list(frame.id_names).index("root/ground")
+    lit = ground & (frame.light >= frame.light[ground].max(axis=0) * (1 - 1e-6)).all(axis=2)
+    assert lit.sum() > 500
+    assert (frame.color[lit] == frame.color[0, 0]).all()
+    assert frame.id[0, 0] < 0
 
 
 def test_no_ground_below_nothing():

@@ -100,6 +100,13 @@ def test_unknown_name_lists_the_known_and_suggests() -> None:
     assert "package.module:object" in message("")
 
 
+def test_a_name_without_its_suffix_suggests_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "florist.glb").touch()
+    assert message("florist").startswith("there is no scene 'florist' (did you mean 'florist.glb'?); ")
+    assert message("notes.txt").startswith("there is no scene or file 'notes.txt'; installed: ")
+
+
 @pytest.mark.parametrize("name", ["a:", ":b", "a b:c", "a..b:c", "a:b:c", "a.py:1"])
 def test_malformed_names(name: str) -> None:
     assert "is not of the form package.module:object" in message(name)

@@ -125,8 +125,8 @@ def _roots(document: Document, scene: str | int | None) -> list[int] | None:
         chosen = 0 if default is None else default
     elif isinstance(scene, str) and scene in names:
         chosen = names.index(scene)
-    elif isinstance(scene, int) and 0 <= scene < len(scenes):
-        chosen = scene
+    elif str(scene) in map(str, range(len(scenes))):
+        chosen = int(scene)
     else:
         there = ", ".join(f"{index} {name!r}" if name else str(index) for index, name in enumerate(names))
         raise ModelError(f"model {document.path}: there is no scene {scene!r}: it has {there or 'none'}")
