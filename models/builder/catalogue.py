@@ -13,6 +13,7 @@ from builder.lantern import lantern
 from builder.orrery import orrery
 from builder.sphere import cube_sphere
 from builder.terrain import terrain, terrain_texture
+from builder.walker import walker
 
 
 @lru_cache(maxsize=1)
@@ -182,5 +183,5 @@ MODELS = {
     "bulb": _bulb,
 }
 """File name without its ending -> function that makes its parts: what the scenes are made of."""
-SHOWPIECES = {"lantern": lantern, "orrery": orrery, "bonsai": bonsai}
+SHOWPIECES = {"lantern": lantern, "orrery": orrery, "bonsai": bonsai, "walker": walker}
 """File name without its ending -> function that makes the whole file: models to look at by themselves."""

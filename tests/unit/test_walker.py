@@ -20,11 +20,11 @@ SIDES = ("left", "right")
 
 @pytest.fixture(scope="module")
 def scripts():
-    """The script models/make_walker.py, and the module of the gait."""
+    """The script models/make_models.py, and the module of the gait."""
     before = list(sys.path)
     sys.path.insert(0, str(MODELS))
     try:
-        yield importlib.import_module("make_walker"), importlib.import_module("builder.gait")
+        yield importlib.import_module("make_models"), importlib.import_module("builder.gait")
     finally:
         sys.path[:] = before
 
@@ -58,7 +58,7 @@ def seen_at(model, name, times):
 
 
 def test_made_again_is_equal(scripts, tmp_path):
-    arrays, header = contents(scripts[0].make(tmp_path / "walker.glb"))
+    arrays, header = contents(scripts[0].make(tmp_path, ("walker",))["walker"])
     kept_arrays, kept_header = contents(KEPT)
     assert header == kept_header
     for one, other in zip(arrays, kept_arrays, strict=True):
