@@ -1,7 +1,8 @@
 """Reading a model in a process of its own, with limits.
 
 The packages of the extra "formats" are large, partly in C++, and made for trusted files: of STEP files with a
-few wrong bytes, one in nine ends the process. In a process of its own, that is one line of error.
+few wrong bytes, one in nine ends the process, and small OpenCTM files ask for gigabytes. In a process of its
+own, either is one line of error.
 """
 
 from __future__ import annotations
