@@ -67,10 +67,11 @@ def test_the_table_has_exactly_the_formats_of_trimesh() -> None:
         trimesh_load.voxel_loaders,
         trimesh_load.compressed_loaders,
     )
-    theirs = {suffix for table in loaders for suffix in table}
+    # .drc needs the program draco_decoder, which is found where the scripts of DracoPy are in the PATH
+    theirs = {suffix for table in loaders for suffix in table} - {"drc"}
     assert FORMATS.keys() | {"glb", "gltf"} == theirs
     drawn = {suffix for suffix, made in FORMATS.items() if not made.undrawable}
-    assert drawn < trimesh.available_formats() <= theirs  # with the packages of the extra
+    assert drawn < trimesh.available_formats() - {"drc"} <= theirs  # with the packages of the extra
 
 
 def test_there_is_a_file_of_every_format() -> None:
