@@ -186,13 +186,6 @@ def test_measure_speed_has_one_row_for_each_method(here, capsys):
     assert "scene 'box.glb' has no parameter for its number of lights" in capsys.readouterr().err
 
 
-def test_measure_start(here, capsys):
-    options = ("--size", "8x6", "--rounds", "1", "--json")
-    assert main(["measure", "start", "box.glb", "walker.gltf", *options]) == 0
-    result = json.loads(capsys.readouterr().out)
-    assert result["scene"] == "box.glb,walker.gltf"
-
-
 def test_a_configuration_may_name_the_file(here, capsys, monkeypatch):
     (here / "firefly.toml").write_text(
         '[firefly.capture]\nscene = "box.glb"\nsize = "8x6"\nturntable = 2.0\n'
