@@ -20,8 +20,8 @@ from firefly_sample.model.data import ModelData
 
 MEMORY = 2 * 2**30
 """The most bytes that the process may hold, packages and content."""
-SECONDS = 600
-"""The most seconds of processor time that it may take."""
+SECONDS, SECONDS_PER_MEGABYTE = 60, 30
+"""The most seconds of processor time that it may take: for any file, and besides by its size."""
 
 
 def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixels: float) -> ModelData:
@@ -34,7 +34,8 @@ def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixel
     """
     with tempfile.TemporaryDirectory(prefix="firefly-model-") as folder:
         result = Path(folder) / "result"
-        arguments = pickle.dumps((path, suffix, up, max_texture_megapixels, result, MEMORY, SECONDS))
+        seconds = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size // 10**6
+        arguments = pickle.dumps((path, suffix, up, max_texture_megapixels, result, MEMORY, seconds))
         places = os.pathsep.join(place for place in sys.path if place)
         done = subprocess.run(
             [sys.executable, "-c", "from firefly_sample.model.isolated import main; main()"],
@@ -46,17 +47,17 @@ def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixel
         try:
             found = pickle.loads(result.read_bytes())
         except FileNotFoundError:
-            raise ModelError(f"model {path}: {_end(done.returncode)}") from None
+            raise ModelError(f"model {path}: {_end(done.returncode, seconds)}") from None
     if isinstance(found, FireflyError):
         raise found
     assert isinstance(found, ModelData)
     return found
 
 
-def _end(code: int) -> str:
+def _end(code: int, seconds: int) -> str:
     """Return why a process ended that left no result."""
     if code == -signal.SIGXCPU:
-        return f"reading it takes more than {SECONDS} seconds: simplify it"
+        return f"reading it takes more than {seconds} seconds: simplify it"
     if code < 0:
         return f"damaged: its reader crashed ({signal.Signals(-code).name}): export it again"
     return f"damaged: its reader ended without a result (exit code {code}): export it again"

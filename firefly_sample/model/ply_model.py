@@ -63,7 +63,9 @@ def _faces(parsed: PlyFile) -> tuple[Any, dict[str, Column]]:
         return (faces if isinstance(faces, np.ndarray) else [face.tolist() for face in faces]), table.columns
     strips = parsed.elements.get("tristrips")
     if strips is not None and strips.count:
-        name = next(name for name in _INDICES if name in strips.columns)
+        name = next((name for name in _INDICES if name in strips.columns), None)
+        if name is None:
+            raise ValueError(f"its strips have none of the lists {', '.join(_INDICES)}")
         return [made for strip in strips.columns[name] for made in strips_to_triangles(strip.tolist())], {}
     return [], {}
 
@@ -87,6 +89,9 @@ def _vertex_arrays(parsed: PlyFile) -> dict[str, Float64]:
 
 
 def _stacked(columns: dict[str, Column], names: tuple[str, ...]) -> Float64:
+    missing = [name for name in names if name not in columns]
+    if missing:
+        raise ValueError(f"its vertices have no {missing[0]}")
     return np.stack([np.asarray(columns[name], dtype=np.float64) for name in names], axis=1)
 
 

@@ -21,25 +21,31 @@ from tests.model.originals import GLTF, ISOLATED, OTHERS, Original
 from tests.model.png_files import chunk
 
 NUMBERS: tuple[Any, ...] = (
-    0, -0.0, -1, 1e-45, 1e-38, -1e-30, 1e-9, 1.5, 90.0, 1e9, 2e18, 1e30, -1e30, 3.4e38, -3.4e38, 1e100, 1e154, 1e155,
-    -1e200, 1e300, 1.7e308, 5e-324, 1e400, 2**31 - 1, 2**32, -(2**31), 2**53, 2**63, 2**64, 10**40, 3.141592653589793,
-    1.5707963267948966, 0.1, float("nan"), float("inf"),
+    0, -0.0, -1, 1e-45, 1e-38, -1e-30, 1e-9, 1.5, 90.0, 1e9, 2e18, 1e30, -1e30, 3.4e38, -3.4e38, 1e100,
+    1e154, 1e155, -1e200, 1e300, 1.7e308, 5e-324, 1e400, 2**31 - 1, 2**32, -(2**31), 2**53, 2**63,
+    2**64, 10**40, 3.141592653589793, 1.5707963267948966, 0.1, float("nan"), float("inf"),
 )  # fmt: skip
 FLOATS = np.float32([0, -0.0, 1e-45, 1e-38, 1e-20, 1e10, 1e19, -1e20, 1e30, 3.4e38, -3.4e38, np.inf, np.nan])
 WORDS = (
-    "nan", "inf", "-inf", "1e400", "1e38", "-1e300", "1e-320", "0", "-1", "4294967295", "99999999999999999999",
-    "2147483648", "", "x", "1/2/3/4", "1//", "/", "#", "\\", "\0", "1e", "0x10", "٣", "-0", "1_000", ".", "  ", "\n",
+    "nan", "inf", "-inf", "1e400", "1e38", "-1e300", "1e-320", "0", "-1", "4294967295",
+    "99999999999999999999", "2147483648", "", "x", "1/2/3/4", "1//", "/", "#", "\\", "\0", "1e", "0x10", "٣", "-0",
+    "1_000", ".", "  ", "\n",
+)  # fmt: skip
+LARGEST = 2**31 - 1
+SIZES = (
+    (LARGEST, LARGEST), (20_000, 20_000), (65_535, 65_535), (9000, 9000), (100_000, 1), (0, 5), (1, LARGEST),
 )  # fmt: skip
 URIS = (
-    "../secret.png", "/etc/passwd", "file:///etc/passwd", "%2e%2e/secret.png", "..%2fsecret.png", "a/../../secret.png",
-    "http://localhost/a.png", "C:\\a.png", "..\\secret.png", "link.png", "folder", "pipe", "", ".", "a\0b", "%00", "%ff",
-    "missing.png", "loop", "zeros", "data:,", "data:image/png;base64,!!!", "data:image/png;base64,iVBORw0KGgo=",
-    "x" * 5000, "deep/" * 3000 + "a", "long" * 64 + ".png", "\ud800.png", "?", "image%200.png#x",
+    "../secret.png", "/etc/passwd", "file:///etc/passwd", "%2e%2e/secret.png", "..%2fsecret.png",
+    "a/../../secret.png", "http://localhost/a.png", "C:\\a.png", "..\\secret.png", "link.png", "folder",
+    "pipe", "", ".", "a\0b", "%00", "%ff", "missing.png", "loop", "zeros", "data:,",
+    "data:image/png;base64,!!!", "data:image/png;base64,iVBORw0KGgo=", "x" * 5000, "deep/" * 3000 + "a",
+    "long" * 64 + ".png", "\ud800.png", "?", "image%200.png#x",
 )  # fmt: skip
 
 
 def make(folder: Path, chance: random.Random) -> tuple[Path, str]:
-    """Write one damaged model into a folder; return its path, and in words what was done to which original."""
+    """Write one damaged model into a folder; return its path, and what was done to which original."""
     name, original = choose(chance)
     path = original(folder)
     if name in GLTF:
@@ -106,7 +112,9 @@ def bomb(chance: random.Random) -> bytes:
     width, height = chance.choice(
         ((2**31 - 1, 2**31 - 1), (20_000, 20_000), (65_535, 65_535), (9000, 9000), (100_000, 1), (0, 5), (1, 2**31 - 1))
     )  # fmt: skip
-    header = struct.pack(">IIBBBBB", width, height, chance.choice((1, 8, 16)), chance.choice((0, 2, 3, 6)), 0, 0, 0)
+    header = struct.pack(
+        ">IIBBBBB", width, height, chance.choice((1, 8, 16)), chance.choice((0, 2, 3, 6)), 0, 0, 0
+    )
     parts = [chunk(b"IHDR", header)]
     if chance.random() < 0.3:
         parts.append(chunk(b"iCCP", b"a\0\0" + zlib.compress(bytes(50_000_000), 1)))
@@ -296,7 +304,9 @@ def damage_text(path: Path, chance: random.Random) -> str:
     elif act == 1:
         text = text[:-1] + ', "nodes": [], "nodes": [{}]}'
     elif act == 2:
-        text = text.replace("0", chance.choice(("NaN", "-Infinity", "1e999", "0" * 5000, "9" * 5000, "[0]")), 1)
+        text = text.replace(
+            "0", chance.choice(("NaN", "-Infinity", "1e999", "0" * 5000, "9" * 5000, "[0]")), 1
+        )
     elif act == 3:
         text = "\ufeff" + text
     else:

@@ -122,9 +122,7 @@ def _add_quantised(file: GltfFile) -> None:
         "values": {"bufferView": file.view(np.int8([[1, 1, 1, 0], [2, 2, 2, 0]]).tobytes())},
     }
     position = file.add("accessors", bufferView=view, componentType=5120, count=8, type="VEC3")
-    sparse = file.add(
-        "accessors", bufferView=view, componentType=5120, count=8, type="VEC3", sparse=replaced
-    )
+    sparse = file.add("accessors", bufferView=view, componentType=5120, count=8, type="VEC3", sparse=replaced)
     strips = [file.primitive(POSITION=position, mode=5), file.primitive(POSITION=sparse, mode=6)]
     file.node(name="strips", mesh=file.mesh(*strips), translation=[0, 6, 0], scale=[0.5, 0.5, 0.5])
 
