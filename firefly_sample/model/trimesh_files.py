@@ -46,7 +46,10 @@ def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float)
     """
     found = find_format(path)
     if not path.is_file():
-        raise ModelError(f"model {path}: " + ("is a folder" if path.is_dir() else "no such file"))
+        fault = "is a folder" if path.is_dir() else "not a file" if path.exists() else "no such file"
+        raise ModelError(f"model {path}: {fault}")
+    if not path.stat().st_size:
+        raise ModelError(f"model {path}: the file is empty")
     suffix = suffix_of(path)
     if suffix in ARCHIVES:
         with unpacked(path) as inner:

@@ -54,7 +54,9 @@ def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: Losses) 
         except MemoryError:
             raise
         except Exception as error:
-            described = f"damaged .{suffix} file ({one_line(error)}): export it again"
+            # a converter that fails leaves no file
+            fault = "nothing in it could be read" if isinstance(error, FileNotFoundError) else one_line(error)
+            described = f"damaged .{suffix} file ({fault}): export it again"
             raise ModelError(f"model {path}: {described}") from error
     if resolver.refused is not None:
         raise resolver.refused

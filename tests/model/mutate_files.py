@@ -3,8 +3,8 @@
     python -m tests.model.mutate_files --count 500 --seed 1
 
 Every file is loaded, planned and drawn twice, as ``firefly capture`` does, in a worker process with 2 GiB of
-address space and 20 seconds of processor time for each file. The table says what became of them. ``--keep FOLDER`` keeps
-the files that failed, and ``--only NUMBER`` repeats one of them.
+address space and 20 seconds of processor time for each file. The table says what became of them.
+``--keep FOLDER`` keeps the files that failed, and ``--only NUMBER`` repeats one of them.
 """
 
 from __future__ import annotations
