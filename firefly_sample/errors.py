@@ -31,7 +31,13 @@ from collections.abc import Iterable
 
 
 class FireflyError(Exception):
-    """The root of all errors of this package; str() is one line: what, where and what to do."""
+    """The root of all errors of this package; str() is one line: what, where and what to do.
+
+    Characters that cannot be printed, which damaged files and odd names have, are written as escapes.
+    """
+
+    def __init__(self, *parts: object) -> None:
+        super().__init__(*(printable(part) if isinstance(part, str) else part for part in parts))
 
 
 class SceneError(FireflyError, ValueError):
@@ -127,6 +133,13 @@ RENAMED: dict[str, tuple[str, ...]] = {
     "firefly_sample.reference": ("firefly_sample.lab.reference",),
 }
 """The new names for each old one that users may still have in their files; the first that exists counts."""
+
+
+def printable(text: str) -> str:
+    """Return a text in which characters that cannot be printed, such as line ends, are written as escapes."""
+    if text.isprintable():
+        return text
+    return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in text)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

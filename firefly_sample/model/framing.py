@@ -8,7 +8,7 @@ vertical axis, each of which sweeps a circle, as for points that stay.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +37,9 @@ MARGIN = 1.02
 """Nothing is in front of a sphere around the model of this many radii; the near plane is well before it."""
 SHADOW_ROOM = 4.0
 """The far plane is this many radii behind the model's centre, so that a shadow on the ground is in view."""
+MOST_POINTS = 16_000_000
+"""Points that are looked at one by one: they take 400 MB."""
+_BOX = np.array([[corner >> axis & 1 for axis in range(3)] for corner in range(8)], dtype=bool)
 _THINNEST = 1e-3
 """The least ratio of the two sides of the framed rectangle: a line has an angle of 0 across it."""
 
@@ -78,17 +81,15 @@ def visible_bounds(
 ) -> Bounds:
     """Return the bounds of what the scene's camera would see at and below a path; see `frame_camera`."""
     top, mask = path if path is not None else scene.root, scene.camera_node.camera_mask
-    parts = []
+    drawn: dict[tuple[int, int], Float64] = {}
+    placed: dict[tuple[int, bytes], tuple[Float64, Float64]] = {}  # what does not move counts once
     for time in tuple(times) or (None,):
         if time is not None:
             scene.update(time)
-        drawn: dict[int, Float64] = {}
-        parts += [
-            points @ visit.net[:3, :3] + visit.net[3, :3]
-            for visit in iter_visible(top, mask)
-            for points in _points(visit.node, drawn)
-        ]
-    points = np.concatenate(parts) if parts else np.empty((0, 3))
+        for visit in iter_visible(top, mask):
+            for points in _points(visit.node, drawn):
+                placed[id(points), visit.net.tobytes()] = points, visit.net
+    points = _in_world(list(placed.values()))
     if not len(points):
         raise SceneError(
             f"there is nothing to frame: no visible triangles at or below {top}; place the camera yourself"
@@ -101,21 +102,53 @@ def visible_bounds(
     if turns:
         points = np.stack([np.hypot(points[:, 0], points[:, 1]), np.zeros(len(points)), points[:, 2]], axis=1)
     # scaled, because squares of small numbers underflow
-    largest = float(np.abs(points).max())
-    radius = largest * float(np.linalg.norm(points / largest, axis=1).max()) if largest > 0.0 else 0.0
+    largest = float(max(points.max(), -points.min()))
+    radius = largest * max(map(float, _lengths(points, largest))) if largest > 0.0 else 0.0
     return Bounds(points, center, radius, float(low[2]), turns)
 
 
-def _points(node: PandaNode, drawn: dict[int, Float64]) -> list[Float64]:
+def _in_world(placed: list[tuple[Float64, Float64]]) -> Float64:
+    """Return points, each with the matrix to world space, in one array.
+
+    If there are more than `MOST_POINTS`, as of a mesh with very many instances, the corners of boxes stand
+    for them.
+    """
+    if sum(len(points) for points, _ in placed) > MOST_POINTS:
+        boxes: dict[int, Float64] = {}
+        for points, _ in placed:
+            if id(points) not in boxes:
+                low, high = points.min(axis=0), points.max(axis=0)
+                boxes[id(points)] = np.where(_BOX, high, low)
+        placed = [(boxes[id(points)], net) for points, net in placed]
+    world = np.empty((sum(len(points) for points, _ in placed), 3))
+    end = 0
+    with np.errstate(over="ignore", invalid="ignore"):  # the caller checks the result
+        for points, net in placed:
+            start, end = end, end + len(points)
+            world[start:end] = points @ net[:3, :3] + net[3, :3]
+    return world
+
+
+def _lengths(points: Float64, unit: float) -> Iterator[np.float64]:
+    """Give the largest length, in a unit, of every million points, which take no more memory than that."""
+    for start in range(0, len(points), 1_000_000):
+        yield np.linalg.norm(points[start : start + 1_000_000] / unit, axis=1).max()
+
+
+def _points(node: PandaNode, drawn: dict[tuple[int, int], Float64]) -> list[Float64]:
     """Return a node's own points; of geoms, the vertices that triangles use, which `drawn` keeps."""
     if not isinstance(node, GeomNode):
         return node.iter_local_points()
+    found = []
     for geom, _ in node.geoms:
-        if geom.serial not in drawn:
+        key = geom.serial, geom.revision
+        if key not in drawn:
             marked = np.zeros(len(geom.vertices), dtype=bool)
             marked[geom.triangles.ravel()] = True
-            drawn[geom.serial] = geom.vertices if marked.all() else geom.vertices[marked]
-    return [drawn[geom.serial] for geom, _ in node.geoms if len(drawn[geom.serial])]
+            drawn[key] = geom.vertices if marked.all() else geom.vertices[marked]
+        if len(drawn[key]):
+            found.append(drawn[key])
+    return found
 
 
 def frame_camera(

@@ -20,8 +20,8 @@ from firefly_sample.model.data import ModelData
 
 MEMORY = 2 * 2**30
 """The most bytes that the process may hold, packages and content."""
-SECONDS = 600
-"""The most seconds of processor time that it may take."""
+SECONDS, SECONDS_PER_MEGABYTE = 60, 30
+"""The most seconds of processor time that it may take: for any file, and besides by its size."""
 
 
 def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixels: float) -> ModelData:
@@ -34,9 +34,10 @@ def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixel
     """
     with tempfile.TemporaryDirectory(prefix="firefly-model-") as folder:
         result = Path(folder) / "result"
+        seconds = SECONDS + SECONDS_PER_MEGABYTE * path.stat().st_size // 10**6
         done = subprocess.run(
             [sys.executable, "-c", "from firefly_sample.model.isolated import main; main()"],
-            input=pickle.dumps((path, suffix, up, max_texture_megapixels, result, SECONDS)),
+            input=pickle.dumps((path, suffix, up, max_texture_megapixels, result, seconds)),
             capture_output=True,
             env={
                 **os.environ,
@@ -45,21 +46,23 @@ def read_isolated(path: Path, suffix: str, up: str | None, max_texture_megapixel
             },
             check=False,
         )
-        if done.returncode:
-            raise ModelError(f"model {path}: {_end(done.returncode)}")
-        found = pickle.loads(result.read_bytes())
+        try:
+            found = pickle.loads(result.read_bytes())
+        except FileNotFoundError:
+            raise ModelError(f"model {path}: {_end(done.returncode, seconds)}") from None
     if isinstance(found, FireflyError):
         raise found
     assert isinstance(found, ModelData)
     return found
 
 
-def _end(code: int) -> str:
-    """Return why a process ended without a result."""
+def _end(code: int, seconds: int) -> str:
+    """Return why a process ended that left no result."""
     if code == -signal.SIGXCPU:
-        return f"reading it takes more than {SECONDS} seconds: simplify it"
-    reason = f"crashed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
-    return f"damaged: its reader {reason}: export it again"
+        return f"reading it takes more than {seconds} seconds: simplify it"
+    if code < 0:
+        return f"damaged: its reader crashed ({signal.Signals(-code).name}): export it again"
+    return f"damaged: its reader ended without a result (exit code {code}): export it again"
 
 
 def main() -> None:
@@ -76,4 +79,6 @@ def main() -> None:
         found: object = read_here(path, suffix, up, max_texture_megapixels)
     except FireflyError as error:
         found = error
-    result.write_bytes(pickle.dumps(found))
+    part = result.with_suffix(".part")  # a process that dies while it writes leaves no result
+    part.write_bytes(pickle.dumps(found))
+    part.rename(result)

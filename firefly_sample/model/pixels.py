@@ -129,4 +129,6 @@ def _reason(data: bytes, error: Exception, formats: tuple[str, ...] | None) -> s
 
 def one_line(error: BaseException) -> str:
     """Return the message of an error as one short line."""
+    if isinstance(error, KeyError):
+        return f"{error} is missing"
     return " ".join(str(error).split())[:200] or type(error).__name__

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from firefly_sample.errors import SceneError
 from firefly_sample.model.framing import visible_bounds
-from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.arrays import LARGEST, Float64
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight
 from firefly_sample.scene.material import Material
@@ -90,6 +91,8 @@ def add_ground(
     """
     bounds = visible_bounds(scene, path, turns=turns, times=times)
     radius = bounds.radius if bounds.radius > 0.0 else 1.0
+    if GROUND_RADIUS * radius > LARGEST:
+        raise SceneError(f"too large for a ground, with a radius of {radius:g}: scale it down")
     angle = np.arange(_CORNERS) * (2.0 * math.pi / _CORNERS)
     rim = GROUND_RADIUS * radius * np.stack([np.cos(angle), np.sin(angle), np.zeros(_CORNERS)], axis=1)
     middle = np.arange(1, _CORNERS - 1)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firefly_sample.errors import FireflyError, ModelError
+from firefly_sample.errors import FireflyError, ModelError, printable
 from firefly_sample.losses import Losses
 from firefly_sample.model.archives import unpacked
 from firefly_sample.model.data import ModelData
@@ -46,7 +46,10 @@ def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float)
     """
     found = find_format(path)
     if not path.is_file():
-        raise ModelError(f"model {path}: " + ("is a folder" if path.is_dir() else "no such file"))
+        fault = "is a folder" if path.is_dir() else "not a file" if path.exists() else "no such file"
+        raise ModelError(f"model {path}: {fault}")
+    if not path.stat().st_size:
+        raise ModelError(f"model {path}: the file is empty")
     suffix = suffix_of(path)
     if suffix in ARCHIVES:
         with unpacked(path) as inner:
@@ -56,7 +59,9 @@ def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float)
                 else:
                     model = read_with_trimesh(inner, up, max_texture_megapixels)
             except FireflyError as error:
-                raise type(error)(str(error).replace(str(inner), f"{path}: {inner.name}")) from None
+                raise type(error)(
+                    str(error).replace(printable(str(inner)), f"{path}: {inner.name}")
+                ) from None
         if suffix != "bz2":
             model.name = path.name[: -len(suffix) - 1]
         return model

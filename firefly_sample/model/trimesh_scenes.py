@@ -46,9 +46,11 @@ def read_scene(path: Path, suffix: str, up: Up, folder: Folder, losses: Losses) 
         except MemoryError:
             raise
         except Exception as error:
-            reason = MIXED_PLY if "PLY is unexpected length" in str(error) else one_line(error)
-            way_out = "" if reason == MIXED_PLY else ": export it again"
-            raise ModelError(f"model {path}: damaged .{suffix} file ({reason}){way_out}") from error
+            if "PLY is unexpected length" in str(error):
+                raise ModelError(f"model {path}: damaged .{suffix} file ({MIXED_PLY})") from error
+            # a converter that fails leaves no file
+            fault = "nothing in it could be read" if isinstance(error, FileNotFoundError) else one_line(error)
+            raise ModelError(f"model {path}: damaged .{suffix} file ({fault}): export it again") from error
     if resolver.refused is not None:
         raise resolver.refused
     return _Reader(Builder(path, up, folder, losses), suffix, scene, resolver.images).read()

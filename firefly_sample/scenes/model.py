@@ -134,7 +134,17 @@ class ModelScene(LiveScene):
             self._load(file).reparent_to(self._turning)
         self._play(self.values["animation"])
         self._check_visible()
-        self._place_camera(self.values["camera"])
+        self._file_camera = self._find_camera(self.values["camera"])
+        self._axis = (0.0, 0.0, 0.0)  # where it is does not matter while nothing turns
+        try:
+            self._place()
+        except SceneError as error:  # of models that are too large, and of animations
+            raise ModelError(f"model {self.values['file']}: {error}") from error
+        self.apply("lights")
+
+    def _place(self) -> None:
+        """Place camera, default lights and ground."""
+        self._place_camera()
         self._file_lights = self._turning.find_all_matches("**/+ShadowCaster")
         for light in self._file_lights:
             for child in light.get_children():
@@ -143,7 +153,6 @@ class ModelScene(LiveScene):
         self._backdrop = self.background
         self._ground = add_ground(self, self._turning, turns=True, times=self._poses())
         self.update(0.0)
-        self.apply("lights")
 
     def apply(self, name: str) -> None:
         """Put the new value of a live parameter into effect."""
@@ -221,15 +230,17 @@ class ModelScene(LiveScene):
         because = f": {'; '.join(losses)}" if losses else ""
         raise ModelError(f"model {self.values['file']}: no visible triangles, so nothing to draw{because}")
 
-    def _place_camera(self, name: str) -> None:
-        """Use a camera of the files, or place one that frames the models."""
+    def _find_camera(self, name: str) -> NodePath | None:
+        """Return the camera of the files that is used; None if one is placed that frames the models."""
         cameras = self._turning.find_all_matches("**/+Camera")
         named = [path for path in cameras if path.get_name() == name]
         if name not in ("auto", "frame") and not named:
             names = dict.fromkeys(path.get_name() for path in cameras)
             raise SceneError(_no_such(self.name, "camera", name, [*names, "auto", "frame"]))
-        self._file_camera: NodePath | None = next(iter(named or cameras), None) if name != "frame" else None
-        self._axis = (0.0, 0.0, 0.0)  # where it is does not matter while nothing turns
+        return next(iter(named or cameras), None) if name != "frame" else None
+
+    def _place_camera(self) -> None:
+        """Use a camera of the files, or place one that frames the models."""
         if self._file_camera is None:
             turns = self.values["turntable"] > 0.0
             frame_camera(self, self._turning, turns=turns, times=self._poses())

@@ -100,7 +100,7 @@ def replace_cascadio(folder: Path, act: str, monkeypatch: pytest.MonkeyPatch) ->
             f"os.kill(os.getpid(), {int(signal.SIGSEGV)})",
             r"damaged: its reader crashed \(SIGSEGV\): export it again",
         ),
-        ("os._exit(3)", "damaged: its reader ended with exit code 3: export it again"),
+        ("os._exit(3)", "damaged: its reader ended without a result \\(exit code 3\\): export it again"),
         ("bytearray(3 << 30)", "reading it takes more memory than there is: simplify it"),
         ("while True: pass", "reading it takes more than 3 seconds: simplify it"),
         ("raise ValueError('two\\nlines')", r"damaged \.step file \(two lines\): export it again"),

@@ -37,6 +37,8 @@ def split_container(path: Path, data: bytes) -> tuple[dict[str, Any], memoryview
 
     The first bytes decide which of the two it is, and not the name.
     """
+    if not data:
+        raise ModelError(f"model {path}: the file is empty")
     if data[:4] == b"glTF":
         return _split_binary(path, data)
     if data[:20].removeprefix(b"\xef\xbb\xbf").lstrip()[:1] != b"{":
