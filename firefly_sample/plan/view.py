@@ -65,7 +65,7 @@ class Eye:
             )
         self.camera = camera_matrices(scene)
         self.planes = self.lens.frustum_planes()
-        self.corners = frustum_corners(self.lens.constants(), near, far)
+        self.corners = frustum_corners(self.lens.constants(), near, far if far <= LARGEST else np.inf)
 
 
 def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
@@ -118,13 +118,18 @@ def camera_matrices(scene: Scene) -> CameraMatrices:
     """Return world to view and back, without the scale and shear that a camera's parents may have.
 
     The forward direction stays; right and up are made perpendicular to it. It is a `NodeError` if the
-    camera's net transform is singular, mirrored or not finite.
+    camera's net transform is singular, mirrored or not finite, or it is too far away.
     """
     net = np.array(scene.camera.get_net_transform().get_mat(), dtype=np.float64)
     if not np.isfinite(net).all() or not np.linalg.det(net[:3, :3]) > 0:
         raise NodeError(
             f"camera {scene.camera}: its net transform is singular, mirrored or not finite: "
             "give it and its parents scales above 0"
+        )
+    if np.abs(net[3, :3]).max() > LARGEST:
+        raise NodeError(
+            f"camera {scene.camera}: its position in the world must be at most {LARGEST:g} units along each "
+            "axis: give it and its parents positions and scales nearer to 1"
         )
     forward = net[1, :3] / np.linalg.norm(net[1, :3])
     right = net[0, :3] - (net[0, :3] @ forward) * forward

@@ -33,7 +33,7 @@ PATIENCE = 120.0
 """Seconds after which a file hangs, whatever else the machine does."""
 LONGEST_LINE = 500
 FILES_OF_A_WORKER = 150
-PARTS = ("node '", "geom '", "light '", "texture '", "camera '")
+PARTS = ("node '", "geom '", "light '", "texture '", "camera ")
 """What a line may begin with that names a part of the model, in place of its file."""
 
 

@@ -63,7 +63,7 @@ def test_all_bytes_that_were_read_are_remembered_by_name(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "neither binary glTF (.glb) nor JSON (.gltf)"),
+        (b"", "the file is empty"),
         (b"PK\3\4 something", "neither binary"),
         (b"glTF", "truncated, it ends inside its header (4 bytes)"),
         (glb((b"JSON", text()), version=1), "glTF version 1, expected 2: export it as glTF 2"),

@@ -233,7 +233,7 @@ def test_folder_is_not_a_model(tmp_path: Path) -> None:
             load_model(path)
 
 
-@pytest.mark.parametrize("content", [b"", b"PNG\r\n", b"solid " * 40])
+@pytest.mark.parametrize("content", [b"PNG\r\n", b"solid " * 40])
 def test_not_gltf(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "wrong.glb"
     path.write_bytes(content)

@@ -20,8 +20,8 @@ from firefly_sample.model.framing import visible_bounds
 from tests.model import damage
 from tests.model.format_files import write, zipped
 from tests.model.mutate_files import draw_all, run
-from tests.model.originals import GLTF, OTHERS
-from tests.model.scene_files import TRIANGLES, add_slide, box_file
+from tests.model.originals import GLTF, OTHERS, rich_file
+from tests.model.scene_files import TRIANGLES, add_camera, add_slide, box_file
 
 
 def test_sixty_files() -> None:
@@ -125,6 +125,28 @@ def test_models_that_are_too_large_are_named(tmp_path: Path) -> None:
     path = file.write(tmp_path / "large.glb")
     with pytest.raises(ModelError, match=r"large\.glb: too large for a ground, with a radius of 2\.\d+e\+30"):
         model_scene(path)
+
+
+@pytest.mark.parametrize("far", [1e155, 1.7e308])
+def test_far_planes_beyond_squares_of_float64(far: float, tmp_path: Path, render) -> None:
+    """The picture is that without a far plane, and nothing overflows."""
+    pictures = []
+    for zfar in ({"zfar": far}, {}):
+        file = rich_file()
+        lens = file.json["cameras"][0]["perspective"]
+        del lens["zfar"]
+        lens.update(zfar)
+        pictures.append(render(model_scene(file.write(tmp_path / "a.glb"))).color)
+    np.testing.assert_array_equal(*pictures)
+
+
+@pytest.mark.parametrize("place", [[0, 0, 1e155], [1.7e308, 0, 0], [0, -2e30, 0]])
+def test_cameras_that_are_too_far_away_are_named(place: list[float], tmp_path: Path, render) -> None:
+    file = box_file()
+    add_camera(file, "eye", translation=place)
+    scene = model_scene(file.write(tmp_path / "a.glb"))
+    with pytest.raises(NodeError, match=r"camera model/camera: its position in the world must be at most"):
+        render(scene)
 
 
 # other formats
