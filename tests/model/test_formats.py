@@ -15,8 +15,10 @@ from trimesh.path.exchange import load as trimesh_paths
 
 from firefly_sample.errors import MissingPackageError, ModelError
 from firefly_sample.model import formats
+from firefly_sample.model.data import ModelData
 from firefly_sample.model.formats import ARCHIVES, FORMATS
 from firefly_sample.model.load import load_model
+from firefly_sample.model.tree import make_tree
 from firefly_sample.model.trimesh_files import read_with_trimesh
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
@@ -81,14 +83,21 @@ def test_there_is_a_file_of_every_format() -> None:
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_every_format_is_drawn(suffix: str, tmp_path: Path, draw) -> None:
-    model = load_model(write(tmp_path, suffix))
-    scene = front(model, metres(suffix))
-    picture = draw(scene)
+    path = write(tmp_path, suffix)
+    model = read_with_trimesh(path, None, 100)
+    if declared_up(suffix) == "z":
+        check_triangles_and_units(model, suffix)
+    root = make_tree(model, None)
+    picture = draw(front(root, metres(suffix)))
     expected = np.zeros((SIZE, SIZE, 3), dtype=int)
     expected[covered(np.array(SILHOUETTES[declared_up(suffix)]))] = ORANGE if suffix in COLORED else GREY
     assert np.abs(picture - expected).max() <= 1
-    assert model.get_name() == "tetra"
-    assert model.node().warnings == ()
+    assert root.get_name() == "tetra"
+    assert root.node().warnings == ()
+
+
+def test_triangles_of_obj(tmp_path: Path) -> None:
+    check_triangles_and_units(read_with_trimesh(write(tmp_path, "obj"), "z", 100), "obj")
 
 
 @pytest.mark.parametrize("up", ["x", "y", "z"])
@@ -108,9 +117,8 @@ def test_collada_says_which_axis_is_up(declared: str, up: str, tmp_path: Path) -
     assert np.array_equal(shape, load_model(path, up=up).get_tight_bounds())
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_triangles_and_units_are_those_of_the_file(suffix: str, tmp_path: Path) -> None:
-    model = read_with_trimesh(write(tmp_path, suffix), "z", 100)
+def check_triangles_and_units(model: ModelData, suffix: str) -> None:
+    """Check that triangles and units are those of the file, with Z up."""
     (geom,) = model.geoms
     corners = geom.arrays["vertices"][geom.arrays["triangles"]] * metres(suffix)
     volumes = np.linalg.det(corners)
