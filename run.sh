@@ -125,7 +125,7 @@ take_turn() {
 
 # -I: neither a module in the working folder nor one in PYTHONPATH is taken for pip or for what is to be installed.
 pip_install() {
-    "$venv/bin/python" -I -m pip install --quiet --disable-pip-version-check --no-input "$@" >&2 ||
+    "$venv/bin/python" -I -m pip install --quiet --no-compile --disable-pip-version-check --no-input "$@" >&2 ||
         die "the Python packages could not be installed (pip's reason is above); run the same command again"
 }
 
