@@ -40,7 +40,7 @@ class Folder:
                 path = (self.root / candidate).resolve()
                 if path.is_relative_to(self.root) and path.is_file():
                     return path
-            except (OSError, ValueError):  # too long, or with a null
+            except (OSError, ValueError, RuntimeError):  # too long, with a null, or a loop of links
                 continue
         return None
 

@@ -208,6 +208,12 @@ def test_links_out_of_the_folder_are_not_followed(tmp_path: Path) -> None:
     assert len(model.losses) == 2
 
 
+def test_a_link_to_itself_is_no_file(tmp_path: Path) -> None:
+    (tmp_path / "m.mtl").symlink_to(tmp_path / "m.mtl")
+    model = read(tmp_path, f"mtllib m.mtl\n{TRIANGLE}f 1 2 3\n")
+    assert model.losses == ["material libraries not found in the model's folder: 'm.mtl'"]
+
+
 def test_large_textures_are_refused_before_they_are_decoded(tmp_path: Path) -> None:
     large = png(np.zeros((40, 50, 4), dtype=np.uint8), 6, 8)[:60]  # only the header is whole
     files = {"m_mtl": "newmtl a\nmap_Kd big.png\n", "big_png": large}
