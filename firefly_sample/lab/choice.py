@@ -192,13 +192,12 @@ def choose(
     parameters : mapping, optional
         Parameters of a scene that is given by name.
     given : mapping, optional
-        Settings that are fixed, beside those of a scene that is given by name. Times are measured with its
-        "supersample", errors on single samples. An exposure of "auto" is measured once, at the first time.
+        Settings that are fixed, beside a named scene's own. Times are measured with its "supersample",
+        errors on single samples, and an exposure of "auto" once, at the first time.
     size : (int, int)
         Pixels.
     times : sequence of float
-        Seconds of the frames to measure. Give a few that are far apart: the largest error of an animated
-        scene differs from frame to frame.
+        Seconds of the frames to measure, a few that are far apart: errors differ from frame to frame.
     device, require_gpu : see `firefly_sample.Renderer`
     progress : callable, optional
         Called with (steps done, all steps).
@@ -230,9 +229,8 @@ def choose(
             chosen = search.most_accurate(budget_ms)
         else:
             chosen = search.fastest(max_error, max_codes, asked)
-    candidates = sorted(search.measured, key=lambda candidate: candidate.ratio)
-    settings = wanted.with_changes(**chosen.changes)
-    return Choice(settings, chosen, tuple(candidates), asked, tuple(times))
+    candidates = tuple(sorted(search.measured, key=lambda candidate: candidate.ratio))
+    return Choice(wanted.with_changes(**chosen.changes), chosen, candidates, asked, tuple(times))
 
 
 def _asked(max_error: float | None, max_codes: int | None, budget_ms: float | None) -> str:

@@ -69,7 +69,7 @@ def main() -> None:
     """Read what standard input asks for, and write the result, or the error, to a file."""
     import resource
 
-    from firefly_sample.model.trimesh_files import read_here
+    from firefly_sample.model.readers import read_here
 
     path, suffix, up, max_texture_megapixels, result, seconds = pickle.load(sys.stdin.buffer)
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))

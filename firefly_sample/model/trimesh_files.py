@@ -14,15 +14,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from firefly_sample.errors import FireflyError, ModelError, printable
-from firefly_sample.losses import Losses
 from firefly_sample.model.archives import unpacked
 from firefly_sample.model.data import ModelData
-from firefly_sample.model.folder import Folder
-from firefly_sample.model.formats import ARCHIVES, FORMATS, find_format, suffix_of, up_axis
+from firefly_sample.model.formats import ARCHIVES, FORMATS, find_format, suffix_of
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.reader import read_gltf
 from firefly_sample.model.isolated import read_isolated
-from firefly_sample.model.pixels import one_line
+from firefly_sample.model.readers import read_here
 
 
 def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float) -> ModelData:
@@ -68,35 +66,3 @@ def read_with_trimesh(path: Path, up: str | None, max_texture_megapixels: float)
     if found.packages is not None or suffix not in FORMATS:
         return read_isolated(path, suffix, up, max_texture_megapixels)
     return read_here(path, suffix, up, max_texture_megapixels)
-
-
-def read_here(path: Path, suffix: str, up: str | None, max_texture_megapixels: float) -> ModelData:
-    """Return the content of a file that is no archive, read in this process."""
-    losses = Losses()
-    folder = Folder(path, losses, max_texture_megapixels)
-    try:
-        model = _read(path, suffix, up, folder, losses)
-    except OSError as error:
-        raise ModelError(f"model {path}: cannot be read ({error.strerror or one_line(error)})") from None
-    except MemoryError:
-        raise ModelError(f"model {path}: reading it takes more memory than there is: simplify it") from None
-    if not model.geoms:
-        also = "".join(f"; not drawn: {line}" for line in losses.lines())
-        raise ModelError(f"model {path}: holds no triangles, so there is nothing to draw{also}")
-    model.losses.extend(losses.lines())
-    return model
-
-
-def _read(path: Path, suffix: str, asked: str | None, folder: Folder, losses: Losses) -> ModelData:
-    if suffix == "dae":
-        from firefly_sample.model.dae_model import read_dae
-
-        return read_dae(path, asked, folder, losses)
-    up = up_axis(path, asked, FORMATS[suffix].up if suffix in FORMATS else "z")
-    if suffix == "obj":
-        from firefly_sample.model.obj import read_obj
-
-        return read_obj(path, up, folder, losses)
-    from firefly_sample.model.trimesh_scenes import read_scene
-
-    return read_scene(path, suffix, up, folder, losses)

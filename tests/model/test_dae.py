@@ -10,7 +10,7 @@ import pytest
 from firefly_sample.errors import ModelError
 from firefly_sample.model import dae_model
 from firefly_sample.model.data import ModelData
-from firefly_sample.model.trimesh_files import read_here
+from firefly_sample.model.readers import read_here
 from firefly_sample.srgb import srgb_to_linear
 from tests.model.format_files import dae
 from tests.model.png_files import png

@@ -15,7 +15,8 @@ import pytest
 
 from firefly_sample.errors import ModelError
 from firefly_sample.model import isolated
-from firefly_sample.model.trimesh_files import read_here, read_with_trimesh
+from firefly_sample.model.readers import read_here
+from firefly_sample.model.trimesh_files import read_with_trimesh
 from tests.model.format_files import FILES, dae, model_3mf, ply_binary, stl_text, write, xaml, zipped
 from tests.model.mutations import mutated_bytes
 
@@ -58,7 +59,7 @@ def test_mutated_files_of_packages(tmp_path: Path) -> None:
 import random, sys
 from pathlib import Path
 from firefly_sample.errors import ModelError
-from firefly_sample.model.trimesh_files import read_here
+from firefly_sample.model.readers import read_here
 from tests.model.format_files import FILES
 from tests.model.mutations import mutated_bytes
 chance = random.Random(1)
