@@ -132,11 +132,11 @@ pip_install() {
 # What a lock brings; a test holds the figures, to within a fifth.
 contents() {
     case $1 in
-    base) echo "to draw: numpy, pillow, trimesh, moderngl and others (about 120 MB)" ;;
+    base) echo "to draw: numpy, pillow, trimesh, moderngl and others (about 90 MB)" ;;
     window) echo "for a window: glfw (about 1 MB)" ;;
-    measure) echo "to measure: embreex, matplotlib, flip-evaluator and others (about 120 MB)" ;;
-    formats) echo "to read more model formats: cascadio, lxml, pycollada and others (about 155 MB)" ;;
-    test) echo "to test: panda3d, scipy, mypy and others (about 850 MB, less what is there already)" ;;
+    measure) echo "to measure: embreex, matplotlib, flip-evaluator and others (about 105 MB)" ;;
+    formats) echo "to read more model formats: cascadio, lxml, pycollada and others (about 145 MB)" ;;
+    test) echo "to test: panda3d, scipy, mypy and others (about 730 MB, less what is there already)" ;;
     esac
 }
 

@@ -107,6 +107,8 @@ def megabytes(lock: str) -> dict[str, float]:
 def sizes_of(package: Distribution) -> Iterator[int]:
     folder = str(package.locate_file(""))
     for file in package.files or ():
+        if file.suffix == ".pyc":  # pip may leave compiling to the first import
+            continue
         with suppress(OSError):
             yield os.stat(f"{folder}/{file}").st_size
 
