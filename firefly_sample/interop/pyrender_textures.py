@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, TypedDict
+from typing import Any, TypedDict, get_args
 
 from firefly_sample.scene.material import MagFilter, MinFilter, Texture, Wrap
 
 _WRAPS: dict[str, Wrap] = {"REPEAT": "repeat", "CLAMP_TO_EDGE": "clamp", "MIRRORED_REPEAT": "mirror"}
-_MAGFILTERS: tuple[MagFilter, ...] = ("nearest", "linear")
-_MINFILTERS: tuple[MinFilter, ...] = (
-    "nearest",
-    "linear",
-    "nearest_mipmap_nearest",
-    "linear_mipmap_nearest",
-    "nearest_mipmap_linear",
-    "linear_mipmap_linear",
-)
+_MAGFILTERS: tuple[MagFilter, ...] = get_args(MagFilter)
+_MINFILTERS: tuple[MinFilter, ...] = get_args(MinFilter)
 
 
 class SamplingOptions(TypedDict, total=False):
