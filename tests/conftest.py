@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import sys
 import tempfile
 import warnings
 
@@ -10,6 +12,7 @@ import pytest
 from hypothesis import settings as search
 
 from firefly_sample import Renderer, SoftwareDriverWarning
+from firefly_sample.assets import asset_dir
 from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.gpu.device import Device
 
@@ -37,6 +40,17 @@ def device():
     made = Device()
     yield made
     made.release()
+
+
+@pytest.fixture(scope="module")
+def maker():
+    """The script models/make_models.py as a module."""
+    before = list(sys.path)
+    sys.path.insert(0, str(asset_dir("models")))
+    try:
+        yield importlib.import_module("make_models")
+    finally:
+        sys.path[:] = before
 
 
 @pytest.fixture

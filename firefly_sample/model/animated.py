@@ -1,4 +1,4 @@
-"""What moves in a model: its animated nodes, and the Geoms that follow joints and morph targets."""
+"""Tie the animations, skins and morph targets of a model to its nodes and Geoms."""
 
 from __future__ import annotations
 

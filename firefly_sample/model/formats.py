@@ -24,7 +24,7 @@ class Format:
     up: Up = "z"
     """The axis that points up unless the user, or a file of this format, says otherwise."""
     packages: dict[str, str] | None = None
-    """What reading it imports, as {module: package}; all are in the extra "formats"."""
+    """The packages that its reader imports, as {module: package}; the extra "formats" installs them."""
     undrawable: str = ""
     """The content of every file of a format without triangles, and the way out."""
 

@@ -50,7 +50,7 @@ class Pose:
 
     @property
     def has_geoms(self) -> bool:
-        """Whether a Geom follows joints or targets."""
+        """True if a Geom follows joints or morph targets."""
         return bool(self._geoms)
 
     def add_geom(self, geom: Geom, shape: Shape, node: int, skin: int | None) -> None:

@@ -49,7 +49,8 @@ GROUND_RADIUS = 3.5
 """In radii of the model, whose shadow ends at 1 + 2 / tan(55 degrees)."""
 _CORNERS = 96
 GROUND_GAP = 1e-3
-"""How far the ground is below the model, in radii: a flat model would otherwise lie in it."""
+"""The distance from the model down to the ground, in radii of the model. At 0, a flat model would lie in the
+ground."""
 
 
 def _level_light() -> Float64:

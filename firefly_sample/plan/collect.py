@@ -186,7 +186,7 @@ class Snapshot:
     particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()  # path of each geometry instance, by id
     warnings: tuple[str, ...] = ()
-    """What nodes say about themselves, each line once."""
+    """The warnings of all nodes, each line once."""
     watched: list[tuple[Any, int]] = field(default_factory=list)
     """Geoms and lenses with their revisions: the graph does not hear of their changes."""
     looks: list[tuple[Material, tuple[Any, ...]]] = field(default_factory=list)

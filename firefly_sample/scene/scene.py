@@ -175,7 +175,7 @@ class ScenePlugin(Protocol):
 
     @property
     def name(self) -> str:
-        """What the scene is called in messages."""
+        """The scene's name in messages."""
 
     @property
     def summary(self) -> str:
@@ -183,7 +183,7 @@ class ScenePlugin(Protocol):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What `build` takes."""
+        """The parameters that `build` takes."""
 
     def build(self, **parameters: Any) -> Scene:
         """Build a new scene from checked parameters."""

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import json
 import struct
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -37,17 +35,6 @@ QUICK = (
     "terrain",
 )
 """Those that take seconds; they use every kind of noise, branch, card and texture there is."""
-
-
-@pytest.fixture(scope="module")
-def maker():
-    """The script models/make_models.py as a module."""
-    before = list(sys.path)
-    sys.path.insert(0, str(MODELS))
-    try:
-        yield importlib.import_module("make_models")
-    finally:
-        sys.path[:] = before
 
 
 def contents(path: Path) -> tuple[list[np.ndarray], list[np.ndarray], dict]:

@@ -5,11 +5,9 @@ They are read here by the letter of the format, without the package's reader.
 
 from __future__ import annotations
 
-import importlib
 import io
 import json
 import struct
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -70,17 +68,6 @@ class Contents:
 
     def primitives(self) -> list[dict]:
         return [primitive for mesh in self.json["meshes"] for primitive in mesh["primitives"]]
-
-
-@pytest.fixture(scope="module")
-def maker():
-    """The script models/make_models.py as a module."""
-    before = list(sys.path)
-    sys.path.insert(0, str(MODELS))
-    try:
-        yield importlib.import_module("make_models")
-    finally:
-        sys.path[:] = before
 
 
 @pytest.fixture(scope="module", params=NAMES)

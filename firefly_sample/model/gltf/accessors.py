@@ -35,7 +35,7 @@ SHAPES: dict[str, tuple[int, ...]] = {
 
 @dataclass(frozen=True)
 class Layout:
-    """What an accessor says about its elements."""
+    """The type, number and layout of an accessor's elements."""
 
     count: int
     dtype: np.dtype[Any]

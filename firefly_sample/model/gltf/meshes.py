@@ -36,7 +36,7 @@ with, both v down as in glTF; None: as they are."""
 
 @dataclass
 class Primitive:
-    """What a primitive becomes: the arrays and `flat` of a `GeomData`, or no arrays if nothing is drawn.
+    """The arrays and the flag `flat` of a primitive's `GeomData`; the arrays are None if nothing is drawn.
 
     `losses` say what is not drawn, each as a line that can be followed by the name of the mesh.
     """

@@ -30,7 +30,7 @@ _MINFILTERS: dict[int, MinFilter] = {
 
 
 class Slot(NamedTuple):
-    """What a material says about one of its textures."""
+    """The reference of a material to one of its textures."""
 
     texture: int
     """An index into the file's textures."""
