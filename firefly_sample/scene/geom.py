@@ -42,10 +42,15 @@ class Geom(ReadOnlyArrays):
         when absent. In uint8, 255 is 1, and in uint16, 65535.
     name : str
     texcoords_1 : array_like, shape (n, 2), optional
-        A second set of texture coordinates, for materials whose `emission_texcoord` is 1; None when absent.
+        A second set of texture coordinates, for materials whose `emission_texcoord` or other such number is
+        1; None when absent.
+    tangents : array_like, shape (n, 4), optional
+        For normal maps: unit vectors along which u grows, and 1 or -1, by which cross(normal, tangent) is
+        multiplied to give the bitangent, along which v grows. When absent, they are computed if a material
+        needs them: see `firefly_sample.scene.tangents`.
 
     `firefly_sample.scene.arrays` lists the accepted types. The arrays are copied and read-only: replace them
-    with `set_vertices`, `set_normals` and `set_colors`.
+    with `set_vertices`, `set_normals`, `set_tangents` and `set_colors`.
 
     Attributes
     ----------
@@ -65,6 +70,7 @@ class Geom(ReadOnlyArrays):
 
     alphas: Float64 | None
     texcoords_1: Float64 | None
+    tangents: Float64 | None
     _bounds: tuple[Float64, Float64] | None
 
     def __init__(
@@ -77,6 +83,7 @@ class Geom(ReadOnlyArrays):
         name: str = "geom",
         *,
         texcoords_1: ArrayLike | None = None,
+        tangents: ArrayLike | None = None,
     ) -> None:
         self.name = name
         self.serial = new_serial()
@@ -87,6 +94,7 @@ class Geom(ReadOnlyArrays):
         self.normals = self._vertex_normals() if normals is None else self._normals(normals)
         self.texcoords = self._floats("texcoords", np.zeros((n, 2)) if texcoords is None else texcoords, n, 2)
         self.texcoords_1 = None if texcoords_1 is None else self._floats("texcoords_1", texcoords_1, n, 2)
+        self.tangents = None if tangents is None else self._tangents(tangents)
         self.colors, self.alphas = self._colors(colors)
         self._bounds = None
 
@@ -157,6 +165,17 @@ class Geom(ReadOnlyArrays):
         """Replace the normals, shape (n, 3)."""
         self.normals = self._normals(normals)
         self.revision += 1
+
+    def set_tangents(self, tangents: ArrayLike | None) -> None:
+        """Replace the tangents, shape (n, 4), see the class; None has them computed."""
+        self.tangents = None if tangents is None else self._tangents(tangents)
+        self.revision += 1
+
+    def _tangents(self, tangents: ArrayLike) -> Float64:
+        given = self._floats("tangents", tangents, len(self.vertices), 4)
+        if not (np.abs(given[:, 3]) == 1.0).all():
+            raise SceneError(f"geom {self.name!r}: the fourth number of each tangent must be 1 or -1")
+        return given
 
     def set_colors(self, colors: ArrayLike | None) -> None:
         """Replace the vertex colours, shape (n, 3) or (n, 4), see the class; None removes them."""

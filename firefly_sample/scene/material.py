@@ -35,6 +35,8 @@ MinFilter = Literal[
 
 LARGEST_SHININESS = 1e6
 """The G-buffer stores the logarithm of shininess, up to this value."""
+LARGEST_SCALE = 1e3
+"""Of a normal map, either way."""
 
 
 _Choice = TypeVar("_Choice", Wrap, MinFilter, MagFilter)
@@ -213,11 +215,15 @@ class Texture(ReadOnlyArrays):
 
 
 class Material(ReadOnlyArrays):
-    """The light that a surface reflects and emits.
+    """The light that a surface reflects and emits, by one of two models, or by none.
 
-    Its radiance is ambient + diffuse + specular + emission: ambient light times `ambient` and the texture;
-    each light times `base_color`, the texture and the cosine of its angle; each light's highlight times
-    `specular`; and `emission` times the emission texture.
+    A Phong material's radiance is ambient + diffuse + specular + emission: ambient light times `ambient` and
+    the texture; each light times `base_color`, the texture and the cosine of its angle; each light's
+    highlight times `specular`; and `emission` times the emission texture.
+
+    With `metallic`, it is a metallic-roughness material, as glTF 2.0 has them (appendix B): base colour,
+    `metallic` and `roughness` decide all that it reflects, and `ambient`, `specular` and `shininess` must be
+    left out. With `unlit`, a surface shows its base colour as it is, and no light meets it.
 
     Parameters
     ----------
@@ -227,9 +233,10 @@ class Material(ReadOnlyArrays):
     texture : Texture, optional
     alpha_mode : {"opaque", "mask", "blend"}
         "mask" cuts out fragments whose alpha, the product of those of base colour, texture and vertex
-        colours, is below `alpha_cutoff`. Deferred shading stores one surface per pixel, so "blend" is drawn
-        as "mask" and the plan warns about it.
+        colours, is below `alpha_cutoff`. "blend" lets through what is behind, by 1 - alpha: see
+        `Settings.transparency`.
     alpha_cutoff : float
+        Blended surfaces cast shadows where their alpha is not below it.
     double_sided : bool
         Draw both sides, and turn the normal towards the eye.
     ambient : sequence of 3 floats, optional
@@ -246,6 +253,25 @@ class Material(ReadOnlyArrays):
     emission_texcoord : {0, 1}
         The texture coordinates of the emission texture: a Geom's `texcoords`, or its `texcoords_1` if it has
         those.
+    metallic : float, optional
+        The share of a metal, 0 to 1: a metal reflects in its base colour, and nothing diffusely. A material
+        with a number is a metallic-roughness one, even if it is 0.
+    roughness : float
+        0 to 1, of a metallic-roughness material: 0 is a mirror. Below 1/32 it is drawn as 1/32.
+    metallic_roughness_texture : Texture, optional
+        Its green multiplies `roughness`, its blue `metallic`; its numbers are linear as stored.
+    normal_texture : Texture, optional
+        Normals in tangent space, n/2 + 1/2, linear as stored: x along the Geom's tangents, y along its
+        bitangents, z along its normals (glTF 2.0, section 3.9.3).
+    normal_scale : float
+        Multiplies x and y of these normals.
+    occlusion_texture : Texture, optional
+        Its red, linear as stored, multiplies ambient light.
+    occlusion_strength : float
+        0 to 1: the multiplier is 1 + strength * (red - 1).
+    metallic_roughness_texcoord, normal_texcoord, occlusion_texcoord : {0, 1}
+        As `emission_texcoord`.
+    unlit : bool
 
     Raises
     ------
@@ -268,15 +294,33 @@ class Material(ReadOnlyArrays):
         shininess: float = 0.0,
         emission_texture: Texture | None = None,
         emission_texcoord: int = 0,
+        metallic: float | None = None,
+        roughness: float = 1.0,
+        metallic_roughness_texture: Texture | None = None,
+        normal_texture: Texture | None = None,
+        normal_scale: float = 1.0,
+        occlusion_texture: Texture | None = None,
+        occlusion_strength: float = 1.0,
+        metallic_roughness_texcoord: int = 0,
+        normal_texcoord: int = 0,
+        occlusion_texcoord: int = 0,
+        unlit: bool = False,
     ) -> None:
         self.name = name
         self.texture = texture
         self.emission_texture = emission_texture
-        if not isinstance(emission_texcoord, int | np.integer) or emission_texcoord not in (0, 1):
-            raise SceneError(
-                f"material {name!r}: emission_texcoord must be 0 or 1, got {emission_texcoord!r}"
-            )
-        self.emission_texcoord = int(emission_texcoord)
+        self.metallic_roughness_texture = metallic_roughness_texture
+        self.normal_texture = normal_texture
+        self.occlusion_texture = occlusion_texture
+        self.emission_texcoord = self._texcoord("emission_texcoord", emission_texcoord)
+        self.metallic_roughness_texcoord = self._texcoord(
+            "metallic_roughness_texcoord", metallic_roughness_texcoord
+        )
+        self.normal_texcoord = self._texcoord("normal_texcoord", normal_texcoord)
+        self.occlusion_texcoord = self._texcoord("occlusion_texcoord", occlusion_texcoord)
+        self.normal_scale = self._number("normal_scale", normal_scale, -LARGEST_SCALE, LARGEST_SCALE)
+        self.occlusion_strength = self._number("occlusion_strength", occlusion_strength)
+        self.unlit = bool(unlit)
         self.double_sided = double_sided
         if alpha_mode not in ("opaque", "mask", "blend"):
             raise SceneError(
@@ -287,11 +331,21 @@ class Material(ReadOnlyArrays):
         if not 0.0 <= self.alpha_cutoff <= 1.0:
             raise SceneError(f"material {name!r}: alpha_cutoff must lie in 0..1, got {alpha_cutoff!r}")
         self.revision = 0
+        self.metallic: float | None = None
+        self.ambient: Float64 | None = None
+        self.specular, self.shininess = np.zeros(3), 0.0
         self.set_base_color(base_color)
         self.set_ambient(ambient)
         self.set_emission(emission)
         self.set_specular(specular)
         self.set_shininess(shininess)
+        self.set_roughness(roughness)
+        if metallic is not None:
+            self.set_metallic(metallic)
+        if self.metallic_roughness_texture is not None and self.metallic is None:
+            raise SceneError(
+                f"material {name!r}: metallic_roughness_texture multiplies metallic, which is absent: give it"
+            )
 
     def set_base_color(self, color: ArrayLike) -> None:
         """Set the linear base colour (r, g, b, a), each in 0..1."""
@@ -306,6 +360,7 @@ class Material(ReadOnlyArrays):
     def set_ambient(self, color: ArrayLike | None) -> None:
         """Set the linear reflectance of ambient light (r, g, b); None is the base colour."""
         self.ambient = None if color is None else self._color("ambient", color)
+        self._check_model()
         self.revision += 1
 
     def set_emission(self, color: ArrayLike) -> None:
@@ -316,6 +371,7 @@ class Material(ReadOnlyArrays):
     def set_specular(self, color: ArrayLike) -> None:
         """Set the linear reflectance of highlights (r, g, b)."""
         self.specular = self._color("specular", color)
+        self._check_model()
         self.revision += 1
 
     def set_shininess(self, shininess: float) -> None:
@@ -327,7 +383,40 @@ class Material(ReadOnlyArrays):
                 f"got {shininess!r}"
             )
         self.shininess = exponent
+        self._check_model()
         self.revision += 1
+
+    def set_metallic(self, metallic: float | None) -> None:
+        """Set the share of a metal; None makes a Phong material."""
+        self.metallic = None if metallic is None else self._number("metallic", metallic)
+        self._check_model()
+        self.revision += 1
+
+    def set_roughness(self, roughness: float) -> None:
+        """Set the roughness of a metallic-roughness material."""
+        self.roughness = self._number("roughness", roughness)
+        self.revision += 1
+
+    def _check_model(self) -> None:
+        """Raise a SceneError if a metallic-roughness material has what only Phong materials have."""
+        if self.metallic is not None and (self.ambient is not None or self.specular.any() or self.shininess):
+            raise SceneError(
+                f"material {self.name!r}: a metallic material has no ambient, specular and shininess: "
+                "leave these out, or metallic"
+            )
+
+    def _number(self, what: str, given: float, least: float = 0.0, largest: float = 1.0) -> float:
+        number = to_number(given)
+        if not least <= number <= largest:
+            raise SceneError(
+                f"material {self.name!r}: {what} must be a number of {least:g} to {largest:g}, got {given!r}"
+            )
+        return number
+
+    def _texcoord(self, what: str, given: int) -> int:
+        if not isinstance(given, int | np.integer) or given not in (0, 1):
+            raise SceneError(f"material {self.name!r}: {what} must be 0 or 1, got {given!r}")
+        return int(given)
 
     def _color(self, what: str, color: ArrayLike, channels: int = 3, largest: float = 1.0) -> Float64:
         return as_color(f"material {self.name!r}: {what}", color, channels, largest)
