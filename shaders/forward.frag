@@ -12,6 +12,9 @@
 #define RADIANCE 1
 #define NORMAL_FORMAT NORMAL_FORMAT_OCT16
 #define ALBEDO_FORMAT ALBEDO_FORMAT_LINEAR
+#ifdef METALLIC
+#define METALLIC_ROUGHNESS 1
+#endif
 #include "include/surface.glsl"
 #include "include/material.glsl"
 #if LIGHT_KIND != LIGHT_KIND_NONE
@@ -32,12 +35,15 @@ void main()
     s.y = view.y;
     s.ray = view.xz / view.y;
     s.place = view;
-    s.normal = surface_normal(view);
+    s.normal = surface_normal(view, made);
     s.albedo = made.albedo;
-#if SPECULAR
+#if SPECULAR && !defined(METALLIC)
     s.specular = v_specular;
 #else
     s.specular = vec4(0.0);
+#endif
+#ifdef METALLIC
+    s.metallic = vec2(made.metallic, made.roughness);
 #endif
     vec3 sum = vec3(0.0);
 #if LIGHT_KIND != LIGHT_KIND_NONE

@@ -29,6 +29,9 @@ out COLOR_TEXEL o_ambient;
 #if SPECULAR
 out vec4 o_specular;
 #endif
+#ifdef METALLIC_ROUGHNESS
+out vec4 o_metallic_roughness;
+#endif
 #if EMISSION
 out vec4 o_emission;
 #endif
@@ -56,7 +59,11 @@ bool is_steep()
 void main()
 {
 #if INTERPOLATION == INTERPOLATION_FLOAT64
+#if NORMAL_MAP
+    uint steep = 0u;  // the interpolation pass has no normal maps
+#else
     uint steep = is_steep() ? STEEP_BIT : 0u;  // before discard, after which derivatives are undefined
+#endif
 #endif
     Sample made = sample_material();
 #if NORMAL || DISTANCE || POSITION_TARGET != POSITION_TARGET_NONE
@@ -66,7 +73,7 @@ void main()
     o_albedo = pack_color(made.albedo);
 #endif
 #if NORMAL
-    o_normal = encode_normal(surface_normal(view));
+    o_normal = encode_normal(surface_normal(view, made));
 #endif
 #if DISTANCE
     o_distance = view.y;
@@ -79,8 +86,17 @@ void main()
 #if AMBIENT_ALBEDO
     o_ambient = pack_color(made.ambient);
 #endif
-#if SPECULAR
+#if SPECULAR && defined(METALLIC)
+    o_specular = encode_specular(vec3(0.0), 0.0);
+#elif SPECULAR
     o_specular = encode_specular(v_specular.rgb, v_specular.a);
+#endif
+#ifdef METALLIC_ROUGHNESS
+#ifdef METALLIC
+    o_metallic_roughness = vec4(encode_metallic(made.metallic, made.roughness), 0.0, 0.0);
+#else
+    o_metallic_roughness = vec4(0.0);
+#endif
 #endif
 #if EMISSION
     o_emission = vec4(made.emission, 1.0);

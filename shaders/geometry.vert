@@ -5,19 +5,22 @@
 #define VISIBILITY 0
 #endif
 #include "include/lens.glsl"
+#include "include/surface_maps.glsl"
 
 in vec3 in_position;
 in vec3 in_normal;
-#if SECOND_TEXCOORDS
+#if TEXCOORDS_1
 in vec4 in_texcoord;  // both pairs: OpenGL guarantees 16 attributes, and all others are 16 at most
 #else
 in vec2 in_texcoord;
 #endif
-#if VERTEX_COLOR
+#if VERTEX_ALPHA
+in vec4 in_color;
+#elif VERTEX_COLOR
 in vec3 in_color;
 #endif
-#if VERTEX_ALPHA
-in float in_vertex_alpha;
+#if NORMAL_MAP
+in vec4 in_tangent;
 #endif
 in vec4 in_view_x;
 in vec4 in_view_y;
@@ -29,8 +32,8 @@ in vec4 in_base_color;
 #if AMBIENT_ALBEDO
 in vec3 in_ambient;
 #endif
-#if SPECULAR
-in vec4 in_specular;
+#if SPECULAR || defined(METALLIC)
+in vec4 in_specular;  // of a metallic-roughness material: metalness, roughness
 #endif
 #if EMISSION
 in vec3 in_emission;
@@ -57,13 +60,16 @@ flat out vec4 v_base_color;
 #if AMBIENT_ALBEDO
 flat out vec3 v_ambient;
 #endif
-#if SPECULAR
+#if SPECULAR || defined(METALLIC)
 flat out vec4 v_specular;
+#endif
+#if NORMAL_MAP
+out vec4 v_tangent;
 #endif
 #if EMISSION
 flat out vec3 v_emission;
 #endif
-#if SECOND_TEXCOORDS
+#if TEXCOORDS_1
 out vec2 v_texcoord_1;
 #endif
 #if ID
@@ -80,22 +86,26 @@ void main()
     v_normal = vec3(dot(in_normal, in_normal_x), dot(in_normal, in_normal_y), dot(in_normal, in_normal_z));
     v_texcoord = in_texcoord.xy;
 #if VERTEX_COLOR
-    v_color = in_color;
+    v_color = in_color.rgb;
 #endif
 #if VERTEX_ALPHA
-    v_vertex_alpha = in_vertex_alpha;
+    v_vertex_alpha = in_color.a;
 #endif
     v_base_color = in_base_color;
 #if AMBIENT_ALBEDO
     v_ambient = in_ambient;
 #endif
-#if SPECULAR
+#if SPECULAR || defined(METALLIC)
     v_specular = in_specular;
+#endif
+#if NORMAL_MAP
+    vec3 t = in_tangent.xyz;
+    v_tangent = vec4(dot(t, in_view_x.xyz), dot(t, in_view_y.xyz), dot(t, in_view_z.xyz), in_tangent.w);
 #endif
 #if EMISSION
     v_emission = in_emission;
 #endif
-#if SECOND_TEXCOORDS
+#if TEXCOORDS_1
     v_texcoord_1 = in_texcoord.zw;
 #endif
 #if ID

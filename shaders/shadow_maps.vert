@@ -16,7 +16,7 @@ in vec2 in_texcoord;
 out vec2 v_texcoord;
 #endif
 #if VERTEX_ALPHA
-in float in_vertex_alpha;
+in vec4 in_color;
 out float v_vertex_alpha;
 #endif
 
@@ -31,6 +31,6 @@ void main()
     v_texcoord = in_texcoord;
 #endif
 #if VERTEX_ALPHA
-    v_vertex_alpha = in_vertex_alpha;
+    v_vertex_alpha = in_color.a;
 #endif
 }

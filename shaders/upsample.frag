@@ -7,6 +7,9 @@
 #define LIGHT_RESOLUTION LIGHT_RESOLUTION_FULL
 #define SPECULAR_MODEL SPECULAR_MODEL_NONE
 #include "include/surface.glsl"
+#ifdef METALLIC_ROUGHNESS
+#include "include/metallic.glsl"
+#endif
 
 uniform sampler2D u_half_light;
 #if SHINE
@@ -59,6 +62,10 @@ void main()
         }
     float scale = sum > 0.0 ? 1.0 / sum : 0.0;
 #if RADIANCE
+#ifdef METALLIC_ROUGHNESS
+    if (s.metallic.x >= 0.0)
+        s.albedo = diffuse_color(s.albedo, s.metallic.x);
+#endif
     o_radiance = vec4((s.albedo * light + shine) * scale, 0.0);
 #endif
 #if LIGHT

@@ -68,16 +68,31 @@ class Drawable(NamedTuple):
     array: moderngl.VertexArray
 
 
-def make_drawable(gpu: Gpu, plan: FramePlan, batch: Batch, program: Program, emission: bool) -> Drawable:
-    """Bring a batch's mesh, instances and textures up to date; the emission's only if it is drawn."""
+def make_drawable(gpu: Gpu, plan: FramePlan, batch: Batch, program: Program) -> Drawable:
+    """Bring a batch's mesh, instances and those textures that the program samples up to date."""
     textures = {}
     if batch.texture is not None:
         cutoff = batch.alpha_cutoff if batch.surface.cutout else None
         stored = plan.settings.look == "classic"
         textures["u_texture"] = gpu.uploads.texture(batch.texture, cutoff, stored)
-    if emission and batch.emission_texture is not None:
-        textures["u_emission_texture"] = gpu.uploads.texture(batch.emission_texture, None)
+    for name, found in batch.maps.named():
+        sampler = f"u_{name}_texture"
+        if program.samples(sampler):
+            textures[sampler] = gpu.uploads.texture(found.texture, None, name != "emission")
     return Drawable(batch, program, textures, gpu.uploads.drawable(batch, program))
+
+
+def surface_uniforms(drawable: Drawable) -> dict[str, object]:
+    """Return the uniforms of a batch's own."""
+    batch, uniforms = drawable.batch, dict[str, object]()
+    if batch.surface.cutout:
+        uniforms["u_alpha_cutoff"] = batch.alpha_cutoff
+    if "u_normal_texture" in drawable.textures:
+        uniforms["u_normal_scale"] = batch.maps.normal_scale
+        uniforms["u_handedness"] = -1.0 if batch.mirrored else 1.0
+    if "u_occlusion_texture" in drawable.textures:
+        uniforms["u_occlusion_strength"] = batch.maps.occlusion_strength
+    return uniforms
 
 
 def draw_surface(
@@ -91,8 +106,7 @@ def draw_surface(
     batch, ctx = drawable.batch, gpu.ctx
     ctx.enable_only(flags | (ctx.NOTHING if batch.surface.double_sided else ctx.CULL_FACE))
     ctx.front_face = "cw" if batch.mirrored else "ccw"
-    cutoff = {"u_alpha_cutoff": batch.alpha_cutoff} if batch.surface.cutout else {}
-    drawable.program.use({**uniforms, **cutoff}, {**drawable.textures, **textures})
+    drawable.program.use({**uniforms, **surface_uniforms(drawable)}, {**drawable.textures, **textures})
     gpu.render(drawable.array, ctx.TRIANGLES)
 
 

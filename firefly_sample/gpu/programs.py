@@ -70,6 +70,10 @@ class Program:
                 self._set(name, unit)
                 texture.use(unit)
 
+    def samples(self, name: str) -> bool:
+        """Return whether a sampler of this name is in use."""
+        return name in self._uniforms
+
     def _set(self, name: str, value: Any) -> None:
         """Set a uniform, if the program has it and it has another value."""
         if name in self._uniforms and self._values.get(name) != value:

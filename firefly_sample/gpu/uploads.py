@@ -51,6 +51,7 @@ class MeshSource(Protocol):
     texcoords_1: NDArray[np.float64] | None
     colors: NDArray[np.float64] | None
     alphas: NDArray[np.float64] | None
+    tangents: NDArray[np.float64] | None
     triangles: NDArray[np.int32]
 
 
@@ -149,7 +150,8 @@ class Uploads:
         """Return the vertex array that draws one of the prepared batches with `program`."""
         assert self._instance_buffer is not None
         key = (self._serial(batch.geom), batch.key, id(program))
-        attributes = batch.surface.vertex_color, batch.surface.vertex_alpha
+        surface = batch.surface
+        attributes = surface.vertex_color, surface.vertex_alpha, surface.normal_map > 0
         instances = self._instance_buffer
         kept = self._array(key, batch.geom, attributes, instances, INSTANCE_DTYPE, program)
         array: moderngl.VertexArray = kept.objects[0]
@@ -167,7 +169,7 @@ class Uploads:
         rows = caster_rows(batch)
         casters = self._streams.buffer("casters", rows)
         key = (self._serial(batch.geom), id(program))
-        attributes = batch.geom.colors is not None, batch.vertex_alpha
+        attributes = batch.geom.colors is not None, batch.vertex_alpha, False
         kept = self._array(key, batch.geom, attributes, casters, CASTER_DTYPE, program)
         array: moderngl.VertexArray = kept.objects[0]
         array.instances = len(rows)
@@ -177,7 +179,7 @@ class Uploads:
         self,
         key: tuple[Any, ...],
         geom: MeshSource,
-        attributes: tuple[bool, bool],
+        attributes: tuple[bool, bool, bool],
         instances: moderngl.Buffer,
         dtype: np.dtype[Any],
         program: Program,
@@ -194,20 +196,22 @@ class Uploads:
 
         return self._keep(self._arrays, key, (mesh, instances), make)
 
-    def _mesh(self, geom: MeshSource, attributes: tuple[bool, bool]) -> _Kept:
-        """Keep the buffers of a Geom's vertices, with or without colours and their alpha, and triangles."""
+    def _mesh(self, geom: MeshSource, attributes: tuple[bool, bool, bool]) -> _Kept:
+        """Keep the buffers of a Geom's triangles and vertices, with the attributes that are asked for."""
 
         def make() -> tuple[Any, ...]:
-            colors, alphas = attributes
+            colors, alphas, tangents = attributes
             second = geom.texcoords_1 is not None
-            rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(colors, alphas, second))
+            rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(*attributes, second))
             rows["in_position"] = geom.vertices
             rows["in_normal"] = geom.normals
             rows["in_texcoord"][:, :2] = geom.texcoords
             if colors:
-                rows["in_color"] = geom.colors
+                rows["in_color"][:, :3] = geom.colors
             if alphas:
-                rows["in_vertex_alpha"] = geom.alphas
+                rows["in_color"][:, 3] = geom.alphas
+            if tangents:
+                rows["in_tangent"] = geom.tangents
             if second:
                 rows["in_texcoord"][:, 2:] = geom.texcoords_1
             triangles = np.ascontiguousarray(geom.triangles, dtype=np.uint32)
@@ -250,7 +254,10 @@ class Uploads:
 
 
 @cache
-def _mesh_dtype(colors: bool, alphas: bool, second_texcoords: bool) -> np.dtype[Any]:
+def _mesh_dtype(colors: bool, alphas: bool, tangents: bool, second_texcoords: bool) -> np.dtype[Any]:
     fields = {"in_position": 3, "in_normal": 3, "in_texcoord": 4 if second_texcoords else 2}
-    optional: list[Any] = [("in_color", np.float32, 3)] * colors + [("in_vertex_alpha", np.float32)] * alphas
-    return np.dtype([*((name, np.float32, count) for name, count in fields.items()), *optional])
+    if colors:
+        fields["in_color"] = 4 if alphas else 3
+    if tangents:
+        fields["in_tangent"] = 4
+    return np.dtype([(name, np.float32, count) for name, count in fields.items()])

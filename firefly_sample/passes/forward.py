@@ -19,6 +19,7 @@ from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (
     FalloffChoice,
     LightKind,
+    MapCoordinates,
     RangeFalloff,
     ShadowTaps,
     SpecularModel,
@@ -56,6 +57,11 @@ class ForwardVariant(Variant):
     emission_textured: bool = False
     second_texcoords: bool = False
     particle_shadow: bool = False
+    metallic: bool = False
+    unlit: bool = False
+    metallic_map: MapCoordinates = 0
+    normal_map: MapCoordinates = 0
+    occlusion_map: MapCoordinates = 0
 
 
 class ForwardPass(Pass):
@@ -120,9 +126,10 @@ class ForwardPass(Pass):
             frame = _variant_for(step.variant, lights, first=index == 0)
             ready = []
             for batch in plan.batches:
-                variant = replace(frame, **surface_fields(batch.surface, frame.emission))
+                shows = frame.emission, lights is not None, frame.ambient_albedo, lights is not None
+                variant = replace(frame, **surface_fields(batch.surface, *shows))
                 program = self.program(gpu, variant, images)
-                ready.append(make_drawable(gpu, plan, batch, program, frame.emission))
+                ready.append(make_drawable(gpu, plan, batch, program))
             self._ready.append((lights, frame, ready))
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:

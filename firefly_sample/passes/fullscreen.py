@@ -135,6 +135,7 @@ class UpsampleVariant(Variant):
     radiance: bool = True
     light: bool = False
     shine: bool = False
+    metallic_roughness: bool = False
 
 
 class UpsamplePass(FullscreenPass):
@@ -152,6 +153,13 @@ class UpsamplePass(FullscreenPass):
         reads = {"half_light": [light + half for light in lights]}
         if needs.highlights:
             reads["half_shine"] = [f"highlights of {needs.looks.shiny}{half}"]
+        if needs.metals:
+            metallic = [f"metalness and roughness of {needs.looks.metallic}"]
+            reads["half_shine"] = [
+                *reads.get("half_shine", []),
+                f"highlights of {needs.looks.metallic}{half}",
+            ]
+            reads["metallic_roughness"] = metallic
         if needs.picture:
             reads["albedo"] = lights
         reads["normal"] = lights
@@ -167,13 +175,16 @@ class UpsamplePass(FullscreenPass):
             radiance="radiance" in targets,
             light="light" in targets,
             shine="half_shine" in targets,
+            metallic_roughness=needs.metals,
             **encodings(targets, "normal", "albedo"),
         )
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield the variants that write a target: highlights are for radiance alone."""
         for made in combinations(UpsampleVariant):
-            if (made.radiance or (made.light and not made.shine)) and made.normal_format != "classic":
+            shown = made.radiance and (made.shine or not made.metallic_roughness)
+            plain = made.light and not (made.shine or made.metallic_roughness)
+            if (shown or plain) and made.normal_format != "classic":
                 yield made
 
 

@@ -16,6 +16,7 @@ from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (
     AlbedoFormat,
     Interpolation,
+    MapCoordinates,
     NormalFormat,
     PositionTarget,
     SurfaceFeatures,
@@ -62,6 +63,12 @@ class GeometryVariant(Variant):
     vertex_alpha: bool = False
     emission_textured: bool = False
     second_texcoords: bool = False
+    metallic: bool = False
+    unlit: bool = False
+    metallic_map: MapCoordinates = 0
+    normal_map: MapCoordinates = 0
+    occlusion_map: MapCoordinates = 0
+    metallic_roughness: bool = False
 
     @property
     def position(self) -> bool:
@@ -89,10 +96,26 @@ def legal_surfaces(emission: bool) -> list[SurfaceFeatures]:
     ]
 
 
-def surface_fields(surface: SurfaceFeatures, emission: bool) -> dict[str, Any]:
-    """Return a draw's fields of a variant; without `emission` nothing samples its texture."""
-    needed = surface if emission else replace(surface, emission_textured=False, second_texcoords=False)
-    return asdict(needed)
+def surface_fields(
+    surface: SurfaceFeatures, emission: bool, normal: bool, ambient: bool, metals: bool, classic: bool = False
+) -> dict[str, Any]:
+    """Return a draw's fields of a variant, without those that nothing needs.
+
+    The others say whether the pass makes emission, normals, the reflectance of ambient light, and
+    metalness and roughness.
+    """
+    absent: dict[str, Any] = {}
+    if not emission:
+        absent |= {"emission_textured": False, "second_texcoords": False}
+    if not normal or classic:
+        absent["normal_map"] = 0
+    if not (ambient or metals) or classic:
+        absent |= {"metallic": False, "metallic_map": 0}
+    if not ambient or classic:
+        absent["occlusion_map"] = 0
+    if classic:
+        absent["unlit"] = False
+    return asdict(replace(surface, **absent))
 
 
 class GeometryPass(Pass):
@@ -110,6 +133,7 @@ class GeometryPass(Pass):
         "position",
         "ambient_albedo",
         "specular",
+        "metallic_roughness",
         "emission",
         "id",
         "visibility",
@@ -177,14 +201,19 @@ class GeometryPass(Pass):
             return
         assert isinstance(step.variant, GeometryVariant)
         gpu.uploads.prepare(plan.batches)
-        emission = step.variant.emission
         programs: dict[SurfaceFeatures, Program] = {}  # hashing a whole variant takes longer than the rest
         for batch in plan.batches:
             program = programs.get(batch.surface)
             if program is None:
-                variant = replace(step.variant, **surface_fields(batch.surface, emission))
+                variant = replace(step.variant, **self._fields(batch.surface, step.variant, plan))
                 program = programs[batch.surface] = self.program(gpu, variant, images)
-            self._ready.append(make_drawable(gpu, plan, batch, program, emission))
+            self._ready.append(make_drawable(gpu, plan, batch, program))
+
+    @staticmethod
+    def _fields(surface: SurfaceFeatures, frame: GeometryVariant, plan: FramePlan) -> dict[str, Any]:
+        classic = plan.settings.look == "classic"
+        wanted = frame.emission, frame.normal, frame.ambient_albedo, frame.metallic_roughness
+        return surface_fields(surface, *wanted, classic)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -210,7 +239,7 @@ class GeometryPass(Pass):
 def _state_of(plan: FramePlan, step: PassPlan) -> tuple[Any, ...]:
     """Return all that decides what the pass draws, beside the batches and the textures that it draws into."""
     textures = [batch.texture for batch in plan.batches if batch.texture is not None]
-    textures += [batch.emission_texture for batch in plan.batches if batch.emission_texture is not None]
+    textures += [found.texture for batch in plan.batches for _, found in batch.maps.named()]
     images = tuple(texture.revision for texture in textures)
     view = plan.view
     return images, view.lens, view.size, view.reverse, view.near, plan.settings.look, step.variant

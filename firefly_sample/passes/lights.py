@@ -51,6 +51,7 @@ class LightVariant(Variant):
 
     `shadow_taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles shadow.
     `radiance` and `light` are the targets; at half resolution the first is of highlights alone.
+    `metallic_roughness` says that some surfaces are of that model.
     """
 
     light_method: DrawMethod = "sphere"
@@ -67,6 +68,7 @@ class LightVariant(Variant):
     light: bool = False
     light_resolution: LightResolution = "full"
     particle_shadow: bool = False
+    metallic_roughness: bool = False
 
 
 Shines = TypeVar("Shines", bound=Variant)
@@ -86,7 +88,7 @@ class LightPass(Pass):
         if not needs.lit or needs.forward or kind not in needs.lights:
             return None
         lights, position = [needs.lights_of(kind)], needs.settings.position_method
-        reads = {"albedo": lights} if needs.picture and not needs.half else {}
+        reads = {"albedo": lights} if needs.picture and (needs.metals or not needs.half) else {}
         reads["normal"] = lights
         if needs.needs_position(kind):
             source, reasons = needs.tested_source, lights
@@ -101,6 +103,8 @@ class LightPass(Pass):
                 ]
         if needs.highlights:
             reads["specular"] = [f"highlights of {needs.looks.shiny}"]
+        if needs.metals:
+            reads["metallic_roughness"] = [f"metalness and roughness of {needs.looks.metallic}"]
         if kind in needs.shadowed:
             reads["shadow_atlas"] = needs.shadows([kind])
         if needs.shadowed_by_particles(kind):
@@ -126,6 +130,7 @@ class LightPass(Pass):
             light="light" in targets or needs.half,
             light_resolution="half" if needs.half else "full",
             particle_shadow=needs.shadowed_by_particles(kind),
+            metallic_roughness=needs.metals,
             **encodings(targets, "normal", "albedo"),
         )
 

@@ -139,7 +139,7 @@ class Planner:
             reverse=reverse,
         )
         for name in outputs:
-            if needs.classic and name in ("specular", "shininess", "emission"):
+            if needs.classic and name in ("specular", "shininess", "emission", "metallic", "roughness"):
                 raise OutputError(f"look 'classic' has no output {name!r}: choose look 'correct'")
             if needs.forward and name not in ("color", "radiance"):
                 raise OutputError(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import NodeError
 from firefly_sample.memo import Memo
+from firefly_sample.plan.surface_maps import Maps, look_of_maps, maps_of
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
@@ -27,6 +28,9 @@ from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.traversal import Visit, iter_visible
 
+SMOOTHEST = 1.0 / 32.0
+"""Roughness below which a material is drawn as if it had this one: ``shaders/include/metallic.glsl``."""
+
 LightNode = PointLights | FadingLight | DirectionalLight
 
 
@@ -37,7 +41,7 @@ class Factors:
     base_colors: Float64  # (n, 4)
     ambients: Float64  # (n, 3), of a material without an ambient colour the base colour's
     emissions: Float64  # (n, 3)
-    speculars: Float64  # (n, 4), the fourth is the shininess
+    speculars: Float64  # (n, 4), the fourth is the shininess; of metallic ones metalness, roughness, 0, 0
 
     def take(self, chosen: NDArray[Any] | slice) -> Factors:
         """Return those of the chosen instances."""
@@ -61,20 +65,22 @@ class Group:
     ids: NDArray[np.int32]  # (n,)
     centers: Float64  # (n, 3), of the bounding spheres, world space
     radii: Float64  # (n,)
-    emission_texture: Texture | None = None
-    emission_texcoord: int = 0
     _factors: Memo[Factors] = field(default_factory=Memo)
 
     @property
-    def glowing_texture(self) -> Texture | None:
-        """The emission texture, None if all instances' emission is black."""
-        texture = self.emission_texture
-        return texture if texture and any(material.emission.any() for material in self.materials) else None
+    def maps(self) -> Maps:
+        """The textures of the materials but that of the base colour; they are the same for all of these."""
+        return maps_of(self.materials, self.geom)
 
     @property
-    def second_texcoords(self) -> bool:
-        """True if the emission texture is sampled at the Geom's second texture coordinates."""
-        return self.emission_texcoord == 1 and self.geom.texcoords_1 is not None
+    def metallic(self) -> bool:
+        """True if these are metallic-roughness materials."""
+        return self.materials[0].metallic is not None and not self.unlit
+
+    @property
+    def unlit(self) -> bool:
+        """True if no light meets the surfaces."""
+        return self.materials[0].unlit
 
     @property
     def vertex_alpha(self) -> bool:
@@ -97,8 +103,15 @@ class Group:
             base,
             ambient,
             column([material.emission for material in self.materials]),
-            column([(*material.specular, material.shininess) for material in self.materials]),
+            column([_speculars(material) for material in self.materials]),
         )
+
+
+def _speculars(material: Material) -> tuple[float, float, float, float]:
+    if material.metallic is not None:
+        return material.metallic, material.roughness, 0.0, 0.0
+    red, green, blue = material.specular.tolist()
+    return red, green, blue, material.shininess
 
 
 class Instances:
@@ -129,6 +142,7 @@ class Instances:
         ]
         self._materials = tuple(material for group in groups for material in group.materials)
         self._factors: Memo[Factors] = Memo()
+        self._highlights: Memo[tuple[bool, float]] = Memo()
 
     def draws_as(self, other: Instances) -> bool:
         """Return whether the instances of a different walk would be drawn alike."""
@@ -150,6 +164,21 @@ class Instances:
     def factors(self) -> Factors:
         """Return the factors of all instances, remade when a material has changed."""
         return self._factors.get(self.revisions(), self._gather)
+
+    def highlights(self) -> tuple[bool, float]:
+        """Return whether there are Phong highlights, and the gain of metallic-roughness ones.
+
+        The gain is the most by which they concentrate a light, seen head on: 1/(4 a^2), with a the square of
+        the least roughness; 0 without such materials.
+        """
+        return self._highlights.get(self.revisions(), self._find_highlights)
+
+    def _find_highlights(self) -> tuple[bool, float]:
+        metals = [each for each in self._materials if each.metallic is not None and not each.unlit]
+        # a texture may make any texel smoother than its factor says
+        roughnesses = [0.0 if each.metallic_roughness_texture else each.roughness for each in metals]
+        gain = 0.25 / max(min(roughnesses), SMOOTHEST) ** 4 if metals else 0.0
+        return any(each.specular.any() for each in self._materials), gain
 
     def _gather(self) -> Factors:
         parts = [group.factors() for group in self.groups]
@@ -290,12 +319,13 @@ def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visi
 def _look_of(material: Material) -> tuple[Any, ...]:
     """Return the part of a material by which instances are grouped, hashable; the rest is per instance."""
     cutout = material.alpha_mode != "opaque"
-    glow = material.emission_texture
     return (
         None if material.texture is None else id(material.texture),
         material.alpha_cutoff if cutout else None,
         material.double_sided,
-        None if glow is None else (id(glow), material.emission_texcoord),
+        *look_of_maps(material),
+        material.metallic is not None,
+        material.unlit,
     )
 
 
@@ -331,8 +361,6 @@ def _make_groups(key: tuple[Any, ...], found: _Found) -> list[Group]:
             ids=ids[chosen],
             centers=centers[chosen],
             radii=radii[chosen],
-            emission_texture=first.emission_texture,
-            emission_texcoord=first.emission_texcoord,
         )
         for mirrored in (False, True)
         if (chosen := turned == mirrored).any()

@@ -231,6 +231,7 @@ TARGETS: dict[str, Callable[[Needs], Shape]] = {
     "position": lambda needs: {"format": STORED_POSITIONS[needs.settings.position_method]},
     "ambient_albedo": _colors,
     "specular": _shape("rgba16"),
+    "metallic_roughness": _shape("rg16"),
     "emission": _shape("rgba32f"),
     "id": _shape("r32ui"),
     "visibility": _shape("rg32ui"),
@@ -256,7 +257,13 @@ TARGETS: dict[str, Callable[[Needs], Shape]] = {
 
 MASKED_OUTPUTS = (*POSITION_OUTPUTS, *NORMAL_OUTPUTS, "light")
 """Outputs with a value of their own where nothing was drawn, which the target itself does not show."""
-_OWN_TARGETS = {"radiance": "final_radiance", "shininess": "specular", "normal_world": "normal"}
+_OWN_TARGETS = {
+    "radiance": "final_radiance",
+    "shininess": "specular",
+    "normal_world": "normal",
+    "metallic": "metallic_roughness",
+    "roughness": "metallic_roughness",
+}
 
 
 def _output_target(needs: Needs, output: str) -> str:

@@ -20,6 +20,7 @@ from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.shadows.maps import ShadowPlan
+from firefly_sample.plan.surface_maps import NO_MAPS, Maps
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import SurfaceFeatures, Variant
 from firefly_sample.plan.view import View
@@ -69,7 +70,7 @@ class Batch:
     ids: NDArray[np.int32]  # (n,), index of each geometry instance
     factors: Factors  # colours of the instances' materials, times their nodes' flat colours
     surface: SurfaceFeatures
-    emission_texture: Texture | None = None
+    maps: Maps = NO_MAPS
 
 
 @dataclass(frozen=True)

@@ -80,6 +80,11 @@ class Needs:
         return self.ambient_lit and self.picture and bool(self.looks.own_ambient) and not self.classic
 
     @property
+    def metals(self) -> bool:
+        """True if light meets metallic-roughness surfaces in the picture."""
+        return self.lit and self.picture and bool(self.looks.metallic) and not self.classic
+
+    @property
     def emits(self) -> bool:
         """True if the picture shows emission."""
         return self.picture and bool(self.looks.emissive) and not self.classic

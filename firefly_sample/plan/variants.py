@@ -2,6 +2,8 @@
 
 A field is a define of the same name in capitals: a bool is 0 or 1, a number itself, and a choice is compared
 with the constant of its name, ``#if NORMAL_FORMAT == NORMAL_FORMAT_OCT16``. `CONSTANTS` lists the choices.
+A field of `OPTIONAL` is a define only where it is neither False nor 0, so that a frame without the feature has
+the shader that it would have if there were no such feature: ``#ifdef METALLIC``.
 """
 
 from __future__ import annotations
@@ -25,6 +27,8 @@ LightView = Literal["overdraw", "volumes", "wireframe"]
 Look = Literal["correct", "classic"]
 Tone = Literal["none", "exponential"]
 ShadowTaps = Literal[0, 1, 4, 16]
+MapCoordinates = Literal[0, 1, 2]
+"""0 without a texture, 1 if it is sampled at the first texture coordinates, 2 if at the second."""
 
 CONSTANTS: dict[str, tuple[str, ...]] = {
     "light_kind": get_args(LightKind),
@@ -45,6 +49,12 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
 """The choices of each field that is one; a choice's number in shaders is its index."""
 
 
+OPTIONAL = frozenset(
+    {"metallic", "unlit", "metallic_map", "normal_map", "occlusion_map", "metallic_roughness"}
+)
+"""Fields that are no define where they are False or 0."""
+
+
 @dataclass(frozen=True)
 class Variant:
     """The base of all variants; a pass without choices uses it as it is."""
@@ -61,6 +71,11 @@ class SurfaceFeatures:
     vertex_alpha: bool = False  # True if the alpha of vertex colours cuts out
     emission_textured: bool = False
     second_texcoords: bool = False  # True if the emission texture has texture coordinates of its own
+    metallic: bool = False  # True for metallic-roughness materials
+    unlit: bool = False
+    metallic_map: MapCoordinates = 0  # metalness and roughness
+    normal_map: MapCoordinates = 0
+    occlusion_map: MapCoordinates = 0
 
 
 @cache
@@ -74,7 +89,8 @@ def defines(variant: Variant) -> dict[str, int]:
         value = getattr(variant, field.name)
         if isinstance(value, str):
             value = CONSTANTS[field.name].index(value)
-        result[field.name.upper()] = int(value)
+        if value or field.name not in OPTIONAL:
+            result[field.name.upper()] = int(value)
     return result
 
 

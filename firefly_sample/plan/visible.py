@@ -50,11 +50,12 @@ class VisiblePart:
 
 
 class Looks(NamedTuple):
-    """Names of materials in view that have an ambient colour of their own, emission, or highlights."""
+    """Names of materials in view by what they need more than a colour; empty if none needs it."""
 
-    own_ambient: str
+    own_ambient: str  # ambient light is reflected in a colour of its own
     emissive: str
-    shiny: str
+    shiny: str  # Phong highlights
+    metallic: str = ""  # metallic-roughness
 
 
 class Visible:
@@ -102,11 +103,18 @@ class Visible:
             indices = (0,) if len(materials) == 1 else np.unique(part.group.which[part.chosen])
             found.update((id(materials[index]), materials[index]) for index in indices)
         each = found.values()
+        lit = [material for material in each if not material.unlit]
         return Looks(
-            _names(material for material in each if material.ambient is not None),
-            _names(material for material in each if material.emission.any()),
-            _names(material for material in each if material.specular.any()),
+            _names(material for material in lit if _has_own_ambient(material)),
+            _names(material for material in each if material.unlit or material.emission.any()),
+            _names(material for material in lit if material.specular.any()),
+            _names(material for material in lit if material.metallic is not None),
         )
+
+
+def _has_own_ambient(material: Material) -> bool:
+    occluded = material.occlusion_texture is not None
+    return material.ambient is not None or material.metallic is not None or occluded
 
 
 def _names(materials: Iterable[Material]) -> str:
@@ -131,15 +139,20 @@ def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
         group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
         colored = group.geom.colors is not None and group.colors is None
-        glow = group.glowing_texture
+        maps = group.maps
         surface = SurfaceFeatures(
             textured=group.texture is not None,
             vertex_color=colored,
             cutout=cutout,
             double_sided=group.double_sided,
             vertex_alpha=group.vertex_alpha,
-            emission_textured=glow is not None,
-            second_texcoords=glow is not None and group.second_texcoords,
+            emission_textured=maps.emission is not None,
+            second_texcoords=maps.coordinates("emission") == 2,
+            metallic=group.metallic,
+            unlit=group.unlit,
+            metallic_map=maps.coordinates("metallic"),
+            normal_map=maps.coordinates("normal"),
+            occlusion_map=maps.coordinates("occlusion"),
         )
         cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
         for zone, (first, end) in enumerate(pairwise(cuts)):
@@ -156,7 +169,7 @@ def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
                 ids=part.ids[cut],
                 factors=visible.factors.take(slice(part.first + first, part.first + end)),
                 surface=surface,
-                emission_texture=glow,
+                maps=maps,
             )
             keyed.append(((cutout, around and zone == 0, zone, float(part.nearest[first]), index), batch))
     return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))

@@ -71,6 +71,18 @@ vec4 decode_specular(vec4 stored)
     return vec4(stored.rgb * stored.rgb, exp2(20.0 * stored.a) - 1.0);
 }
 
+// Stores 0 for surfaces of another model, which decode to a metalness below 0.
+vec2 encode_metallic(float metallic, float roughness)
+{
+    return vec2((1.0 + 65534.0 * clamp(metallic, 0.0, 1.0)) / 65535.0, clamp(roughness, 0.0, 1.0));
+}
+
+vec2 decode_metallic(vec2 stored)
+{
+    float code = floor(stored.x * 65535.0 + 0.5);
+    return vec2((code - 1.0) / 65534.0, stored.y);
+}
+
 #if NORMAL_FORMAT < NORMAL_FORMAT_UNORM
 
 vec2 sign_not_zero(vec2 v)

@@ -1,7 +1,11 @@
 // Provides Sample; sample_material: the material of a triangle at a pixel, which discards what alpha cuts out;
 // surface_view and surface_normal.
 #include "include/lens.glsl"
+#include "include/surface_maps.glsl"
 #include "include/unit_normal.glsl"
+#ifdef METALLIC
+#include "include/metallic.glsl"
+#endif
 
 in vec3 v_view;
 in vec3 v_normal;
@@ -16,13 +20,16 @@ flat in vec4 v_base_color;
 #if AMBIENT_ALBEDO
 flat in vec3 v_ambient;
 #endif
-#if SPECULAR
+#if SPECULAR || defined(METALLIC)
 flat in vec4 v_specular;
+#endif
+#if NORMAL_MAP
+in vec4 v_tangent;
 #endif
 #if EMISSION
 flat in vec3 v_emission;
 #endif
-#if SECOND_TEXCOORDS
+#if TEXCOORDS_1
 in vec2 v_texcoord_1;
 #endif
 
@@ -35,12 +42,31 @@ uniform sampler2D u_texture;
 #if EMISSION_TEXTURED
 uniform sampler2D u_emission_texture;
 #endif
+#if METALLIC_MAP
+uniform sampler2D u_metallic_texture;
+#endif
+#if NORMAL_MAP
+uniform sampler2D u_normal_texture;
+uniform float u_normal_scale;
+uniform float u_handedness;  // -1 if the instances are mirrored
+#endif
+#if OCCLUSION_MAP
+uniform sampler2D u_occlusion_texture;
+uniform float u_occlusion_strength;
+#endif
 
 struct Sample {
     vec3 albedo;
     vec3 ambient;  // reflectance of ambient light
 #if EMISSION
     vec3 emission;
+#endif
+#if NORMAL_MAP
+    vec3 bump;     // the normal in tangent space
+#endif
+#ifdef METALLIC
+    float metallic;
+    float roughness;
 #endif
 };
 
@@ -56,6 +82,30 @@ Sample sample_material()
 #else
     made.emission *= texture(u_emission_texture, v_texcoord).rgb;
 #endif
+#endif
+#endif
+    // textures are sampled before discard, after which the mipmap level is undefined
+#if NORMAL_MAP == 2
+    made.bump = texture(u_normal_texture, v_texcoord_1).xyz * 2.0 - 1.0;
+#elif NORMAL_MAP
+    made.bump = texture(u_normal_texture, v_texcoord).xyz * 2.0 - 1.0;
+#endif
+#if OCCLUSION_MAP == 2
+    float occlusion = texture(u_occlusion_texture, v_texcoord_1).r;
+#elif OCCLUSION_MAP
+    float occlusion = texture(u_occlusion_texture, v_texcoord).r;
+#endif
+#ifdef METALLIC
+    made.metallic = v_specular.x;
+    made.roughness = v_specular.y;
+#if METALLIC_MAP == 2
+    vec4 factors = texture(u_metallic_texture, v_texcoord_1);
+#elif METALLIC_MAP
+    vec4 factors = texture(u_metallic_texture, v_texcoord);
+#endif
+#if METALLIC_MAP
+    made.metallic *= factors.b;
+    made.roughness *= factors.g;
 #endif
 #endif
     vec4 tint = vec4(1.0);
@@ -75,10 +125,22 @@ Sample sample_material()
 #endif
     // a surface reflects at most all light, even if the product of colours is larger
     made.albedo = clamp(base.rgb, 0.0, 1.0);
-#if AMBIENT_ALBEDO
+#if defined(METALLIC)
+    made.ambient = ambient_reflectance(made.albedo, made.metallic);
+#elif AMBIENT_ALBEDO
     made.ambient = clamp(v_ambient * tint.rgb, 0.0, 1.0);
 #else
     made.ambient = made.albedo;
+#endif
+#if OCCLUSION_MAP
+    made.ambient *= 1.0 + u_occlusion_strength * (occlusion - 1.0);
+#endif
+#ifdef UNLIT
+#if EMISSION
+    made.emission = made.albedo;
+#endif
+    made.albedo = vec3(0.0);
+    made.ambient = vec3(0.0);
 #endif
     return made;
 }
@@ -96,7 +158,23 @@ vec3 surface_view()
 }
 
 // Panda3D's sample, NORMAL_FORMAT_CLASSIC, leaves normals as they are where the back of a surface is seen.
-vec3 surface_normal(vec3 view)
+vec3 surface_normal(vec3 view, Sample made)
 {
-    return unit_normal(v_normal, view, DOUBLE_SIDED != 0 && NORMAL_FORMAT != NORMAL_FORMAT_CLASSIC);
+    const bool two_sided = DOUBLE_SIDED != 0 && NORMAL_FORMAT != NORMAL_FORMAT_CLASSIC;
+#if NORMAL_MAP
+    // tangent, bitangent and normal are unit vectors; the back of a surface has all three turned
+    vec3 n = unit_normal(v_normal, view, false);
+    vec3 facing = unit_normal(v_normal, view, two_sided);
+    float length2 = dot(v_tangent.xyz, v_tangent.xyz);
+    if (length2 < 1e-30)
+        return facing;
+    vec3 t = v_tangent.xyz * inversesqrt(length2);
+    vec3 b = cross(n, t) * (v_tangent.w < 0.0 ? -u_handedness : u_handedness);
+    vec3 bump = vec3(made.bump.xy * u_normal_scale, made.bump.z);
+    vec3 mapped = bump.x * t + bump.y * b + bump.z * n;
+    float square = dot(mapped, mapped);
+    return square > 1e-30 ? mapped * (inversesqrt(square) * (dot(n, facing) < 0.0 ? -1.0 : 1.0)) : facing;
+#else
+    return unit_normal(v_normal, view, two_sided);
+#endif
 }

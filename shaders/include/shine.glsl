@@ -3,6 +3,9 @@
 // light_sum is what a white surface without highlights would show. At half the resolution highlights
 // are kept apart: radiance is theirs.
 #include "include/phong.glsl"
+#ifdef METALLIC_ROUGHNESS
+#include "include/metallic.glsl"
+#endif
 
 #if PARTICLE_SHADOW
 #define STRENGTH vec3  // particles may absorb each colour channel differently
@@ -22,6 +25,25 @@ void add_light(Surface s, vec3 to_light, float n_dot_l, STRENGTH strength, vec3 
     diffuse = min(diffuse, 1.0);
 #endif
     diffuse = min(diffuse * strength, LARGEST_LIGHT);
+#if defined(METALLIC_ROUGHNESS) && RADIANCE
+    if (s.metallic.x >= 0.0) {
+        vec3 passed;
+        vec3 share = n_dot_l * reflected(head_on(s.albedo, s.metallic.x), s.metallic.y, s.normal, to_light,
+                                         way_to_eye(s), n_dot_l, passed);
+        vec3 glint = color * share;
+#if CLAMP_LIGHT
+        glint = min(glint, 1.0);
+#endif
+        radiance_sum += min(glint * strength, LARGEST_LIGHT);
+#if LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL
+        light_sum += diffuse;
+        radiance_sum += diffuse_color(s.albedo, s.metallic.x) * passed * diffuse;
+#else
+        light_sum += passed * diffuse;  // the upsampling pass multiplies it by the colour
+#endif
+        return;
+    }
+#endif
     light_sum += diffuse;
 #if RADIANCE
 #if LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL

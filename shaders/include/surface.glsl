@@ -6,8 +6,16 @@
 #include "include/gbuffer.glsl"
 
 uniform sampler2D u_normal;
-#if RADIANCE && LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL
+#if RADIANCE && (LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL || defined(METALLIC_ROUGHNESS))
+#define HAS_ALBEDO 1
+#else
+#define HAS_ALBEDO 0
+#endif
+#if HAS_ALBEDO
 uniform COLOR_SAMPLER u_albedo;
+#endif
+#ifdef METALLIC_ROUGHNESS
+uniform sampler2D u_metallic_roughness;
 #endif
 #if SPECULAR_MODEL != SPECULAR_MODEL_NONE
 uniform sampler2D u_specular;
@@ -34,6 +42,9 @@ struct Surface {
     vec3 normal;    // unit
     vec3 albedo;
     vec4 specular;  // colour, shininess
+#ifdef METALLIC_ROUGHNESS
+    vec2 metallic;  // metalness, roughness; the first below 0 for other models; else the albedo is the base colour
+#endif
 };
 
 // Replaces infinity and NaN (from an infinite far plane, the background or an overflow), so that later values are
@@ -73,7 +84,7 @@ Surface read_surface(ivec2 texel)
 {
     Surface s = read_place(texel);
     s.normal = decode_normal(texelFetch(u_normal, texel, 0));
-#if RADIANCE && LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL
+#if HAS_ALBEDO
     s.albedo = unpack_color(texelFetch(u_albedo, texel, 0));
 #else
     s.albedo = vec3(0.0);
@@ -82,6 +93,9 @@ Surface read_surface(ivec2 texel)
     s.specular = decode_specular(texelFetch(u_specular, texel, 0));
 #else
     s.specular = vec4(0.0);
+#endif
+#ifdef METALLIC_ROUGHNESS
+    s.metallic = decode_metallic(texelFetch(u_metallic_roughness, texel, 0).rg);
 #endif
     return s;
 }

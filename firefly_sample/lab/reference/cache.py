@@ -119,7 +119,8 @@ def _parts(plan: FramePlan) -> Iterator[object]:
     yield from (plan.sprites.positions, plan.sprites.colors, plan.sprites.radii)
     for batch in plan.batches:
         yield from _model_parts(batch.geom, batch.texture)
-        yield from _texture_parts(batch.emission_texture)
+        for _, found in batch.maps.named():
+            yield from _texture_parts(found.texture)
         yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.surface)
         yield from _columns(batch.factors)
     for lights in plan.lights:

@@ -102,11 +102,11 @@ class Fragments:
 
     def emission(self, factors: Factors) -> Float64:
         """Return the linear radiance that the surface emits, shape (n, 3), by the pixels' own factors."""
-        texture, geom = self.batch.emission_texture, self.batch.geom
-        if texture is None:
+        found, geom = self.batch.maps.emission, self.batch.geom
+        if found is None:
             return factors.emissions
         second = geom.texcoords_1 if self.batch.surface.second_texcoords else None
-        sampler = self._samplers.of(texture, None)
+        sampler = self._samplers.of(found.texture, None)
         texel = self._sampled(sampler, geom.texcoords if second is None else second)
         return np.asarray(factors.emissions * texel[:, :3])
 

@@ -90,8 +90,7 @@ def light_scene(
     sees, `seen` is the geometry in view, and particles shadow `particle_light`.
     """
     world, sources = gather_lights(snapshot, time, particle_light)
-    shiny = bool(snapshot.instances.factors().speculars[:, :3].any())
-    world = limit_reaches(world, settings, exposure, shiny)
+    world = limit_reaches(world, settings, exposure, *snapshot.instances.highlights())
     visible = [in_view(lights, eye.camera.world_to_view, eye.planes) for lights in world]
     on_ray = settings.position_method not in OFF_RAY and settings.light_method != "forward"
     if on_ray and not snapshot.particles:

@@ -84,7 +84,11 @@ def budget_thresholds(intensity: ArrayLike, budget: float) -> Float64:
 
 
 def limit_reaches(
-    sets: Sequence[LightSet], settings: Settings, exposure: Sequence[float], highlights: bool
+    sets: Sequence[LightSet],
+    settings: Settings,
+    exposure: Sequence[float],
+    highlights: bool,
+    gain: float = 0.0,
 ) -> list[LightSet]:
     """Return the sets with their reaches: each light's end, or the distance where it no longer matters.
 
@@ -92,7 +96,8 @@ def limit_reaches(
     the threshold, and so have its highlights if the scene has shiny materials (`highlights`). With a budget,
     all lights together drop no more than the budget at any pixel, light and highlights together, counted in
     exposed radiance, so that 1.5e-4 is half a code of the display's 255 in the dark; `budget_thresholds`
-    divides it among the lights.
+    divides it among the lights. `gain` is the most by which metallic-roughness surfaces concentrate a light in
+    their highlights, 0 without any; a threshold does not count it.
     """
     fading = [
         lights for lights in sets if lights.kind != "directional" and lights.falloff is Falloff.ATTENUATION
@@ -103,7 +108,9 @@ def limit_reaches(
         thresholds = [settings.cutoff_threshold] * len(fading)
         intensities = [largest_channel(np.maximum(rgb, specular)) for rgb, specular in colors]
     else:
-        intensities = [largest_channel((rgb + specular) * np.array(exposure)) for rgb, specular in colors]
+        intensities = [
+            largest_channel((rgb * (1.0 + gain) + specular) * np.array(exposure)) for rgb, specular in colors
+        ]
         # a light that never fades is not limited, so it takes no share
         counted = [
             i * lights.attenuations[:, 1:].any(axis=1) for i, lights in zip(intensities, fading, strict=True)

@@ -1,0 +1,12 @@
+// Provides METALLIC_MAP, NORMAL_MAP and OCCLUSION_MAP, 0 for what a draw lacks, 1 for a texture at the first texture
+// coordinates and 2 for one at the second; and TEXCOORDS_1, whether there are second ones.
+#ifndef METALLIC_MAP
+#define METALLIC_MAP 0
+#endif
+#ifndef NORMAL_MAP
+#define NORMAL_MAP 0
+#endif
+#ifndef OCCLUSION_MAP
+#define OCCLUSION_MAP 0
+#endif
+#define TEXCOORDS_1 (SECOND_TEXCOORDS || METALLIC_MAP == 2 || NORMAL_MAP == 2 || OCCLUSION_MAP == 2)
