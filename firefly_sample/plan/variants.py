@@ -2,8 +2,8 @@
 
 A field is a define of the same name in capitals: a bool is 0 or 1, a number itself, and a choice is compared
 with the constant of its name, ``#if NORMAL_FORMAT == NORMAL_FORMAT_OCT16``. `CONSTANTS` lists the choices.
-A field of `OPTIONAL` is a define only where it is neither False nor 0, so that a frame without the feature has
-the shader that it would have if there were no such feature: ``#ifdef METALLIC``.
+A field of `OPTIONAL` is a define only where it is neither False nor 0, so that a frame without the feature
+has the shader that it would have if there were no such feature: ``#ifdef METALLIC``.
 """
 
 from __future__ import annotations

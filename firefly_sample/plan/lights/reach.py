@@ -96,8 +96,8 @@ def limit_reaches(
     the threshold, and so have its highlights if the scene has shiny materials (`highlights`). With a budget,
     all lights together drop no more than the budget at any pixel, light and highlights together, counted in
     exposed radiance, so that 1.5e-4 is half a code of the display's 255 in the dark; `budget_thresholds`
-    divides it among the lights. `gain` is the most by which metallic-roughness surfaces concentrate a light in
-    their highlights, 0 without any; a threshold does not count it.
+    divides it among the lights. `gain` is the most by which metallic-roughness surfaces concentrate a light
+    in their highlights, 0 without any; a threshold does not count it.
     """
     fading = [
         lights for lights in sets if lights.kind != "directional" and lights.falloff is Falloff.ATTENUATION
