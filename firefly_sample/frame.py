@@ -52,6 +52,15 @@ OUTPUTS: dict[str, OutputInfo] = {
         "the picture after exposure, tone curve and sRGB",
         sampled=False,
     ),
+    "color_alpha": OutputInfo(
+        "uint8",
+        4,
+        "display",
+        "sRGB code, and alpha",
+        "0",
+        "the picture without its background, straight alpha",
+        sampled=False,
+    ),
     "radiance": OutputInfo(
         "float32",
         3,

@@ -11,6 +11,7 @@ from firefly_sample.passes import (
     particle_shadows,
     particles,
     shadow_maps,
+    transparency,
 )
 from firefly_sample.passes.base import Pass
 from firefly_sample.plan.build import Planner
@@ -37,6 +38,7 @@ PASSES: tuple[type[Pass], ...] = (
     particles.ParticleLightPass,
     particles.ParticlesPass,
     particles.SpritesPass,
+    transparency.TransparencyPass,
     light_views.OverdrawPass,
     light_views.VolumesPass,
     light_views.WireframePass,

@@ -250,6 +250,7 @@ def _stored(target: str, dtype: type, channels: int = 3) -> Callable[[Surface], 
 
 _DECODERS: dict[str, Callable[[Surface], NDArray[Any]]] = {
     "color": _stored("color", np.uint8),
+    "color_alpha": _stored("color_alpha", np.uint8, 4),
     "radiance": _stored("final_radiance", np.float32),
     "albedo": Surface.albedo,
     "normal": Surface.normal,

@@ -32,6 +32,7 @@ SpecularModel = Literal["phong", "blinn_phong"]
 RangeFalloff = Literal["karis", "gltf"]
 ParticleShadows = Literal["optical_depth", "blend", "loop", "none"]
 ParticleShadowFormat = Literal["float32", "float16", "unorm8"]
+Transparency = Literal["sorted", "exact", "weighted"]
 ParticleOrder = Literal["view", "half_angle", "unsorted"]
 
 HALF_CODE = 1.5e-4
@@ -370,6 +371,22 @@ class Settings:
         """They lie between the nearest and the farthest particle in view.""",
         range=(2, 65536),
         absent="all that float32 distinguishes",
+    )
+    transparency: Transparency = _setting(
+        "sorted",
+        "How blended surfaces are drawn over each other: sorted, layer by layer (exact), or by weights.",
+        """The method "sorted" draws triangles, particles and dots from back to front. It is exact unless they
+        intersect, or overlap in a circle; what moves is sorted again. "exact" draws one layer after the
+        other, the nearest first, until no pixel has another: as many times the cost as there are layers, for
+        measuring and for stills. "weighted" needs no order: it averages colours by weights that fall with the
+        distance, and is wrong wherever a near surface should hide a far one; it pays where sorting costs more
+        than drawing. docs/trade.md has figures.""",
+    )
+    transparency_layers: int = _setting(
+        64,
+        "With transparency=exact: how many blended layers a pixel may have.",
+        """More are an error: no layer is left out.""",
+        range=(1, 4096),
     )
     supersample: int = _setting(
         1,

@@ -4,6 +4,9 @@
 #define ID 0
 #define VISIBILITY 0
 #endif
+#ifdef SORTED
+#include "include/instance_table.glsl"
+#endif
 #include "include/lens.glsl"
 #include "include/surface_maps.glsl"
 
@@ -22,6 +25,7 @@ in vec3 in_color;
 #if NORMAL_MAP
 in vec4 in_tangent;
 #endif
+#ifndef SORTED
 in vec4 in_view_x;
 in vec4 in_view_y;
 in vec4 in_view_z;
@@ -38,10 +42,11 @@ in vec4 in_specular;  // of a metallic-roughness material: metalness, roughness
 #if EMISSION
 in vec3 in_emission;
 #endif
+#endif
 #if ID
 in uint in_id;
 #endif
-#if VISIBILITY
+#if VISIBILITY || defined(NUMBERED)
 uniform int u_first_instance;  // of this draw: index among all instances of the frame
 #endif
 
@@ -75,12 +80,15 @@ out vec2 v_texcoord_1;
 #if ID
 flat out uint v_id;
 #endif
-#if VISIBILITY
+#if VISIBILITY || defined(NUMBERED)
 flat out uint v_instance;
 #endif
 
 void main()
 {
+#ifdef SORTED
+    load_instance();
+#endif
     vec4 p = vec4(in_position, 1.0);
     v_view = vec3(dot(p, in_view_x), dot(p, in_view_y), dot(p, in_view_z));
     v_normal = vec3(dot(in_normal, in_normal_x), dot(in_normal, in_normal_y), dot(in_normal, in_normal_z));
@@ -111,7 +119,7 @@ void main()
 #if ID
     v_id = in_id;
 #endif
-#if VISIBILITY
+#if VISIBILITY || defined(NUMBERED)
     v_instance = uint(u_first_instance + gl_InstanceID + 1);
 #endif
     gl_Position = view_to_clip(v_view);

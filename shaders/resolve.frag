@@ -12,6 +12,12 @@ uniform sampler2D u_radiance;
 #if PARTICLES
 uniform sampler2D u_particles;
 #endif
+#ifdef TRANSPARENCY
+uniform sampler2D u_transparency;
+#if TRANSPARENCY == TRANSPARENCY_WEIGHTED
+uniform sampler2D u_transparency_weight;
+#endif
+#endif
 #if MARKED
 uniform sampler2D u_coverage;
 #define COVERED texelFetch(u_coverage, texel, 0).r
@@ -29,6 +35,9 @@ out vec4 o_color;
 #endif
 #if FINAL_RADIANCE
 out vec4 o_final_radiance;
+#endif
+#ifdef COLOR_ALPHA
+out vec4 o_color_alpha;
 #endif
 
 const float LARGEST = 3e38;
@@ -65,15 +74,68 @@ vec3 behind_particles(ivec2 texel)
 #endif
 }
 
+#if PARTICLES || defined(TRANSPARENCY)
+// Returns the radiance of the layer in front of surfaces, and the share of what is behind that it hides.
+vec4 layer_at(ivec2 texel)
+{
+#if PARTICLES
+    return texelFetch(u_particles, texel, 0);
+#elif TRANSPARENCY == TRANSPARENCY_WEIGHTED
+    vec4 sum = texelFetch(u_transparency, texel, 0);
+    float weight = texelFetch(u_transparency_weight, texel, 0).r;
+    return vec4(weight > 0.0 ? sum.rgb * (sum.a / weight) : vec3(0.0), sum.a);
+#else
+    return texelFetch(u_transparency, texel, 0);
+#endif
+}
+#endif
+
 vec3 sample_radiance(ivec2 texel)
 {
     vec3 value = behind_particles(texel);
-#if PARTICLES
-    vec4 over = texelFetch(u_particles, texel, 0);
+#if PARTICLES || defined(TRANSPARENCY)
+    vec4 over = layer_at(texel);
     value = value * (1.0 - over.a) + over.rgb;
 #endif
     return value;
 }
+
+#ifdef COLOR_ALPHA
+// Returns the radiance of all that is before the background, and the share of the background that it hides.
+vec4 sample_foreground(ivec2 texel)
+{
+    vec4 value = vec4(0.0);
+#if RADIANCE
+    value.rgb = min(texelFetch(u_radiance, texel, 0).rgb, LARGEST);
+#endif
+#if MASKED
+    value.a = COVERED > 0.0 ? 1.0 : 0.0;
+#endif
+#if PARTICLES || defined(TRANSPARENCY)
+    vec4 over = layer_at(texel);
+    value = value * (1.0 - over.a) + over;
+#endif
+    return value;
+}
+
+// The radiance whose code is 254.5: what is brighter is white.
+#if TONE == TONE_EXPONENTIAL
+const float WHITE = 5.4163;
+#else
+const float WHITE = 0.99559;
+#endif
+
+// Returns straight alpha: the colour of what covers a share of the background, as if it covered all of it. Light that
+// is too bright for its share, as that of a dot is, which covers nothing, raises the share.
+vec4 straight_alpha(vec4 foreground)
+{
+    vec3 light = max(foreground.rgb * u_exposure.rgb, vec3(0.0));
+    float share = max(foreground.a, max(light.r, max(light.g, light.b)) / WHITE);
+    // the colour is that of the stored alpha, so that rounding alpha does not change what is seen over black
+    float alpha = floor(clamp(share, 0.0, 1.0) * 255.0 + 0.5) / 255.0;
+    return vec4(alpha > 0.0 ? linear_to_srgb(tone_curve(light / alpha)) : vec3(0.0), alpha);
+}
+#endif
 
 void main()
 {
@@ -83,6 +145,13 @@ void main()
         for (int x = 0; x < SUPERSAMPLE; ++x)
             sum += sample_radiance(first + ivec2(x, y));
     vec3 value = sum / float(SUPERSAMPLE * SUPERSAMPLE);
+#ifdef COLOR_ALPHA
+    vec4 foreground = vec4(0.0);
+    for (int y = 0; y < SUPERSAMPLE; ++y)
+        for (int x = 0; x < SUPERSAMPLE; ++x)
+            foreground += sample_foreground(first + ivec2(x, y));
+    o_color_alpha = straight_alpha(foreground / float(SUPERSAMPLE * SUPERSAMPLE));
+#endif
 #if FINAL_RADIANCE
     o_final_radiance = vec4(value, 1.0);
 #endif

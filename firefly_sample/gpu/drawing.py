@@ -68,8 +68,13 @@ class Drawable(NamedTuple):
     array: moderngl.VertexArray
 
 
-def make_drawable(gpu: Gpu, plan: FramePlan, batch: Batch, program: Program) -> Drawable:
-    """Bring a batch's mesh, instances and those textures that the program samples up to date."""
+def make_drawable(
+    gpu: Gpu, plan: FramePlan, batch: Batch, program: Program, array: moderngl.VertexArray | None = None
+) -> Drawable:
+    """Bring a batch's mesh, instances and those textures that the program samples up to date.
+
+    With `array`, mesh and instances are in that.
+    """
     textures = {}
     if batch.texture is not None:
         cutoff = batch.alpha_cutoff if batch.surface.cutout else None
@@ -79,7 +84,7 @@ def make_drawable(gpu: Gpu, plan: FramePlan, batch: Batch, program: Program) -> 
         sampler = f"u_{name}_texture"
         if program.samples(sampler):
             textures[sampler] = gpu.uploads.texture(found.texture, None, name != "emission")
-    return Drawable(batch, program, textures, gpu.uploads.drawable(batch, program))
+    return Drawable(batch, program, textures, array or gpu.uploads.drawable(batch, program))
 
 
 def surface_uniforms(drawable: Drawable) -> dict[str, object]:
@@ -101,13 +106,18 @@ def draw_surface(
     flags: int,
     uniforms: Mapping[str, object],
     textures: Mapping[str, moderngl.Texture],
+    part: tuple[int, int] = (0, -1),
 ) -> None:
-    """Draw a batch with its own uniforms and textures and these; `flags` are moderngl's, without culling."""
+    """Draw a batch with its own uniforms and textures and these; `flags` are moderngl's, without culling.
+
+    `part` is the first vertex, and the number of them; -1 for all.
+    """
     batch, ctx = drawable.batch, gpu.ctx
     ctx.enable_only(flags | (ctx.NOTHING if batch.surface.double_sided else ctx.CULL_FACE))
     ctx.front_face = "cw" if batch.mirrored else "ccw"
     drawable.program.use({**uniforms, **surface_uniforms(drawable)}, {**drawable.textures, **textures})
-    gpu.render(drawable.array, ctx.TRIANGLES)
+    first, count = part
+    gpu.render(drawable.array, ctx.TRIANGLES, vertices=count, first=first)
 
 
 def draw_volumes(
@@ -161,6 +171,19 @@ def draw_clustered(
 ) -> None:
     """Draw a full-screen triangle whose shader loops over the lights of each pixel's cell.
 
+    `key` names the textures of the lists.
+    """
+    uniforms, tables = cell_tables(gpu, plan, clusters, key)
+    gpu.ctx.enable_only(gpu.ctx.BLEND)
+    program.use(uniforms, textures | tables)
+    gpu.draw_screen(program)
+
+
+def cell_tables(
+    gpu: Gpu, plan: FramePlan, clusters: Clusters, key: str
+) -> tuple[dict[str, object], dict[str, moderngl.Texture]]:
+    """Return the uniforms and the textures by which a shader finds the lights of a cell.
+
     `key` names the textures of the lists. A texel of "slices" is a slice: its nearer and its farther edge, as
     the bits of float32; the index of its first mask word, and that of the next slice. A row of "masks" is one
     line of tiles (a column, row or diagonal of the grid); a texel is four words of its bit masks.
@@ -180,16 +203,14 @@ def draw_clustered(
         "u_slices": gpu.streams.texture(f"slices {key}", slices),
         "u_masks": gpu.streams.texture(f"masks {key}", masks),
     }
-    uniforms = {
+    uniforms: dict[str, object] = {
         "u_slice_count": grid.slices,
         # from log2 of the distance (orthographic: the distance) to a slice's number; first and last edge
         "u_slicing": (scale, -low * scale, float(edges[0]), float(edges[-1])),
         "u_tiling": (grid.tile, *grid.tiles),
         "u_first_lines": grid.first_lines,
     }
-    gpu.ctx.enable_only(gpu.ctx.BLEND)
-    program.use(uniforms, textures | tables)
-    gpu.draw_screen(program)
+    return uniforms, tables
 
 
 def draw_loop(

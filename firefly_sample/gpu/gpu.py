@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -22,6 +25,7 @@ from firefly_sample.gpu.images import Images
 from firefly_sample.gpu.light_records import shadow_rows
 from firefly_sample.gpu.pixel_buffers import PixelBuffers
 from firefly_sample.gpu.programs import Program, Programs
+from firefly_sample.gpu.raw import SAMPLES_PASSED
 from firefly_sample.gpu.streams import Streams
 from firefly_sample.gpu.timers import Timers
 from firefly_sample.gpu.uploads import Uploads
@@ -29,6 +33,35 @@ from firefly_sample.plan.frame_plan import FramePlan
 
 SQUARE = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype=np.float32)
 """Corners of a strip of two triangles."""
+
+
+@dataclass
+class Samples:
+    """A number of samples, known when all are drawn."""
+
+    number: int = 0
+
+    def count(self) -> int:
+        """Return the number."""
+        return self.number
+
+
+class Squares(NamedTuple):
+    """Squares in a buffer, see `Gpu.squares`."""
+
+    gpu: Gpu
+    array: moderngl.VertexArray
+    buffer: moderngl.Buffer
+    program: Program
+    rows: NDArray[Any]
+
+    def draw(self, first: int, count: int) -> None:
+        """Draw some of them; the program is in use."""
+        # OpenGL 3.3 has no draw call that begins with an instance other than 0: the attributes do
+        dtype = self.rows.dtype
+        pointers = self.program.pointers(dtype)
+        self.gpu.device.raw.point_attributes(self.array.glo, self.buffer.glo, pointers, dtype.itemsize, first)
+        self.gpu.render(self.array, moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
 
 class Gpu:
@@ -110,13 +143,19 @@ class Gpu:
         return kept[1]
 
     def render(
-        self, array: moderngl.VertexArray, mode: int, *, vertices: int = -1, instances: int = -1
+        self,
+        array: moderngl.VertexArray,
+        mode: int,
+        *,
+        vertices: int = -1,
+        instances: int = -1,
+        first: int = 0,
     ) -> None:
-        """Draw a vertex array; every draw call of a frame is made, and counted, here.
+        """Draw a vertex array from its vertex `first` on; every draw call is made, and counted, here.
 
         -1 stands for all vertices of the array, and for the number of instances that it was made for.
         """
-        array.render(mode, vertices, instances=instances)
+        array.render(mode, vertices, first=first, instances=instances)
         self.draw_calls += 1
 
     def draw_screen(self, program: Program) -> None:
@@ -132,6 +171,29 @@ class Gpu:
         instances = self.streams.buffer(program.name, rows), f"{layout}/i", *attributes
         array = self.array(program.name, program, corners, instances)
         self.render(array, moderngl.TRIANGLE_STRIP, vertices=4, instances=len(rows))
+
+    def squares(self, program: Program, rows: NDArray[Any]) -> Squares:
+        """Return squares for rows, whose fields are named as attributes of instances."""
+        corners = self.fixed("square", SQUARE), "2f", "in_corner"
+        buffer = self.streams.buffer(f"{program.name} rows", rows)
+        instances = program.attributes_of(buffer, rows.dtype, per_instance=True)
+        return Squares(
+            self, self.array(f"{program.name} rows", program, corners, instances), buffer, program, rows
+        )
+
+    @contextmanager
+    def samples(self) -> Iterator[Samples]:
+        """Count the samples that pass what is drawn inside."""
+        raw = self.device.raw
+        query = raw.create_query()
+        try:
+            raw.call("glBeginQuery", SAMPLES_PASSED, query)
+            counted = Samples()
+            yield counted
+        finally:
+            raw.call("glEndQuery", SAMPLES_PASSED)
+            counted.number = raw.query_result(query)
+            raw.delete_query(query)
 
     def shadow_table(self, plan: FramePlan) -> moderngl.Texture:
         """Return the constants that a frame's shadow maps are looked up with, a row of texels per map."""

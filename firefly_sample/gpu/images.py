@@ -164,6 +164,10 @@ class BoundImages:
         names = self._step.reads if names is None else names
         return {f"u_{'depth' if name == 'depth_copy' else name}": self.read(name) for name in names}
 
+    def reads(self) -> tuple[str, ...]:
+        """Return the targets that the pass reads."""
+        return self._step.reads
+
     def own(self, name: str) -> moderngl.Texture:
         """Return the texture of a target that the pass writes or updates, to copy into."""
         if name not in self._drawn:
@@ -207,6 +211,6 @@ class BoundImages:
         self._images.note_writer(self._plan, self._step, (name,))
         return self._images.texture(self._plan, name), framebuffer
 
-    def framebuffer_of(self, name: str) -> moderngl.Framebuffer:
-        """Return a framebuffer of one target alone, to copy from or to."""
-        return self._images.framebuffer(self._plan, self._step, (name,))
+    def framebuffer_of(self, *names: str) -> moderngl.Framebuffer:
+        """Return a framebuffer of some targets alone, or of one to copy from or to."""
+        return self._images.framebuffer(self._plan, self._step, names)

@@ -38,6 +38,17 @@ INSTANCE_DTYPE = np.dtype(
 )
 """One instance: the columns of model-to-view for positions and for normals, its colours, and id + 1."""
 
+PARTICLE_DTYPE = np.dtype(
+    [
+        ("in_dot", np.float32, 4),
+        ("in_pixel", np.float32, 4),
+        ("in_per_radius", np.float32, 2),
+        ("in_color", np.float32, 3),
+        ("in_particle", np.float32, 3),
+    ]
+)
+"""A row of `particle_rows`."""
+
 CASTER_DTYPE = np.dtype([*((f"in_clip_{axis}", np.float32, 4) for axis in "xyzw"), ("in_alpha", np.float32)])
 """One caster of a shadow: the columns of model-to-clip, and the factor of its alpha."""
 
@@ -67,6 +78,22 @@ def instance_rows(batches: Sequence[Batch]) -> NDArray[Any]:
     rows["in_specular"] = np.concatenate([own.speculars for own in factors])
     rows["in_id"] = np.concatenate([batch.ids for batch in batches]).astype(np.uint32) + 1
     return rows
+
+
+TABLE_ROW, TABLE_TEXELS = 256, 10
+"""Instances in a row of their table, and texels of each: ``shaders/include/instance_table.glsl``."""
+
+
+def instance_texels(batches: Sequence[Batch]) -> Float32:
+    """Return the instances of batches as texels, shape (rows, `TABLE_ROW` * `TABLE_TEXELS`, 4)."""
+    rows = instance_rows(batches)
+    height = -(-max(len(rows), 1) // TABLE_ROW)
+    texels = np.zeros((height * TABLE_ROW, TABLE_TEXELS, 4), dtype=np.float32)
+    names = "view_x", "view_y", "view_z", "normal_x", "normal_y", "normal_z", "base_color", "ambient"
+    for index, name in enumerate((*names, "specular", "emission")):
+        values = rows[f"in_{name}"]
+        texels[: len(rows), index, : values.shape[1]] = values
+    return texels.reshape(height, TABLE_ROW * TABLE_TEXELS, 4)
 
 
 def normal_columns(model_to_view: NDArray[np.float64]) -> NDArray[np.float64]:

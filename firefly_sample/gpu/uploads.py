@@ -164,6 +164,36 @@ class Uploads:
         array.instances = len(batch.ids)
         return array
 
+    def sorted_array(self, batch: Batch, corners: moderngl.Buffer, program: Program) -> moderngl.VertexArray:
+        """Return the vertex array that draws triangles of a batch's instances in any order.
+
+        `corners` holds the indices of their vertices; those of instance i begin at i times the number of the
+        mesh's vertices.
+        """
+        surface, geom = batch.surface, batch.geom
+        attributes = surface.vertex_color, surface.vertex_alpha, surface.normal_map > 0
+        copies = 1 << max(len(batch.ids) - 1, 0).bit_length()
+        second = geom.texcoords_1 is not None
+
+        def copy() -> tuple[Any, ...]:
+            rows = self._mesh_rows(geom, attributes)
+            copied = np.zeros(copies * len(rows), dtype=[*rows.dtype.descr, ("in_instance", np.uint32)])
+            for name in rows.dtype.names or ():
+                copied[name] = np.tile(rows[name], (copies, *(1,) * (rows[name].ndim - 1)))
+            copied["in_instance"] = np.repeat(np.arange(copies), len(rows))
+            return (self._ctx.buffer(copied),)
+
+        mesh = self._keep(self._meshes, (self._serial(geom), *attributes, copies), geom.revision, copy)
+
+        def make() -> tuple[Any, ...]:
+            dtype = np.dtype([*_mesh_dtype(*attributes, second).descr, ("in_instance", np.uint32)])
+            content = program.attributes_of(mesh.objects[0], dtype)
+            return (self._ctx.vertex_array(program.mgl, [content], corners, index_element_size=4),)
+
+        key = (self._serial(geom), batch.key, id(program), "sorted")
+        array: moderngl.VertexArray = self._keep(self._arrays, key, (mesh, corners), make).objects[0]
+        return array
+
     def caster_array(self, batch: CasterBatch, program: Program) -> moderngl.VertexArray:
         """Return the vertex array that draws `batch` into a shadow map; it is valid until the next call."""
         rows = caster_rows(batch)
@@ -200,24 +230,29 @@ class Uploads:
         """Keep the buffers of a Geom's triangles and vertices, with the attributes that are asked for."""
 
         def make() -> tuple[Any, ...]:
-            colors, alphas, tangents = attributes
-            second = geom.texcoords_1 is not None
-            rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(*attributes, second))
-            rows["in_position"] = geom.vertices
-            rows["in_normal"] = geom.normals
-            rows["in_texcoord"][:, :2] = geom.texcoords
-            if colors:
-                rows["in_color"][:, :3] = geom.colors
-            if alphas:
-                rows["in_color"][:, 3] = geom.alphas
-            if tangents:
-                rows["in_tangent"] = geom.tangents
-            if second:
-                rows["in_texcoord"][:, 2:] = geom.texcoords_1
+            rows = self._mesh_rows(geom, attributes)
             triangles = np.ascontiguousarray(geom.triangles, dtype=np.uint32)
             return self._ctx.buffer(rows), self._ctx.buffer(triangles)
 
         return self._keep(self._meshes, (self._serial(geom), *attributes), geom.revision, make)
+
+    @staticmethod
+    def _mesh_rows(geom: MeshSource, attributes: tuple[bool, bool, bool]) -> NDArray[Any]:
+        colors, alphas, tangents = attributes
+        second = geom.texcoords_1 is not None
+        rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(*attributes, second))
+        rows["in_position"] = geom.vertices
+        rows["in_normal"] = geom.normals
+        rows["in_texcoord"][:, :2] = geom.texcoords
+        if colors:
+            rows["in_color"][:, :3] = geom.colors
+        if alphas:
+            rows["in_color"][:, 3] = geom.alphas
+        if tangents:
+            rows["in_tangent"] = geom.tangents
+        if second:
+            rows["in_texcoord"][:, 2:] = geom.texcoords_1
+        return rows
 
     def texture(self, image: TextureSource, cutoff: float | None, stored: bool = False) -> moderngl.Texture:
         """Return a texture with its mipmaps, if its filter needs them.

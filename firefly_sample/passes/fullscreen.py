@@ -12,7 +12,15 @@ from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs, asked
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import AlbedoFormat, Look, NormalFormat, PositionSource, Tone, Variant
+from firefly_sample.plan.variants import (
+    AlbedoFormat,
+    Look,
+    NormalFormat,
+    PositionSource,
+    Tone,
+    Transparency,
+    Variant,
+)
 
 if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
@@ -28,10 +36,13 @@ class DepthCopyPass(Pass):
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if lighting passes both sample and test depth."""
-        if not needs.drawn or needs.tested_source != "depth_copy":
+        copied = needs.tested_source == "depth_copy"
+        beside_particles = needs.squares_among_blended and needs.particle_source == "depth_copy"
+        if not needs.drawn or not (copied or beside_particles):
             return None
-        method = needs.settings.position_method
-        because = f"position_method={method}: a depth buffer cannot be tested and sampled at once"
+        method = needs.settings.light_method if needs.forward else needs.settings.position_method
+        setting = "light_method" if needs.forward else "position_method"
+        because = f"{setting}={method}: a depth buffer cannot be tested and sampled at once"
         return Declaration(because, reads={"depth": _REASON}, writes=["depth_copy"])
 
     def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
@@ -208,13 +219,15 @@ class ResolveVariant(Variant):
     marked: bool = False
     particles: bool = False
     packed: bool = False
+    transparency: Transparency = "none"
+    color_alpha: bool = False
 
 
 class ResolvePass(FullscreenPass):
     """Make the picture of radiance, particles and background."""
 
     name = "resolve"
-    colors = "color", "final_radiance"
+    colors = "color", "color_alpha", "final_radiance"
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if a picture is asked for."""
@@ -225,15 +238,19 @@ class ResolvePass(FullscreenPass):
         radiance += [f"emission of {needs.looks.emissive}"] if needs.emits else []
         radiance += [f"{needs.sprites} sprites"] if needs.draws_sprites else []
         reads = {"radiance": radiance} if radiance else {}
-        if needs.draws_particles:
+        if needs.blends:
+            reads["transparency"] = [needs.blended_in_view]
+            if needs.transparency == "weighted":
+                reads["transparency_weight"] = reads["transparency"]
+        elif needs.draws_particles:
             among = [f"{needs.sprites} sprites among them"] if needs.sprites else []
             reads["particles"] = [needs.particles_in_view, *among]
         if needs.drawn and needs.forward:
             reads["coverage"] = ["the background shows where nothing was drawn"]
         elif needs.drawn:
             reads["albedo"] = ["the background shows where its alpha is 0"]
-        because = "; ".join(asked(needs.outputs, ("color", "radiance")))
-        return Declaration(because, reads=reads, writes=["color", "final_radiance"])
+        because = "; ".join(asked(needs.outputs, ("color", "color_alpha", "radiance")))
+        return Declaration(because, reads=reads, writes=self.colors)
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the frame's variant."""
@@ -250,17 +267,21 @@ class ResolvePass(FullscreenPass):
             supersample=needs.settings.supersample,  # type: ignore[arg-type]
             particles="particles" in targets,
             packed="albedo" in targets and targets["albedo"].encoding == "sqrt10",
+            transparency=needs.transparency,
+            color_alpha="color_alpha" in targets,
         )
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield the variants that make an output."""
         for made in combinations(ResolveVariant):
             covered = made.marked or made.packed
+            layered = made.particles or made.transparency != "none" or made.color_alpha
             if (
-                (made.color or made.final_radiance)
+                (made.color or made.final_radiance or made.color_alpha)
+                and not (made.particles and made.transparency != "none")
                 and (made.gradient or not made.orthographic)
                 and (made.masked or not covered)
                 and not (made.marked and made.packed)
-                and (made.look == "correct" or not (made.tone != "none" or covered or made.particles))
+                and (made.look == "correct" or not (made.tone != "none" or covered or layered))
             ):
                 yield made

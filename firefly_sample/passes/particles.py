@@ -22,6 +22,7 @@ from firefly_sample.plan.variants import (
     PositionSource,
     RangeFalloff,
     ShadowTaps,
+    Transparency,
     Variant,
 )
 
@@ -127,6 +128,34 @@ class ParticleVariant(Variant):
     orthographic: bool = False
     reverse: bool = False
     packed: bool = False
+    transparency: Transparency = "none"
+
+
+def particle_reads(needs: Needs) -> dict[str, list[str]]:
+    """Return the targets in which particles find surfaces."""
+    if not needs.drawn:
+        return {}
+    source = needs.particle_source
+    reads = {source: ["particles end softly where surfaces are"]}
+    if source not in ("depth", "depth_copy") and needs.orthographic:
+        reads["albedo"] = reads[source]
+    return reads
+
+
+def particle_variant(needs: Needs, targets: Mapping[str, Target]) -> ParticleVariant:
+    """Return the variant of a frame's particles."""
+    method: PositionSource = "distance"
+    if needs.drawn:
+        method = "depth" if needs.forward else needs.position_source
+    marked = needs.drawn and needs.orthographic and method in ("distance", "stored")
+    return ParticleVariant(
+        surfaces=needs.drawn,
+        position_source=method,
+        orthographic=needs.orthographic,
+        reverse=needs.reverse and method == "depth",
+        packed=marked and targets["albedo"].encoding == "sqrt10",
+        transparency=needs.transparency,
+    )
 
 
 class ParticlesPass(Pass):
@@ -136,29 +165,14 @@ class ParticlesPass(Pass):
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if particles are in view."""
-        if not needs.draws_particles:
+        if not needs.draws_particles or needs.blends:
             return None
-        reads = {"particle_light": [needs.particles_in_view]}
-        if needs.drawn:
-            source = "depth" if needs.forward else needs.position_target_name
-            reads[source] = ["particles end softly where surfaces are"]
-            if source != "depth" and needs.orthographic:
-                reads["albedo"] = reads[source]
+        reads = {"particle_light": [needs.particles_in_view], **particle_reads(needs)}
         return Declaration(needs.particles_in_view, reads=reads, writes=["particles"])
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> Variant:
         """Return the frame's variant."""
-        method: PositionSource = "distance"
-        if needs.drawn:
-            method = "depth" if needs.forward else needs.position_source
-        marked = needs.drawn and needs.orthographic and method in ("distance", "stored")
-        return ParticleVariant(
-            surfaces=needs.drawn,
-            position_source=method,
-            orthographic=needs.orthographic,
-            reverse=needs.reverse and method == "depth",
-            packed=marked and targets["albedo"].encoding == "sqrt10",
-        )
+        return particle_variant(needs, targets)
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield the variants whose surfaces are found by a position, and marked where the distance cannot."""

@@ -9,6 +9,7 @@ import numpy as np
 from firefly_sample.errors import OutputError, PlanError, SceneError
 from firefly_sample.frame import LightCounts, check_outputs, check_size
 from firefly_sample.memo import Memo
+from firefly_sample.plan.blending.planner import BlendingPlanner
 from firefly_sample.plan.collect import Snapshot, collect
 from firefly_sample.plan.exposure import ExposureMeter
 from firefly_sample.plan.frame_graph import Declares, FrameGraph, choose_passes
@@ -56,6 +57,7 @@ class Planner:
         self._seen: Memo[Visible] = Memo()
         self._graph: Memo[FrameGraph] = Memo()
         self._batches: Memo[tuple[Batch, ...]] = Memo()
+        self._blending = BlendingPlanner()
 
     def plan(
         self,
@@ -83,6 +85,8 @@ class Planner:
             (instances, instances.revisions(), eye), lambda: Visible(instances, camera.world_to_view, planes)
         )
         exposure = _exposure(scene, to_number(settings.exposure))
+        blended = seen.blended if settings.look != "classic" else (False,) * len(seen.parts)
+        blended_count = seen.count(blended)
         reverse = capabilities.clip_control and settings.position_method not in COARSE_DEPTH
         view = View(
             size=(size[0] * settings.supersample, size[1] * settings.supersample),
@@ -122,7 +126,8 @@ class Planner:
             method=light_method.name,
             outputs=outputs,
             capabilities=capabilities,
-            geometry=len(seen),
+            geometry=len(seen) - blended_count,
+            blended=blended_count,
             sprites=len(sprites),
             particles=len(particles),
             lights=lighting.counts(),
@@ -158,7 +163,9 @@ class Planner:
             outputs=outputs,
             time=seconds,
             view=view,
-            batches=self._batches.get((seen, view.near), lambda: make_batches(seen, view.near)),
+            batches=self._batches.get(
+                (seen, view.near, blended), lambda: make_batches(seen, view.near, blended)
+            ),
             ambient=ambient,
             lights=lighting.sets,
             light_method=light_method,
@@ -175,6 +182,7 @@ class Planner:
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
             warnings=self._warnings.find(needs, snapshot, eye, view, seen, lighting, cloud, exposure),
+            blended=self._blending.plan(needs, seen, blended, view, lighting.sets, particles, sprites),
         )
 
     def _snapshot(self, scene: Scene, mask: int) -> Snapshot:

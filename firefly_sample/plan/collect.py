@@ -78,6 +78,15 @@ class Group:
         return self.materials[0].metallic is not None and not self.unlit
 
     @property
+    def blended(self) -> bool:
+        """True if the materials are marked for blending, and something of the instances is not opaque."""
+        if self.materials[0].alpha_mode != "blend":
+            return False
+        if self.vertex_alpha or (self.texture is not None and self.texture.least_alpha() < 1.0):
+            return True
+        return bool((self.factors().base_colors[:, 3] < 1.0).any())
+
+    @property
     def unlit(self) -> bool:
         """True if no light meets the surfaces."""
         return self.materials[0].unlit
@@ -326,6 +335,7 @@ def _look_of(material: Material) -> tuple[Any, ...]:
         *look_of_maps(material),
         material.metallic is not None,
         material.unlit,
+        material.alpha_mode == "blend",
     )
 
 

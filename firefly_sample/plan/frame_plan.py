@@ -105,6 +105,60 @@ class SpriteSet:
 
 
 @dataclass(frozen=True)
+class Run:
+    """Things that follow each other in the drawing order, and that one call can draw.
+
+    `batch` is an index into `Blended.batches`, -1 for particles and dots; `first` and `count` are of
+    triangles, or of squares.
+    """
+
+    batch: int
+    first: int
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class DrawOrder:
+    """All blended triangles, particles and dots from back to front.
+
+    Attributes
+    ----------
+    runs : tuple of Run
+    triangles : ndarray of int64, shape (n, 2)
+        Instance of its batch, and triangle of its Geom, in drawing order.
+    squares : ndarray of int, shape (m,)
+        Particles, by their number, and dots, whose numbers follow theirs, in drawing order.
+    """
+
+    runs: tuple[Run, ...]
+    triangles: NDArray[np.int64]
+    squares: NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Blended:
+    """The blended surfaces in view.
+
+    Attributes
+    ----------
+    batches : tuple of Batch
+        With all their instances.
+    order : DrawOrder or None
+        With transparency=sorted.
+    clusters : tuple of Clusters
+        The lights that have a position, by cell.
+    nearest, farthest : float
+        Bounds of the surfaces along the view axis.
+    """
+
+    batches: tuple[Batch, ...]
+    order: DrawOrder | None
+    clusters: tuple[Clusters, ...]
+    nearest: float
+    farthest: float
+
+
+@dataclass(frozen=True)
 class PassPlan:
     """One pass of a frame."""
 
@@ -140,6 +194,8 @@ class FramePlan:
         The targets that each output is decoded from; none where the frame has nothing for it.
     id_names : tuple of str
         Path of each geometry instance, by id.
+    blended : Blended or None
+        What is blended over the other surfaces; `batches` does not hold it.
     """
 
     size: tuple[int, int]
@@ -164,6 +220,7 @@ class FramePlan:
     counts: LightCounts
     id_names: tuple[str, ...]
     warnings: tuple[str, ...]
+    blended: Blended | None = None
 
     def target(self, name: str) -> Target | None:
         """Return the target of that name, None if this frame has none."""

@@ -9,10 +9,12 @@ from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.lights.light_set import LightKind
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.targets import STORED_POSITIONS
-from firefly_sample.plan.variants import PositionSource
+from firefly_sample.plan.variants import PositionSource, Transparency
 from firefly_sample.plan.visible import Looks
 from firefly_sample.settings import Settings
 
+PICTURES = frozenset(("color", "color_alpha", "radiance"))
+"""Outputs that show radiance."""
 POSITION_OUTPUTS = ("depth", "position", "position_world")
 NORMAL_OUTPUTS = ("normal", "normal_world")
 
@@ -46,13 +48,14 @@ class Needs:
     looks: Looks
     orthographic: bool
     reverse: bool  # True if depth is reversed in the [0, 1] clip range
+    blended: int = 0  # instances of blended surfaces; `geometry` does not count them
 
     # --- what is drawn ---
 
     @property
     def picture(self) -> bool:
         """True if radiance is computed."""
-        return "color" in self.outputs or "radiance" in self.outputs
+        return not PICTURES.isdisjoint(self.outputs)
 
     @property
     def shaded(self) -> bool:
@@ -102,19 +105,42 @@ class Needs:
     @property
     def draws_sprites(self) -> bool:
         """True if sprites are drawn by themselves: among particles they are drawn with these."""
-        return self.picture and self.sprites > 0 and not self.draws_particles
+        among_others = self.draws_particles or self.transparency in ("sorted", "exact")
+        return self.picture and self.sprites > 0 and (not among_others or self.transparency == "weighted")
+
+    @property
+    def transparency(self) -> Transparency:
+        """The method by which blended surfaces are drawn; "none" if none are."""
+        return self.settings.transparency if self.blended and self.picture and not self.classic else "none"
+
+    @property
+    def blends(self) -> bool:
+        """True if blended surfaces are drawn."""
+        return self.transparency != "none"
+
+    @property
+    def squares_among_blended(self) -> bool:
+        """True if particles, or dots, are drawn among blended surfaces."""
+        dots = self.sprites > 0 and self.transparency in ("sorted", "exact")
+        return self.blends and (self.particles > 0 or dots)
+
+    @property
+    def receives_light(self) -> bool:
+        """True if lights, other than ambient ones, meet surfaces, blended or not."""
+        return self.lit or (self.blends and bool(self.lights))
 
     @property
     def shadow_maps(self) -> bool:
         """True if shadow maps are looked up, or are an output."""
-        return self.maps > 0 and (self.lit or "shadow_atlas" in self.outputs)
+        return self.maps > 0 and (self.receives_light or "shadow_atlas" in self.outputs)
 
     @property
     def particle_shadowed(self) -> bool:
         """True if shadows of particles are looked up, or shown."""
         if self.particle_shadow is None:
             return False
-        seen = self.particle_shadowed_kind is not None and (self.lit or self.draws_particles)
+        meets = self.receives_light or self.draws_particles
+        seen = self.particle_shadowed_kind is not None and meets
         return seen or self.shows_slices or "particle_shadow_atlas" in self.outputs
 
     @property
@@ -183,6 +209,12 @@ class Needs:
         return "depth_copy" if copied and self.needs_positions else self.position_target_name
 
     @property
+    def particle_source(self) -> str:
+        """The target in which particles find surfaces; blended ones are tested against the depth buffer."""
+        source = "depth" if self.forward else self.position_target_name
+        return "depth_copy" if source == "depth" and self.transparency == "sorted" else source
+
+    @property
     def position_source(self) -> PositionSource:
         """The way in which shaders get positions."""
         if self.settings.position_method == "inverse_matrix":
@@ -220,6 +252,11 @@ class Needs:
         assert self.particle_shadow is not None
         count = _count(len(self.particle_shadow), "particle")
         return f"shadows of {count} in light {self.particle_shadow.light!r}"
+
+    @property
+    def blended_in_view(self) -> str:
+        """The number of blended instances, in words."""
+        return f"{_count(self.blended, 'blended instance')} in view (transparency={self.transparency})"
 
     @property
     def particles_in_view(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from firefly_sample.memo import Memo
-from firefly_sample.plan.collect import Group, LightNode, Snapshot
+from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.geometry_warnings import (
     Clipped,
     Extent,
@@ -16,13 +16,12 @@ from firefly_sample.plan.geometry_warnings import (
 )
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.lights.lighting import Lighting
-from firefly_sample.plan.needs import NORMAL_OUTPUTS, POSITION_OUTPUTS, Needs, asked
+from firefly_sample.plan.needs import NORMAL_OUTPUTS, PICTURES, POSITION_OUTPUTS, Needs, asked
 from firefly_sample.plan.particles.cloud import Cloud
 from firefly_sample.plan.position_error import position_warnings
 from firefly_sample.plan.view import Eye, View
 from firefly_sample.plan.visible import Visible
 from firefly_sample.scene.lights import AmbientLight
-from firefly_sample.scene.material import Material
 
 LARGEST_RADIANCE = {"rgba16f": 65504.0, "r11g11b10f": 64512.0, "rgba8": 1.0}
 """The largest number of each setting `accumulation_format` but float32; of r11g11b10f, that of blue."""
@@ -57,7 +56,7 @@ class PlanWarnings:
         extent = self._extent.get(seen, lambda: find_extent(seen, eye.planes, view.lens, view.near))
         return (
             *snapshot.warnings,
-            *_blended_warnings(snapshot),
+            *_blended_warnings(needs, snapshot),
             *_driver_warnings(needs),
             *eye.warnings,
             *clipping_warnings(clipped, eye, snapshot.id_names),
@@ -70,28 +69,22 @@ class PlanWarnings:
         )
 
 
-def _blended_warnings(snapshot: Snapshot) -> Iterator[str]:
+def _blended_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
+    """Yield a line about blended materials where they are not drawn as such."""
     blended = dict.fromkeys(
-        material.name
-        for group in snapshot.groups
-        for material in group.materials
-        if _is_blended(group, material)
+        material.name for group in snapshot.groups if group.blended for material in group.materials
     )
-    if blended:
+    if blended and needs.classic:
         yield (
-            f"blended materials are drawn as cut-outs: {', '.join(blended)} (deferred shading keeps one "
-            "surface a pixel; nothing is drawn where alpha is below alpha_cutoff, 0.5 by default)"
+            f"look 'classic' draws blended materials as cut-outs: {', '.join(blended)} (nothing is drawn "
+            "where alpha is below alpha_cutoff, 0.5 by default)"
         )
-
-
-def _is_blended(group: Group, material: Material) -> bool:
-    """Return whether a material is marked for blending and some instance of it is not opaque."""
-    if material.alpha_mode != "blend":
-        return False
-    if group.vertex_alpha or (group.texture is not None and group.texture.least_alpha() < 1.0):
-        return True
-    alphas = group.factors().base_colors[group.which == group.materials.index(material), 3]
-    return bool((alphas < 1.0).any())
+    data = [name for name in needs.outputs if name not in PICTURES]
+    if blended and not needs.classic and data:
+        yield (
+            f"outputs {', '.join(data)} show the nearest opaque surface: blended materials are not in them: "
+            f"{', '.join(blended)}"
+        )
 
 
 def _driver_warnings(needs: Needs) -> Iterator[str]:

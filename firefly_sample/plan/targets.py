@@ -42,6 +42,7 @@ FORMATS: dict[str, TargetFormat] = {
         TargetFormat("r32f", 4, 1, "f4"),
         TargetFormat("r32ui", 4, 1, "u4"),
         TargetFormat("rg32ui", 8, 2, "u4"),
+        TargetFormat("rg32f", 8, 2, "f4"),
         TargetFormat("rgba32f", 16, 4, "f4"),
         TargetFormat("depth16", 2, 1, "f4", 0x81A5, depth=True),
         TargetFormat("depth24", 4, 1, "f4", None, depth=True),

@@ -25,6 +25,7 @@ Interpolation = Literal["rasterizer", "float64"]
 LightResolution = Literal["full", "half"]
 LightView = Literal["overdraw", "volumes", "wireframe"]
 Look = Literal["correct", "classic"]
+Transparency = Literal["none", "sorted", "exact", "weighted"]
 Tone = Literal["none", "exponential"]
 ShadowTaps = Literal[0, 1, 4, 16]
 MapCoordinates = Literal[0, 1, 2]
@@ -45,12 +46,24 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "light_view": get_args(LightView),
     "look": get_args(Look),
     "tone": get_args(Tone),
+    "transparency": get_args(Transparency),
 }
 """The choices of each field that is one; a choice's number in shaders is its index."""
 
 
 OPTIONAL = frozenset(
-    {"metallic", "unlit", "metallic_map", "normal_map", "occlusion_map", "metallic_roughness"}
+    {
+        "metallic",
+        "unlit",
+        "metallic_map",
+        "normal_map",
+        "occlusion_map",
+        "metallic_roughness",
+        "transparency",
+        "sorted",
+        "numbered",
+        "color_alpha",
+    }
 )
 """Fields that are no define where they are False or 0."""
 
@@ -84,9 +97,18 @@ def defines(variant: Variant) -> dict[str, int]:
 
     The dict is shared: do not change it.
     """
-    result = {}
+    result: dict[str, int] = {}
     for field in fields(variant):
         value = getattr(variant, field.name)
+        if value is None or isinstance(value, Variant):  # what another shader needs
+            continue
+        if isinstance(value, tuple):  # of variants, such as sets of lights: LIGHT_SETS 2, LIGHT_SET_0_...
+            name = field.name.upper().removesuffix("S")
+            parts = {
+                f"{name}_{i}_{key}": part for i, one in enumerate(value) for key, part in defines(one).items()
+            }
+            result |= parts
+            value = len(value)
         if isinstance(value, str):
             value = CONSTANTS[field.name].index(value)
         if value or field.name not in OPTIONAL:
@@ -94,9 +116,15 @@ def defines(variant: Variant) -> dict[str, int]:
     return result
 
 
+def constants_of(field: str) -> dict[str, int]:
+    """Return the defines that the choices of a field are compared with."""
+    return {f"{field}_{choice}".upper(): number for number, choice in enumerate(CONSTANTS[field])}
+
+
 SHADER_CONSTANTS = {
-    f"{field}_{choice}".upper(): number
-    for field, choices in CONSTANTS.items()
-    for number, choice in enumerate(choices)
+    name: number
+    for field in CONSTANTS
+    if field not in OPTIONAL
+    for name, number in constants_of(field).items()
 }
 """Defines that every shader has, for example ``NORMAL_FORMAT_OCT16`` 0."""

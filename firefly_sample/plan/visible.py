@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -94,6 +94,15 @@ class Visible:
     def __len__(self) -> int:
         return sum(len(part.ids) for part in self.parts)
 
+    @property
+    def blended(self) -> tuple[bool, ...]:
+        """Which parts are blended over others."""
+        return tuple(part.group.blended for part in self.parts)
+
+    def count(self, chosen: Sequence[bool]) -> int:
+        """Return the number of instances of the chosen parts."""
+        return sum(len(part.ids) for part, mine in zip(self.parts, chosen, strict=True) if mine)
+
     @cached_property
     def looks(self) -> Looks:
         """Names of materials in view that need more than a colour."""
@@ -124,8 +133,47 @@ def _names(materials: Iterable[Material]) -> str:
     return shown if len(names) <= MOST_NAMES else f"{shown} and {len(names) - MOST_NAMES} more"
 
 
-def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
-    """Return draws: opaque ones first, then cut-outs, each front to back.
+def blended_batches(visible: Visible, blended: Sequence[bool]) -> tuple[Batch, ...]:
+    """Return a draw for each part that is blended."""
+    return tuple(
+        Batch(
+            key=part.group.key,
+            geom=part.group.geom,
+            texture=part.group.texture,
+            alpha_cutoff=0.0,
+            mirrored=part.group.mirrored,
+            model_to_view=part.model_to_view,
+            ids=part.ids,
+            factors=visible.factors.take(slice(part.first, part.first + len(part.ids))),
+            surface=_features(part.group, cutout=False),
+            maps=part.group.maps,
+        )
+        for part, chosen in zip(visible.parts, blended, strict=True)
+        if chosen
+    )
+
+
+def _features(group: Group, cutout: bool) -> SurfaceFeatures:
+    """Return the features that a draw of a group's instances needs."""
+    maps = group.maps
+    return SurfaceFeatures(
+        textured=group.texture is not None,
+        vertex_color=group.geom.colors is not None and group.colors is None,
+        cutout=cutout,
+        double_sided=group.double_sided,
+        vertex_alpha=group.vertex_alpha,
+        emission_textured=maps.emission is not None,
+        second_texcoords=maps.coordinates("emission") == 2,
+        metallic=group.metallic,
+        unlit=group.unlit,
+        metallic_map=maps.coordinates("metallic"),
+        normal_map=maps.coordinates("normal"),
+        occlusion_map=maps.coordinates("occlusion"),
+    )
+
+
+def make_batches(visible: Visible, near: float, blended: Sequence[bool]) -> tuple[Batch, ...]:
+    """Return draws: opaque ones first, then cut-outs, each front to back; not of the `blended` parts.
 
     Groups are cut into depth zones, and nearer zones are drawn first. Geometry that surrounds the eye, like a
     ground, is drawn last among its kind, because everything stands in front of it. `near` is the lens's.
@@ -136,24 +184,11 @@ def make_batches(visible: Visible, near: float) -> tuple[Batch, ...]:
     edges = np.quantile(distances, np.arange(1, zones) / zones) if zones > 1 else np.zeros(0)
     keyed = []
     for index, part in enumerate(visible.parts):
+        if blended[index]:
+            continue
         group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
-        colored = group.geom.colors is not None and group.colors is None
-        maps = group.maps
-        surface = SurfaceFeatures(
-            textured=group.texture is not None,
-            vertex_color=colored,
-            cutout=cutout,
-            double_sided=group.double_sided,
-            vertex_alpha=group.vertex_alpha,
-            emission_textured=maps.emission is not None,
-            second_texcoords=maps.coordinates("emission") == 2,
-            metallic=group.metallic,
-            unlit=group.unlit,
-            metallic_map=maps.coordinates("metallic"),
-            normal_map=maps.coordinates("normal"),
-            occlusion_map=maps.coordinates("occlusion"),
-        )
+        maps, surface = group.maps, _features(group, cutout)
         cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
         for zone, (first, end) in enumerate(pairwise(cuts)):
             if first == end:

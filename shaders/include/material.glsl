@@ -57,6 +57,9 @@ uniform float u_occlusion_strength;
 
 struct Sample {
     vec3 albedo;
+#ifdef TRANSPARENCY
+    float alpha;
+#endif
     vec3 ambient;  // reflectance of ambient light
 #if EMISSION
     vec3 emission;
@@ -119,6 +122,9 @@ Sample sample_material()
     tint.a *= v_vertex_alpha;
 #endif
     vec4 base = v_base_color * tint;
+#ifdef TRANSPARENCY
+    made.alpha = base.a;
+#endif
 #if CUTOUT
     if (base.a < u_alpha_cutoff)
         discard;

@@ -1,0 +1,1 @@
+"""Blended surfaces: what is drawn over other surfaces, and in which order."""
