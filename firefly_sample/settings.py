@@ -390,7 +390,7 @@ class Settings:
     )
     supersample: int = _setting(
         1,
-        "2 averages four samples per pixel. firefly capture uses 2 if color is the only output, else 1.",
+        "2 averages four samples per pixel. firefly capture uses 2 for color and color_alpha alone, else 1.",
         """Their linear radiance is averaged: four times the cost, and smooth leaves. Keep 1 for
         measuring.""",
         choices=(1, 2),

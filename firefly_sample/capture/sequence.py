@@ -140,11 +140,11 @@ def capture_frames(
 
 
 def capture_settings(outputs: Iterable[str], **changes: Any) -> Settings:
-    """Return the settings to capture `outputs` with: supersampled if the only output is color.
+    """Return the settings to capture `outputs` with: supersampled if all are color or color_alpha.
 
     `changes` are as in `Settings.with_changes`.
     """
-    supersample = 2 if tuple(outputs) == ("color",) else 1
+    supersample = 2 if {"color", "color_alpha"}.issuperset(outputs) else 1
     return Settings().with_changes(**({"supersample": supersample} | changes))
 
 

@@ -371,7 +371,8 @@ class _Drawing:
             peeled, current = current, peeled
 
     def _front_to_back(self) -> np.ndarray[Any, Any]:
-        return self._plan.particles.order[::-1]
+        plan = self._plan
+        return plan.particles.order[::-1] if len(plan.particles) else np.arange(len(plan.sprites))
 
     def _peeling(self, peeled: tuple[str, ...]) -> tuple[dict[str, object], dict[str, moderngl.Texture]]:
         """Return the uniforms and textures by which a layer is found behind another."""

@@ -18,7 +18,7 @@ from firefly_sample.plan.frustum import spheres_in_frustum
 from firefly_sample.plan.lights.clusters import Clusters, plan_clusters
 from firefly_sample.plan.lights.light_set import any_channel
 from firefly_sample.plan.lights.lighting import choose_method, light_scene
-from firefly_sample.plan.needs import Needs
+from firefly_sample.plan.needs import PICTURES, Needs
 from firefly_sample.plan.particles.cloud import gather_particles
 from firefly_sample.plan.particles.shadow import plan_particle_shadow
 from firefly_sample.plan.particles.visible import see_particles
@@ -31,6 +31,9 @@ from firefly_sample.scene.arrays import LARGEST, Float64, as_color, as_numbers
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import Settings, to_number
+
+NOT_CLASSIC = ("specular", "shininess", "emission", "metallic", "roughness", "color_alpha")
+"""Outputs that the look "classic" does not have."""
 
 PointRows = tuple[Float64, Float64, Float64]
 
@@ -144,12 +147,18 @@ class Planner:
             reverse=reverse,
         )
         for name in outputs:
-            if needs.classic and name in ("specular", "shininess", "emission", "metallic", "roughness"):
+            if needs.classic and name in NOT_CLASSIC:
                 raise OutputError(f"look 'classic' has no output {name!r}: choose look 'correct'")
-            if needs.forward and name not in ("color", "radiance"):
+            if needs.forward and name not in PICTURES:
                 raise OutputError(
-                    f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color or "
-                    "radiance, or choose another light_method"
+                    f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color, "
+                    "color_alpha or radiance, or choose another light_method"
+                )
+            if name == "light" and needs.half and needs.metals:
+                raise OutputError(
+                    "light_resolution=half keeps the light of metallic materials without what their highlights "
+                    f"reflect, and cannot make 'light' of it ({needs.looks.metallic}): choose "
+                    "light_resolution=full, or leave color, color_alpha and radiance out"
                 )
         graph = self._graph.get(needs, lambda: choose_passes(self._passes, needs))
         clusters: tuple[Clusters, ...] = ()
