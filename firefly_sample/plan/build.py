@@ -156,8 +156,8 @@ class Planner:
                 )
             if name == "light" and needs.half and needs.metals:
                 raise OutputError(
-                    "light_resolution=half keeps the light of metallic materials without what their highlights "
-                    f"reflect, and cannot make 'light' of it ({needs.looks.metallic}): choose "
+                    "light_resolution=half keeps the light of metallic materials without what their "
+                    f"highlights reflect, and cannot make 'light' of it ({needs.looks.metallic}): choose "
                     "light_resolution=full, or leave color, color_alpha and radiance out"
                 )
         graph = self._graph.get(needs, lambda: choose_passes(self._passes, needs))
