@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from itertools import product
 from typing import TYPE_CHECKING, Any, get_args
 
 from firefly_sample.gpu.drawing import Drawable, draw_surface, light_table, make_drawable, shadow_textures
 from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.passes.geometry import legal_surfaces, surface_fields
+from firefly_sample.passes.legal import Product, Products, choices
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
@@ -105,11 +105,19 @@ class ForwardPass(Pass):
             particle_shadow=needs.particle_shadowed_kind is not None and needs.particle_shadowed,
         )
 
-    def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination of lights and surfaces."""
-        for emission, flat in product(BOTH, repeat=2):
-            for surface in legal_surfaces(emission):
-                yield from _lit_variants(emission, {"orthographic": flat, **asdict(surface)})
+    def legal_variants(self) -> Products:
+        """Return every combination of lights and surfaces."""
+        return Products(
+            *(
+                Product(
+                    ForwardVariant,
+                    _legal_lights(emission),
+                    choices(orthographic=BOTH),
+                    map(asdict, legal_surfaces(emission)),
+                )
+                for emission in BOTH
+            )
+        )
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
@@ -142,22 +150,26 @@ class ForwardPass(Pass):
                 draw_surface(gpu, drawable, flags, uniforms, textures)
 
 
-def _lit_variants(emission: bool, rest: dict[str, Any]) -> Iterator[Variant]:
-    """Yield the variants of every light that write emission, or not; `rest` are their other fields."""
-    for own in BOTH:
-        # without a light there is nothing but these
-        yield ForwardVariant("none", ambient_albedo=own, emission=emission, **rest)
-    for fade, model, clamp, taps, by_particles in product(
-        FADES, get_args(SpecularModel), BOTH, get_args(ShadowTaps), BOTH
-    ):
-        if by_particles and fade[0] == "point":
-            continue
-        lit = (*fade, model, clamp, taps)
-        shared = {"specular": model != "none", "particle_shadow": by_particles, **rest}
-        if not emission:
-            yield ForwardVariant(*lit, first=False, **shared)
-        for own in BOTH:
-            yield ForwardVariant(*lit, ambient_albedo=own, emission=emission, **shared)
+def _legal_lights(emission: bool) -> Iterator[dict[str, Any]]:
+    """Yield the fields of every light, in a frame that writes emission or not."""
+    # without a light there is nothing but these
+    yield from choices(light_kind=["none"], ambient_albedo=BOTH, emission=[emission])
+    for kind, falloff, end in FADES:
+        for chosen in choices(
+            light_kind=[kind],
+            falloff=[falloff],
+            range_falloff=[end],
+            specular_model=get_args(SpecularModel),
+            clamp_light=BOTH,
+            shadow_taps=get_args(ShadowTaps),
+            particle_shadow=BOTH if kind != "point" else (False,),
+            first=BOTH,
+            ambient_albedo=BOTH,
+            emission=[emission],
+        ):
+            # a draw that is not the first brings neither
+            if chosen["first"] or not (chosen["ambient_albedo"] or emission):
+                yield chosen | {"specular": chosen["specular_model"] != "none"}
 
 
 def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) -> ForwardVariant:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from firefly_sample.gpu.drawing import Drawable, draw_surface, make_drawable
 from firefly_sample.passes.base import BOTH, FullscreenPass, Pass, combinations, encodings
+from firefly_sample.passes.legal import Product, Products, choices
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
@@ -89,6 +90,35 @@ def legal_surfaces(emission: bool) -> list[SurfaceFeatures]:
     ]
 
 
+def _legal_targets() -> Iterator[dict[str, Any]]:
+    """Yield the targets of the G-buffer that a frame can have together, their formats and interpolations."""
+    for albedo, normal, distance in product(BOTH, repeat=3):
+        # what a frame has beside the albedo for light, no frame has without it
+        extras = BOTH if albedo else (False,)
+        for chosen in choices(
+            albedo=[albedo],
+            normal=[normal],
+            distance=[distance],
+            ambient_albedo=extras,
+            specular=extras,
+            emission=extras,
+            id=BOTH,
+            visibility=BOTH,
+            position_target=("none",) if distance else get_args(PositionTarget),
+            # without a target, nothing is encoded
+            normal_format=get_args(NormalFormat) if normal else ("oct16",),
+            albedo_format=get_args(AlbedoFormat) if albedo else ("sqrt10",),
+            interpolation=get_args(Interpolation),
+        ):
+            beside = chosen["ambient_albedo"] or chosen["specular"] or chosen["emission"]
+            linear = not albedo or chosen["albedo_format"] == "linear"
+            if chosen["normal_format"] == "classic" and (beside or not linear):
+                continue
+            interpolated = normal or distance or chosen["position_target"] != "none"
+            if chosen["interpolation"] == "rasterizer" or (interpolated and chosen["visibility"]):
+                yield chosen
+
+
 def surface_fields(surface: SurfaceFeatures, emission: bool) -> dict[str, Any]:
     """Return a draw's fields of a variant; without `emission` nothing samples its texture."""
     needed = surface if emission else replace(surface, emission_textured=False, second_texcoords=False)
@@ -144,27 +174,20 @@ class GeometryPass(Pass):
             orthographic=needs.orthographic,
         )
 
-    def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination of targets, formats and surfaces that a frame can have."""
-        surfaces = [[asdict(surface) for surface in legal_surfaces(emission)] for emission in BOTH]
-        for albedo, normal, distance in product(BOTH, repeat=3):
-            # what a frame has beside the albedo for light, no frame has without it
-            extras = product(BOTH, repeat=3) if albedo else [(False, False, False)]
-            stores: tuple[PositionTarget, ...] = ("none",) if distance else get_args(PositionTarget)
-            for extra, stored in product(extras, stores):
-                for normals, colors in product(get_args(NormalFormat), get_args(AlbedoFormat)):
-                    if (not normal and normals != "oct16") or (not albedo and colors != "sqrt10"):
-                        continue  # nothing is encoded
-                    if normals == "classic" and (any(extra) or (albedo and colors != "linear")):
-                        continue
-                    interpolated = normal or distance or stored != "none"
-                    drawn = surfaces[extra[2]]
-                    for ids, flat, surface in product(product(BOTH, repeat=2), BOTH, drawn):
-                        again = get_args(Interpolation) if interpolated and ids[1] else ("rasterizer",)
-                        for how in again:
-                            targets: Any = albedo, normal, distance, *extra, *ids, stored
-                            formats: Any = normals, colors, how, flat
-                            yield GeometryVariant(*targets, *formats, **surface)
+    def legal_variants(self) -> Products:
+        """Return every combination of targets, formats and surfaces that a frame can have."""
+        targets, lenses = list(_legal_targets()), choices(orthographic=BOTH)
+        return Products(
+            *(
+                Product(
+                    GeometryVariant,
+                    [chosen for chosen in targets if chosen["emission"] == emission],
+                    lenses,
+                    map(asdict, legal_surfaces(emission)),
+                )
+                for emission in BOTH
+            )
+        )
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 LightKind = Literal["none", "directional", "point", "spot"]
 DrawMethod = Literal["sphere", "cone", "fullscreen", "loop", "clustered"]
@@ -69,13 +69,13 @@ def defines(variant: Variant) -> dict[str, int]:
 
     The dict is shared: do not change it.
     """
-    result = {}
-    for field in fields(variant):
-        value = getattr(variant, field.name)
-        if isinstance(value, str):
-            value = CONSTANTS[field.name].index(value)
-        result[field.name.upper()] = int(value)
-    return result
+    names = [field.name for field in fields(variant)]
+    return {name.upper(): number_of(name, getattr(variant, name)) for name in names}
+
+
+def number_of(field: str, value: Any) -> int:
+    """Return the define of a field's value, which is a bool, a number or a choice."""
+    return CONSTANTS[field].index(value) if isinstance(value, str) else int(value)
 
 
 SHADER_CONSTANTS = {
