@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from firefly_sample.assets import asset_dir
@@ -18,6 +20,9 @@ _DIRECTIVE = re.compile(
 )
 # Mesa: 0:12(3): error; NVIDIA: 0(12) : error; macOS and Intel: ERROR: 0:12:
 _ERROR_LINE = re.compile(r"\b0[:(](\d+)")
+
+Line = tuple[str, str, int]
+"""Its text, file and line number there."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,7 @@ def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path |
 
     The stage is the part of `name` after the last dot.
     """
-    lines: list[tuple[str, str, int]] = []
+    lines: list[Line] = []
     stage = name.rsplit(".", 1)[-1]
     _read(folder, name, text, lines, {name}, lambda record: record_glsl(record, defines, stage))
     if not lines or not lines[0][0].startswith("#version"):
@@ -70,28 +75,50 @@ def _text_of(folder: Path | None, name: str) -> str:
     if folder is None or not (folder / name).exists():
         folder = asset_dir("shaders")
     try:
-        return (folder / name).read_text(encoding="utf-8")
+        path = str(folder / name)
+        now = os.stat(path)
+        return _text_at(path, now.st_mtime_ns, now.st_size)
     except OSError as error:
         raise ShaderError(
             f"shader {name!r} cannot be read ({error.strerror}): reinstall firefly_sample"
         ) from None
 
 
+@lru_cache(maxsize=256)
+def _text_at(path: str, _changed: int, _size: int) -> str:
+    """Return the text of a file, which is kept until its time or size changes: many programs include it."""
+    return Path(path).read_text(encoding="utf-8")
+
+
+@lru_cache(maxsize=256)
+def _pieces(name: str, text: str) -> list[tuple[list[Line], re.Match[str] | None, int]]:
+    """Return a file's lines up to each directive, the directive and its line number; None at the end."""
+    pieces: list[tuple[list[Line], re.Match[str] | None, int]] = []
+    plain: list[Line] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        found = _DIRECTIVE.match(line) if "#" in line else None
+        if found is None:
+            plain.append((line, name, number))
+        else:
+            pieces.append((plain, found, number))
+            plain = []
+    return [*pieces, (plain, None, 0)]
+
+
 def _read(
     folder: Path | None,
     name: str,
     text: str,
-    lines: list[tuple[str, str, int]],
+    lines: list[Line],
     seen: set[str],
     record_text: Callable[[str], str],
 ) -> None:
-    """Add the lines of a file and of what it includes: text, file and line number."""
-    for number, line in enumerate(text.splitlines(), 1):
-        # few lines have a "#", and thousands are read for a frame
-        found = _DIRECTIVE.match(line) if "#" in line else None
+    """Add the lines of a file and of what it includes."""
+    for plain, found, number in _pieces(name, text):
+        lines.extend(plain)
         if found is None:
-            lines.append((line, name, number))
-        elif wanted := found["include"]:
+            continue
+        if wanted := found["include"]:
             if wanted not in seen:
                 seen.add(wanted)
                 _read(folder, wanted, _text_of(folder, wanted), lines, seen, record_text)
