@@ -184,7 +184,7 @@ run_tests() {
     cd "$root"
     ruff check .
     ruff format --check .
-    mypy
+    mypy --num-workers auto
     # a worker a core, up to four, each with whole files: blocks of a page build on each other
     exec python -m pytest -n auto --maxprocesses 4 --dist loadfile "$@"
 }

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
 from firefly_sample.errors import FireflyError
 
 
+@cache
 def asset_dir(kind: str) -> Path:
     """Return the folder "shaders" or "models"; raise a FireflyError if the installation has none."""
     package = Path(str(files("firefly_sample")))

@@ -7,6 +7,8 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from ctypes.util import find_library
+from functools import cache
 from typing import Any
 
 import moderngl
@@ -258,6 +260,12 @@ def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
+@cache
+def _library(name: str) -> str | None:
+    """Return the file of a library: glcontext would start a process to look for it, for each context."""
+    return find_library(name)
+
+
 def _egl_backend(index: int | None) -> Any:
     import glcontext
 
@@ -271,7 +279,13 @@ def _egl_backend(index: int | None) -> Any:
     try:
         # glcontext would prefer the environment to the given index
         os.environ.pop("GLCONTEXT_DEVICE_INDEX", None)
-        return glcontext.get_backend_by_name("egl")(mode="standalone", glversion=330, device_index=index)
+        return glcontext.get_backend_by_name("egl")(
+            mode="standalone",
+            glversion=330,
+            device_index=index,
+            libgl=_library("GL"),
+            libegl=_library("EGL"),
+        )
     except Exception as error:
         raise NoGpuError(_explain(error, index)) from error
     finally:

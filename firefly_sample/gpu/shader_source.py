@@ -8,8 +8,10 @@ number in place of ``@``.
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from firefly_sample.assets import asset_dir
@@ -31,6 +33,9 @@ OWN_NAMES = (
 """What the code of a set of lights declares: in the copy of set 0 it is called ``Light_0``, and so on."""
 # Mesa: 0:12(3): error; NVIDIA: 0(12) : error; macOS and Intel: ERROR: 0:12:
 _ERROR_LINE = re.compile(r"\b0[:(](\d+)")
+
+Line = tuple[str, str, int]
+"""Its text, file and line number there."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +67,6 @@ def load_source(name: str, defines: dict[str, int], folder: Path | None = None) 
     return resolve_source(name, _text_of(folder, name), defines, folder)
 
 
-Line = tuple[str, str, int]
-"""Text, file and line number."""
-
-
 def resolve_source(name: str, text: str, defines: dict[str, int], folder: Path | None = None) -> ShaderSource:
     """Resolve `text`, which must begin with #version, as `load_source` does a file's.
 
@@ -89,11 +90,34 @@ def _text_of(folder: Path | None, name: str) -> str:
     if folder is None or not (folder / name).exists():
         folder = asset_dir("shaders")
     try:
-        return (folder / name).read_text(encoding="utf-8")
+        path = str(folder / name)
+        now = os.stat(path)
+        return _text_at(path, now.st_mtime_ns, now.st_size)
     except OSError as error:
         raise ShaderError(
             f"shader {name!r} cannot be read ({error.strerror}): reinstall firefly_sample"
         ) from None
+
+
+@lru_cache(maxsize=256)
+def _text_at(path: str, _changed: int, _size: int) -> str:
+    """Return the text of a file, which is kept until its time or size changes: many programs include it."""
+    return Path(path).read_text(encoding="utf-8")
+
+
+@lru_cache(maxsize=256)
+def _pieces(name: str, text: str) -> list[tuple[list[Line], re.Match[str] | None, int]]:
+    """Return a file's lines up to each directive, the directive and its line number; None at the end."""
+    pieces: list[tuple[list[Line], re.Match[str] | None, int]] = []
+    plain: list[Line] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        found = _DIRECTIVE.match(line) if "#" in line else None
+        if found is None:
+            plain.append((line, name, number))
+        else:
+            pieces.append((plain, found, number))
+            plain = []
+    return [*pieces, (plain, None, 0)]
 
 
 class _Reader:
@@ -104,12 +128,11 @@ class _Reader:
 
     def read(self, name: str, text: str, defines: dict[str, int], seen: set[str]) -> None:
         """Add the lines of a file; files that were `seen` are not included again."""
-        for number, line in enumerate(text.splitlines(), 1):
-            # few lines have a "#", and thousands are read for a frame
-            found = _DIRECTIVE.match(line) if "#" in line else None
+        for plain, found, number in _pieces(name, text):
+            self._lines.extend(plain)
             if found is None:
-                self._lines.append((line, name, number))
-            elif wanted := found["include"]:
+                continue
+            if wanted := found["include"]:
                 if wanted not in seen:
                     seen.add(wanted)
                     self.read(wanted, _text_of(self._folder, wanted), defines, seen)

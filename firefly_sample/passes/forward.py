@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, get_args
 
 from firefly_sample.gpu.drawing import Drawable, draw_surface, light_table, make_drawable, shadow_textures
 from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.passes.geometry import legal_surfaces, surface_fields
+from firefly_sample.passes.legal import Product, Products, choices
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
@@ -111,11 +112,14 @@ class ForwardPass(Pass):
             particle_shadow=needs.particle_shadowed_kind is not None and needs.particle_shadowed,
         )
 
-    def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination of lights and surfaces."""
-        for emission, flat in product(BOTH, repeat=2):
-            for surface in legal_surfaces(emission):
-                yield from _lit_variants(emission, {"orthographic": flat, **asdict(surface)})
+    def legal_variants(self) -> Products:
+        """Return every combination of lights and surfaces."""
+        products = []
+        for emission, ambient, lit in product(BOTH, repeat=3):
+            lights = _legal_lights(emission, ambient, lit)
+            surfaces = legal_surfaces(emission, lit, ambient, lit)
+            products.append(Product(ForwardVariant, lights, choices(orthographic=BOTH), surfaces))
+        return Products(*products)
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
@@ -149,22 +153,26 @@ class ForwardPass(Pass):
                 draw_surface(gpu, drawable, flags, uniforms, textures)
 
 
-def _lit_variants(emission: bool, rest: dict[str, Any]) -> Iterator[Variant]:
-    """Yield the variants of every light that write emission, or not; `rest` are their other fields."""
-    for own in BOTH:
-        # without a light there is nothing but these
-        yield ForwardVariant("none", ambient_albedo=own, emission=emission, **rest)
-    for fade, model, clamp, taps, by_particles in product(
-        FADES, get_args(SpecularModel), BOTH, get_args(ShadowTaps), BOTH
-    ):
-        if by_particles and fade[0] == "point":
-            continue
-        lit = (*fade, model, clamp, taps)
-        shared = {"specular": model != "none", "particle_shadow": by_particles, **rest}
-        if not emission:
-            yield ForwardVariant(*lit, first=False, **shared)
-        for own in BOTH:
-            yield ForwardVariant(*lit, ambient_albedo=own, emission=emission, **shared)
+def _legal_lights(emission: bool, ambient: bool, lit: bool) -> list[dict[str, Any]]:
+    """Return the fields of every light, in a draw that brings emission and ambient light or not."""
+    brings: dict[str, Any] = {"emission": [emission], "ambient_albedo": [ambient]}
+    if not lit:
+        return choices(light_kind=["none"], **brings)
+    found = []
+    for kind, falloff, end in FADES:
+        for chosen in choices(
+            light_kind=[kind],
+            falloff=[falloff],
+            range_falloff=[end],
+            specular_model=get_args(SpecularModel),
+            clamp_light=BOTH,
+            shadow_taps=get_args(ShadowTaps),
+            particle_shadow=BOTH if kind != "point" else (False,),
+            first=(True,) if emission or ambient else BOTH,  # another draw brings neither
+            **brings,
+        ):
+            found.append(chosen | {"specular": chosen["specular_model"] != "none"})
+    return found
 
 
 def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) -> ForwardVariant:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from firefly_sample.gpu.drawing import Drawable, draw_surface, make_drawable
 from firefly_sample.passes.base import BOTH, FullscreenPass, Pass, combinations, encodings
+from firefly_sample.passes.legal import Product, Products, choices
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
@@ -76,24 +77,76 @@ class GeometryVariant(Variant):
         return self.position_target != "none"
 
 
+BESIDE = "ambient_albedo", "specular", "metallic_roughness", "emission"
+"""Targets beside the albedo, which the classic look does not have."""
+
+
 def position_target_of(targets: Mapping[str, Target]) -> PositionTarget:
     """Return how positions are stored, if they are."""
     formats: dict[str, PositionTarget] = {"rgba32f": "float32", "rgba16f": "float16"}
     return formats[targets["position"].format] if "position" in targets else "none"
 
 
-def legal_surfaces(emission: bool) -> list[SurfaceFeatures]:
-    """Return what a draw of surfaces can ask for, in a pass that writes emission or not.
+def legal_surfaces(
+    emission: bool, normal: bool = False, ambient: bool = False, metals: bool = False
+) -> list[dict[str, Any]]:
+    """Return the fields of what a draw of surfaces can ask for, in a pass that makes these: `surface_fields`.
 
     Alpha of vertex colours needs these, and cuts out; second texture coordinates need an emission texture.
     """
+    maps = (0, 1, 2)
+    plain = choices(
+        textured=BOTH,
+        vertex_color=BOTH,
+        cutout=BOTH,
+        double_sided=BOTH,
+        vertex_alpha=BOTH,
+        emission_textured=BOTH if emission else (False,),
+        second_texcoords=BOTH if emission else (False,),
+        normal_map=maps if normal else (0,),
+        occlusion_map=maps if ambient else (0,),
+    )
+    models: list[dict[str, Any]] = [{}, {"unlit": True}]
+    if ambient or metals:
+        models += [{"metallic": True, "metallic_map": each} for each in maps]
     return [
-        each
-        for each in combinations(SurfaceFeatures)
-        if ((each.vertex_color and each.cutout) or not each.vertex_alpha)
-        and (emission or not each.emission_textured)
-        and (each.emission_textured or not each.second_texcoords)
+        each | model
+        for each in plain
+        if ((each["vertex_color"] and each["cutout"]) or not each["vertex_alpha"])
+        and (each["emission_textured"] or not each["second_texcoords"])
+        for model in models
+        if not (model.get("unlit") and each["occlusion_map"])
     ]
+
+
+def _legal_targets() -> Iterator[dict[str, Any]]:
+    """Yield the targets of the G-buffer that a frame can have together, their formats and interpolations."""
+    for albedo, normal, distance in product(BOTH, repeat=3):
+        # what a frame has beside the albedo for light, no frame has without it
+        extras = BOTH if albedo else (False,)
+        for chosen in choices(
+            albedo=[albedo],
+            normal=[normal],
+            distance=[distance],
+            ambient_albedo=extras,
+            specular=extras,
+            metallic_roughness=extras,
+            emission=extras,
+            id=BOTH,
+            visibility=BOTH,
+            position_target=("none",) if distance else get_args(PositionTarget),
+            # without a target, nothing is encoded
+            normal_format=get_args(NormalFormat) if normal else ("oct16",),
+            albedo_format=get_args(AlbedoFormat) if albedo else ("sqrt10",),
+            interpolation=get_args(Interpolation),
+        ):
+            beside = any(chosen[name] for name in BESIDE)
+            linear = not albedo or chosen["albedo_format"] == "linear"
+            if chosen["normal_format"] == "classic" and (beside or not linear):
+                continue
+            interpolated = normal or distance or chosen["position_target"] != "none"
+            if chosen["interpolation"] == "rasterizer" or (interpolated and chosen["visibility"]):
+                yield chosen
 
 
 def surface_fields(
@@ -168,27 +221,21 @@ class GeometryPass(Pass):
             orthographic=needs.orthographic,
         )
 
-    def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination of targets, formats and surfaces that a frame can have."""
-        surfaces = [[asdict(surface) for surface in legal_surfaces(emission)] for emission in BOTH]
-        for albedo, normal, distance in product(BOTH, repeat=3):
-            # what a frame has beside the albedo for light, no frame has without it
-            extras = product(BOTH, repeat=3) if albedo else [(False, False, False)]
-            stores: tuple[PositionTarget, ...] = ("none",) if distance else get_args(PositionTarget)
-            for extra, stored in product(extras, stores):
-                for normals, colors in product(get_args(NormalFormat), get_args(AlbedoFormat)):
-                    if (not normal and normals != "oct16") or (not albedo and colors != "sqrt10"):
-                        continue  # nothing is encoded
-                    if normals == "classic" and (any(extra) or (albedo and colors != "linear")):
-                        continue
-                    interpolated = normal or distance or stored != "none"
-                    drawn = surfaces[extra[2]]
-                    for ids, flat, surface in product(product(BOTH, repeat=2), BOTH, drawn):
-                        again = get_args(Interpolation) if interpolated and ids[1] else ("rasterizer",)
-                        for how in again:
-                            targets: Any = albedo, normal, distance, *extra, *ids, stored
-                            formats: Any = normals, colors, how, flat
-                            yield GeometryVariant(*targets, *formats, **surface)
+    def legal_variants(self) -> Products:
+        """Return every combination of targets, formats and surfaces that a frame can have."""
+        lenses = choices(orthographic=BOTH)
+        by_surfaces: dict[tuple[bool, ...], list[dict[str, Any]]] = {}
+        for chosen in _legal_targets():
+            made = tuple(
+                chosen[name] for name in ("emission", "normal", "ambient_albedo", "metallic_roughness")
+            )
+            by_surfaces.setdefault(made, []).append(chosen)
+        return Products(
+            *(
+                Product(GeometryVariant, targets, lenses, legal_surfaces(*made))
+                for made, targets in by_surfaces.items()
+            )
+        )
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""

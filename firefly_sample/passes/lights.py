@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from firefly_sample.gpu.drawing import draw_clustered, draw_loop, draw_volumes, light_table
 from firefly_sample.passes.base import BOTH, Pass, encodings
+from firefly_sample.passes.legal import Product, Products, choices
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND, LightKind, LightSet
@@ -134,31 +135,44 @@ class LightPass(Pass):
             **encodings(targets, "normal", "albedo"),
         )
 
-    def legal_variants(self) -> Iterator[Variant]:
-        """Yield every combination that a frame can have, and the classic look's."""
+    def legal_variants(self) -> Products:
+        """Return every combination that a frame can have, and the classic look's."""
         placed = self.kind != "directional"
-        fades = [(falloff, end) for kind, falloff, end in FADES if kind == self.kind]
-        clouds = BOTH if self.kind != "point" else (False,)
-        for method, (falloff, end), flat, position in product(
-            self.methods, fades, BOTH, get_args(PositionSource)
-        ):
-            for taps, by_particles, model, clamp, resolution in product(
-                get_args(ShadowTaps), clouds, get_args(SpecularModel), BOTH, get_args(LightResolution)
-            ):
-                if not placed and position != "distance" and not (taps or by_particles):
-                    continue  # without shadows, the shader does not need the surface's position
-                for radiance, light in [(model != "none", True)] if resolution == "half" else TARGETS:
-                    if model != "none" and not radiance:
-                        continue
-                    how: Any = method, falloff, end, model, clamp, taps, position
-                    for formats in FORMATS:
-                        what: Any = *formats, flat, radiance, light, resolution, by_particles
-                        yield LightVariant(*how, *what)
-            if method in ("sphere", "cone", "fullscreen") and (placed or position == "distance"):
-                plain: Any = method, falloff, end, "none", False, 0, position
-                for radiance, light in TARGETS:
-                    what = "classic", "linear", flat, radiance, light
-                    yield LightVariant(*plain, *what)
+        shared = (
+            [{"falloff": falloff, "range_falloff": end} for kind, falloff, end in FADES if kind == self.kind],
+            choices(orthographic=BOTH),
+        )
+        shadows = choices(
+            shadow_taps=get_args(ShadowTaps),
+            particle_shadow=BOTH if self.kind != "point" else (False,),
+            position_source=get_args(PositionSource),
+        )
+        correct = Product(
+            LightVariant,
+            choices(light_method=self.methods),
+            *shared,
+            [
+                chosen
+                for chosen in shadows
+                # without shadows, the shader of a directional light does not need the surface's position
+                if placed
+                or chosen["position_source"] == "distance"
+                or chosen["shadow_taps"]
+                or chosen["particle_shadow"]
+            ],
+            _legal_shine(),
+            choices(clamp_light=BOTH),
+            [{"normal_format": normal, "albedo_format": albedo} for normal, albedo in FORMATS],
+        )
+        classic = Product(
+            LightVariant,
+            choices(light_method=[way for way in self.methods if way in ("sphere", "cone", "fullscreen")]),
+            *shared,
+            choices(position_source=get_args(PositionSource) if placed else ("distance",)),
+            [{"radiance": radiance, "light": light} for radiance, light in TARGETS],
+            choices(normal_format=["classic"], albedo_format=["linear"]),
+        )
+        return Products(correct, classic)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -188,6 +202,24 @@ class LightPass(Pass):
                 program.use(None, textures)
                 draw_volumes(gpu, plan, program, lights, variant, method, key, tested)
             gpu.lights_drawn += len(lights)
+
+
+def _legal_shine() -> Iterator[dict[str, Any]]:
+    """Yield the targets, their resolution and the model of highlights, which are for radiance alone."""
+    for model in get_args(SpecularModel):
+        for radiance, light in TARGETS:
+            if radiance or model == "none":
+                yield {"specular_model": model, "radiance": radiance, "light": light}
+            if radiance:
+                yield {"specular_model": model, "light": light, "metallic_roughness": True}
+        for metals in BOTH:
+            yield {
+                "specular_model": model,
+                "radiance": model != "none" or metals,
+                "light": True,
+                "light_resolution": "half",
+                "metallic_roughness": metals,
+            }
 
 
 class DirectionalLightsPass(LightPass):

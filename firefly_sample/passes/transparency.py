@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from itertools import product
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -23,8 +24,10 @@ from firefly_sample.gpu.drawing import (
     shadow_textures,
 )
 from firefly_sample.gpu.instance_rows import PARTICLE_DTYPE, instance_texels, particle_rows
-from firefly_sample.passes.base import Pass
-from firefly_sample.passes.geometry import surface_fields
+from firefly_sample.passes.base import BOTH, Pass
+from firefly_sample.passes.geometry import legal_surfaces, surface_fields
+from firefly_sample.passes.legal import Product, Products, choices
+from firefly_sample.passes.lights import FADES
 from firefly_sample.passes.particles import ParticleVariant, particle_reads, particle_variant
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import Batch, Blended, FramePlan, PassPlan
@@ -54,6 +57,12 @@ if TYPE_CHECKING:
 LAYER = ("layer", "layer_place", "layer_number", "layer_depth")
 PEELED = ("layer", "peeled_place", "peeled_number", "peeled_depth")
 """The targets of a layer, and those of the next one: they take turns."""
+OUTPUTS_OF = {
+    "sorted": ("transparency",),
+    "weighted": ("transparency", "transparency_weight"),
+    "exact": LAYER[:3],
+}
+"""The colour targets of each method's shader."""
 _LAYERS = "transparency=exact keeps two layers at a time"
 
 
@@ -161,9 +170,41 @@ class TransparencyPass(Pass):
             particles=particle_variant(needs, targets) if needs.squares_among_blended else None,
         )
 
-    def legal_variants(self) -> Iterator[Variant]:
-        """Yield the variants without surfaces and lights of their own."""
-        yield TransparencyVariant()
+    def legal_variants(self) -> Products:
+        """Return every combination of a method, lights and surfaces; of sets of lights one, none or three."""
+        methods = [
+            *choices(transparency=["sorted"], sorted=[True]),
+            *choices(transparency=["weighted"]),
+            *choices(transparency=["exact"], numbered=[True], surfaces=BOTH, reverse=BOTH),
+        ]
+        products = []
+        for emission, ambient, lit in product(BOTH, repeat=3):
+            surfaces = [
+                {name: value for name, value in each.items() if name != "cutout"}
+                for each in legal_surfaces(emission, lit, ambient, lit)
+                if not each["cutout"] or each["vertex_alpha"]
+            ]
+            frame = choices(emission=[emission], ambient_albedo=[ambient], orthographic=BOTH)
+            products.append(
+                Product(
+                    TransparencyVariant,
+                    methods,
+                    frame,
+                    _legal_lights(lit),
+                    choices(clamp_light=BOTH),
+                    surfaces,
+                )
+            )
+        return Products(*products)
+
+    def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
+        """Return the shaders of blended surfaces; the particles among them have their own."""
+        return [("transparent", "geometry")]
+
+    def outputs(self, variant: Variant) -> tuple[str, ...]:
+        """Return the colour targets of the variant's method."""
+        assert isinstance(variant, TransparencyVariant)
+        return OUTPUTS_OF[variant.transparency]
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -173,6 +214,26 @@ class TransparencyPass(Pass):
         {"sorted": drawing.sorted, "exact": drawing.exact, "weighted": drawing.weighted}[
             step.variant.transparency
         ]()
+
+
+def _legal_lights(lit: bool) -> list[dict[str, Any]]:
+    """Return the fields of sets of lights: none, or one of each kind and all three kinds together."""
+    if not lit:
+        return [{"light_sets": ()}]
+    found: list[dict[str, Any]] = []
+    for end, model, taps, cloud in product(
+        get_args(RangeFalloff), get_args(SpecularModel), get_args(ShadowTaps), BOTH
+    ):
+        shared: dict[str, Any] = {"specular_model": model, "shadow_taps": taps, "particle_shadow": cloud}
+        singles = [
+            LightSetVariant(kind, "loop" if kind == "directional" else "clustered", falloff, **shared)
+            for kind, falloff, ending in FADES
+            if ending == end and not (cloud and kind == "point")
+        ]
+        fields = {"range_falloff": end, "specular": model != "none", **shared}
+        sets = [(single,) for single in singles] + [tuple(singles)]
+        found += [fields | {"light_sets": each} for each in sets]
+    return found
 
 
 class _Drawing:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 LightKind = Literal["none", "directional", "point", "spot"]
 DrawMethod = Literal["sphere", "cone", "fullscreen", "loop", "clustered"]
@@ -109,11 +109,15 @@ def defines(variant: Variant) -> dict[str, int]:
             }
             result |= parts
             value = len(value)
-        if isinstance(value, str):
-            value = CONSTANTS[field.name].index(value)
-        if value or field.name not in OPTIONAL:
-            result[field.name.upper()] = int(value)
+        number = number_of(field.name, value)
+        if number or field.name not in OPTIONAL:
+            result[field.name.upper()] = number
     return result
+
+
+def number_of(field: str, value: Any) -> int:
+    """Return the define of a field's value, which is a bool, a number or a choice."""
+    return CONSTANTS[field].index(value) if isinstance(value, str) else int(value)
 
 
 def constants_of(field: str) -> dict[str, int]:

@@ -1,5 +1,9 @@
 """The legal variants of every pass compile on this driver, and uniforms are checked both ways."""
 
+from dataclasses import fields
+from itertools import combinations
+from itertools import product as cartesian
+
 import numpy as np
 import pytest
 
@@ -7,23 +11,53 @@ from firefly_sample.errors import GpuError, ShaderError
 from firefly_sample.gpu.programs import Programs
 from firefly_sample.gpu.shader_source import load_source
 from firefly_sample.passes.fullscreen import AmbientVariant
+from firefly_sample.passes.legal import as_products
 from firefly_sample.pipeline import PASSES
-from firefly_sample.plan.variants import SHADER_CONSTANTS, defines
+from firefly_sample.plan.variants import SHADER_CONSTANTS, number_of
 from tests.every_three import every_three
+
+
+def values_by_field(product):
+    """The values that each field has in a product's variants."""
+    return {name: {choice[name] for choice in part} for part in product.parts for name in part[0]}
+
+
+@pytest.mark.parametrize("kind", PASSES, ids=lambda kind: kind.name)
+def test_the_legal_variants_are_distinct_and_their_defines_small_whole_numbers(kind):
+    products = as_products(kind().legal_variants()).products
+    for product in products:
+        for part in product.parts:
+            assert len({tuple(choice.values()) for choice in part}) == len(part) > 0
+    values = list(map(values_by_field, products))
+    for one, other in combinations(values, 2):
+        assert any(one[name].isdisjoint(other[name]) for name in one)
+    numbers = {number_of(name, value) for each in values for name in each for value in each[name]}
+    assert numbers <= {0, 1, 2, 3, 4, 5, 16}
+
+
+def table_of(part, names):
+    """The numbers of a part's fields, and those of their values in each choice."""
+    table = [[number_of(name, value) for name, value in choice.items()] for choice in part]
+    return [names.index(name) for name in part[0]], np.array(table)
 
 
 @pytest.mark.parametrize("kind", PASSES, ids=lambda kind: kind.name)
 def test_the_legal_variants_compile(device, kind, request):
     """Every three choices together; with --all-variants, every variant that a plan can hold."""
     made = kind()
-    variants = list(made.legal_variants())
-    assert variants
-    assert len(set(variants)) == len(variants)
-    values = np.array([list(defines(variant).values()) for variant in variants])
-    assert np.isin(values, (0, 1, 2, 3, 4, 5, 16)).all()  # defines are small whole numbers
-    if not request.config.getoption("--all-variants") and values.size:
+    legal = as_products(made.legal_variants())
+    names = [field.name for field in fields(legal.products[0].kind)]
+    if request.config.getoption("--all-variants") or not names:
+        variants = list(legal)
+    else:
         # a slip in a shader's conditions is one of two or three of them; variants differ in more
-        variants = [variants[row] for row in every_three(values)]
+        tables = [[table_of(part, names) for part in product.parts] for product in legal.products]
+        chosen = [(legal.products[index], rows) for index, rows in every_three(tables)]
+        variants = [
+            product.variant(part[row] for part, row in zip(product.parts, rows, strict=True))
+            for product, rows in chosen
+        ]
+    assert variants
     with device:
         for first in range(0, len(variants), 500):  # compiled programs are kept in memory
             programs = Programs(device.ctx)
@@ -32,6 +66,37 @@ def test_the_legal_variants_compile(device, kind, request):
                     programs.get(stem, variant, made.outputs(variant), vertex)
             programs.release()
         device.check("compiling")
+
+
+def test_every_three_choices_of_some_cases_are_among_those_chosen():
+    """Against a list of all cases, of two products whose parts differ."""
+    random = np.random.default_rng(1)
+    products = [
+        [
+            ([0, 3], random.integers(0, 4, (9, 2))),
+            ([1], np.array([[0], [2]])),
+            ([4, 2], random.integers(0, 3, (5, 2))),
+        ],
+        [([2, 1, 0], random.integers(0, 3, (20, 3))), ([3, 4], np.array([[5, 0], [5, 4], [0, 4]]))],
+    ]
+
+    def case(parts, rows):
+        made = np.zeros(5, int)
+        for (columns, table), row in zip(parts, rows, strict=True):
+            made[columns] = table[row]
+        return made.tolist()
+
+    def threes(cases):
+        return {(three, tuple(row[k] for k in three)) for row in cases for three in combinations(range(5), 3)}
+
+    every = [
+        case(parts, rows)
+        for parts in products
+        for rows in cartesian(*(range(len(table)) for _, table in parts))
+    ]
+    chosen = [case(products[index], rows) for index, rows in every_three(products)]
+    assert threes(chosen) == threes(every)
+    assert len(chosen) < len(every) / 2
 
 
 def test_a_missing_and_a_misspelt_uniform_are_errors(device):

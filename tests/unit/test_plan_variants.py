@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from firefly_sample.frame import OUTPUTS
+from firefly_sample.passes.legal import as_products
 from firefly_sample.passes.lights import variant_for
 from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.frame_plan import Capabilities
@@ -50,7 +51,7 @@ SHINY = {"specular": (1, 1, 1), "emission": (1, 1, 1), "ambient": (1, 0, 0)}
 
 @cache
 def all_legal():
-    return {kind.name: set(kind().legal_variants()) for kind in PASSES}
+    return {kind.name: as_products(kind().legal_variants()) for kind in PASSES}
 
 
 @cache
