@@ -231,7 +231,7 @@ def _legal_lights(lit: bool) -> list[dict[str, Any]]:
             if ending == end and not (cloud and kind == "point")
         ]
         fields = {"range_falloff": end, "specular": model != "none", **shared}
-        sets = [(single,) for single in singles] + [tuple(singles)]
+        sets = dict.fromkeys([*((single,) for single in singles), tuple(singles)])
         found += [fields | {"light_sets": each} for each in sets]
     return found
 
