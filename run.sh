@@ -184,9 +184,21 @@ run_tests() {
     cd "$root"
     ruff check .
     ruff format --check .
-    mypy --num-workers auto
+    # types are checked beside the tests; what is found is printed after them
+    found=$venv/types.txt
+    nice mypy >"$found" 2>&1 &
+    types=$!
+    trap 'kill "$types" 2>/dev/null || :' EXIT
     # a worker a core, up to four, each with whole files: blocks of a page build on each other
-    exec python -m pytest -n auto --maxprocesses 4 --dist loadfile "$@"
+    status=0
+    python -m pytest -n auto --maxprocesses 4 --dist loadfile "$@" || status=$?
+    typed=0
+    wait "$types" || typed=$?
+    trap - EXIT
+    cat "$found"
+    [ "$typed" = 0 ] || say "types are wrong: mypy's reasons are above"
+    [ "$status" != 0 ] || status=$typed
+    exit "$status"
 }
 
 case ${1-} in

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import sys
@@ -32,6 +33,12 @@ if "HOME" not in os.environ:
 
 def pytest_addoption(parser):
     parser.addoption("--all-variants", action="store_true", help="compile every variant of every shader")
+
+
+def pytest_collection_finish():
+    """What is imported and collected stays: no garbage collection needs to go through it again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

@@ -82,15 +82,16 @@ class Device:
                     f"OpenGL 3.3 core is needed, but the driver reports: {_one_line(error)}: install a newer "
                     "driver or Mesa's llvmpipe"
                 ) from error
+        info = self.ctx.info  # asks the driver for all of it, each time
         self.raw = RawGL(self._backend)
-        self.renderer: str = self.ctx.info["GL_RENDERER"]
+        self.renderer: str = info["GL_RENDERER"]
         check_vector_width(self.renderer)
         self.software = any(name in self.renderer.lower() for name in _SOFTWARE)
         check_threads(self.renderer)
         note_opened(self._own, self.renderer, self.software)
-        self.version: str = self.ctx.info["GL_VERSION"]
-        self.vendor: str = self.ctx.info["GL_VENDOR"]
-        self.max_size: int = min(self.ctx.info["GL_MAX_TEXTURE_SIZE"], *self.ctx.info["GL_MAX_VIEWPORT_DIMS"])
+        self.version: str = info["GL_VERSION"]
+        self.vendor: str = info["GL_VENDOR"]
+        self.max_size: int = min(info["GL_MAX_TEXTURE_SIZE"], *info["GL_MAX_VIEWPORT_DIMS"])
         extensions = self.ctx.extensions
         self.capabilities = Capabilities(
             clip_control="GL_ARB_clip_control" in extensions or self.ctx.version_code >= 450,
