@@ -17,12 +17,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from firefly_sample.plan.collect import SMOOTHEST
+
 Float64 = NDArray[np.float64]
 
 DIELECTRIC = 0.04
 """Reflectance of a surface without metal, seen head-on: that of an index of refraction of 1.5."""
-LEAST_ROUGHNESS = 1.0 / 32.0
-"""A smaller roughness is drawn as this one: its highlights would be larger than float32 can add up."""
 
 
 def diffuse_color(base: ArrayLike, metallic: ArrayLike) -> Float64:
@@ -37,8 +37,8 @@ def head_on_reflectance(base: ArrayLike, metallic: ArrayLike) -> Float64:
 
 
 def width(roughness: ArrayLike) -> Float64:
-    """Return a, the width of the distribution of microfacets: the square of the roughness."""
-    return np.asarray(np.maximum(np.asarray(roughness, dtype=np.float64), LEAST_ROUGHNESS) ** 2)
+    """Return a, the width of the distribution of microfacets: the square of the roughness, or of the least."""
+    return np.asarray(np.maximum(np.asarray(roughness, dtype=np.float64), SMOOTHEST) ** 2)
 
 
 def fresnel(v_dot_h: ArrayLike, f0: ArrayLike) -> Float64:
