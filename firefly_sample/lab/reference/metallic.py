@@ -37,7 +37,7 @@ def head_on_reflectance(base: ArrayLike, metallic: ArrayLike) -> Float64:
 
 
 def width(roughness: ArrayLike) -> Float64:
-    """Return a, the width of the distribution of microfacets: the square of the roughness, or of the least."""
+    """Return a, the width of the distribution of microfacets: the squared roughness, of `SMOOTHEST` or more."""
     return np.asarray(np.maximum(np.asarray(roughness, dtype=np.float64), SMOOTHEST) ** 2)
 
 
