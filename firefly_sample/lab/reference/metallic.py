@@ -37,7 +37,7 @@ def head_on_reflectance(base: ArrayLike, metallic: ArrayLike) -> Float64:
 
 
 def width(roughness: ArrayLike) -> Float64:
-    """Return a, the width of the distribution of microfacets: the squared roughness, of `SMOOTHEST` or more."""
+    """Return a, the width of the distribution of microfacets: the roughness, `SMOOTHEST` or more, squared."""
     return np.asarray(np.maximum(np.asarray(roughness, dtype=np.float64), SMOOTHEST) ** 2)
 
 
