@@ -100,6 +100,12 @@ OUTPUTS: dict[str, OutputInfo] = {
     ),
     "specular": OutputInfo("float32", 3, "surface", "linear reflectance 0..1", "0", "colour of highlights"),
     "shininess": OutputInfo("float32", 1, "surface", "exponent 0..1e6", "0", "exponent of highlights"),
+    "metallic": OutputInfo(
+        "float32", 1, "surface", "share 0..1", "0", "share of a metal; 0 also of other materials"
+    ),
+    "roughness": OutputInfo(
+        "float32", 1, "surface", "0..1", "0", "roughness of metallic-roughness materials; 0 of others"
+    ),
     "emission": OutputInfo("float32", 3, "scene", "linear radiance", "0", "light that surfaces emit"),
     "light": OutputInfo(
         "float32", 3, "scene", "linear radiance", "0", "light as white surfaces without highlights show it"

@@ -99,6 +99,27 @@ def decode_shininess(stored: ArrayLike) -> Float64:
     return np.asarray(np.expm1(np.asarray(stored, dtype=np.float64) * 20.0 * np.log(2.0)))
 
 
+def encode_metallic_roughness(metallic: ArrayLike, roughness: ArrayLike) -> Float64:
+    """Return (..., 2) in 0..1, for targets of 16 bits: 0 first where `metallic` is below 0, which means none.
+
+    The share of metal takes the codes from 1 to 65535.
+    """
+    share, rough = (np.asarray(given, dtype=np.float64) for given in (metallic, roughness))
+    codes = np.where(share < 0.0, 0.0, 1.0 + 65534.0 * np.clip(share, 0.0, 1.0))
+    return np.stack(np.broadcast_arrays(codes / 65535.0, np.clip(rough, 0.0, 1.0)), axis=-1)
+
+
+def decode_metallic_roughness(stored: ArrayLike) -> tuple[Float64, Float64]:
+    """Return metallic and roughness, shapes (...,), from fractions (..., 2) of 16 bits.
+
+    Where the surface is not a metallic-roughness one, they are -1 and 1.
+    """
+    given = np.asarray(stored, dtype=np.float64)
+    code = np.round(given[..., 0] * 65535.0)
+    none = code == 0.0
+    return np.where(none, -1.0, (code - 1.0) / 65534.0), np.where(none, 1.0, given[..., 1])
+
+
 def quantise_snorm16(value: ArrayLike) -> Float64:
     """Round to the nearest 16-bit signed normalised number."""
     return np.asarray(np.round(np.clip(np.asarray(value, dtype=np.float64), -1.0, 1.0) * 32767.0) / 32767.0)

@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.frame import OUTPUTS, Image
-from firefly_sample.packing import decode_albedo, decode_normals, decode_shininess, unpack_ten_bits
+from firefly_sample.packing import (
+    decode_albedo,
+    decode_metallic_roughness,
+    decode_normals,
+    decode_shininess,
+    unpack_ten_bits,
+)
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.targets import FORMATS, Target, stored_dtype, stored_fractions
 from firefly_sample.planar import copy_channels, empty_planar, planar
@@ -31,10 +37,11 @@ _BAND = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class GBuffer:
-    """The surface at each pixel, float64; shapes (..., 3) but for `shininess`, (...).
+    """The surface at each pixel, float64; shapes (..., 3), and (...) of the last three.
 
     `position` is in view space, NaN where nothing was drawn; `normal` and `to_eye` are unit vectors in view
-    space; `albedo` and `specular` are linear.
+    space; `albedo` and `specular` are linear. Where `metallic` is not below 0 the surface is a
+    metallic-roughness one, and `albedo` its base colour; elsewhere `metallic` is -1 and `roughness` 1.
     """
 
     position: Float64
@@ -43,6 +50,8 @@ class GBuffer:
     albedo: Float64
     specular: Float64
     shininess: Float64
+    metallic: Float64
+    roughness: Float64
 
 
 def read_images(plan: FramePlan, read: Read) -> dict[str, Image]:
@@ -169,6 +178,24 @@ class Surface:
             return self._nothing("shininess")
         return decode_shininess(self._floats("specular", 4)[..., 3])
 
+    def metallic(self) -> Float64:
+        """Return the shares of metal, -1 where the surface is not a metallic-roughness one."""
+        return self._metallic_roughness()[0]
+
+    def roughness(self) -> Float64:
+        """Return the roughness of metallic-roughness surfaces, 1 elsewhere."""
+        return self._metallic_roughness()[1]
+
+    def _metallic_roughness(self) -> tuple[Float64, Float64]:
+        if self._plan.target("metallic_roughness") is None:
+            shape = self._nothing("metallic").shape
+            return np.full(shape, -1.0), np.ones(shape)
+        return decode_metallic_roughness(self._floats("metallic_roughness", 2))
+
+    def _of_metals(self, values: Float64) -> Float64:
+        """Return values of metallic-roughness surfaces, 0 elsewhere."""
+        return np.where(self.metallic() >= 0.0, values, 0.0)
+
     def normal(self) -> Float64:
         """Return unit normals in view space, 0 where nothing was drawn; classic ones as stored."""
         classic = self._target("normal").encoding == "classic"
@@ -234,6 +261,7 @@ class Surface:
 
     def gbuffer(self) -> GBuffer:
         """Return all of it, as the float64 reference takes it."""
+        metallic, roughness = self._metallic_roughness()
         return GBuffer(
             position=self.position(),
             normal=self.unit_normal(),
@@ -241,6 +269,8 @@ class Surface:
             albedo=self.albedo(),
             specular=np.asarray(self.highlights(), dtype=np.float64),
             shininess=np.asarray(self.shininess(), dtype=np.float64),
+            metallic=metallic,
+            roughness=roughness,
         )
 
 
@@ -262,6 +292,8 @@ _DECODERS: dict[str, Callable[[Surface], NDArray[Any]]] = {
     "visibility": Surface.triangles,
     "specular": Surface.highlights,
     "shininess": Surface.shininess,
+    "metallic": lambda surface: surface._of_metals(surface.metallic()),
+    "roughness": lambda surface: surface._of_metals(surface.roughness()),
     "emission": _stored("emission", np.float32),
     "light": Surface.light,
     "overdraw": _stored("overdraw", np.float32, 1),

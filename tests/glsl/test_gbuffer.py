@@ -5,9 +5,11 @@ import pytest
 
 from firefly_sample.packing import (
     decode_albedo,
+    decode_metallic_roughness,
     decode_normal,
     decode_specular,
     encode_albedo,
+    encode_metallic_roughness,
     encode_normal,
     encode_specular,
     quantise_snorm16,
@@ -152,3 +154,23 @@ def test_specular_and_shininess_match_their_twin(device):
     # sixteen bits of logarithm: half a step of 20 ln 2 / 65535
     relative = np.abs(decode_specular(codes)[:, 3] - inputs[:, 3]) / (1 + inputs[:, 3])
     assert relative.max() <= 1.07e-4
+
+
+def test_metallic_and_roughness_match_their_twin(device):
+    """Every code of sixteen bits, and what is not metallic, which is stored as 0."""
+    codes = np.arange(65536)
+    given = np.zeros((65536, 4), dtype=np.float32)
+    given[:, 0], given[:, 1] = codes / 65535, codes[::-1] / 65535
+    metallic, roughness = decode_metallic_roughness(given[:, :2])
+    decoded = evaluate(device, ["gbuffer"], "result.rg = decode_metallic(a.xy);", given, LINEAR)
+    assert np.abs(decoded[1:, 0] - metallic[1:]).max() <= EPS
+    assert np.array_equal(decoded[1:, 1], roughness[1:].astype(np.float32))
+    assert decoded[0, 0] < 0.0
+    assert (metallic[0], roughness[0]) == (-1.0, 1.0)
+    assert (metallic[1], metallic[-1]) == (0.0, 1.0)
+    given[:, :2] = np.stack([metallic, roughness], axis=1)
+    stored = evaluate(device, ["gbuffer"], "result.rg = encode_metallic(a.x, a.y);", given, LINEAR)
+    assert np.array_equal(np.round(stored[1:, 0] * 65535.0), codes[1:])
+    twin = encode_metallic_roughness(metallic, roughness)
+    assert np.array_equal(np.round(twin[:, 0] * 65535.0), codes)
+    assert np.abs(stored[1:, :2] - twin[1:]).max() <= EPS

@@ -31,6 +31,8 @@ def reference(points, sets, settings):
         albedo=np.ones((n, 3)),
         specular=np.zeros((n, 3)),
         shininess=np.zeros(n),
+        metallic=np.full(n, -1.0),
+        roughness=np.ones(n),
     )
     limited = [lights.take(np.arange(len(lights)), reaches=lights.ends) for lights in sets]
     return shade_lights(gbuffer, limited, settings)[1]

@@ -101,6 +101,8 @@ def test_alpha_of_vertices_counts_where_it_changes_no_pixel(renderer, computed, 
 
 
 PIXELS = np.full((2, 2, 4), 255, dtype=np.uint8)
+BLUE = np.array([0, 0, 1, 0], dtype=np.uint8)
+TANGENTS = {"tangents": np.tile([1.0, 0.0, 0.0, 1.0], (4, 1))}
 NEW_STATE = {  # pairs of floors that look alike to a renderer of this picture, or may
     "base texture's wrap": lambda one: (
         {"texture": Texture(PIXELS, wrap_u="clamp" if one else "mirror")},
@@ -116,6 +118,32 @@ NEW_STATE = {  # pairs of floors that look alike to a renderer of this picture, 
         {"emission_texture": Texture(PIXELS, minfilter="nearest" if one else "linear")},
         {},
     ),
+    "metallic": lambda one: ({"metallic": 0.5 if one else 0.5000000001}, {}),
+    "metallic or not": lambda one: ({"metallic": 0.0 if one else None}, {}),
+    "roughness": lambda one: ({"metallic": 0.5, "roughness": 0.3 if one else 0.3000000001}, {}),
+    "metallic-roughness texture": lambda one: (
+        {"metallic": 0.5, "metallic_roughness_texture": Texture(PIXELS if one else PIXELS // 2)},
+        {},
+    ),
+    "normal texture": lambda one: ({"normal_texture": Texture(PIXELS - BLUE if one else PIXELS)}, TANGENTS),
+    "normal texture or occlusion texture": lambda one: (
+        {"normal_texture" if one else "occlusion_texture": Texture(PIXELS)},
+        TANGENTS,
+    ),
+    "normal scale": lambda one: (
+        {"normal_texture": Texture(PIXELS), "normal_scale": 0.5 if one else 0.5000000001},
+        TANGENTS,
+    ),
+    "tangents": lambda one: (
+        {"normal_texture": Texture(PIXELS)},
+        {"tangents": np.tile([1.0, 0.0, 0.0, 1.0 if one else -1.0], (4, 1))},
+    ),
+    "occlusion texture": lambda one: ({"occlusion_texture": Texture(PIXELS if one else PIXELS // 2)}, {}),
+    "occlusion strength": lambda one: (
+        {"occlusion_texture": Texture(PIXELS), "occlusion_strength": 0.5 if one else 0.5000000001},
+        {},
+    ),
+    "unlit": lambda one: ({"unlit": one}, {}),
     "set": lambda one: ({"emission_texture": Texture(PIXELS), "emission_texcoord": int(one)}, {}),
     "second texture coordinates": lambda one: (
         {"emission_texture": Texture(PIXELS), "emission_texcoord": 1},
@@ -136,6 +164,7 @@ def test_textures_and_their_sampling_count(renderer, computed, tmp_path, make):
             plain.normals,
             plain.texcoords,
             texcoords_1=arrays.get("texcoords_1", plain.texcoords),
+            tangents=arrays.get("tangents"),
         )
         scene = ball_scene(5)
         looks = Material("floor", emission=(1, 1, 1), **material)

@@ -50,6 +50,7 @@ SURFACES = (
     *("albedo", "normal", "normal_world", "depth", "position", "position_world"),
     *("id", "visibility", "specular", "shininess", "emission"),
 )
+METALLIC = ("metallic", "roughness")
 
 
 def every_kind_of_thing(orthographic=False):
@@ -150,6 +151,14 @@ class Plain:
     def shininess(self, x, y):
         return [math.expm1(self.floats("specular", x, y)[3] * 20.0 * math.log(2.0))]
 
+    def metallic(self, x, y):
+        code = self.numbers("metallic_roughness", x, y)[0]
+        return [(code - 1) / 65534 if code else 0.0]
+
+    def roughness(self, x, y):
+        code, roughness = self.numbers("metallic_roughness", x, y)
+        return [roughness / 65535 if code else 0.0]
+
     def covered(self, x, y):
         if self.plan.target("albedo").encoding == "sqrt10":
             return self.numbers("albedo", x, y)[0] != 0
@@ -234,7 +243,8 @@ def test_every_output_is_what_its_texels_say(settings):
     """13 and 5 pixels of three bytes, or of six, end at no multiple of four: rows are not padded."""
     scene = every_kind_of_thing(orthographic=settings is NARROW)
     # the settings are formats of surfaces; shaders of light take long to compile
-    outputs = tuple(OUTPUTS) if settings == Settings() else SURFACES
+    everything = tuple(name for name in OUTPUTS if name not in METALLIC)
+    outputs = everything if settings == Settings() else SURFACES
     with make_renderer((13, 7), settings) as renderer:
         frame = check(renderer, scene, outputs)
         for name in outputs:
@@ -252,6 +262,17 @@ def test_the_slices_of_shadow_are_what_their_texels_say(form, method):
         for tint in (0.0, 0.5):
             scene = cloud_scene(puff(40), ground=False, tint=tint)
             assert check(renderer, scene, ("particle_shadow_atlas",)).particle_shadow_atlas.any()
+
+
+def test_metallic_and_roughness_are_what_their_texels_say():
+    """Beside a surface of the other model, which has neither."""
+    scene = wall_scene(material=Material("steel", (0.6, 0.6, 0.7, 1.0), metallic=0.9, roughness=0.3))
+    tin = Material("tin", (0.2, 0.3, 0.5, 1.0), specular=(0.5, 0.4, 0.3), shininess=20.0)
+    scene.root.attach_new_node(geom_node("tin", ball(0.5, 2), tin)).set_pos(0, 4, 0)
+    with make_renderer((13, 7)) as renderer:
+        frame = check(renderer, scene, METALLIC)
+    assert np.unique(frame["metallic"]) == pytest.approx([0.0, 0.9], abs=1e-5)
+    assert np.unique(frame["roughness"]) == pytest.approx([0.0, 0.3], abs=1e-5)
 
 
 def test_an_averaged_picture_is_what_its_texels_say():

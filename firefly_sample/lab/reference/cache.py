@@ -28,6 +28,7 @@ from firefly_sample.lab.reference.frame import (
     render_reference,
 )
 from firefly_sample.plan.frame_plan import FramePlan
+from firefly_sample.readback import Surface
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Texture
@@ -59,7 +60,7 @@ def reference_frame(
 ) -> ReferenceFrame:
     """Return the float64 reference of a renderer's frame, from the cache or computed.
 
-    It is made from the visibility that the renderer draws, and the albedo and emission that it samples.
+    It is made from the visibility that the renderer draws, and what it samples from textures.
 
     Parameters
     ----------
@@ -85,23 +86,23 @@ def reference_frame(
     before, renderer.settings = renderer.settings, reference_settings(settings or renderer.settings)
     try:
         plan = renderer.plan(scene, time, ("visibility", "albedo"))
-        textured = any(batch.surface.emission_textured for batch in plan.batches)
-        if textured:
-            plan = renderer.plan(scene, time, (*plan.outputs, "emission"))
+        if more := _sampled_outputs(plan):
+            if "normal" in more:  # normals are sampled, but the rounding of their format is an error
+                renderer.settings = renderer.settings.with_changes(normal_format="rgba32f")
+            plan = renderer.plan(scene, time, (*plan.outputs, *more))
         frame = renderer.draw(plan)
         visibility = np.asarray(frame["visibility"], dtype=np.int32)
-        albedo = renderer.surface(plan).albedo() if plan.batches else np.zeros((*visibility.shape[:2], 3))
+        sampled = _sampled(renderer.surface(plan), more) if plan.batches else {}
     finally:
         renderer.settings = before
     folder = folder or cache_folder()
-    emission = np.asarray(frame["emission"], dtype=np.float64) if textured else None
 
     def render() -> ReferenceFrame:
-        return render_reference(plan, visibility, albedo=albedo, emission=emission, progress=progress)
+        return render_reference(plan, visibility, **sampled, progress=progress)
 
     if folder is None:
         return render()
-    key = fingerprint(*_parts(plan), visibility, albedo, emission)
+    key = fingerprint(*_parts(plan), visibility, *(part for item in sampled.items() for part in item))
     if kept := _load(folder, key, visibility.shape[:2]):
         return finished(plan, **kept)
     made = render()
@@ -109,6 +110,32 @@ def reference_frame(
     with contextlib.suppress(OSError):
         _save(folder, key, made)
     return made
+
+
+def _sampled_outputs(plan: FramePlan) -> tuple[str, ...]:
+    """Return the outputs, beside the albedo, that a GPU samples from textures of a plan."""
+    found: dict[str, None] = {}
+    for batch in plan.batches:
+        maps, surface = batch.maps, batch.surface
+        if maps.emission is not None or (surface.unlit and surface.textured):
+            found["emission"] = None
+        if maps.normal is not None:
+            found["normal"] = None
+        if maps.metallic is not None and surface.metallic:
+            found |= {"metallic": None, "roughness": None}
+    return tuple(found)
+
+
+def _sampled(surface: Surface, outputs: tuple[str, ...]) -> dict[str, Any]:
+    """Return arguments of `render_reference`: the albedo, and these outputs, in float64."""
+    sampled = {"albedo": surface.albedo()}
+    if "emission" in outputs:
+        sampled["emission"] = np.asarray(surface.image("emission"), dtype=np.float64)
+    if "normal" in outputs:
+        sampled["normal"] = surface.unit_normal()
+    if "metallic" in outputs:
+        sampled["metallic_roughness"] = np.stack([surface.metallic(), surface.roughness()], axis=-1)
+    return sampled
 
 
 def _parts(plan: FramePlan) -> Iterator[object]:
@@ -119,8 +146,10 @@ def _parts(plan: FramePlan) -> Iterator[object]:
     yield from (plan.sprites.positions, plan.sprites.colors, plan.sprites.radii)
     for batch in plan.batches:
         yield from _model_parts(batch.geom, batch.texture)
-        for _, found in batch.maps.named():
+        for name, found in batch.maps.named():
+            yield from (name, found.coordinates)
             yield from _texture_parts(found.texture)
+        yield from (batch.maps.normal_scale, batch.maps.occlusion_strength)
         yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.surface)
         yield from _columns(batch.factors)
     for lights in plan.lights:
@@ -142,7 +171,7 @@ def _columns(record: Any) -> Iterator[object]:
 
 def _model_parts(geom: Geom, texture: Texture | None) -> Iterator[object]:
     yield from (geom.vertices, geom.triangles, geom.normals, geom.texcoords, geom.colors, geom.alphas)
-    yield geom.texcoords_1
+    yield from (geom.texcoords_1, geom.tangents)
     yield from _texture_parts(texture)
 
 

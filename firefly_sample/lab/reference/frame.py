@@ -47,7 +47,7 @@ from firefly_sample.srgb import linear_to_srgb
 
 Float64 = NDArray[np.float64]
 
-VERSION = 2
+VERSION = 3
 """Raise it with every change of the numbers that are computed here: older cached frames are then unused."""
 
 
@@ -92,6 +92,8 @@ def render_reference(
     albedo: Float64 | None = None,
     ambient_albedo: Float64 | None = None,
     emission: Float64 | None = None,
+    metallic_roughness: Float64 | None = None,
+    normal: Float64 | None = None,
     shadows: bool = True,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -106,8 +108,11 @@ def render_reference(
         The output "visibility" of the same plan, or `firefly_sample.lab.reference.raycast.cast_visibility`.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them; sampled in float64 when absent.
-    emission : ndarray, shape (height, width, 3), optional
-        Linear emission as a GPU sampled it; sampled in float64 when absent.
+    emission, normal : ndarray, shape (height, width, 3), optional
+        Linear emission, and normals in view space, as a GPU sampled them from textures; sampled in float64
+        when absent.
+    metallic_roughness : ndarray, shape (height, width, 2), optional
+        The same of metallic and roughness.
     shadows : bool
         Whether lights that have shadow maps cast shadows, by rays.
     threads, progress : optional
@@ -128,7 +133,14 @@ def render_reference(
             f"a reference has one sample per pixel: set 'supersample' to 1, not {plan.settings.supersample}"
         )
     surfaces = see_surfaces(
-        plan, visibility, albedo=albedo, ambient_albedo=ambient_albedo, emission=emission, threads=threads
+        plan,
+        visibility,
+        albedo=albedo,
+        ambient_albedo=ambient_albedo,
+        emission=emission,
+        metallic_roughness=metallic_roughness,
+        normal=normal,
+        threads=threads,
     )
     rays = ShadowRays(plan) if shadows and any(lights.shadowed for lights in plan.lights) else None
     lookup = _shadows(plan, surfaces.gbuffer.position.reshape(-1, 3), rays)

@@ -2,8 +2,9 @@
 
 Each light that a surface faces adds
 
-    (albedo * color * max(N.L, 0) + specular * specular_color * highlight) * falloff * cone * shadow.
+    (albedo * color * max(N.L, 0) + specular * specular_color * highlight) * falloff * cone * shadow,
 
+or, with a metallic-roughness material, what `firefly_sample.lab.reference.metallic` reflects of its colour.
 The lighting passes must agree with `shade_lights`. `count_pairs` counts the (pixel, light) pairs in range,
 which is the least that any method must shade.
 """
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
+from firefly_sample.lab.reference.metallic import reflected
 from firefly_sample.lab.reference.shading import cone_strength, falloff, highlight_of_cosines, opening
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.readback import GBuffer
@@ -92,7 +94,13 @@ class _LitTile:
         self._n_dot_e = _dot(self._normal, self._eye)
         self._albedo, self._specular = gbuffer.albedo[pixels].T, gbuffer.specular[pixels].T
         self._shininess = gbuffer.shininess[pixels]
+        self._metallic, self._roughness = gbuffer.metallic[pixels], gbuffer.roughness[pixels]
+        self._metal = self._metallic >= 0.0
+        self._any_metal = bool(self._metal.any())
         self._shiny = np.asarray(self._specular.any(axis=0))
+        if self._any_metal:
+            self._shiny &= ~self._metal
+            self._reflected = np.zeros((3, len(pixels)))
         self._any_shiny = bool(self._shiny.any())
         self._light, self._glint = np.zeros((2, 3, len(pixels)))
 
@@ -120,15 +128,13 @@ class _LitTile:
                 diffuse = np.minimum(color * n_dot_l, 1.0) if clamp else color * n_dot_l
                 self._light[channel][chosen] += diffuse * _channel(strength, channel)
         if self._any_shiny and lights.specular_colors[row].any():
-            self._add_highlight(one, chosen, to_light, n_dot_l, strength)
+            self._add_highlight(one, *_only(self._shiny, chosen, to_light, n_dot_l, strength))
+        if self._any_metal:
+            self._add_reflected(one, *_only(self._metal, chosen, to_light, n_dot_l, strength))
 
     def _add_highlight(
         self, one: OneLight, chosen: NDArray[np.intp], to_light: Float64, n_dot_l: Float64, strength: Float64
     ) -> None:
-        if not self._shiny.all():
-            shiny = np.flatnonzero(self._shiny[chosen])
-            chosen, to_light = chosen[shiny], to_light[:, shiny]
-            n_dot_l, strength = n_dot_l[shiny], strength[..., shiny]
         l_dot_e = _dot(to_light, self._eye[:, chosen])
         model = self._settings.specular_model
         shine = highlight_of_cosines(n_dot_l, self._n_dot_e[chosen], l_dot_e, self._shininess[chosen], model)
@@ -138,6 +144,22 @@ class _LitTile:
                 self._glint[channel][chosen] += glint * _channel(strength, channel)
             elif color > 0.0:
                 self._glint[channel][chosen] += color * shine * _channel(strength, channel)
+
+    def _add_reflected(
+        self, one: OneLight, chosen: NDArray[np.intp], to_light: Float64, n_dot_l: Float64, strength: Float64
+    ) -> None:
+        """Add the light that metallic-roughness surfaces reflect."""
+        vectors = (self._normal[:, chosen].T, to_light.T, self._eye[:, chosen].T)
+        material = self._albedo[:, chosen].T, self._metallic[chosen], self._roughness[chosen]
+        matt, glint = reflected(*material, *vectors)
+        for channel, color in enumerate(one.lights.colors[one.row].tolist()):
+            if color > 0.0:
+                arriving = color * n_dot_l
+                diffuse, bright = matt[:, channel] * arriving, glint[:, channel] * arriving
+                if self._settings.clamp_light:
+                    diffuse = matt[:, channel] * np.minimum(arriving, 1.0)
+                    bright = np.minimum(bright, 1.0)
+                self._reflected[channel][chosen] += (diffuse + bright) * _channel(strength, channel)
 
     def _facing(self, one: OneLight) -> tuple[NDArray[np.intp], Float64, Float64, Float64]:
         """Return pixels in reach that face a light, unit vectors to it (3, n), cosines and distances."""
@@ -162,7 +184,24 @@ class _LitTile:
     def sums(self) -> tuple[Float64, Float64]:
         """Return radiance, and the light on white surfaces, shapes (n, 3)."""
         glint = self._glint if self._settings.clamp_light else self._glint * self._specular
-        return (self._albedo * self._light + glint).T, self._light.T
+        radiance = self._albedo * self._light + glint
+        if self._any_metal:
+            radiance = np.where(self._metal, self._reflected, radiance)
+        return radiance.T, self._light.T
+
+
+def _only(
+    wanted: NDArray[np.bool_],
+    chosen: NDArray[np.intp],
+    to_light: Float64,
+    n_dot_l: Float64,
+    strength: Float64,
+) -> tuple[NDArray[np.intp], Float64, Float64, Float64]:
+    """Return chosen pixels, and what belongs to them, without those that are not wanted."""
+    if wanted.all():
+        return chosen, to_light, n_dot_l, strength
+    kept = np.flatnonzero(wanted[chosen])
+    return chosen[kept], to_light[:, kept], n_dot_l[kept], strength[..., kept]
 
 
 def _channel(strength: Float64, channel: int) -> Float64:

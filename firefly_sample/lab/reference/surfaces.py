@@ -5,7 +5,7 @@ Fragments are the float64 twin of ``shaders/geometry.vert`` and of what a raster
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,10 +14,13 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError
 from firefly_sample.lab.reference.chunks import chunks_of, run_all
+from firefly_sample.lab.reference.metallic import ambient_reflectance
+from firefly_sample.lab.reference.normal_map import mapped_normal, unit_or_zero
 from firefly_sample.lab.reference.rays import Intersections, RayCorners, Rays, intersect, pixel_rays
 from firefly_sample.lab.reference.texture import Sampler, Samplers, level_of_detail
 from firefly_sample.plan.collect import Factors
 from firefly_sample.plan.frame_plan import Batch, FramePlan
+from firefly_sample.plan.surface_maps import Map
 from firefly_sample.readback import GBuffer
 
 Float64 = NDArray[np.float64]
@@ -70,21 +73,33 @@ class Fragments:
         """Interpolate values of vertices (m, k) to the pixels, shape (n, k)."""
         return np.asarray(np.einsum("ni,nik->nk", self.hits.shares, values[self._corners]))
 
-    def normal(self, turned: bool = True) -> Float64:
-        """Return unit normals in view space, shape (n, 3).
+    def normal(self, turned: bool = True, mapped: bool = True) -> Float64:
+        """Return unit normals in view space, shape (n, 3), and with `mapped` with the material's normal map.
 
-        With `turned`, those of two-sided materials face the eye. A normal of length 0 faces the eye.
+        With `turned`, those of two-sided materials face the eye: they are turned where the normal without
+        the map does not. A normal of length 0 faces the eye.
         """
         own = self.interpolated(self.batch.geom.normals)
-        seen = np.einsum("ni,nij->nj", own, normal_matrices(self.batch.model_to_view)[self.instance])
-        largest = np.abs(seen).max(axis=1, keepdims=True)
-        seen = seen / np.where(largest > 0.0, largest, 1.0)
-        length = np.linalg.norm(seen, axis=1, keepdims=True)
-        away = self.position if self.rays.perspective else self.rays.direction
-        unit = np.where(length > 0.0, seen / np.where(length > 0.0, length, 1.0), self.rays.to_eye())
+        seen, length = unit_or_zero(
+            np.einsum("ni,nij->nj", own, normal_matrices(self.batch.model_to_view)[self.instance])
+        )
+        unit = np.where(length > 0.0, seen, self.rays.to_eye())
+        found = self._mapped(unit) if mapped else unit
         if turned and self.batch.surface.double_sided:
-            unit = np.where((np.einsum("ni,ni->n", unit, away) > 0.0)[:, None], -unit, unit)
-        return np.asarray(unit)
+            away = self.position if self.rays.perspective else self.rays.direction
+            found = np.where((np.einsum("ni,ni->n", unit, away) > 0.0)[:, None], -found, found)
+        return np.asarray(found)
+
+    def _mapped(self, unit: Float64) -> Float64:
+        """Return normals with the normal map, if there is one."""
+        maps, tangents = self.batch.maps, self.batch.geom.tangents
+        if maps.normal is None or tangents is None:
+            return unit
+        own = self.interpolated(tangents)
+        linear = self.batch.model_to_view[self.instance, :3, :3]
+        seen = np.concatenate([np.einsum("ni,nij->nj", own[:, :3], linear), own[:, 3:]], axis=1)
+        texel = self._numbers(maps.normal)[:, :3]
+        return mapped_normal(unit, seen, texel, maps.normal_scale, self.batch.mirrored)
 
     def is_front(self) -> NDArray[np.bool_]:
         """Return whether the pixels are on sides that are drawn."""
@@ -109,6 +124,27 @@ class Fragments:
         sampler = self._samplers.of(found.texture, None)
         texel = self._sampled(sampler, geom.texcoords if second is None else second)
         return np.asarray(factors.emissions * texel[:, :3])
+
+    def metallic_roughness(self, factors: Factors) -> Float64:
+        """Return metallic and roughness, shape (n, 2), by the pixels' own factors; -1 and 1 without."""
+        if not self.batch.surface.metallic:
+            return np.tile([-1.0, 1.0], (len(self.rays), 1))
+        own, found = factors.speculars[:, :2], self.batch.maps.metallic
+        return own if found is None else np.asarray(own * self._numbers(found)[:, [2, 1]])
+
+    def occlusion(self) -> Float64:
+        """Return the share of ambient light that arrives, shape (n, 1)."""
+        found = self.batch.maps.occlusion
+        if found is None:
+            return np.ones((len(self.rays), 1))
+        return np.asarray(1.0 + self.batch.maps.occlusion_strength * (self._numbers(found)[:, :1] - 1.0))
+
+    def _numbers(self, found: Map) -> Float64:
+        """Sample a map whose texels are numbers, not colours, shape (n, 4)."""
+        geom = self.batch.geom
+        second = geom.texcoords_1 if found.coordinates == 2 else None
+        sampler = self._samplers.of(found.texture, None, stored=True)
+        return self._sampled(sampler, geom.texcoords if second is None else second)
 
     def _sampled(self, sampler: Sampler, texcoords: Float64) -> Float64:
         """Sample a texture at texture coordinates of vertices (m, 2)."""
@@ -164,7 +200,7 @@ class Surfaces:
     Attributes
     ----------
     ambient_albedo : ndarray of float64
-        Reflectance of ambient light.
+        Reflectance of ambient light, times its occlusion.
     emission : ndarray of float64
         Linear radiance that surfaces give off.
     covered : ndarray of bool
@@ -192,11 +228,14 @@ def see_surfaces(
     albedo: Float64 | None = None,
     ambient_albedo: Float64 | None = None,
     emission: Float64 | None = None,
+    metallic_roughness: Float64 | None = None,
+    normal: Float64 | None = None,
     threads: int | None = None,
 ) -> Surfaces:
     """Return the surfaces seen through the pixels' centres.
 
-    In the classic look textures are sampled as stored, and normals of two-sided materials are not turned.
+    In the classic look textures are sampled as stored, normals of two-sided materials are not turned, and
+    there are no normal maps, no metallic-roughness surfaces and no unlit ones.
 
     Parameters
     ----------
@@ -205,8 +244,11 @@ def see_surfaces(
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled
         here when absent. If only the first is given, the second is derived from it.
-    emission : ndarray, shape (height, width, 3), optional
-        Linear emission where it has a texture, as a GPU sampled it; sampled here when absent.
+    emission, normal : ndarray, shape (height, width, 3), optional
+        Linear emission, and normals in view space, as a GPU sampled them; taken where they have a texture,
+        and sampled here when absent. An unlit surface emits the texture of its base colour.
+    metallic_roughness : ndarray, shape (height, width, 2), optional
+        The same of metallic and roughness.
 
     Raises
     ------
@@ -218,14 +260,22 @@ def see_surfaces(
     seen = _checked("visibility", np.asarray(visibility), (height, width, 2)).reshape(-1, 2)
     _check_numbers(plan, seen)
     rays, samplers = pixel_rays(plan.view), Samplers(stored=classic)
-    given = [
-        None if image is None else _checked(name, np.asarray(image, dtype=np.float64), (height, width, 3))
-        for name, image in (("albedo", albedo), ("ambient albedo", ambient_albedo), ("emission", emission))
-    ]
-    normal, diffuse, specular, ambient, emitted = np.zeros((5, height, width, 3))
-    to_eye = rays.to_eye().reshape(height, width, 3)
-    position = np.full_like(normal, np.nan)
-    gbuffer = GBuffer(position, normal, to_eye, diffuse, specular, np.zeros(shape))
+    images = {
+        "albedo": albedo,
+        "ambient albedo": ambient_albedo,
+        "emission": emission,
+        "normal": normal,
+        "metallic and roughness": metallic_roughness,
+    }
+    given = {
+        name: _checked(
+            name, np.asarray(image, dtype=np.float64), (*shape, 2 if name == "metallic and roughness" else 3)
+        )
+        for name, image in images.items()
+        if image is not None
+    }
+    gbuffer = _no_surface(rays.to_eye().reshape(*shape, 3))
+    ambient, emitted = np.zeros((2, *shape, 3))
     surfaces = Surfaces(gbuffer, ambient, emitted, np.zeros(shape, dtype=bool))
     parts: list[tuple[int, Batch, NDArray[np.intp]]] = []
     for first, batch in numbered_batches(plan):
@@ -237,32 +287,74 @@ def see_surfaces(
         numbers = seen[pixels]
         found = Fragments(batch, rays.take(pixels), numbers[:, 0] - first, numbers[:, 1], samplers)
         at = np.unravel_index(pixels, shape)
-        *reflected, sampled = (None if image is None else image[at] for image in given)
+        sampled = {name: image[at] for name, image in given.items()}
         factors = batch.factors.take(found.instance)
         surfaces.covered[at] = True
-        position[at], normal[at] = found.position, found.normal(turned=not classic)
-        exact = sampled is None or not batch.surface.emission_textured
-        emitted[at] = found.emission(factors) if exact else sampled
-        specular[at] = factors.speculars[:, :3]
-        gbuffer.shininess[at] = factors.speculars[:, 3]
-        diffuse[at], ambient[at] = _reflectances(found, factors, *reflected)
+        gbuffer.position[at] = found.position
+        if classic:
+            gbuffer.normal[at] = found.normal(turned=False, mapped=False)
+        else:
+            gbuffer.normal[at] = _of_map(batch.maps.normal, sampled.get("normal"), found.normal)
+        if batch.surface.unlit and not classic:
+            texture = batch.texture if batch.surface.textured else None
+            emitted[at] = _of_map(texture, sampled.get("emission"), lambda: _shown(found, factors))
+            return
+        emitted[at] = _of_map(batch.maps.emission, sampled.get("emission"), lambda: found.emission(factors))
+        if batch.surface.metallic and not classic:
+            gbuffer.metallic[at], gbuffer.roughness[at] = _of_map(
+                batch.maps.metallic,
+                sampled.get("metallic and roughness"),
+                lambda: found.metallic_roughness(factors),
+            ).T
+        elif not (batch.surface.metallic or batch.surface.unlit):
+            gbuffer.specular[at] = factors.speculars[:, :3]
+            gbuffer.shininess[at] = factors.speculars[:, 3]
+        gbuffer.albedo[at], ambient[at] = _reflectances(
+            found, factors, gbuffer.metallic[at], sampled.get("albedo"), sampled.get("ambient albedo")
+        )
 
     run_all(work, parts, threads)
     return surfaces
 
 
+def _no_surface(to_eye: Float64) -> GBuffer:
+    """Return a G-buffer without surfaces, to be filled; `to_eye` has its shape (height, width, 3)."""
+    shape = to_eye.shape[:2]
+    normal, albedo, specular = np.zeros((3, *to_eye.shape))
+    position, shininess = np.full_like(to_eye, np.nan), np.zeros(shape)
+    return GBuffer(
+        position, normal, to_eye, albedo, specular, shininess, np.full(shape, -1.0), np.ones(shape)
+    )
+
+
+def _of_map(texture: object | None, sampled: Float64 | None, exact: Callable[[], Float64]) -> Float64:
+    """Return what a GPU sampled from a texture; without a texture or such samples, what is exact."""
+    return exact() if texture is None or sampled is None else sampled
+
+
+def _shown(found: Fragments, factors: Factors) -> Float64:
+    """Return the colours of unlit surfaces, shape (n, 3)."""
+    return np.clip(factors.base_colors[:, :3] * found.tint(), 0.0, 1.0)
+
+
 def _reflectances(
-    found: Fragments, factors: Factors, albedo: Float64 | None, ambient: Float64 | None
+    found: Fragments, factors: Factors, metallic: Float64, albedo: Float64 | None, ambient: Float64 | None
 ) -> tuple[Float64, Float64]:
     """Return albedo and ambient albedo, shapes (n, 3), of which the given ones were sampled by a GPU."""
-    base = factors.base_colors[:, :3]
-    tint = found.tint() if albedo is None or (ambient is None and not base.all()) else np.ones(3)
+    base, metals = factors.base_colors[:, :3], found.batch.surface.metallic
+    derived = ambient is None and not (base.all() or metals)
+    tint = found.tint() if albedo is None or derived else np.ones(3)
     if albedo is not None:
         tint = np.where(base > 0.0, albedo / np.where(base > 0.0, base, 1.0), tint)
-    own = base * tint if albedo is None else albedo
-    other = factors.ambients * tint if ambient is None else ambient
     # products of colours may exceed 1, but a surface reflects no more light than it gets
-    return np.clip(own, 0.0, 1.0), np.clip(other, 0.0, 1.0)
+    own = np.clip(base * tint if albedo is None else albedo, 0.0, 1.0)
+    if ambient is not None:
+        other = ambient
+    elif metals:
+        other = ambient_reflectance(own, np.maximum(metallic, 0.0)) * found.occlusion()
+    else:
+        other = np.clip(factors.ambients * tint, 0.0, 1.0) * found.occlusion()
+    return own, np.clip(other, 0.0, 1.0)
 
 
 def _checked(name: str, image: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:

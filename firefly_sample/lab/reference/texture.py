@@ -138,16 +138,20 @@ class Samplers:
 
     def __init__(self, stored: bool = False) -> None:
         self._stored = stored
-        self._made: dict[tuple[int, float | None], tuple[Texture, Sampler]] = {}
+        self._made: dict[tuple[int, float | None, bool], tuple[Texture, Sampler]] = {}
         self._lock = Lock()
 
-    def of(self, texture: Texture, cutoff: float | None) -> Sampler:
-        """Return the sampler of a texture; `cutoff` is the alpha test's limit, None without a test."""
-        key = (texture.serial, cutoff)
+    def of(self, texture: Texture, cutoff: float | None, stored: bool = False) -> Sampler:
+        """Return the sampler of a texture; `cutoff` is the alpha test's limit, None without a test.
+
+        With `stored`, the texture's numbers are not colours: they are sampled as they are stored.
+        """
+        stored = stored or self._stored
+        key = (texture.serial, cutoff, stored)
         with self._lock:
             if key not in self._made:
                 self._made[key] = (
                     texture,
-                    Sampler(texture_levels(texture.pixels, cutoff, self._stored), texture.sampling),
+                    Sampler(texture_levels(texture.pixels, cutoff, stored), texture.sampling),
                 )
             return self._made[key][1]
