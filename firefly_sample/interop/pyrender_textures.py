@@ -1,14 +1,27 @@
-"""Wrap modes and filters of textures to and from pyrender's samplers, which hold the numbers of glTF."""
+"""Textures to and from pyrender's, with their samplers, which hold the numbers of glTF.
+
+pyrender's shader reads roughness from the first channel of a metallic-roughness texture and metalness from
+the second; glTF and this package have them in green and blue. pyrender itself keeps the channels "GB" of an
+image for it, and so does `pyrender_texture`. Red and alpha, which this use of a texture ignores, are lost,
+and come back as 255.
+"""
 
 from __future__ import annotations
 
 from typing import Any, TypedDict, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
+from firefly_sample.losses import Losses
 from firefly_sample.scene.material import MagFilter, MinFilter, Texture, Wrap
 
 _WRAPS: dict[str, Wrap] = {"REPEAT": "repeat", "CLAMP_TO_EDGE": "clamp", "MIRRORED_REPEAT": "mirror"}
 _MAGFILTERS: tuple[MagFilter, ...] = get_args(MagFilter)
 _MINFILTERS: tuple[MinFilter, ...] = get_args(MinFilter)
+_BYTES = (0x0DE1, 0x1401)
+"""OpenGL's numbers for a texture of two dimensions and for unsigned bytes."""
+_OTHER_SAMPLERS = "wrap modes and filters that glTF lacks become those of plain textures"
 
 
 class SamplingOptions(TypedDict, total=False):
@@ -20,8 +33,11 @@ class SamplingOptions(TypedDict, total=False):
     magfilter: MagFilter
 
 
-def pyrender_texture(texture: Texture) -> Any:
-    """Return a texture as a pyrender Texture with a sampler of its own."""
+def pyrender_texture(texture: Texture, channels: str = "RGBA") -> Any:
+    """Return a texture as a pyrender Texture with a sampler of its own.
+
+    `channels` are those that it keeps: "RGBA", or "GB" for metalness and roughness.
+    """
     import pyrender
 
     gltf = pyrender.GLTF
@@ -32,7 +48,55 @@ def pyrender_texture(texture: Texture) -> Any:
         wrapS=wraps[texture.wrap_u],
         wrapT=wraps[texture.wrap_v],
     )
-    return pyrender.Texture(name=texture.name, sampler=sampler, source=texture.pixels, source_channels="RGBA")
+    return pyrender.Texture(
+        name=texture.name, sampler=sampler, source=texture.pixels, source_channels=channels
+    )
+
+
+class TextureReader:
+    """Makes textures from pyrender's, each once for each use."""
+
+    def __init__(self, losses: Losses) -> None:
+        self._losses = losses
+        self._textures: dict[tuple[int, bool], Texture | None] = {}
+
+    def texture(self, source: Any, owner: str, metallic_roughness: bool = False) -> Texture | None:
+        """Return a pyrender Texture as a texture, or None, with a loss, without a plain image of bytes.
+
+        `owner` is the name for one without a name. With `metallic_roughness`, its first two channels are
+        roughness and metalness, and become green and blue. None is None.
+        """
+        if source is None:
+            return None
+        key = id(source), metallic_roughness
+        if key not in self._textures:
+            self._textures[key] = self._new_texture(source, source.name or owner, metallic_roughness)
+        return self._textures[key]
+
+    def _new_texture(self, source: Any, name: str, metallic_roughness: bool) -> Texture | None:
+        pixels = _pixels(source)
+        if pixels is None:
+            self._losses.add("textures without a plain image of bytes are left out", name)
+            return None
+        if metallic_roughness:
+            stored, pixels = pixels, np.full_like(pixels, 255)
+            pixels[..., 1:3] = stored[..., :2]
+        options, whole = sampling_options(source.sampler)
+        if not whole:
+            self._losses.add(_OTHER_SAMPLERS, name)
+        return Texture(pixels, name, **options)
+
+
+def _pixels(source: Any) -> NDArray[np.uint8] | None:
+    """Return a pyrender Texture's image with four channels, as OpenGL fills them in: 0, and 255 for alpha."""
+    image = source.source
+    if image is None or image.ndim < 2 or (source.tex_type, source.data_format) != _BYTES:
+        return None
+    image = image.reshape(*image.shape[:2], -1)
+    pixels = np.zeros((*image.shape[:2], 4), dtype=np.uint8)
+    pixels[..., 3] = 255
+    pixels[..., : image.shape[2]] = image
+    return pixels
 
 
 def sampling_options(sampler: Any) -> tuple[SamplingOptions, bool]:
