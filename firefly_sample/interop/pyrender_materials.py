@@ -71,13 +71,13 @@ class MaterialWriter:
             emissiveTexture=self._image(material.emission_texture),
             metallicFactor=0.0 if matt else material.metallic,
             roughnessFactor=1.0 if matt else material.roughness,
-            metallicRoughnessTexture=self._image(material.metallic_roughness_texture, "GB"),
+            metallicRoughnessTexture=self._image(material.metallic_roughness_texture, True),
             normalTexture=self._image(material.normal_texture),
             occlusionTexture=self._image(material.occlusion_texture),
         )
 
-    def _image(self, texture: Texture | None, channels: str = "RGBA") -> Any:
-        return None if texture is None else self._texture(texture, channels)
+    def _image(self, texture: Texture | None, metallic_roughness: bool = False) -> Any:
+        return None if texture is None else self._texture(texture, metallic_roughness)
 
 
 class MaterialReader:

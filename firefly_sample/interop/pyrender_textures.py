@@ -1,9 +1,9 @@
 """Textures to and from pyrender's, with their samplers, which hold the numbers of glTF.
 
 pyrender's shader reads roughness from the first channel of a metallic-roughness texture and metalness from
-the second; glTF and this package have them in green and blue. pyrender itself keeps the channels "GB" of an
-image for it, and so does `pyrender_texture`. Red and alpha, which this use of a texture ignores, are lost,
-and come back as 255.
+the second; glTF and this package have them in green and blue. Therefore red, green and blue change places.
+All textures keep four channels, also where pyrender needs fewer: it skews an image if the bytes of a row are
+not a multiple of four.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ _MAGFILTERS: tuple[MagFilter, ...] = get_args(MagFilter)
 _MINFILTERS: tuple[MinFilter, ...] = get_args(MinFilter)
 _BYTES = (0x0DE1, 0x1401)
 """OpenGL's numbers for a texture of two dimensions and for unsigned bytes."""
+_ROUGHNESS_FIRST, _RED_FIRST = [1, 2, 0, 3], [2, 0, 1, 3]
+"""A metallic-roughness texture's channels here in pyrender's order, and those of pyrender in ours."""
 _OTHER_SAMPLERS = "wrap modes and filters that glTF lacks become those of plain textures"
 
 
@@ -33,10 +35,10 @@ class SamplingOptions(TypedDict, total=False):
     magfilter: MagFilter
 
 
-def pyrender_texture(texture: Texture, channels: str = "RGBA") -> Any:
+def pyrender_texture(texture: Texture, metallic_roughness: bool = False) -> Any:
     """Return a texture as a pyrender Texture with a sampler of its own.
 
-    `channels` are those that it keeps: "RGBA", or "GB" for metalness and roughness.
+    With `metallic_roughness`, its channels are in pyrender's order for that use.
     """
     import pyrender
 
@@ -48,9 +50,8 @@ def pyrender_texture(texture: Texture, channels: str = "RGBA") -> Any:
         wrapS=wraps[texture.wrap_u],
         wrapT=wraps[texture.wrap_v],
     )
-    return pyrender.Texture(
-        name=texture.name, sampler=sampler, source=texture.pixels, source_channels=channels
-    )
+    pixels = texture.pixels[..., _ROUGHNESS_FIRST] if metallic_roughness else texture.pixels
+    return pyrender.Texture(name=texture.name, sampler=sampler, source=pixels, source_channels="RGBA")
 
 
 class TextureReader:
@@ -63,8 +64,8 @@ class TextureReader:
     def texture(self, source: Any, owner: str, metallic_roughness: bool = False) -> Texture | None:
         """Return a pyrender Texture as a texture, or None, with a loss, without a plain image of bytes.
 
-        `owner` is the name for one without a name. With `metallic_roughness`, its first two channels are
-        roughness and metalness, and become green and blue. None is None.
+        `owner` is the name for one without a name. With `metallic_roughness`, its first two channels, which
+        are roughness and metalness, become green and blue. None is None.
         """
         if source is None:
             return None
@@ -79,8 +80,7 @@ class TextureReader:
             self._losses.add("textures without a plain image of bytes are left out", name)
             return None
         if metallic_roughness:
-            stored, pixels = pixels, np.full_like(pixels, 255)
-            pixels[..., 1:3] = stored[..., :2]
+            pixels = pixels[..., _RED_FIRST]
         options, whole = sampling_options(source.sampler)
         if not whole:
             self._losses.add(_OTHER_SAMPLERS, name)

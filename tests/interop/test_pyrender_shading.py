@@ -23,7 +23,7 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.interop.oracle import SIZE
-from tests.interop.pyrender_twin import GLTF, PYRENDER, codes
+from tests.interop.pyrender_twin import GLTF, PYRENDER, Lamp, Lighting, Surface, codes, radiance
 from tests.interop.shading import add_lights, lighting_of, seen, things
 from tests.scenes import geom_node, wall
 
@@ -192,6 +192,42 @@ def test_normal_maps_lie_along_texture_coordinates(renderer, draw_with_pyrender,
     expected = codes(surface, lighting_of(scene), PYRENDER.keys())
     assert inside.mean() > 0.5
     assert np.abs(theirs[inside] - expected).max() <= 1
+
+
+def test_each_texel_has_its_own_roughness_and_metalness(renderer, draw_with_pyrender):
+    """Three by three texels: pyrender would skew rows of three texels with two or three channels."""
+    pixels = np.random.default_rng(5).integers(60, 256, (3, 3, 4), np.uint8)
+    packed = Texture(pixels, minfilter="nearest", magfilter="nearest")
+    material = Material("tiles", (0.6, 0.5, 0.4, 1), metallic=1.0, metallic_roughness_texture=packed)
+    scene = Scene()
+    scene.root.attach_new_node(geom_node("wall", wall(12.0), material)).set_pos(0, 10, 0)
+    scene, frame, theirs = both(add_lights(scene, suns=2), renderer, draw_with_pyrender)
+    inside, surface = seen(scene, frame, True)
+    across, up = surface.position[:, 0] / 12.0 + 0.5, surface.position[:, 2] / 12.0 + 0.5
+    column, row = 3.0 * across, 3.0 * (1.0 - up)
+    stored = pixels[row.astype(int), column.astype(int)] / 255.0
+    surface.roughness, surface.metallic = stored[:, 1], stored[:, 2]
+    clear = np.all([np.abs(at - np.round(at)) > 0.02 for at in (row, column)], axis=0)  # of texels' edges
+    differences = theirs[inside] - codes(surface, lighting_of(scene), PYRENDER.keys())
+    assert len(np.unique(stored[clear], axis=0)) == 9
+    assert np.abs(differences[clear]).max() <= 1
+
+
+@pytest.mark.parametrize("terms", [GLTF, {"visibility"}])
+@pytest.mark.parametrize("metallic", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("roughness", [0.1, 0.5, 1.0])
+def test_the_twin_has_the_closed_form_of_light_from_the_eye(terms, metallic, roughness):
+    """Then D is 1 / (pi alpha^2), F is F0, and G is 1, by either formula."""
+    forward = np.array([[0.0, 1.0, 0.0]])
+    one, base = np.ones(1), np.array([[0.2, 0.5, 0.8]])
+    surface = Surface(
+        10.0 * forward, -forward, -forward, base, metallic * one, roughness * one, 0 * base, 1 + 0 * base, one
+    )
+    lighting = Lighting([Lamp(np.array([3.0, 2.0, 1.0]), direction=forward[0])])
+    f0 = 0.04 + (base - 0.04) * metallic
+    matt = (1.0 - f0) * base * (1.0 - metallic) / np.pi
+    expected = (3.0, 2.0, 1.0) * (matt + f0 / (4.0 * np.pi * roughness**4))
+    np.testing.assert_allclose(radiance(surface, lighting, terms), expected, rtol=1e-12)
 
 
 def test_pyrender_blends_display_codes(draw_with_pyrender):
