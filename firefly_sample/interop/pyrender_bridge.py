@@ -8,7 +8,8 @@ pictures, draw ours with ``Settings(tone="none")``, and note that pyrender's `Of
 - takes depth at one of four samples of a pixel, not at the pixel's centre;
 - decodes the depth of an orthographic camera as if it were a perspective one;
 - lights the back sides of double-sided surfaces by the normal of their front sides;
-- gives matt surfaces a highlight of 4 %, and draws at most four lights of a kind;
+- gives every surface that is no metal a highlight of 4 %, and draws at most four lights of a kind;
+- differs from glTF in some terms of its metallic-roughness materials, which docs/pyrender.md lists;
 - shuts down EGL for the whole process in `delete`: close every `Renderer` before it.
 """
 
@@ -42,9 +43,9 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     Node.
 
     Transforms, cameras and intensities stay float64; pyrender keeps vertices and colours as float32. The
-    background becomes an sRGB colour, as pyrender shows it. Base colours and emission, their textures and the
-    textures' samplers, alpha mode and cut-off, and sidedness are kept; surfaces are matt (metalness 0,
-    roughness 1).
+    background becomes an sRGB colour, as pyrender shows it. Base colours, metalness, roughness and emission,
+    all textures and their samplers, alpha mode and cut-off, sidedness and tangents are kept. Phong materials
+    become matt (metalness 0, roughness 1).
 
     Parameters
     ----------
@@ -74,9 +75,9 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     -----
     ConversionWarning
         Once for each kind of loss, with the names of the objects: sprites, highlights, ambient colours of
-        materials, cut-outs, a spotlight's exponent, attenuation other than 1/d^2, shadows, more than four
-        lights of a kind, exposure, a background's gradient, aspect ratios that contradict `size`, tags and
-        more.
+        materials, unlit materials, scales of normal maps, occlusion, cut-outs, a spotlight's exponent,
+        attenuation other than 1/d^2, shadows, more than four lights of a kind, exposure, a background's
+        gradient, aspect ratios that contradict `size`, tags and more.
     """
     _import_pyrender()
     _check_type("to_pyrender", scene, Scene)
@@ -98,8 +99,9 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     an `AmbientLight`; instances (`Primitive.poses`) become nodes; strips and fans become triangles. A Mesh
     without normals gets smooth ones. A Scene without a main camera gets a new camera.
 
-    The range of a light becomes its max distance, at which it ends as glTF recommends; in pyrender it shines
-    beyond.
+    A MetallicRoughnessMaterial becomes a metallic-roughness material, also one of metalness 0 and roughness
+    1, which `to_pyrender` may have made of a Phong material: pyrender draws a highlight on it. The range of
+    a light becomes its max distance, at which it ends as glTF recommends; in pyrender it shines beyond.
 
     Parameters
     ----------
@@ -124,8 +126,8 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     Warns
     -----
     ConversionWarning
-        Once for each kind of loss, with the names of the objects: metalness and gloss, textures other than
-        those of base colour and emission, points and lines, ranges of lights, and more.
+        Once for each kind of loss, with the names of the objects: gloss, occlusion, wireframes, points and
+        lines, ranges of lights, and more.
     """
     _check_type("from_pyrender", scene, _import_pyrender().Scene)
     losses = Losses()

@@ -1,17 +1,16 @@
-"""Convert Geoms, materials and textures to pyrender's and back, each once, so that they stay shared.
+"""Convert Geoms to pyrender's primitives and back, each once, so that they stay shared.
 
-pyrender keeps vertices, normals, texture coordinates and colours as float32. Under a transform that mirrors,
-glTF and this package reverse the winding of triangles; pyrender does not and draws the wrong side. Therefore
-the triangles of mirrored instances are reversed, in both directions of the conversion.
+pyrender keeps vertices, normals, tangents, texture coordinates and colours as float32. Under a transform that
+mirrors, glTF and this package reverse the winding of triangles; pyrender does not and draws the wrong side.
+Therefore the triangles of mirrored instances are reversed, in both directions of the conversion.
 
-Materials become metallic-roughness ones of metalness 0 and roughness 1, without their Phong highlight
-(specular, shininess). pyrender's materials lose metalness, gloss and bumps. Textures of base colour and
-emission keep their samplers.
+pyrender keeps tangents, but its shader takes the directions of a normal map from the texture coordinates, as
+if none were mirrored.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
@@ -19,10 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.interop.pyrender_textures import pyrender_texture, sampling_options
+from firefly_sample.interop.pyrender_materials import (
+    MaterialReader,
+    MaterialWriter,
+    has_second_texcoords,
+    tints_emission,
+)
 from firefly_sample.losses import Losses
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.material import AlphaMode, Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import Color
 from firefly_sample.scene.transforms import vectors_from_gltf, vectors_to_gltf
 
@@ -34,35 +38,22 @@ LARGEST_INDEX = 2**24
 
 _LIST, _STRIP, _FAN = 4, 5, 6
 """glTF's modes of triangles."""
-_BYTES = (0x0DE1, 0x1401)
-"""OpenGL's numbers for a texture of two dimensions and for unsigned bytes."""
-_ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 
-_UNREAD_ATTRIBUTES = ("tangents", "joints_0", "weights_0", "targets")
-_UNREAD_TEXTURES = (
-    "normalTexture",
-    "occlusionTexture",
-    "metallicRoughnessTexture",
-    "specularGlossinessTexture",
-)
-_NO_HIGHLIGHTS = "highlights (specular, shininess) are left out of pyrender's matt materials"
-_NO_AMBIENT = "ambient colours of materials, which pyrender lacks, are left out"
+_UNREAD_ATTRIBUTES = ("joints_0", "weights_0", "targets")
 _NO_NORMALS = "meshes without normals, which pyrender lights as if they faced the camera, get smooth ones"
-_CUT_OUT = "pyrender ignores the alpha cut-off of materials and draws their surfaces whole"
-_SQUARED_EMISSION = "pyrender draws the square of emission"
 _TINTED_EMISSION = "pyrender multiplies emission by vertex colours, this package does not"
-_FIRST_TEXCOORDS = "pyrender samples emission at the first texture coordinates"
-_OTHER_SAMPLERS = "wrap modes and filters that glTF lacks become those of plain textures"
-_NO_GLOSS = "metalness and gloss are left out, materials become matt"
+_FIRST_TEXCOORDS = "pyrender samples all textures at the first texture coordinates"
+_OWN_TANGENTS = "pyrender ignores tangents and takes those of normal maps from texture coordinates"
+_WRONG_TANGENTS = "tangents without a handedness of 1 or -1 are left out"
 
 
 class MeshWriter:
-    """Makes pyrender's meshes and materials."""
+    """Makes pyrender's meshes."""
 
     def __init__(self, losses: Losses) -> None:
         self._losses = losses
-        self._mesh, self._material = cache(self._new_mesh), cache(self._new_material)
-        self._arrays, self._texture = cache(_arrays), cache(pyrender_texture)
+        self._mesh, self._arrays = cache(self._new_mesh), cache(_arrays)
+        self._materials = MaterialWriter(losses)
 
     def mesh(
         self, node: GeomNode, material: Material | None, color: Color | None, mirrored: bool, visible: bool
@@ -97,67 +88,46 @@ class MeshWriter:
                 f"split it into parts of {LARGEST_INDEX} at most"
             )
         colors = geom.colors if color is None else None
-        if colors is not None and _tints_emission(colors, material):
+        if colors is not None and tints_emission(colors, material):
             self._losses.add(_TINTED_EMISSION, geom.name)
-        if _has_second_texcoords(geom, material):
+        if has_second_texcoords(geom, material):
             self._losses.add(_FIRST_TEXCOORDS, geom.name)
+        if geom.tangents is not None and material.normal_texture is not None:
+            self._losses.add(_OWN_TANGENTS, geom.name)
         if colors is not None and geom.alphas is not None:
             colors = np.column_stack([colors, geom.alphas])
         return pyrender.Primitive(
             **self._arrays(geom),
             color_0=colors,
             indices=geom.triangles[:, ::-1] if mirrored else geom.triangles,
-            material=self._material(material, color),
+            material=self._materials.material(material, color),
         )
-
-    def _new_material(self, material: Material, color: Color | None) -> Any:
-        """Return a material as a pyrender Material; `color` multiplies its base colour."""
-        import pyrender
-
-        if material.specular.any():
-            self._losses.add(_NO_HIGHLIGHTS, material.name)
-        if material.ambient is not None:
-            self._losses.add(_NO_AMBIENT, material.name)
-        if _cuts_out(material):
-            self._losses.add(_CUT_OUT, material.name)
-        if _squares_emission(material):
-            self._losses.add(_SQUARED_EMISSION, material.name)
-        return pyrender.MetallicRoughnessMaterial(
-            name=material.name,
-            baseColorFactor=material.base_color * (1.0 if color is None else np.array(color)),
-            baseColorTexture=self._image(material.texture),
-            alphaMode=material.alpha_mode.upper(),
-            alphaCutoff=material.alpha_cutoff,
-            doubleSided=bool(material.double_sided),
-            emissiveFactor=material.emission,
-            emissiveTexture=self._image(material.emission_texture),
-            metallicFactor=0.0,
-            roughnessFactor=1.0,
-        )
-
-    def _image(self, texture: Texture | None) -> Any:
-        return None if texture is None else self._texture(texture)
 
 
 def _arrays(geom: Geom) -> dict[str, NDArray[np.float32] | None]:
-    second = geom.texcoords_1
+    second, tangents = geom.texcoords_1, geom.tangents
     return {
         "positions": vectors_to_gltf(geom.vertices).astype(np.float32),
         "normals": vectors_to_gltf(geom.normals).astype(np.float32),
+        "tangents": None if tangents is None else _turned(tangents, vectors_to_gltf).astype(np.float32),
         "texcoord_0": geom.texcoords.astype(np.float32),
         "texcoord_1": None if second is None else second.astype(np.float32),
     }
 
 
+def _turned(tangents: Float64, turn: Callable[[Float64], Float64]) -> Float64:
+    """Return tangents with `turn` applied to their directions; a rotation keeps their handedness."""
+    return np.column_stack([turn(tangents[:, :3]), tangents[:, 3]])
+
+
 class MeshReader:
-    """Makes Geoms, materials and textures from pyrender's meshes."""
+    """Makes Geoms from pyrender's meshes."""
 
     def __init__(self, losses: Losses) -> None:
         self._losses = losses
         self._geoms: dict[tuple[Any, ...], Geom] = {}
         self._of_primitives: dict[tuple[int, bool], Geom] = {}
-        self._materials: dict[int, Material] = {}
-        self._textures: dict[int, Texture | None] = {}
+        self._materials = MaterialReader(losses)
 
     def parts(self, mesh: Any, name: str, net: Float64) -> Iterable[tuple[Geom, Material, Any]]:
         """Yield a Geom, a material and None for each primitive of triangles.
@@ -173,7 +143,7 @@ class MeshReader:
             if primitive.mode not in (_LIST, _STRIP, _FAN):
                 self._losses.add("points and lines are left out", part_name)
                 continue
-            material = self._material(primitive.material, part_name)
+            material = self._materials.material(primitive.material, part_name)
             self._note_losses(primitive, material, part_name)
             for pose in (None,) if primitive.poses is None else primitive.poses:
                 upper = net[:3, :3] if pose is None else pose[:3, :3].astype(np.float64) @ net[:3, :3]
@@ -189,18 +159,25 @@ class MeshReader:
                 self._losses.add(f"{attribute} of meshes are left out", name)
         if primitive.normals is None:
             self._losses.add(_NO_NORMALS, name)
-        if primitive.color_0 is not None and _tints_emission(primitive.color_0, material):
+        if primitive.color_0 is not None and tints_emission(primitive.color_0, material):
             self._losses.add(_TINTED_EMISSION, name)
+        if primitive.tangents is not None and not _are_tangents(primitive.tangents):
+            self._losses.add(_WRONG_TANGENTS, name)
+        elif primitive.tangents is not None and material.normal_texture is not None:
+            self._losses.add(_OWN_TANGENTS, name)
 
     def _geom(self, primitive: Any, mirrored: bool, name: str) -> Geom:
         triangles = _triangles(primitive)
         if mirrored:
             triangles = triangles[:, ::-1]
-        colors = primitive.color_0
+        colors, tangents = primitive.color_0, primitive.tangents
         # Equal arrays are one Geom under whatever material; pyrender copies indices and colours.
-        shared = (primitive.positions, primitive.normals, primitive.texcoord_0, primitive.texcoord_1)
+        texcoords = primitive.texcoord_0, primitive.texcoord_1
+        shared = (primitive.positions, primitive.normals, tangents, *texcoords)
         key = (*map(id, shared), triangles.tobytes(), None if colors is None else colors.tobytes())
         if key not in self._geoms:
+            if tangents is not None:
+                tangents = _turned(tangents, vectors_from_gltf) if _are_tangents(tangents) else None
             self._geoms[key] = Geom(
                 vectors_from_gltf(primitive.positions),
                 triangles,
@@ -209,82 +186,9 @@ class MeshReader:
                 colors=colors,
                 name=name,
                 texcoords_1=primitive.texcoord_1,
+                tangents=tangents,
             )
         return self._geoms[key]
-
-    def _material(self, source: Any, part_name: str) -> Material:
-        """Return a pyrender Material as a material; one without a name is named after its part."""
-        if id(source) in self._materials:
-            return self._materials[id(source)]
-        name = source.name or f"material of {part_name}"
-        color, image = self._base_color(source, name)
-        texture = None if image is None else self._texture(image, image.name or name)
-        for attribute in _UNREAD_TEXTURES:
-            if getattr(source, attribute, None) is not None:
-                self._losses.add(f"{attribute} of materials is left out", name)
-        if source.wireframe:
-            self._losses.add("wireframes are left out, materials become solid", name)
-        emission, glow = self._emission(source, name)
-        material = Material(
-            name,
-            color,
-            texture,
-            _ALPHA_MODES[source.alphaMode],
-            source.alphaCutoff,
-            source.doubleSided,
-            emission=emission,
-            emission_texture=glow,
-        )
-        if _cuts_out(material):
-            self._losses.add(_CUT_OUT, name)
-        if _squares_emission(material):
-            self._losses.add(_SQUARED_EMISSION, name)
-        self._materials[id(source)] = material
-        return material
-
-    def _base_color(self, source: Any, name: str) -> tuple[Any, Any]:
-        """Return a material's factor and pyrender Texture of diffuse colour."""
-        import pyrender
-
-        if isinstance(source, pyrender.MetallicRoughnessMaterial):
-            if source.metallicFactor != 0.0 or source.roughnessFactor != 1.0:
-                self._losses.add(_NO_GLOSS, name)
-            return source.baseColorFactor, source.baseColorTexture
-        if isinstance(source, pyrender.material.SpecularGlossinessMaterial):
-            self._losses.add(_NO_GLOSS, name)
-            return source.diffuseFactor, source.diffuseTexture
-        self._losses.add(f"colours of {type(source).__name__} are left out, materials become white", name)
-        return np.ones(4), None
-
-    def _emission(self, source: Any, name: str) -> tuple[Float64, Texture | None]:
-        """Return a material's factor and texture of emission; an image that cannot be read is black."""
-        image = source.emissiveTexture
-        texture = None if image is None else self._texture(image, image.name or name)
-        black = image is not None and texture is None
-        return np.zeros(3) if black else np.asarray(source.emissiveFactor, dtype=np.float64), texture
-
-    def _texture(self, source: Any, name: str) -> Texture | None:
-        if id(source) not in self._textures:
-            pixels, texture = self._pixels(source, name), None
-            if pixels is not None:
-                options, whole = sampling_options(source.sampler)
-                texture = Texture(pixels, name, **options)
-                if not whole:
-                    self._losses.add(_OTHER_SAMPLERS, name)
-            self._textures[id(source)] = texture
-        return self._textures[id(source)]
-
-    def _pixels(self, source: Any, name: str) -> NDArray[np.uint8] | None:
-        """Return a pyrender Texture's image with four channels; missing ones are 0, and alpha 255."""
-        image = source.source
-        if image is None or image.ndim < 2 or (source.tex_type, source.data_format) != _BYTES:
-            self._losses.add("textures without a plain image of bytes are left out", name)
-            return None
-        image = image.reshape(*image.shape[:2], -1)
-        pixels = np.zeros((*image.shape[:2], 4), dtype=np.uint8)
-        pixels[..., 3] = 255
-        pixels[..., : image.shape[2]] = image
-        return pixels
 
 
 def _triangles(primitive: Any) -> Int64:
@@ -302,30 +206,6 @@ def _triangles(primitive: Any) -> Int64:
     return triangles
 
 
-def _tints_emission(colors: NDArray[Any], material: Material) -> bool:
-    """Return True if vertex colours, multiplied with a material's emission, change it."""
-    return _emits(material) and bool((colors[:, :3] != 1.0).any())
-
-
-def _squares_emission(material: Material) -> bool:
-    """Return True if the square of a material's emission is not the same."""
-    return _emits(material) and bool((material.emission != material.emission**2).any())
-
-
-def _emits(material: Material) -> bool:
-    """Return True if a material's emission and its texture are not black."""
-    texture = material.emission_texture
-    return bool(material.emission.any() and (texture is None or texture.pixels[..., :3].any()))
-
-
-def _cuts_out(material: Material) -> bool:
-    """Return True for a "mask" with some alpha below its cut-off."""
-    alpha = 1.0 if material.texture is None else material.texture.least_alpha()
-    return material.alpha_mode == "mask" and bool(material.base_color[3] * alpha < material.alpha_cutoff)
-
-
-def _has_second_texcoords(geom: Geom, material: Material) -> bool:
-    """Return True if a material's emission depends on a Geom's second texture coordinates."""
-    if material.emission_texture is None or material.emission_texcoord == 0 or geom.texcoords_1 is None:
-        return False
-    return _emits(material) and bool((geom.texcoords_1 != geom.texcoords).any())
+def _are_tangents(tangents: NDArray[np.float32]) -> bool:
+    """Return True if each tangent, shape (n, 4), has 1 or -1 as its fourth number."""
+    return bool((np.abs(tangents[:, 3]) == 1.0).all())

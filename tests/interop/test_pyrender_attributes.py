@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -64,6 +64,8 @@ class Follows:
 
     value: Any
     """Or a function of `Objects` and the one concerned, which changes it."""
+    beside: dict[str, Any] = field(default_factory=dict)
+    """Other parameters that it needs, before and after the change."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ class Named:
     value: Any
     what: str
     name: str
+    beside: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,7 @@ class Nothing:
     """pyrender draws the same with this value."""
 
     value: Any
+    beside: dict[str, Any] = field(default_factory=dict)
 
 
 def with_a_twig(objects, node):
@@ -117,8 +121,8 @@ def material(name, **more):
     image = np.zeros((2, 2, 3), np.uint8)
     return {
         "name": Follows("stone"),
-        "normalTexture": Named(image, "normalTexture of materials is left out", name),
-        "occlusionTexture": Named(image, "occlusionTexture of materials is left out", name),
+        "normalTexture": Follows(image),
+        "occlusionTexture": Named(image, "pyrender's occlusion darkens all light", name),
         "emissiveTexture": Follows(glow),
         "emissiveFactor": Follows((1.0, 0.0, 1.0)),
         "alphaMode": Follows("BLEND"),
@@ -129,7 +133,7 @@ def material(name, **more):
     } | more
 
 
-MATT = "metalness and gloss are left out, materials become matt"
+GLOSS = "gloss of specular-glossiness materials is left out"
 CASES: dict[type, dict[str, Any]] = {
     pyrender.Scene: {
         "name": Follows("room"),
@@ -166,7 +170,7 @@ CASES: dict[type, dict[str, Any]] = {
         "material": Follows(matt(name="moss")),
         "mode": Named(GLTF.LINES, "points and lines are left out", "shape[0]"),
         "poses": Follows(np.stack([np.eye(4), POSE])),
-        "tangents": Named(np.zeros((3, 4)), "tangents of meshes are left out", "shape[0]"),
+        "tangents": Follows([(1, 0, 0, -1)] * 3),
         "texcoord_1": Follows(np.zeros((3, 2))),
         "joints_0": Named(np.zeros((3, 4)), "joints_0 of meshes are left out", "shape[0]"),
         "weights_0": Named(np.zeros((3, 4)), "weights_0 of meshes are left out", "shape[0]"),
@@ -176,16 +180,16 @@ CASES: dict[type, dict[str, Any]] = {
         "clay",
         baseColorFactor=Follows((0.5, 0.25, 1.0, 1.0)),
         baseColorTexture=Follows(IMAGE // 2),
-        metallicFactor=Named(0.5, MATT, "clay"),
-        roughnessFactor=Named(0.5, MATT, "clay"),
-        metallicRoughnessTexture=Named(IMAGE, "metallicRoughnessTexture of materials is left out", "clay"),
+        metallicFactor=Follows(0.5),
+        roughnessFactor=Follows(0.5),
+        metallicRoughnessTexture=Follows(IMAGE),
     ),
     Glossy: material(
         "glass",
         diffuseFactor=Follows((0.5, 0.25, 1.0, 1.0)),
         diffuseTexture=Follows(IMAGE // 2),
-        specularFactor=Named((0.5, 0.5, 0.5), MATT, "glass"),
-        glossinessFactor=Named(0.5, MATT, "glass"),
+        specularFactor=Named((0.5, 0.5, 0.5), GLOSS, "glass"),
+        glossinessFactor=Named(0.5, GLOSS, "glass"),
         specularGlossinessTexture=Named(IMAGE, "specularGlossinessTexture of materials is left out", "glass"),
     ),
     pyrender.PointLight: light(range=Named(3.0, "light ends at its range here", "light 1")),
@@ -274,14 +278,12 @@ def contents(path: NodePath) -> list[Any]:
         for geom, material in node.geoms:
             said += [listed(getattr(geom, name)) for name in ("name", "vertices", "triangles", "normals")]
             said += [listed(geom.texcoords), listed(geom.texcoords_1), listed(geom.colors)]
-            look = {
-                name: listed(value)
-                for name, value in vars(material).items()
-                if not isinstance(value, Texture)
-            }
-            said.append(look)
-            for texture in (material.texture, material.emission_texture):
-                said.append(texture and (texture.name, listed(texture.pixels), texture.sampling))
+            said.append(listed(geom.tangents))
+            look = vars(material).items()
+            said.append({name: listed(value) for name, value in look if not isinstance(value, Texture)})
+            for texture in vars(material).values():
+                if isinstance(texture, Texture):
+                    said.append((texture.name, listed(texture.pixels), texture.sampling))
     elif isinstance(node, Camera):
         said += [node.lens.constants(), node.lens.get_near(), node.lens.get_far()]
     elif isinstance(node, Light):

@@ -10,6 +10,7 @@ import warnings
 from typing import Any
 
 import numpy as np
+import pyrender
 import pytest
 
 from firefly_sample.interop.pyrender_bridge import to_pyrender
@@ -26,6 +27,7 @@ from tests.scenes import geom_node
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
 PIXELS = np.full((2, 2, 4), (10, 20, 30, 255), np.uint8)
+WHITE = np.full((2, 2, 4), 255, np.uint8)
 
 
 def eyed() -> NodePath:
@@ -50,6 +52,7 @@ CASES: dict[type, dict[str, Any]] = {
         "colors": Follows([(0.5, 0.25, 1)] * 3),
         "name": Follows("stone"),
         "texcoords_1": Follows([(0, 1)] * 3),
+        "tangents": Follows([(1, 0, 0, -1)] * 3),
     },
     Texture: {
         "pixels": Follows(PIXELS // 2),
@@ -74,6 +77,22 @@ CASES: dict[type, dict[str, Any]] = {
         "shininess": Nothing(9.0),  # of highlights that it has not
         "emission_texture": Follows(Texture(PIXELS // 2)),
         "emission_texcoord": Nothing(1),  # of an emission texture that it has not
+        "metallic": Follows(0.5),
+        "roughness": Follows(0.5, {"metallic": 0.0}),
+        "metallic_roughness_texture": Follows(Texture(PIXELS), {"metallic": 0.0}),
+        "normal_texture": Follows(Texture(PIXELS)),
+        "normal_scale": Named(
+            0.5,
+            "scales of normal maps, which pyrender lacks, become 1",
+            "clay",
+            {"normal_texture": Texture(PIXELS)},
+        ),
+        "occlusion_texture": Named(Texture(PIXELS), "pyrender's occlusion darkens all light", "clay"),
+        "occlusion_strength": Nothing(0.5, {"occlusion_texture": Texture(WHITE)}),
+        "metallic_roughness_texcoord": Nothing(1),  # of textures that it has not
+        "normal_texcoord": Nothing(1),
+        "occlusion_texcoord": Nothing(1),
+        "unlit": Named(True, "pyrender has no unlit materials and lights them", "clay"),
     },
 }
 LIGHT: dict[str, Any] = {
@@ -149,8 +168,9 @@ def written(scene: Scene) -> tuple[list[Any], list[str]]:
             said += [] if node.mesh is None else [node.mesh.name]
             for primitive in () if node.mesh is None else node.mesh.primitives:
                 said += [values(primitive), values(primitive.material)]
-                for texture in (primitive.material.baseColorTexture, primitive.material.emissiveTexture):
-                    said += [values(texture), values(texture and texture.sampler)]
+                for name, texture in vars(primitive.material).items():
+                    if isinstance(texture, pyrender.Texture):
+                        said += [name, values(texture), values(texture.sampler)]
     return said, [str(warning.message) for warning in caught]
 
 
@@ -189,7 +209,7 @@ def check(case: Any, before: Scene, after: Scene) -> None:
 )
 def test_it_is_followed_or_named(kind, name):
     case = CASES[kind][name]
-    check(case, scene_with(kind), scene_with(kind, **{name: case.value}))
+    check(case, scene_with(kind, **case.beside), scene_with(kind, **case.beside, **{name: case.value}))
 
 
 @pytest.mark.parametrize(

@@ -61,6 +61,13 @@ def with_second_texcoords():
     return geom_node("wall", geom, Material("glow", **look))
 
 
+def with_tangents():
+    geom = wall()
+    geom.set_tangents(np.tile([1.0, 0.0, 0.0, 1.0], (len(geom.vertices), 1)))
+    look = Material("bumps", normal_texture=Texture(np.full((1, 1, 4), 128, np.uint8)))
+    return geom_node("wall", geom, look)
+
+
 def shiny_light(light):
     light.set_specular_color((1, 0, 0))
     return light
@@ -100,7 +107,17 @@ def shiny_light(light):
             "multiplies emission by vertex colours, .*: 'ball'",
         ),
         (scene_with(ball_of(emission=(0.5, 0, 0))), "draws the square of emission: 'clay'"),
-        (scene_with(with_second_texcoords()), "emission at the first texture coordinates: 'wall'"),
+        (scene_with(ball_of(unlit=True)), "has no unlit materials and lights them: 'clay'"),
+        (
+            scene_with(ball_of(normal_texture=Texture(np.full((1, 1, 4), 128, np.uint8)), normal_scale=2.0)),
+            "scales of normal maps, .*, become 1: 'clay'",
+        ),
+        (
+            scene_with(ball_of(occlusion_texture=Texture(np.zeros((1, 1, 4), np.uint8)))),
+            "occlusion darkens all light .*: 'clay'",
+        ),
+        (scene_with(with_tangents()), "ignores tangents and takes those of normal maps .*: 'wall'"),
+        (scene_with(with_second_texcoords()), "all textures at the first texture coordinates: 'wall'"),
         (scene_with(with_tag(PandaNode("box"))), "tags are left out: 'box'"),
         (
             Scene(background=VerticalGradient((0, 0, 0), (0, 0, 1))),
@@ -118,6 +135,7 @@ def test_what_pyrender_has_not_is_named(scene, message):
 
 
 CLAMP_TO_BORDER = 0x812D
+BLACK = np.zeros((2, 2, 3), np.uint8)
 CHEQUERED = np.array([[(0, 0, 0), (255, 255, 255)]] * 2, np.uint8)
 
 
@@ -136,13 +154,18 @@ def textured(**texture):
     [
         (triangle(mode=pyrender.GLTF.POINTS), "points and lines are left out: 'leaf'"),
         (triangle(normals=None), "meshes without normals, .* get smooth ones: 'leaf'"),
-        (triangle(tangents=np.zeros((3, 4))), "tangents of meshes are left out: 'leaf'"),
+        (triangle(tangents=np.zeros((3, 4))), "tangents without a handedness .* are left out: 'leaf'"),
+        (
+            triangle(
+                tangents=[(1, 0, 0, 1)] * 3, texcoord_0=np.eye(3)[:, :2], material=matt(normalTexture=BLACK)
+            ),
+            "ignores tangents and takes those of normal maps .*: 'leaf'",
+        ),
+        (triangle(material=matt(occlusionTexture=BLACK)), "occlusion darkens all light .*: 'clay'"),
         (
             triangle(color_0=[(1, 1, 0.5)] * 3, material=matt(emissiveFactor=(1.0, 0.0, 0.0))),
             "multiplies emission by vertex colours, .*: 'leaf'",
         ),
-        (triangle(material=matt(metallicFactor=1.0)), "metalness and gloss are left out, .*: 'clay'"),
-        (triangle(material=matt(roughnessFactor=0.5)), "metalness and gloss are left out, .*: 'clay'"),
         (triangle(material=matt(wireframe=True)), "wireframes are left out, .*: 'clay'"),
         (triangle(material=matt(emissiveFactor=(0.5, 0.0, 0.0))), "draws the square of emission: 'clay'"),
         (
@@ -151,7 +174,7 @@ def textured(**texture):
         ),
         (
             triangle(material=pyrender.material.SpecularGlossinessMaterial(name="glass")),
-            "metalness and gloss are left out, .*: 'glass'",
+            "gloss of specular-glossiness materials is left out, .*: 'glass'",
         ),
         (
             textured(sampler=pyrender.Sampler(wrapS=CLAMP_TO_BORDER)),
@@ -188,6 +211,9 @@ def test_a_texture_of_three_channels_is_opaque():
         triangle(color_0=[(1, 1, 1, 0.5)] * 3, material=matt(alphaMode="OPAQUE")),
         triangle(material=matt(alphaMode="MASK", alphaCutoff=0.5, baseColorFactor=(1.0, 1.0, 1.0, 0.5))),
         triangle(material=matt(emissiveTexture=CHEQUERED)),
+        triangle(material=matt(metallicFactor=0.25, roughnessFactor=0.5)),
+        triangle(tangents=[(1, 0, 0, 1)] * 3),
+        triangle(material=matt(occlusionTexture=BLACK + 255)),
         triangle(material=matt(emissiveFactor=(1.0, 0.0, 1.0), emissiveTexture=CHEQUERED)),
         textured(sampler=pyrender.Sampler(wrapS=pyrender.GLTF.CLAMP_TO_EDGE)),
         triangle(
@@ -200,6 +226,9 @@ def test_a_texture_of_three_channels_is_opaque():
         "alpha that is not used",
         "at the cut-off",
         "no emission",
+        "metalness and roughness",
+        "tangents",
+        "no occlusion",
         "emissive texture",
         "sampler",
         "black texture",

@@ -232,7 +232,7 @@ def test_a_glossy_material_keeps_its_diffuse_colour_and_texture():
     )
     source = pyrender.Scene()
     source.add(pyrender.Mesh([triangle(material=glass)]), name="pane")
-    with pytest.warns(ConversionWarning, match="gloss are left out, .*: 'material of pane'"):
+    with pytest.warns(ConversionWarning, match="gloss of .* is left out, .*: 'material of pane'"):
         ((_, material),) = from_pyrender(source).root.node().geoms
     np.testing.assert_array_equal(material.base_color, [0.5, 0.25, 1.0, 0.75])
     np.testing.assert_array_equal(material.texture.pixels, image)

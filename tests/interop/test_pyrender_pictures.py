@@ -122,9 +122,7 @@ def test_pictures_agree_where_a_scene_of_pyrenders_is_converted(draw_with_pyrend
         pose = trimesh.transformations.random_rotation_matrix(rng.uniform(size=3))
         pose[:3, 3] = pose[:3, 2] * 9.0
         theirs.add(pyrender.PerspectiveCamera(rng.uniform(0.5, 1.0), NEAR, FAR), pose=pose)
-        with pytest.warns(ConversionWarning, match="metalness and gloss"):
-            scene = from_pyrender(theirs, size=SIZE)
-        ours = renderer.render(scene, 0.0, ("depth",)).depth
+        ours = renderer.render(from_pyrender(theirs, size=SIZE), 0.0, ("depth",)).depth
         found.append(agreement(ours, draw_with_pyrender(theirs)[1]))
     assert_all_agree(found)
 
