@@ -11,7 +11,9 @@ from all pairs.
 4. Otherwise things follow whose predecessors are all drawn: those of the group drawn last while there are any,
    so that draws are few, then those of the group whose first thing is earliest in the start order.
 5. Where edges lead in a circle no order is right. In each circle, edges of intersecting pairs and of pairs in
-   one plane are dropped, and if that does not open it, those that contradict the start order.
+   one plane are dropped. If that does not open it, the thing that is earliest in the start order comes first,
+   and so on in the circles that are left; after `OPENINGS` such steps all edges inside of circles that contradict
+   the start order are dropped.
 """
 
 from __future__ import annotations
@@ -40,6 +42,8 @@ MOST_PAIRS = 4_000_000
 MOST_DISC_PAIRS = 1 << 18
 """Pairs of discs that may overlap; with more, discs that are near each other on the screen are ordered too,
 whether they overlap or not, which takes fewer edges."""
+OPENINGS = 16
+"""Steps by which circles are opened one thing at a time."""
 FEW_RUNS = 64
 """Draws that are no reason to look for an order with fewer."""
 
@@ -84,7 +88,10 @@ def order_warnings(order: PaintOrder) -> Iterator[str]:
         for count, text in (
             (order.intersecting, f"{order.intersecting:,} pairs intersect"),
             (order.in_circles, f"{order.in_circles:,} overlap in a circle"),
-            (order.approximate, f"more than {MOST_PAIRS:,} pairs may overlap, so they are sorted by distance"),
+            (
+                order.approximate,
+                f"more than {MOST_PAIRS:,} pairs may overlap, so they are sorted by distance",
+            ),
         )
         if count
     ]
@@ -123,9 +130,7 @@ def _polygon_edges(polygons: Polygons, discs: Discs) -> _Edges | None:
     orders = [order for pairs in own for order in polygon_orders(shapes, pairs)]
     intersecting = sum(int(order.cross.sum()) for order in orders)
     for pairs in mixed:
-        orders += [
-            order._replace(second=order.second + n) for order in disc_orders(shapes, discs, pairs)
-        ]
+        orders += [order._replace(second=order.second + n) for order in disc_orders(shapes, discs, pairs)]
     crossing = sum(int(order.cross.sum()) for order in orders)
     none = np.empty(0, dtype=np.intp)
     empty = Order(none, none, none.astype(np.int8), none.astype(np.bool_))
@@ -187,9 +192,21 @@ def _sorted(edges: _Edges, groups: Indices) -> tuple[Indices, int]:
         return order, 0
     drop = circles(n, before, after).inside & weak
     before, after = before[~drop], after[~drop]
-    found = circles(n, before, after)
-    drop = found.inside & (before > after)
-    return taken(n, before[~drop], after[~drop], groups), int((found.labels >= 0).sum())
+    in_circles = 0
+    for step in range(OPENINGS + 1):
+        found = circles(n, before, after)
+        if step == 0:
+            in_circles = int((found.labels >= 0).sum())
+        if not found.inside.any():
+            break
+        drop = found.inside & (before > after)
+        if step < OPENINGS:
+            nodes = np.flatnonzero(found.labels >= 0)
+            is_first = np.zeros(n, dtype=np.bool_)
+            is_first[nodes[np.unique(found.labels[nodes], return_index=True)[1]]] = True
+            drop &= is_first[after]
+        before, after = before[~drop], after[~drop]
+    return taken(n, before, after, groups), in_circles
 
 
 def _result(order: Indices, groups: Indices, edges: _Edges | None, in_circles: int = 0) -> PaintOrder:

@@ -21,10 +21,8 @@ from firefly_sample.scene.arrays import Float64
 TOUCH = 1e-7
 """Overlaps that are narrower on the screen than this count as touching, as neighbours in a mesh do."""
 SAME = 3e-7
-"""Two things lie at the same distance where their q differ by less than this share of it. The corners of files
-are float32: a few of their roundings are neither a distance nor an intersection."""
-ROUNDING = 1e-13
-"""The same for the terms of q, which are far larger than their sum if a polygon is seen nearly edge-on."""
+"""Two things lie in one plane where their q differ by less than this share of the sum of q's terms. That is a
+few roundings of the corners in files, which are float32; where a plane is seen nearly edge-on, they move q more."""
 INSIDE = 1e-12
 """Points this far outside an edge count as on it."""
 TOGETHER = 1 << 13
@@ -53,10 +51,8 @@ class Shapes:
         # distance outside the line of an edge is normals.p - offsets; an edge of no length excludes nothing
         self.normals = np.stack((self.along[1], -self.along[0]))
         self.offsets = np.where(self.lengths > 0.0, (self.normals * self.points).sum(axis=0), 1e30)
-        q = _q(self.planes[:, None], self.points)
         reach = np.abs(self.points).max(axis=1, initial=0.0)
-        terms = np.abs(self.planes[0]) + (np.abs(self.planes[1:]) * reach).sum(axis=0)
-        self.blur = SAME * np.abs(q).max(axis=0, initial=0.0) + ROUNDING * terms
+        self.blur = SAME * (np.abs(self.planes[0]) + (np.abs(self.planes[1:]) * reach).sum(axis=0))
 
     def boxes(self) -> Boxes:
         """Return the polygons' boxes without a margin: boxes overlap if they do by more than `TOUCH`."""
@@ -115,7 +111,9 @@ def _gap(outside: Float64) -> Float64:
     return np.asarray(outside.min(axis=1).max(axis=0))
 
 
-def _extremes(at_a: Float64, at_b: Float64, a_outside: Float64, b_outside: Float64) -> tuple[Float64, Float64]:
+def _extremes(
+    at_a: Float64, at_b: Float64, a_outside: Float64, b_outside: Float64
+) -> tuple[Float64, Float64]:
     """Return the least and largest difference over the corners of overlaps.
 
     Given are the differences at both polygons' corners, shape (k, m), and how far the corners of each lie
@@ -139,7 +137,9 @@ def _order_of_discs(shapes: Shapes, discs: Discs, a: Indices, b: Indices) -> Ord
     farthest_out = outside.max(axis=0)
     beside = np.flatnonzero((farthest_out > 0.0) & (farthest_out < radius - TOUCH))
     meets = farthest_out <= 0.0
-    meets[beside] = _to_edges(shapes, a[beside], center[:, :, beside], outside[:, beside]) < radius[beside] - TOUCH
+    meets[beside] = (
+        _to_edges(shapes, a[beside], center[:, :, beside], outside[:, beside]) < radius[beside] - TOUCH
+    )
     kept = np.flatnonzero(meets)
     a, b = a[kept], b[kept]
     difference = shapes.planes[:, a].copy()
