@@ -57,9 +57,9 @@ def disc_distances(positions, radii, lens):
 
 
 def wrong_pairs(distances, order, adds=None):
-    """Pairs (earlier, later) of things of which the earlier is nearer at some pixel; both adding light is fine.
+    """Pairs (earlier, later) of things of which the earlier is nearer at some pixel.
 
-    The distances, shape (n, p), are those of all things.
+    The distances, shape (n, p), are those of all things. The order of two that add light is free.
     """
     adds = np.zeros(len(distances), dtype=bool) if adds is None else np.asarray(adds)
     found = set()

@@ -1,4 +1,6 @@
-"""Triangles are clipped to the view, and their planes are known on the screen; pairs and circles are complete."""
+"""Triangles are clipped to the view, with their planes on the screen; pairs and circles are complete."""
+
+from itertools import pairwise
 
 import networkx
 import numpy as np
@@ -127,7 +129,7 @@ def test_all_edges_lead_onwards(seed, n, density):
     place[order] = np.arange(n)
     assert sorted(order) == list(range(n))
     assert (place[first] < place[second]).all()
-    for here, there in zip(order[:-1], order[1:], strict=True):
+    for here, there in pairwise(order):
         if groups[here] != groups[there]:  # nothing else of the group was free
             waiting = {*second[place[first] > place[here]]}
             assert {t for t in range(n) if place[t] > place[here] and groups[t] == groups[here]} <= waiting

@@ -1,4 +1,4 @@
-"""Blended triangles are ordered so that every pixel sees them back to front, wherever such an order exists."""
+"""Every pixel sees blended triangles back to front, wherever there is such an order."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def slabs(rng, count):
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 40))
 @settings(max_examples=25)
 def test_panes_in_slabs_at_any_angle_are_exact(lens, seed, count):
-    """The slabs' walls separate them, so that an order exists; many panes cross the near plane and the sides."""
+    """The slabs' walls separate them, so that there is an order; many cross the near plane and the sides."""
     rng = np.random.default_rng(seed)
     assert_exact(slabs(rng, count), lens, rng.integers(0, 3, count))
 
@@ -116,7 +116,7 @@ def test_three_bars_are_a_circle(lens):
 
 @EVERY_LENS
 def test_a_circle_spoils_nothing_before_or_behind_it(lens):
-    """A pane before the bars that reaches farther away than they do, and one behind them that reaches nearer."""
+    """One pane stands before the bars, and one behind them."""
     before = quad((-2, 4, -3), (2, 4, -3), (2, 5, 3), (-2, 5, 3))
     behind = quad((-2, 12, -3), (2, 12, -3), (2, 11, 3), (-2, 11, 3))
     triangles = np.concatenate((before, bars(), behind))
@@ -191,15 +191,15 @@ def test_meshes_seen_through_are_exact(lens, shape):
         "two in each other": [sphere, smaller],
         "bowl": [sphere[(sphere @ (0.2, 0.1, -1.0) > -0.3).all(axis=1)]],
     }[shape]
-    parts = [part + (0.21, 5.3, -0.13) for part in parts]
+    parts = [part + np.array((0.21, 5.3, -0.13)) for part in parts]
     groups = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     assert_exact(np.concatenate(parts), lens, groups)
 
 
 @EVERY_LENS
 def test_an_eye_within_a_sphere(lens):
-    sphere = trimesh.creation.icosphere(subdivisions=2, radius=7.0).triangles + (0.3, 2.0, 0.1)
-    inner = trimesh.creation.icosphere(subdivisions=2, radius=1.0).triangles + (0.3, 4.0, 0.1)
+    sphere = trimesh.creation.icosphere(subdivisions=2, radius=7.0).triangles + np.array((0.3, 2.0, 0.1))
+    inner = trimesh.creation.icosphere(subdivisions=2, radius=1.0).triangles + np.array((0.3, 4.0, 0.1))
     assert_exact(np.concatenate((sphere, inner)), lens)
 
 
@@ -243,7 +243,7 @@ def test_forty_panes_in_forty_groups_make_forty_draws():
 def test_things_that_are_free_are_drawn_with_their_groups():
     """Two spheres side by side, at the same distances: the start order mixes them, two draws do."""
     sphere = trimesh.creation.icosphere(subdivisions=2, radius=1.0).triangles
-    triangles = np.concatenate((sphere + (-1.2, 6.0, 0.1), sphere + (1.2, 6.0, 0.1)))
+    triangles = np.concatenate([sphere + np.array((x, 6.0, 0.1)) for x in (-1.2, 1.2)])
     groups = np.repeat([7, 3], len(sphere))
     _, sequence = assert_exact(triangles, PERSPECTIVE, groups)
     result, _ = ordered(triangles, PERSPECTIVE, groups)

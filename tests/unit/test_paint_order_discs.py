@@ -1,4 +1,4 @@
-"""Particles and sprites, which are discs that face the camera, take their places between blended triangles."""
+"""Particles and sprites, which are discs that face the camera, are drawn between blended triangles."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ EVERY_LENS = pytest.mark.parametrize("lens", LENSES.values(), ids=LENSES)
 
 
 def ordered(triangles, positions, radii, adds, lens):
-    """The paint order, what each thing's pixels see, the sequence of given rows, and which things add light."""
+    """The paint order, what pixels see of each thing, the sequence of given rows, and which add light."""
     triangles = np.reshape(triangles, (-1, 3, 3))
     polygons = triangles_on_screen(triangles, 0, lens, NEAR, FAR)
     discs = discs_on_screen(positions, radii, adds, 1, lens, NEAR, FAR)
@@ -48,7 +48,7 @@ def leaning(y, lean, x=0.0):
 
 
 def between(rng, count, lean, gaps):
-    """Discs between panes that lean, without touching any: their planes are upright, as far away as can be."""
+    """Upright discs between panes that lean, which touch none of them."""
     z, x = rng.uniform(-1.5, 1.5, count), rng.uniform(-3.0, 3.0, count)
     radii = rng.uniform(0.05, 0.3, count)
     middle = rng.choice(gaps, count) + lean * z / 4.0
@@ -73,7 +73,7 @@ def test_discs_between_leaning_panes_are_exact(lens, chains, seed, count, lean):
         result, distances, sequence, flags = ordered(panes, positions, radii, adds, lens)
     assert (result.intersecting, result.cut_discs, result.approximate) == (0, 0, False)
     if not chains:  # which also order discs that do not overlap, and so may close a circle
-        assert result.in_circles == 0
+        assert (result.in_circles, result.discs_in_circles) == (0, 0)
     if not result.in_circles:
         assert wrong_pairs(distances, sequence, flags) == set()
 
@@ -108,7 +108,7 @@ def test_discs_alone_are_sorted_by_distance_and_equal_ones_keep_their_order(lens
 
 @EVERY_LENS
 def test_a_disc_that_a_pane_cuts_is_counted(lens):
-    """The pane passes through the disc's middle; the disc beside it is untouched, though its square is not."""
+    """The pane passes through the middle of the first disc, and behind the second one."""
     pane = [[(-4.0, 6.0, -4.0), (4.0, 6.0, -4.0), (0.0, 8.0, 4.0)]]
     result, *_ = ordered(pane, np.array([(0.0, 7.0, 0.0)]), 0.5, False, lens)
     assert (result.intersecting, result.cut_discs, result.in_circles) == (0, 1, 0)
@@ -141,7 +141,7 @@ def test_a_corner_of_a_pane_counts_only_within_the_circle():
 
 
 def test_sprites_among_themselves_are_free_and_stay_in_one_draw():
-    """Sprites only add light, so that those before and behind the particles are not split among themselves."""
+    """Sprites only add light, so that two groups of them are two draws; those of particles alternate."""
     rng = np.random.default_rng(8)
     positions = np.stack((rng.normal(size=400), rng.uniform(3.0, 4.0, 400), rng.normal(size=400)), axis=1)
     groups = rng.integers(0, 2, 400)

@@ -40,8 +40,8 @@ class _Successors:
 def taken(n: int, first: Indices, second: Indices, groups: Indices) -> Indices:
     """Return nodes so that all edges lead onwards (Kahn's method); those in or behind a circle are missing.
 
-    All nodes that are free and of the group in hand follow, in ascending order, again and again until none is;
-    then comes the group with the lowest free node. Groups have the shape (n,).
+    All nodes that are free and of the group in hand follow, in ascending order, and so on until none is; then
+    comes the group with the lowest free node. Groups have the shape (n,).
     """
     successors = _Successors(n, first, second)
     waits = np.bincount(second, minlength=n)
@@ -120,7 +120,7 @@ def _components(n: int, first: Indices, second: Indices) -> Indices:
                 if path:
                     lowest[path[-1]] = min(lowest[path[-1]], lowest[node])
                 if lowest[node] == found[node]:
-                    members = []
+                    members: list[int] = []
                     while not members or members[-1] != node:
                         members.append(open_.pop())
                         is_open[members[-1]] = False

@@ -1,19 +1,19 @@
 """The order in which blended things are drawn: back to front, exact wherever there is such an order.
 
-Sorting by distance is not enough: a large tilted pane may be farther at its far end than a small one behind its
-near end. So each pair that overlaps on the screen says which of the two is drawn first, and the order follows
-from all pairs.
+Sorting by distance is not enough: a large tilted pane may be farther at its far end than a small one behind
+its near end. So each pair that overlaps on the screen is compared where it does, and the order follows from
+all pairs.
 
 1. The start order is by the farthest point, the farthest first, and the given order among equals.
-2. Pairs of polygons, and of a polygon and a disc, make edges: the farther one is drawn first where they overlap.
-   Things in one plane are drawn in the given order. Discs are ordered by their distances alone.
+2. Pairs of polygons, and of a polygon and a disc, make edges: the one that is farther where they overlap is
+   drawn first. Things in one plane are drawn in the given order. Discs are ordered by their distances alone.
 3. If the start order obeys all edges and has few runs of one group, it is the result.
-4. Otherwise things follow whose predecessors are all drawn: those of the group drawn last while there are any,
-   so that draws are few, then those of the group whose first thing is earliest in the start order.
+4. Otherwise things follow whose predecessors are all drawn: those of the group drawn last while there are
+   any, so that draws are few, then those of the group whose first thing is earliest in the start order.
 5. Where edges lead in a circle no order is right. In each circle, edges of intersecting pairs and of pairs in
    one plane are dropped. If that does not open it, the thing that is earliest in the start order comes first,
-   and so on in the circles that are left; after `OPENINGS` such steps all edges inside of circles that contradict
-   the start order are dropped.
+   and so on in the circles that are left; after `OPENINGS` such steps, or with more than
+   `MANY_EDGES` edges, all that contradict the start order inside of circles are dropped.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.blending.candidates import Boxes, Indices, Sweep, ramps
+from firefly_sample.plan.blending.candidates import Indices, Sweep, ramps
 from firefly_sample.plan.blending.graph import circles, taken
 from firefly_sample.plan.blending.overlaps import (
     TOUCH,
@@ -44,6 +44,8 @@ MOST_DISC_PAIRS = 1 << 18
 whether they overlap or not, which takes fewer edges."""
 OPENINGS = 16
 """Steps by which circles are opened one thing at a time."""
+MANY_EDGES = 20_000
+"""Edges inside of circles that are too many to open them so."""
 FEW_RUNS = 64
 """Draws that are no reason to look for an order with fewer."""
 
@@ -56,7 +58,8 @@ class PaintOrder:
     runs: Indices  # (r + 1,) where each run of one group begins in `order`, and the end
     intersecting: int  # pairs of polygons that intersect
     cut_discs: int  # pairs of a polygon and a disc that intersect
-    in_circles: int  # things that overlap in a circle; each would have to be drawn before the others
+    in_circles: int  # polygons that overlap in a circle: each would have to be drawn before the next
+    discs_in_circles: int
     approximate: bool
     """True if there were too many pairs: the order is that of the farthest points, and nothing is counted."""
 
@@ -78,16 +81,19 @@ def paint_order(polygons: Polygons, discs: Discs) -> PaintOrder:
     before, after = _disc_edges(discs)
     edges = edges.joined(rank[n + before], rank[n + after])
     order, in_circles = _sorted(edges, groups[start])
-    return _result(start[order], groups, found, in_circles)
+    polygons_in_circles = int((start[in_circles] < n).sum())
+    counts = polygons_in_circles, len(in_circles) - polygons_in_circles
+    return _result(start[order], groups, found, *counts)
 
 
 def order_warnings(order: PaintOrder) -> Iterator[str]:
     """Yield a line if blended surfaces are drawn in an order that cannot be right everywhere."""
+    discs = f" with {order.discs_in_circles:,} particles and sprites" if order.discs_in_circles else ""
     faults = [
         text
         for count, text in (
             (order.intersecting, f"{order.intersecting:,} pairs intersect"),
-            (order.in_circles, f"{order.in_circles:,} overlap in a circle"),
+            (order.in_circles, f"{order.in_circles:,} overlap in a circle{discs}"),
             (
                 order.approximate,
                 f"more than {MOST_PAIRS:,} pairs may overlap, so they are sorted by distance",
@@ -167,8 +173,11 @@ def _distance_ranks(discs: Discs) -> Indices:
 
 
 def _disc_chains(discs: Discs) -> tuple[Indices, Indices]:
-    """Return pairs of discs that follow each other in a square of the screen; those that overlap share one."""
-    side = 2.0 * float(np.sqrt((discs.radii**2).mean()))
+    """Return pairs of discs that follow each other in a square of the screen.
+
+    Discs that overlap share a square, so that they are in order.
+    """
+    side = 1.0 * float(np.sqrt((discs.radii**2).mean()))
     low, high = disc_boxes(discs)
     corner = low.min(axis=0)
     first = np.floor((low - corner) / side).astype(np.intp)
@@ -184,36 +193,36 @@ def _disc_chains(discs: Discs) -> tuple[Indices, Indices]:
     return pairs // len(discs), pairs % len(discs)
 
 
-def _sorted(edges: _Edges, groups: Indices) -> tuple[Indices, int]:
-    """Return an order of n things whose rows are the start order, and how many are in circles."""
-    n, before, after, weak = len(groups), edges.before, edges.after, edges.weak
+def _sorted(edges: _Edges, groups: Indices) -> tuple[Indices, Indices]:
+    """Return an order of n things whose rows are the start order, and the things that are in circles."""
+    n, before, after = len(groups), edges.before, edges.after
     order = taken(n, before, after, groups)
     if len(order) == n:
-        return order, 0
-    drop = circles(n, before, after).inside & weak
-    before, after = before[~drop], after[~drop]
-    in_circles = 0
-    for step in range(OPENINGS + 1):
-        found = circles(n, before, after)
-        if step == 0:
-            in_circles = int((found.labels >= 0).sum())
-        if not found.inside.any():
+        return order, np.empty(0, dtype=np.intp)
+    dropped = circles(n, before, after).inside & edges.weak
+    labels, inside = circles(n, before[~dropped], after[~dropped])
+    in_circles = np.flatnonzero(labels >= 0)
+    inner = np.flatnonzero(~dropped)[inside]
+    for _ in range(OPENINGS):
+        if not len(inner) or len(inner) > MANY_EDGES:
             break
-        drop = found.inside & (before > after)
-        if step < OPENINGS:
-            nodes = np.flatnonzero(found.labels >= 0)
-            is_first = np.zeros(n, dtype=np.bool_)
-            is_first[nodes[np.unique(found.labels[nodes], return_index=True)[1]]] = True
-            drop &= is_first[after]
-        before, after = before[~drop], after[~drop]
-    return taken(n, before, after, groups), in_circles
+        nodes = np.flatnonzero(labels >= 0)
+        is_first = np.zeros(n, dtype=np.bool_)
+        is_first[nodes[np.unique(labels[nodes], return_index=True)[1]]] = True
+        dropped[inner[is_first[after[inner]]]] = True
+        inner = inner[~dropped[inner]]
+        labels, inside = circles(n, before[inner], after[inner])
+        inner = inner[inside]
+    dropped[inner[before[inner] > after[inner]]] = True
+    return taken(n, before[~dropped], after[~dropped], groups), in_circles
 
 
-def _result(order: Indices, groups: Indices, edges: _Edges | None, in_circles: int = 0) -> PaintOrder:
-    runs = np.append(_run_starts(groups[order]), len(order)) if len(order) else np.zeros(1, dtype=np.intp)
+def _result(order: Indices, groups: Indices, edges: _Edges | None, *in_circles: int) -> PaintOrder:
+    runs = np.append(_run_starts(groups[order]), len(order))
     if edges is None:
-        return PaintOrder(order, runs, 0, 0, 0, True)
-    return PaintOrder(order, runs, edges.intersecting, edges.cut_discs, in_circles, False)
+        return PaintOrder(order, runs, 0, 0, 0, 0, True)
+    polygons, discs = in_circles or (0, 0)
+    return PaintOrder(order, runs, edges.intersecting, edges.cut_discs, polygons, discs, False)
 
 
 def _run_starts(groups: Indices) -> Indices:

@@ -2,8 +2,8 @@
 
 The difference of two things' q is linear on the screen, so its extremes over the overlap of two convex shapes
 lie at the overlap's corners, or, within a circle, at the points of the circle farthest up and down the slope.
-Nearly always the corners of one of the two decide: if none of a polygon's corners is behind the other's plane,
-none of its points is.
+Nearly always the corners of one of the two decide: if none of a polygon's corners is behind the other's
+plane, none of its points is.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ TOUCH = 1e-7
 """Overlaps that are narrower on the screen than this count as touching, as neighbours in a mesh do."""
 SAME = 3e-7
 """Two things lie in one plane where their q differ by less than this share of the sum of q's terms. That is a
-few roundings of the corners in files, which are float32; where a plane is seen nearly edge-on, they move q more."""
+few roundings of the corners in files, which are float32; where a plane is seen nearly edge-on, they change q
+by more."""
 INSIDE = 1e-12
 """Points this far outside an edge count as on it."""
 TOGETHER = 1 << 13

@@ -145,7 +145,10 @@ def _sides(points: Float64, plane: Float64) -> Float64:
 
 
 def _clipped(polygons: Float64, planes: list[Float64]) -> tuple[Float64, Indices]:
-    """Return convex polygons (n, k, 3) clipped by planes, and their numbers of corners (Sutherland, Hodgman)."""
+    """Return convex polygons (n, k, 3) clipped by planes, and their numbers of corners.
+
+    The method is that of Sutherland and Hodgman.
+    """
     n, width = polygons.shape[:2]
     counts = np.full(n, width)
     rows = np.arange(n)[:, None]
@@ -204,5 +207,5 @@ def _planes(triangles: Float64, lens: LensConstants) -> Float64:
     x, y, z = normals.T
     zoom = _zoom(lens)
     if lens.perspective:
-        return np.stack((y, x / zoom, z / zoom), axis=1) / d[:, None]
-    return np.stack((-d, x / zoom, z / zoom), axis=1) / y[:, None]
+        return np.asarray(np.stack((y, x / zoom, z / zoom), axis=1) / d[:, None])
+    return np.asarray(np.stack((-d, x / zoom, z / zoom), axis=1) / y[:, None])
