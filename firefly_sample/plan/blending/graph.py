@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.blending.candidates import Indices, ramps
+from firefly_sample.plan.blending.candidates import Indices
 
 
 class Circles(NamedTuple):
@@ -17,24 +17,11 @@ class Circles(NamedTuple):
     inside: NDArray[np.bool_]  # (e,) whether an edge leads from a circle into the same circle
 
 
-class _Successors:
-    """The edges of a graph with n nodes, by their first node."""
-
-    def __init__(self, n: int, first: Indices, second: Indices) -> None:
-        self._targets = second[np.argsort(first, kind="stable")]
-        self._counts = np.bincount(first, minlength=n)
-        self._starts = np.cumsum(self._counts) - self._counts
-
-    def of(self, nodes: Indices) -> Indices:
-        """Return the nodes that edges lead to from some nodes, as often as edges do."""
-        counts = self._counts[nodes]
-        return self._targets[np.repeat(self._starts[nodes], counts) + ramps(counts)]
-
-    def lists(self) -> list[list[int]]:
-        """Return the nodes that edges lead to from each node."""
-        targets = self._targets.tolist()
-        bounds = zip(self._starts.tolist(), (self._starts + self._counts).tolist(), strict=True)
-        return [targets[start:end] for start, end in bounds]
+def _successors(n: int, first: Indices, second: Indices) -> list[list[int]]:
+    """Return the nodes that edges lead to from each of n nodes."""
+    targets = second[np.argsort(first, kind="stable")].tolist()
+    ends = np.cumsum(np.bincount(first, minlength=n)).tolist()
+    return [targets[start:end] for start, end in zip([0, *ends], ends, strict=False)]
 
 
 def taken(n: int, first: Indices, second: Indices, groups: Indices) -> Indices:
@@ -43,33 +30,27 @@ def taken(n: int, first: Indices, second: Indices, groups: Indices) -> Indices:
     All nodes that are free and of the group in hand follow, in ascending order, and so on until none is; then
     comes the group with the lowest free node. Groups have the shape (n,).
     """
-    successors = _Successors(n, first, second)
-    waits = np.bincount(second, minlength=n)
-    names = np.unique(groups, return_inverse=True)[1]
-    several = bool(n) and bool(names.max() > 0)
-    free: dict[int, list[Indices]] = {}
-    result = [np.empty(0, dtype=np.intp)]
-    new, name = np.flatnonzero(waits == 0), 0
-    while len(new) or free:
-        for part in _by_group(new, names) if several else (new,) * bool(len(new)):
-            free.setdefault(int(names[part[0]]), []).append(part)
+    # plain lists: chains of thousands of nodes are usual, and NumPy is slow one node at a time
+    successors = _successors(n, first, second)
+    waits: list[int] = np.bincount(second, minlength=n).tolist()
+    names: list[int] = np.unique(groups, return_inverse=True)[1].tolist()
+    free: dict[int, list[int]] = {}
+    for node in range(n):
+        if not waits[node]:
+            free.setdefault(names[node], []).append(node)
+    result: list[int] = []
+    name = -1
+    while free:
         if name not in free:
-            name = min(free, key=lambda other: min(int(part[0]) for part in free[other]))
-        parts = free.pop(name)
-        nodes = parts[0] if len(parts) == 1 else np.sort(np.concatenate(parts))
-        result.append(nodes)
-        followers = successors.of(nodes)
-        np.subtract.at(waits, followers, 1)
-        new = np.unique(followers[waits[followers] == 0])
-    return np.concatenate(result)
-
-
-def _by_group(nodes: Indices, names: Indices) -> list[Indices]:
-    if len(nodes) < 2:
-        return [nodes] * len(nodes)
-    own = names[nodes]
-    by_name = np.argsort(own, kind="stable")
-    return np.split(nodes[by_name], np.flatnonzero(np.diff(own[by_name])) + 1)
+            name = min(free, key=lambda other: min(free[other])) if len(free) > 1 else next(iter(free))
+        nodes = sorted(free.pop(name))
+        result += nodes
+        for node in nodes:
+            for follower in successors[node]:
+                waits[follower] -= 1
+                if not waits[follower]:
+                    free.setdefault(names[follower], []).append(follower)
+    return np.array(result, dtype=np.intp)
 
 
 def circles(n: int, first: Indices, second: Indices) -> Circles:
@@ -92,7 +73,7 @@ def _components(n: int, first: Indices, second: Indices) -> Indices:
 
     The method is Tarjan's, with a list in place of the recursion.
     """
-    successors = _Successors(n, first, second).lists()
+    successors = _successors(n, first, second)
     labels = np.full(n, -1)
     found = [-1] * n  # when each node was reached
     lowest = [0] * n  # the earliest open node that can be reached from it
