@@ -10,10 +10,11 @@ all pairs.
 3. If the start order obeys all edges and has few runs of one group, it is the result.
 4. Otherwise things follow whose predecessors are all drawn: those of the group drawn last while there are
    any, so that draws are few, then those of the group whose first thing is earliest in the start order.
-5. Where edges lead in a circle no order is right. In each circle, edges of intersecting pairs and of pairs in
-   one plane are dropped. If that does not open it, the thing that is earliest in the start order comes first,
-   and so on in the circles that are left; after `OPENINGS` such steps, or with more than
-   `MANY_EDGES` edges, all that contradict the start order inside of circles are dropped.
+5. Where edges lead in a circle no order is right. Then edges of discs that polygons cut are dropped, and
+   within each circle those of polygons that intersect or lie in one plane. If that does not open it, what
+   is earliest in the start order comes first, and so on in the circles that are left; after `OPENINGS`
+   such steps, or with more than `MANY_EDGES` edges, all that contradict the start order inside of circles are
+   dropped.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.blending.candidates import Indices, Sweep, ramps
+from firefly_sample.plan.blending.candidates import Indices, Pairs, Sweep, ramps
 from firefly_sample.plan.blending.graph import circles, taken
 from firefly_sample.plan.blending.overlaps import (
     TOUCH,
@@ -46,6 +47,8 @@ OPENINGS = 16
 """Steps by which circles are opened one thing at a time."""
 MANY_EDGES = 20_000
 """Edges inside of circles that are too many to open them so."""
+LARGEST_TABLE = 1 << 26
+"""Numbers of polygons times discs with which edges that follow from others are found and left out."""
 FEW_RUNS = 64
 """Draws that are no reason to look for an order with fewer."""
 
@@ -79,8 +82,16 @@ def paint_order(polygons: Polygons, discs: Discs) -> PaintOrder:
     if (edges.before < edges.after).all() and few:
         return _result(start, groups, found)
     before, after = _disc_edges(discs)
-    edges = edges.joined(rank[n + before], rank[n + after])
-    order, in_circles = _sorted(edges, groups[start])
+    links = rank[n + before], rank[n + after]
+    is_polygon = start < n
+    in_circles = np.empty(0, dtype=np.intp)
+    order = taken(len(start), *_thinned(edges, links, is_polygon), groups[start])
+    if len(order) < len(start):
+        # most circles are those of discs that a polygon cuts, whose order is of little weight
+        edges = edges.without(edges.weak & ~(is_polygon[edges.before] & is_polygon[edges.after]))
+        order = taken(len(start), *_thinned(edges, links, is_polygon), groups[start])
+    if len(order) < len(start):
+        order, in_circles = _opened(edges.joined(*links), groups[start])
     polygons_in_circles = int((start[in_circles] < n).sum())
     counts = polygons_in_circles, len(in_circles) - polygons_in_circles
     return _result(start[order], groups, found, *counts)
@@ -116,6 +127,9 @@ class _Edges(NamedTuple):
 
     def renamed(self, names: Indices) -> _Edges:
         return self._replace(before=names[self.before], after=names[self.after])
+
+    def without(self, some: NDArray[np.bool_]) -> _Edges:
+        return self._replace(before=self.before[~some], after=self.after[~some], weak=self.weak[~some])
 
     def joined(self, before: Indices, after: Indices) -> _Edges:
         return self._replace(
@@ -193,12 +207,39 @@ def _disc_chains(discs: Discs) -> tuple[Indices, Indices]:
     return pairs // len(discs), pairs % len(discs)
 
 
-def _sorted(edges: _Edges, groups: Indices) -> tuple[Indices, Indices]:
-    """Return an order of n things whose rows are the start order, and the things that are in circles."""
+def _thinned(edges: _Edges, links: Pairs, is_polygon: NDArray[np.bool_]) -> Pairs:
+    """Return edges and the links of discs, without edges that follow from others; there are n things.
+
+    If a disc is linked to another one, and both are drawn before a polygon, the link and the edge of the
+    second one are enough; likewise for two that are drawn after it.
+    """
+    n, (before, after) = len(is_polygon), links
+    kept = np.ones(len(edges.before), dtype=np.bool_)
+    following, previous = np.full(n, -1), np.full(n, -1)
+    by_distance = np.argsort(before - after, kind="stable")  # the closest ones are set last, and stay
+    following[before[by_distance]] = after[by_distance]
+    previous[after[by_distance]] = before[by_distance]
+    # a table of polygons by discs
+    column = np.where(is_polygon, np.cumsum(is_polygon) - 1, np.cumsum(~is_polygon) - 1)
+    rows = int(is_polygon.sum())
+    size = rows * (n - rows)
+    ways = ((edges.before, edges.after, following), (edges.after, edges.before, previous))
+    for discs, polygons, neighbours in ways if size <= LARGEST_TABLE else ():
+        mixed = np.flatnonzero(~is_polygon[discs] & is_polygon[polygons])
+        neighbour, polygon = neighbours[discs[mixed]], column[polygons[mixed]]
+        has_edge = np.zeros(size, dtype=np.bool_)
+        has_edge[column[discs[mixed]] * rows + polygon] = True
+        linked = neighbour >= 0
+        kept[mixed[linked]] = ~has_edge[column[neighbour[linked]] * rows + polygon[linked]]
+    return np.concatenate((edges.before[kept], before)), np.concatenate((edges.after[kept], after))
+
+
+def _opened(edges: _Edges, groups: Indices) -> tuple[Indices, Indices]:
+    """Return an order of n things whose edges lead in circles, and the things that are in them.
+
+    Rows are the start order.
+    """
     n, before, after = len(groups), edges.before, edges.after
-    order = taken(n, before, after, groups)
-    if len(order) == n:
-        return order, np.empty(0, dtype=np.intp)
     dropped = circles(n, before, after).inside & edges.weak
     labels, inside = circles(n, before[~dropped], after[~dropped])
     in_circles = np.flatnonzero(labels >= 0)
