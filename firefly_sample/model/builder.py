@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from firefly_sample.errors import ModelError
 from firefly_sample.losses import Losses
 from firefly_sample.model.conventions import turn, turn_matrix
-from firefly_sample.model.creases import Int, split_at_creases
+from firefly_sample.model.creases import split_at_creases
 from firefly_sample.model.data import GeomData, ImageData, MaterialData, ModelData, NodeData, TextureData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up
 from firefly_sample.scene.arrays import LARGEST, Float64
+from firefly_sample.scene.groups import Int
 from firefly_sample.scene.material import AlphaMode, Wrap
 
 GREY = (0.8, 0.8, 0.8, 1.0)
