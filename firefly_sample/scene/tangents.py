@@ -7,9 +7,10 @@ an edge in common with the next, and if none of these triangles shows its textur
 not. The tangent is the mean of the directions in which u grows on their triangles, each laid into the plane
 of the vertex's normal and weighted by the angle of its corner.
 
-A triangle whose texture coordinates have no area has no such direction: it takes part in chains, and is
-mirrored if its neighbour is. A triangle with two corners at one position takes the tangents of others there.
-Where nothing gives a tangent, it is any vector at a right angle to the normal.
+A triangle whose texture coordinates have no area has no such direction: it takes part in chains, and counts
+as mirrored if the first triangle beside it is (in MikkTSpace's program, if that which reaches it first is). A
+triangle with two corners at one position takes the tangents of others there. Where nothing gives a tangent,
+it is any vector at a right angle to the normal (in MikkTSpace's program, the x axis).
 
 The textures' v points up here, as in `Geom`; the sign of a tangent is that with which
 cross(normal, tangent) * sign points along v. glTF's normal maps and its own tangents have y and the bitangent
