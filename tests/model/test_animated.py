@@ -96,29 +96,6 @@ def test_the_pose_at_rest_is_that_of_the_file(make):
         np.testing.assert_allclose(found[data.nodes[node].name][0], points, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("make", [bending_tube, bulging_tube])
-def test_tangents_follow_joints_and_targets(make):
-    data = make()
-    arrays = data.geoms[0].arrays
-    around = np.cross([0.0, 0.0, 1.0], arrays["normals"])
-    arrays["tangents"] = np.column_stack([around, np.ones(len(around))])
-    if "morph_normals" in arrays:
-        # those with which all tangents stay at a right angle, for the normals of one target
-        moved = arrays["normals"] + arrays["morph_normals"]
-        arrays["morph_tangents"] = np.cross([0.0, 0.0, 1.0], moved) - around
-    model = make_model(data)
-    model.node().update(0.75)
-    for below in model.find_all_matches("**/+GeomNode"):
-        for geom, _ in geoms_of(below):
-            tangents = geom.tangents
-            np.testing.assert_allclose(np.linalg.norm(tangents[:, :3], axis=1), 1.0, rtol=1e-12)
-            np.testing.assert_allclose((tangents[:, :3] * geom.normals).sum(axis=1), 0.0, atol=1e-12)
-            assert np.abs(tangents[:, :3] - around).max() > 0.01
-            revision = geom.revision
-            model.node().update(0.75)
-            assert geom.revision == revision
-
-
 def test_triangles_of_a_mirrored_skin_still_face_outwards():
     for make in (bending_tube, lambda: bending_tube(mirrored=True)):
         model = make_model(make())

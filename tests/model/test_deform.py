@@ -23,7 +23,7 @@ from firefly_sample.model.deform import (
     skinned_tangents,
 )
 from firefly_sample.scene.tangents import TangentGroups
-from tests.model.figures import bulging_tube, posed_corners, tube
+from tests.model.figures import bending_tube, bulging_tube, make_model, posed_corners, tube
 
 NUMBERS = st.floats(-10.0, 10.0)
 
@@ -233,6 +233,29 @@ def test_morphed_tangents_are_added_and_of_length_1():
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)
     found = shape.posed((0.5,)).tangents
     np.testing.assert_allclose(found, np.column_stack([expected, tangents[:, 3]]), rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("make", [bending_tube, bulging_tube])
+def test_tangents_of_a_model_follow_joints_and_targets(make):
+    data = make()
+    arrays = data.geoms[0].arrays
+    around = np.cross([0.0, 0.0, 1.0], arrays["normals"])
+    arrays["tangents"] = np.column_stack([around, np.ones(len(around))])
+    if "morph_normals" in arrays:
+        # those with which all tangents stay at a right angle, for the normals of one target
+        moved = arrays["normals"] + arrays["morph_normals"]
+        arrays["morph_tangents"] = np.cross([0.0, 0.0, 1.0], moved) - around
+    model = make_model(data)
+    model.node().update(0.75)
+    for below in model.find_all_matches("**/+GeomNode"):
+        for geom, _ in below.node().geoms:
+            tangents = geom.tangents
+            np.testing.assert_allclose(np.linalg.norm(tangents[:, :3], axis=1), 1.0, rtol=1e-12)
+            np.testing.assert_allclose((tangents[:, :3] * geom.normals).sum(axis=1), 0.0, atol=1e-12)
+            assert np.abs(tangents[:, :3] - around).max() > 0.01
+            revision = geom.revision
+            model.node().update(0.75)
+            assert geom.revision == revision
 
 
 def test_a_pickled_shape_is_read_only_and_equal_and_copies_are_the_same():
