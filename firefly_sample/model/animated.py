@@ -26,7 +26,8 @@ def geom_arguments(made: GeomData) -> dict[str, Any]:
 def is_posed(data: ModelData, node: int, geom: int) -> bool:
     """Return whether a node's geom follows joints or morph targets, so that `bind` makes a Geom for it."""
     arrays = data.geoms[geom].arrays
-    has_targets = any(len(arrays.get(what, ())) for what in ("morph_vertices", "morph_normals"))
+    kinds = "morph_vertices", "morph_normals", "morph_tangents"
+    has_targets = any(len(arrays.get(what, ())) for what in kinds)
     return has_targets or _is_skinned(data, node, geom)
 
 

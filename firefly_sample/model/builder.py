@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from firefly_sample.errors import ModelError
 from firefly_sample.losses import Losses
 from firefly_sample.model.conventions import turn, turn_matrix
-from firefly_sample.model.creases import Int, split_at_creases
+from firefly_sample.model.creases import split_at_creases
 from firefly_sample.model.data import GeomData, ImageData, MaterialData, ModelData, NodeData, TextureData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up
 from firefly_sample.scene.arrays import LARGEST, Float64
+from firefly_sample.scene.groups import Int
 from firefly_sample.scene.material import AlphaMode, Wrap
+from firefly_sample.scene.tangents import TangentGroups, split_at_tangents
 
 GREY = (0.8, 0.8, 0.8, 1.0)
 """The base colour where a file gives none."""
@@ -80,7 +82,8 @@ class Builder:
         triangles : ndarray of int, shape (m, 3)
         arrays : dict
             "vertices", and what there is of "normals", "texcoords" and "colors" (linear), a row for each
-            vertex. Missing normals are made by `split_at_creases`, as are all if one is no direction.
+            vertex. Missing normals are made by `split_at_creases`, as are all if one is no direction. A
+            normal map's tangents are always made.
         groups : ndarray of int64, shape (m,), optional
             Smoothing groups, for that.
 
@@ -112,6 +115,8 @@ class Builder:
         arrays["normals"] = normals @ turn(self.up) + 0.0
         if "colors" in arrays and (arrays["colors"] == 1.0).all():
             del arrays["colors"]
+        if self.model.materials[material].normal_texture is not None and "texcoords" in arrays:
+            arrays, triangles = _with_tangents(arrays, triangles)
         self.model.geoms.append(GeomData(name, material, {**arrays, "triangles": triangles.astype(np.int32)}))
         return (len(self.model.geoms) - 1,)
 
@@ -141,6 +146,15 @@ class Builder:
             self._textures[index, wrap] = len(self.model.textures)
             self.model.textures.append(TextureData(index, wrap_u=wrap, wrap_v=wrap))
         return self._textures[index, wrap]
+
+
+def _with_tangents(arrays: dict[str, Float64], triangles: Int) -> tuple[dict[str, Float64], Int]:
+    """Return arrays with "tangents", where vertices are copied for triangles with different ones."""
+    vertices, normals = arrays["vertices"], arrays["normals"]
+    corners = TangentGroups(vertices, triangles, normals, arrays["texcoords"]).corners(vertices, normals)
+    chosen, split = split_at_tangents(triangles, corners)
+    made = {what: array[triangles.ravel()[chosen]] for what, array in arrays.items()}
+    return {**made, "tangents": corners.reshape(-1, 4)[chosen]}, split
 
 
 def _units(normals: Float64 | None) -> Float64 | None:

@@ -8,14 +8,11 @@ files show.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.arrays import Float64
-
-Int = NDArray[np.int64]
+from firefly_sample.scene.groups import Int, connected, row_ids
 
 CREASE_DEGREES = 30.0
 """Edges are smooth up to this angle between the normals of their triangles."""
@@ -44,7 +41,7 @@ def split_at_creases(
     areas = _area_vectors(vertices, triangles)
     if groups is None:
         groups = np.full(len(triangles), BY_ANGLE)
-    fans = _connected(triangles.size, *_links(places[triangles], areas, groups))
+    fans = connected(triangles.size, *_links(places[triangles], areas, groups))
     shares = np.repeat(areas, 3, axis=0)  # of the corners
     sums = np.stack([np.bincount(fans, shares[:, axis], triangles.size) for axis in range(3)], axis=1)
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
@@ -53,16 +50,6 @@ def split_at_creases(
     identities = (places if merge else np.arange(len(vertices)))[triangles].ravel()
     _, first, new = np.unique(identities * triangles.size + fans, return_index=True, return_inverse=True)
     return triangles.ravel()[first], new.reshape(-1, 3), normals[fans[first]]
-
-
-def row_ids(rows: NDArray[Any]) -> Int:
-    """Return a number for each row of an array (n, k), 0 and up; equal rows have equal numbers."""
-    order = np.lexsort(rows.T)
-    ordered = rows[order]
-    differs = (ordered[1:] != ordered[:-1]).any(axis=1)
-    ids = np.empty(len(rows), dtype=np.int64)
-    ids[order] = np.concatenate([np.zeros(min(len(rows), 1), dtype=np.int64), np.cumsum(differs)])
-    return ids
 
 
 def _area_vectors(vertices: Float64, triangles: Int) -> Float64:
@@ -98,16 +85,3 @@ def _is_smooth(areas: Float64, groups: Int, one: Int, other: Int) -> NDArray[np.
     near = cosines >= np.cos(np.radians(CREASE_DEGREES)) - 1e-9
     same = (groups[one] == groups[other]) & (groups[one] != FLAT)
     return np.asarray(same & (near | (groups[one] != BY_ANGLE)))
-
-
-def _connected(count: int, one: Int, other: Int) -> Int:
-    """Return the smallest number that each of 0 to `count` - 1 is linked with, over any number of links."""
-    least = np.arange(count)
-    while True:
-        a, b = least[one], least[other]
-        apart = a != b
-        if not apart.any():
-            return least
-        np.minimum.at(least, np.maximum(a, b)[apart], np.minimum(a, b)[apart])
-        while (least[least] != least).any():
-            least = least[least]

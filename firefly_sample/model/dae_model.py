@@ -19,13 +19,13 @@ from firefly_sample.errors import ModelError
 from firefly_sample.losses import Losses
 from firefly_sample.model.builder import GREY, Builder
 from firefly_sample.model.conventions import linear_color, linear_colors
-from firefly_sample.model.creases import row_ids
 from firefly_sample.model.data import MaterialData, ModelData
 from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up, up_axis
 from firefly_sample.model.pixels import one_line
 from firefly_sample.model.polygons import cut_faces
 from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.groups import row_ids
 
 MOST_NODES = 1_000_000
 """The most nodes that are made: nodes that are instances of each other multiply."""

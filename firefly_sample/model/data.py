@@ -72,9 +72,9 @@ class GeomData:
     """Triangles, and the index of their material.
 
     `arrays` holds "vertices" (n, 3) and "triangles" (m, 3) of int32, and of these what there is: "normals"
-    (n, 3), unit vectors; "tangents" (n, 4), see `Geom`; "texcoords" and "texcoords_1" (n, 2); "colors"
-    (n, 4); of a mesh with k morph targets "morph_vertices", "morph_normals" and "morph_tangents" (k, n, 3),
-    which are added with their weights; of a skinned mesh "joints" (n, j) of int32, indices into
+    (n, 3), unit vectors; of a normal map "tangents" (n, 4), see `Geom`; "texcoords" and "texcoords_1" (n, 2);
+    "colors" (n, 4); of a mesh with k morph targets "morph_vertices", "morph_normals" and "morph_tangents"
+    (k, n, 3), which are added with their weights; of a skinned mesh "joints" (n, j) of int32, indices into
     `SkinData.joints`, and "joint_weights" (n, j).
 
     `flat` says that the file has no normals, so that each triangle has one, in whatever pose: "normals" are

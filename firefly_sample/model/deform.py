@@ -1,4 +1,4 @@
-"""Morph targets and skins: the vertices and normals of a geom in a pose, in float64.
+"""Morph targets and skins: the vertices, normals and tangents of a geom in a pose, in float64.
 
 A geom is morphed first and then skinned (glTF 2.0, 3.7.2.2 and 3.7.3). A skin moves each vertex by the
 blended matrix of its joints, which is linear-blend skinning.
@@ -7,19 +7,28 @@ blended matrix of its joints, which is linear-blend skinning.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.model.data import GeomData
 from firefly_sample.scene.arrays import Float64, ReadOnlyArrays, read_only
+from firefly_sample.scene.tangents import perpendicular
 
-DEFORMING = frozenset({"morph_vertices", "morph_normals", "joints", "joint_weights"})
+DEFORMING = frozenset({"morph_vertices", "morph_normals", "morph_tangents", "joints", "joint_weights"})
 """The arrays of a `GeomData` that deform it, and are no arguments of a `Geom`."""
 
 _BLOCK = 2048
 """Vertices that are skinned at once, so that all steps of it stay in the processor's cache."""
+
+
+class Posed(NamedTuple):
+    """Vertices and unit normals (n, 3) of a geom in a pose, and its tangents (n, 4) if it has some."""
+
+    vertices: Float64
+    normals: Float64
+    tangents: Float64 | None
 
 
 class Shape(ReadOnlyArrays):
@@ -47,6 +56,12 @@ class Shape(ReadOnlyArrays):
         none = np.zeros((0, *self.vertices.shape))
         self.targets = _own(arrays.get("morph_vertices", none))
         self.normal_targets = _own(arrays.get("morph_normals", none))
+        self.tangents = _own(arrays["tangents"]) if "tangents" in arrays else None
+        self.tangent_targets = _own(arrays.get("morph_tangents", none))
+        self.flat_tangents: Float64 | None = None
+        if self.triangles is not None and self.tangents is not None:
+            self.flat_tangents = _own(edge_shares(self.vertices, self.triangles, self.tangents[:, :3]))
+            self.tangents = _own(self.tangents * (1.0, 1.0, 1.0, -1.0 if is_turned else 1.0))
         self.joints: NDArray[np.intp] | None = None
         self.joint_weights: Float64 | None = None
         if is_skinned and "joints" in arrays:
@@ -59,35 +74,54 @@ class Shape(ReadOnlyArrays):
     def __deepcopy__(self, _: dict[int, Any]) -> Shape:
         return self
 
-    def posed(self, weights: Sequence[float], matrices: Float64 | None = None) -> tuple[Float64, Float64]:
-        """Return vertices and unit normals (n, 3) with these weights of targets and matrices of joints.
+    def posed(self, weights: Sequence[float], matrices: Float64 | None = None) -> Posed:
+        """Return the geom with these weights of targets and matrices of joints.
 
         `matrices`, shape (j, 4, 4), map row vectors from the geom's space at rest to the model's.
         """
         vertices = morphed(self.vertices, self.targets, weights)
-        normals = self.normals
+        normals, tangents = self.normals, self.tangents
         if self.triangles is None:
             moved = morphed(normals, self.normal_targets, weights)
             normals = normals if moved is normals else unit_or(moved, normals)
+            tangents = self._morphed_tangents(weights)
         if self.joints is not None and matrices is not None:
-            vertices, normals = self._skinned(vertices, normals, matrices)
+            vertices, normals, tangents = self._skinned(vertices, normals, tangents, matrices)
         if self.triangles is not None:
             normals = flat_normals(vertices, self.triangles, normals)
-        return vertices, normals
+            if tangents is not None and self.flat_tangents is not None:
+                laid = from_edge_shares(vertices, self.triangles, self.flat_tangents)
+                directions = unit_or(laid, perpendicular(normals))
+                tangents = np.column_stack([directions, tangents[:, 3]])
+        return Posed(vertices, normals, tangents)
 
-    def _skinned(self, points: Float64, normals: Float64, matrices: Float64) -> tuple[Float64, Float64]:
-        """Return points and normals moved by the skin; of a flat geom, normals as they are."""
+    def _morphed_tangents(self, weights: Sequence[float]) -> Float64 | None:
+        if self.tangents is None:
+            return None
+        rest = self.tangents[:, :3]
+        moved = morphed(rest, self.tangent_targets, weights)
+        if moved is rest:
+            return self.tangents
+        return np.column_stack([unit_or(moved, rest), self.tangents[:, 3]])
+
+    def _skinned(
+        self, points: Float64, normals: Float64, tangents: Float64 | None, matrices: Float64
+    ) -> tuple[Float64, Float64, Float64 | None]:
+        """Return all three moved by the skin; of a flat geom, normals and tangents as they are."""
         assert self.joints is not None
         assert self.joint_weights is not None
         is_flat = self.triangles is not None
         moved, turned = np.empty_like(points), normals if is_flat else np.empty_like(normals)
+        along = tangents if tangents is None or is_flat else np.empty_like(tangents)
         for start in range(0, len(points), _BLOCK):
             part = slice(start, start + _BLOCK)
             blended = blend_matrices(self.joints[:, part], self.joint_weights[:, part], matrices)
             moved[part] = skinned_points(points[part], blended)
             if not is_flat:
                 turned[part] = skinned_normals(normals[part], blended)
-        return moved, turned
+                if along is not None and tangents is not None:
+                    along[part] = skinned_tangents(tangents[part], blended)
+        return moved, turned, along
 
 
 def _own(array: Any, dtype: type = np.float64) -> NDArray[Any]:
@@ -170,6 +204,56 @@ def skinned_normals(normals: Float64, blended: Float64) -> Float64:
     for column in range(3):
         turned[:, column] = sign * (x * rows[0][column] + y * rows[1][column] + z * rows[2][column])
     return unit_or(turned, normals)
+
+
+def skinned_tangents(tangents: Float64, blended: Float64) -> Float64:
+    """Return tangents (n, 4), each moved by its matrix's upper 3x3; a matrix that mirrors turns the sign.
+
+    One whose length would be 0 stays. A tangent in the plane of its normal stays in that of
+    `skinned_normals`.
+    """
+    x, y, z = tangents[:, :3].T
+    m = blended
+    moved = np.empty_like(tangents[:, :3])
+    for column in range(3):
+        moved[:, column] = x * m[column] + y * m[3 + column] + z * m[6 + column]
+    determinant = np.linalg.det(blended[:9].T.reshape(-1, 3, 3))
+    signs = tangents[:, 3] * np.where(determinant < 0.0, -1.0, 1.0)
+    return np.column_stack([unit_or(moved, tangents[:, :3]), signs])
+
+
+def edge_shares(vertices: Float64, triangles: NDArray[np.int32], tangents: Float64) -> Float64:
+    """Return tangents as multiples (n, 2) of the two edges from the first vertex of their triangle.
+
+    No vertex belongs to two triangles. With these numbers, `from_edge_shares` lays the tangents into the
+    plane of the triangle in another pose, along the same direction of the texture. They are 0 for triangles
+    without area.
+    """
+    one, other = _edges(vertices, triangles)
+    with np.errstate(all="ignore"):
+        a, b, c = (np.einsum("ij,ij->i", *pair) for pair in ((one, one), (one, other), (other, other)))
+        shares = np.zeros((len(vertices), 2))
+        for corner in triangles.T:
+            along = (np.einsum("ij,ij->i", tangents[corner], edge) for edge in (one, other))
+            first, second = along
+            shares[corner] = np.stack([first * c - second * b, second * a - first * b], axis=1)
+            shares[corner] /= (a * c - b * b)[:, None]
+    shares[~np.isfinite(shares).all(axis=1)] = 0.0
+    return shares
+
+
+def from_edge_shares(vertices: Float64, triangles: NDArray[np.int32], shares: Float64) -> Float64:
+    """Return the vectors (n, 3) whose `edge_shares` these are."""
+    one, other = _edges(vertices, triangles)
+    vectors = np.zeros_like(vertices)
+    for corner in triangles.T:
+        vectors[corner] = shares[corner, :1] * one + shares[corner, 1:] * other
+    return vectors
+
+
+def _edges(vertices: Float64, triangles: NDArray[np.int32]) -> tuple[Float64, Float64]:
+    a, b, c = (vertices[corner] for corner in triangles.T)
+    return b - a, c - a
 
 
 def flat_normals(vertices: Float64, triangles: NDArray[np.int32], otherwise: Float64) -> Float64:

@@ -25,7 +25,7 @@ from firefly_sample.model.data import ImageData, ModelData
 from firefly_sample.model.tree import make_tree
 from firefly_sample.scene.nodepath import NodePath
 
-VERSION = 5
+VERSION = 6
 """Version of the readers and of the cached form; counts up when either changes."""
 
 _PACKAGES = "pillow", "DracoPy", "meshoptimizer", "trimesh"
@@ -117,6 +117,9 @@ def _check_indices(model: ModelData) -> None:
         (model.images, [texture.image for texture in model.textures]),
         (model.textures, [made.texture for made in model.materials]),
         (model.textures, [made.emission_texture for made in model.materials]),
+        (model.textures, [made.metallic_roughness_texture for made in model.materials]),
+        (model.textures, [made.normal_texture for made in model.materials]),
+        (model.textures, [made.occlusion_texture for made in model.materials]),
         (model.materials, [made.material for made in model.geoms]),
         (model.geoms, [geom for node in model.nodes for geom in node.geoms]),
         (model.skins, [node.skin for node in model.nodes]),

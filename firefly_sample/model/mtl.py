@@ -1,7 +1,8 @@
 """Material libraries (.mtl) of Wavefront OBJ files.
 
 The colours are display colours (sRGB), as other viewers show them. `Ka` is not read, since exporters leave it
-at any value: ambient light is reflected like other light.
+at any value: ambient light is reflected like other light. `Pr` and `Pm`, roughness and the share of a metal,
+make a metallic-roughness material, and take the place of `Ks` and `Ns`.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import re
 from firefly_sample.model.builder import Builder
 from firefly_sample.model.conventions import linear_color
 from firefly_sample.model.data import MaterialData
-from firefly_sample.scene.material import Wrap
+from firefly_sample.scene.material import LARGEST_SCALE, Wrap
 
 Statements = dict[str, str]
 """The statements of a material: keywords in small letters, and the text behind them."""
@@ -23,8 +24,10 @@ _OPTION = re.compile(
 """An option of a texture, and its values."""
 _NEUTRAL = {"o": 0.0, "s": 1.0, "t": 0.0}
 """Options that move a texture, and the number that does not."""
-_NOT_DRAWN = ("bump", "norm", "disp", "decal", "refl", "tf", "pr", "pm", "ps", "pc")
-_NOTHING = {"tf": 1.0, "pm": 0.0, "ps": 0.0, "pc": 0.0}
+_MULTIPLIER = re.compile(r"-bm\s+([-+.\de]+)", re.IGNORECASE)
+"""The option that scales a bump or normal map."""
+_NOT_DRAWN = ("bump", "disp", "decal", "refl", "tf", "ps", "pc")
+_NOTHING = {"tf": 1.0, "ps": 0.0, "pc": 0.0}
 """Numbers that mean that a material has none of these."""
 
 
@@ -66,7 +69,10 @@ def make_material(name: str, source: Statements, builder: Builder) -> MaterialDa
     # a texture on black is an exporter's slip: it is meant to be seen
     diffuse = _color(source.get("kd", "0.8"), texture is not None)
     exponent = _numbers(source.get("ns", "0"))[0]
-    shines = exponent >= 1.0 and _numbers(source.get("illum", "2"))[0] >= 2
+    metallic = _share(source.get("pm", "0"))
+    is_phong = "pr" not in source and metallic == 0.0
+    shines = is_phong and exponent >= 1.0 and _numbers(source.get("illum", "2"))[0] >= 2
+    normal_texture, _ = _texture(name, source.get("norm"), builder)
     opacity = (
         _numbers(source["d"].split()[-1])[0] if "d" in source else 1.0 - _numbers(source.get("tr", "0"))[0]
     )
@@ -81,6 +87,10 @@ def make_material(name: str, source: Statements, builder: Builder) -> MaterialDa
         emission_texture=emission_texture,
         specular=_color(source.get("ks", "0")) if shines else (0.0, 0.0, 0.0),
         shininess=min(exponent, 1e6) if shines else 0.0,
+        metallic=None if is_phong else metallic,
+        roughness=_share(source.get("pr", "1")),
+        normal_texture=normal_texture,
+        normal_scale=_multiplier(source.get("norm", "")),
     )
 
 
@@ -89,6 +99,19 @@ def _numbers(text: str) -> list[float]:
     if not all(math.isfinite(number) for number in numbers):
         raise ValueError(f"a number is not finite: {text}")
     return numbers
+
+
+def _share(text: str) -> float:
+    return min(max(_numbers(text)[0], 0.0), 1.0)
+
+
+def _multiplier(text: str) -> float:
+    """Return the scale of a normal map, 1 where it has none."""
+    found = _MULTIPLIER.search(text)
+    scale = 1.0 if found is None else _numbers(found[1])[0]
+    if abs(scale) > LARGEST_SCALE:
+        raise ValueError(f"a normal map is scaled by -{LARGEST_SCALE:g} to {LARGEST_SCALE:g}: {text}")
+    return scale
 
 
 def _color(text: str, white_for_black: bool = False) -> tuple[float, float, float]:

@@ -169,7 +169,9 @@ class _PosedGeom:
         """Move the vertices if the weights or the matrices changed, or somebody else has moved them."""
         if weights == self.weights and matrices is self.matrices and self.geom.revision == self.revision:
             return
-        vertices, normals = self.shape.posed(weights, matrices)
-        self.geom.set_vertices(vertices)
-        self.geom.set_normals(normals)
+        posed = self.shape.posed(weights, matrices)
+        self.geom.set_vertices(posed.vertices)
+        self.geom.set_normals(posed.normals)
+        if posed.tangents is not None:
+            self.geom.set_tangents(posed.tangents)
         self.weights, self.matrices, self.revision = weights, matrices, self.geom.revision

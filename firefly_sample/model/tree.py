@@ -160,18 +160,32 @@ def _pixels(texture: Texture) -> NDArray[np.uint8]:
 
 
 def _material(made: MaterialData, textures: Sequence[Texture]) -> Material:
+    def texture(index: int | None) -> Texture | None:
+        return None if index is None else textures[index]
+
     return Material(
         made.name,
         made.base_color,
-        None if made.texture is None else textures[made.texture],
+        texture(made.texture),
         made.alpha_mode,
         made.alpha_cutoff,
         made.double_sided,
         emission=made.emission,
+        emission_texture=texture(made.emission_texture),
+        emission_texcoord=made.emission_texcoord,
         specular=made.specular,
         shininess=made.shininess,
-        emission_texture=None if made.emission_texture is None else textures[made.emission_texture],
-        emission_texcoord=made.emission_texcoord,
+        metallic=made.metallic,
+        roughness=made.roughness,
+        metallic_roughness_texture=texture(made.metallic_roughness_texture),
+        metallic_roughness_texcoord=made.metallic_roughness_texcoord,
+        normal_texture=texture(made.normal_texture),
+        normal_texcoord=made.normal_texcoord,
+        normal_scale=made.normal_scale,
+        occlusion_texture=texture(made.occlusion_texture),
+        occlusion_texcoord=made.occlusion_texcoord,
+        occlusion_strength=made.occlusion_strength,
+        unlit=made.unlit,
     )
 
 

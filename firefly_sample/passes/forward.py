@@ -114,12 +114,17 @@ class ForwardPass(Pass):
 
     def legal_variants(self) -> Products:
         """Return every combination of lights and surfaces."""
-        products = []
-        for emission, ambient, lit in product(BOTH, repeat=3):
-            lights = _legal_lights(emission, ambient, lit)
-            surfaces = legal_surfaces(emission, lit, ambient, lit)
-            products.append(Product(ForwardVariant, lights, choices(orthographic=BOTH), surfaces))
-        return Products(*products)
+        return Products(
+            *(
+                Product(
+                    ForwardVariant,
+                    _legal_lights(emission),
+                    choices(orthographic=BOTH),
+                    *legal_surfaces(emission),
+                )
+                for emission in BOTH
+            )
+        )
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""
@@ -153,12 +158,10 @@ class ForwardPass(Pass):
                 draw_surface(gpu, drawable, flags, uniforms, textures)
 
 
-def _legal_lights(emission: bool, ambient: bool, lit: bool) -> list[dict[str, Any]]:
-    """Return the fields of every light, in a draw that brings emission and ambient light or not."""
-    brings: dict[str, Any] = {"emission": [emission], "ambient_albedo": [ambient]}
-    if not lit:
-        return choices(light_kind=["none"], **brings)
-    found = []
+def _legal_lights(emission: bool) -> Iterator[dict[str, Any]]:
+    """Yield the fields of every light, in a frame that writes emission or not."""
+    # without a light there is nothing but these
+    yield from choices(light_kind=["none"], ambient_albedo=BOTH, emission=[emission])
     for kind, falloff, end in FADES:
         for chosen in choices(
             light_kind=[kind],
@@ -168,11 +171,13 @@ def _legal_lights(emission: bool, ambient: bool, lit: bool) -> list[dict[str, An
             clamp_light=BOTH,
             shadow_taps=get_args(ShadowTaps),
             particle_shadow=BOTH if kind != "point" else (False,),
-            first=(True,) if emission or ambient else BOTH,  # another draw brings neither
-            **brings,
+            first=BOTH,
+            ambient_albedo=BOTH,
+            emission=[emission],
         ):
-            found.append(chosen | {"specular": chosen["specular_model"] != "none"})
-    return found
+            # a draw that is not the first brings neither
+            if chosen["first"] or not (chosen["ambient_albedo"] or emission):
+                yield chosen | {"specular": chosen["specular_model"] != "none"}
 
 
 def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) -> ForwardVariant:

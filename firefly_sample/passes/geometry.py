@@ -77,24 +77,18 @@ class GeometryVariant(Variant):
         return self.position_target != "none"
 
 
-BESIDE = "ambient_albedo", "specular", "metallic_roughness", "emission"
-"""Targets beside the albedo, which the classic look does not have."""
-
-
 def position_target_of(targets: Mapping[str, Target]) -> PositionTarget:
     """Return how positions are stored, if they are."""
     formats: dict[str, PositionTarget] = {"rgba32f": "float32", "rgba16f": "float16"}
     return formats[targets["position"].format] if "position" in targets else "none"
 
 
-def legal_surfaces(
-    emission: bool, normal: bool = False, ambient: bool = False, metals: bool = False
-) -> list[dict[str, Any]]:
-    """Return the fields of what a draw of surfaces can ask for, in a pass that makes these: `surface_fields`.
+def legal_surfaces(emission: bool) -> list[list[dict[str, Any]]]:
+    """Return parts of what a draw of surfaces can ask for, in a pass that writes emission or not.
 
     Alpha of vertex colours needs these, and cuts out; second texture coordinates need an emission texture.
     """
-    maps = (0, 1, 2)
+    maps = get_args(MapCoordinates)
     plain = choices(
         textured=BOTH,
         vertex_color=BOTH,
@@ -103,19 +97,17 @@ def legal_surfaces(
         vertex_alpha=BOTH,
         emission_textured=BOTH if emission else (False,),
         second_texcoords=BOTH if emission else (False,),
-        normal_map=maps if normal else (0,),
-        occlusion_map=maps if ambient else (0,),
     )
-    models: list[dict[str, Any]] = [{}, {"unlit": True}]
-    if ambient or metals:
-        models += [{"metallic": True, "metallic_map": each} for each in maps]
     return [
-        each | model
-        for each in plain
-        if ((each["vertex_color"] and each["cutout"]) or not each["vertex_alpha"])
-        and (each["emission_textured"] or not each["second_texcoords"])
-        for model in models
-        if not (model.get("unlit") and each["occlusion_map"])
+        [
+            each
+            for each in plain
+            if ((each["vertex_color"] and each["cutout"]) or not each["vertex_alpha"])
+            and (each["emission_textured"] or not each["second_texcoords"])
+        ],
+        [{}, {"unlit": True}, *({"metallic": True, "metallic_map": each} for each in maps)],
+        choices(normal_map=maps),
+        choices(occlusion_map=maps),
     ]
 
 
@@ -130,7 +122,6 @@ def _legal_targets() -> Iterator[dict[str, Any]]:
             distance=[distance],
             ambient_albedo=extras,
             specular=extras,
-            metallic_roughness=extras,
             emission=extras,
             id=BOTH,
             visibility=BOTH,
@@ -140,7 +131,7 @@ def _legal_targets() -> Iterator[dict[str, Any]]:
             albedo_format=get_args(AlbedoFormat) if albedo else ("sqrt10",),
             interpolation=get_args(Interpolation),
         ):
-            beside = any(chosen[name] for name in BESIDE)
+            beside = chosen["ambient_albedo"] or chosen["specular"] or chosen["emission"]
             linear = not albedo or chosen["albedo_format"] == "linear"
             if chosen["normal_format"] == "classic" and (beside or not linear):
                 continue
@@ -223,17 +214,17 @@ class GeometryPass(Pass):
 
     def legal_variants(self) -> Products:
         """Return every combination of targets, formats and surfaces that a frame can have."""
-        lenses = choices(orthographic=BOTH)
-        by_surfaces: dict[tuple[bool, ...], list[dict[str, Any]]] = {}
-        for chosen in _legal_targets():
-            made = tuple(
-                chosen[name] for name in ("emission", "normal", "ambient_albedo", "metallic_roughness")
-            )
-            by_surfaces.setdefault(made, []).append(chosen)
+        targets = list(_legal_targets())
+        others = choices(orthographic=BOTH), choices(metallic_roughness=BOTH)
         return Products(
             *(
-                Product(GeometryVariant, targets, lenses, legal_surfaces(*made))
-                for made, targets in by_surfaces.items()
+                Product(
+                    GeometryVariant,
+                    [chosen for chosen in targets if chosen["emission"] == emission],
+                    *others,
+                    *legal_surfaces(emission),
+                )
+                for emission in BOTH
             )
         )
 

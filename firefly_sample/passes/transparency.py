@@ -178,23 +178,16 @@ class TransparencyPass(Pass):
             *choices(transparency=["exact"], numbered=[True], surfaces=BOTH, reverse=BOTH),
         ]
         products = []
-        for emission, ambient, lit in product(BOTH, repeat=3):
+        for emission in BOTH:
+            plain, *others = legal_surfaces(emission)
             surfaces = [
                 {name: value for name, value in each.items() if name != "cutout"}
-                for each in legal_surfaces(emission, lit, ambient, lit)
-                if not each["cutout"] or each["vertex_alpha"]
+                for each in plain
+                if each["cutout"] == each["vertex_alpha"]
             ]
-            frame = choices(emission=[emission], ambient_albedo=[ambient], orthographic=BOTH)
-            products.append(
-                Product(
-                    TransparencyVariant,
-                    methods,
-                    frame,
-                    _legal_lights(lit),
-                    choices(clamp_light=BOTH),
-                    surfaces,
-                )
-            )
+            frame = choices(emission=[emission]), choices(ambient_albedo=BOTH), choices(orthographic=BOTH)
+            parts = methods, *frame, _legal_lights(), choices(clamp_light=BOTH), surfaces, *others
+            products.append(Product(TransparencyVariant, *parts))
         return Products(*products)
 
     def shader_stems(self, variant: Variant) -> list[tuple[str, str]]:
@@ -216,11 +209,9 @@ class TransparencyPass(Pass):
         ]()
 
 
-def _legal_lights(lit: bool) -> list[dict[str, Any]]:
+def _legal_lights() -> list[dict[str, Any]]:
     """Return the fields of sets of lights: none, or one of each kind and all three kinds together."""
-    if not lit:
-        return [{"light_sets": ()}]
-    found: list[dict[str, Any]] = []
+    found: list[dict[str, Any]] = [{"light_sets": ()}]
     for end, model, taps, cloud in product(
         get_args(RangeFalloff), get_args(SpecularModel), get_args(ShadowTaps), BOTH
     ):

@@ -22,6 +22,7 @@ from firefly_sample.scene.arrays import (
 )
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.tangents import TangentGroups
 
 
 class Geom(ReadOnlyArrays):
@@ -47,7 +48,8 @@ class Geom(ReadOnlyArrays):
     tangents : array_like, shape (n, 4), optional
         For normal maps: unit vectors along which u grows, and 1 or -1, by which cross(normal, tangent) is
         multiplied to give the bitangent, along which v grows. When absent, they are computed if a material
-        needs them: see `firefly_sample.scene.tangents`.
+        needs them, by the rule of `firefly_sample.scene.tangents`; a vertex whose triangles disagree gets
+        their mean, weighted by angle.
 
     `firefly_sample.scene.arrays` lists the accepted types. The arrays are copied and read-only: replace them
     with `set_vertices`, `set_normals`, `set_tangents` and `set_colors`.
@@ -72,6 +74,7 @@ class Geom(ReadOnlyArrays):
     texcoords_1: Float64 | None
     tangents: Float64 | None
     _bounds: tuple[Float64, Float64] | None
+    _made_tangents: tuple[int, int, Float64] | None
 
     def __init__(
         self,
@@ -97,10 +100,11 @@ class Geom(ReadOnlyArrays):
         self.tangents = None if tangents is None else self._tangents(tangents)
         self.colors, self.alphas = self._colors(colors)
         self._bounds = None
+        self._made_tangents = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
-        self._bounds = None  # a copy's arrays could be written to
+        self._bounds = self._made_tangents = None  # a copy's arrays could be written to
 
     def _indices(self, triangles: ArrayLike) -> NDArray[np.int32]:
         what = f"geom {self.name!r}: triangles"
@@ -170,6 +174,23 @@ class Geom(ReadOnlyArrays):
         """Replace the tangents, shape (n, 4), see the class; None has them computed."""
         self.tangents = None if tangents is None else self._tangents(tangents)
         self.revision += 1
+
+    def tangents_or_made(self, texcoord: int = 0) -> Float64:
+        """Return `tangents`, shape (n, 4); if absent, those computed once for the present revision.
+
+        `texcoord` is a material's `normal_texcoord`, the number of the texture coordinates that count.
+        """
+        if self.tangents is not None:
+            return self.tangents
+        made = self._made_tangents
+        if made is None or made[:2] != (self.revision, texcoord):
+            second = texcoord == 1 and self.texcoords_1 is not None
+            texcoords = self.texcoords_1 if second else self.texcoords
+            assert texcoords is not None
+            groups = TangentGroups(self.vertices, self.triangles, self.normals, texcoords)
+            tangents = read_only(groups.vertices(self.vertices, self.normals))
+            made = self._made_tangents = self.revision, texcoord, tangents
+        return made[2]
 
     def _tangents(self, tangents: ArrayLike) -> Float64:
         given = self._floats("tangents", tangents, len(self.vertices), 4)

@@ -158,6 +158,8 @@ class LiveScene(Scene):
 def find_part(file: NodePath, name: str) -> GeomNode:
     """Return all Geoms at and below the node `name` of a loaded model, as one node to copy.
 
+    Their materials become Phong ones of the same colours and textures.
+
     Raises
     ------
     ModelError
@@ -173,6 +175,8 @@ def find_part(file: NodePath, name: str) -> GeomNode:
         node = path.node()
         if isinstance(node, GeomNode):
             for geom, material in node.geoms:
+                if material.metallic is not None:
+                    material.set_metallic(None)
                 merged.add_geom(geom, material)
     return merged
 

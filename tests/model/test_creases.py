@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firefly_sample.model.creases import FLAT, row_ids, split_at_creases
+from firefly_sample.model.creases import FLAT, split_at_creases
+from firefly_sample.scene.groups import row_ids
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 CUBE_FACES = np.array(

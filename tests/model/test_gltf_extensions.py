@@ -50,7 +50,8 @@ def test_an_extension_of_a_material_is_named_where_it_changes_something(tmp_path
         assert read(file, tmp_path).losses == expected
 
 
-@pytest.mark.parametrize("name", ["KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"])
-def test_unlit_and_specular_glossiness_are_named(tmp_path, name):
-    file = shaded(GltfFile(), extensions={name: {}}, **PLAIN)
-    assert read(file, tmp_path).losses == [f"{name} is not drawn, of materials: 'paint'"]
+def test_specular_glossiness_is_named_and_its_fallback_read(tmp_path):
+    name = "KHR_materials_pbrSpecularGlossiness"
+    model = read(shaded(GltfFile(), extensions={name: {"diffuseFactor": [1, 0, 0, 1]}}, **PLAIN), tmp_path)
+    assert model.losses == [f"{name} is not drawn, of materials: 'paint'"]
+    assert (model.materials[0].base_color, model.materials[0].metallic) == ((1, 1, 1, 1), 0.0)

@@ -155,18 +155,27 @@ def test_damage_is_named(tmp_path, image, message):
 
 def test_an_image_that_is_not_drawn_may_be_missing(tmp_path):
     file = GltfFile()
-    texture = file.add("textures", source=file.add("images", uri="absent.png"))
-    path = shaded(file, normalTexture={"index": texture}).write(tmp_path / "m.gltf")
-    assert any("normal maps" in line for line in load_model(path).node().warnings)
+    texture = {"index": file.add("textures", source=file.add("images", uri="absent.png"))}
+    unlit = {"KHR_materials_unlit": {}}
+    path = shaded(file, normalTexture=texture, extensions=unlit).write(tmp_path / "m.gltf")
+    assert load_model(path).node().warnings == ()
 
 
-def test_a_roughness_texture_that_cannot_be_read_is_named(tmp_path):
-    file = GltfFile()
-    texture = file.add("textures", source=file.add("images", uri="absent.png"))
-    surface = {"metallicFactor": 0, "metallicRoughnessTexture": {"index": texture}}
-    path = shaded(file, pbrMetallicRoughness=surface).write(tmp_path / "m.gltf")
-    line = "unreadable roughness textures are left out, of materials: 'paint'"
-    assert load_model(path).node().warnings == (line,)
+@pytest.mark.parametrize("key", ["normalTexture", "occlusionTexture", "metallicRoughnessTexture"])
+def test_maps_are_read_as_base_colour_textures_are(tmp_path, key):
+    """Without an image they are left out; with a damaged or missing one there is an error."""
+    for source, message in (({}, None), ({"source": 0}, "absent.png")):
+        file = GltfFile()
+        file.add("images", uri="absent.png")
+        info = {"index": file.add("textures", **source)}
+        material = {"pbrMetallicRoughness": {key: info}} if key.startswith("metal") else {key: info}
+        path = shaded(file, **material).write(tmp_path / "m.gltf")
+        if message is None:
+            line = "textures without a PNG, JPEG or WebP image are left out, of materials: 'paint'"
+            assert load_model(path).node().warnings == (line,)
+        else:
+            with pytest.raises(ModelError, match=message):
+                load_model(path)
 
 
 def test_another_image_beside_the_file_is_another_model(tmp_path, monkeypatch):

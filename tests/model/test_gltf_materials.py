@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,30 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.errors import ModelError
-from firefly_sample.model.gltf.materials import cut_out, phong_highlight
+from firefly_sample.model.data import MaterialData
+from firefly_sample.model.gltf.materials import cut_out
 from tests.model.gltf_files import GltfFile
 from tests.model.quads import UVS, picture, quad, read, shaded
 
 PLAIN = {"metallicFactor": 0.0}
 GREY = np.full((2, 2, 3), 128, np.uint8)
-
-
-@given(st.floats(0.0, 1.0))
-def test_the_highlight_is_as_wide_as_the_microfacets(roughness):
-    specular, shininess = phong_highlight(roughness)
-    width = roughness**2
-    exact = 2.0 / width**2 - 2.0 if width > 1e-100 else math.inf
-    if exact < 1.0:
-        assert (specular, shininess) == (0.0, 0.0)
-    else:
-        assert shininess == pytest.approx(min(exact, 1e6), rel=1e-12)
-        assert specular == pytest.approx(min(0.04 * (shininess + 8.0) / 8.0, 1.0), rel=1e-12)
-
-
-def test_a_smooth_surface_has_the_largest_shininess_and_a_rough_one_none():
-    assert phong_highlight(0.0) == (1.0, 1e6)
-    assert phong_highlight(1.0) == (0.0, 0.0)
-    assert phong_highlight((2.0 / 66.0) ** 0.25) == pytest.approx((0.04 * 9.0, 64.0))
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.5), st.integers(0, 255))
@@ -46,11 +30,14 @@ def test_alpha_moves_into_the_cutoff(alpha, cutoff, code):
         assert (texel * opacity >= moved) == (texel * alpha >= cutoff)
 
 
-def test_a_primitive_without_material_is_white_and_no_loss(tmp_path):
-    file = shaded(GltfFile(), pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1], **PLAIN})
+def test_a_primitive_without_material_has_the_defaults_of_the_specification(tmp_path):
+    """Sections 3.9.2 and 3.9.6: white, a metal and rough, like a material that says nothing."""
+    file = shaded(GltfFile())
     file.node(mesh=quad(file))
     model = read(file, tmp_path)
-    assert [model.materials[geom.material].base_color for geom in model.geoms] == [(1, 0, 0, 1), (1, 1, 1, 1)]
+    said, default = (model.materials[geom.material] for geom in model.geoms)
+    assert (default.base_color, default.metallic, default.roughness) == ((1, 1, 1, 1), 1.0, 1.0)
+    assert replace(said, name=default.name) == default
     assert model.losses == []
 
 
@@ -71,58 +58,191 @@ def test_colours_alpha_and_sides_are_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("surface", "metal"),
-    [({}, True), ({"metallicFactor": 0.5}, True), (PLAIN, False), ({"metallicFactor": 1.0}, True)],
+    ("surface", "expected"),
+    [
+        ({}, (1.0, 1.0)),
+        ({"metallicFactor": 0.25}, (0.25, 1.0)),
+        ({"roughnessFactor": 0.0}, (1.0, 0.0)),
+        ({"metallicFactor": 0.0, "roughnessFactor": 0.5}, (0.0, 0.5)),
+    ],
 )
-def test_metalness_is_named_also_where_the_file_leaves_it_at_its_default(tmp_path, surface, metal):
+def test_factors_of_metal_and_roughness(tmp_path, surface, expected):
     model = read(shaded(GltfFile(), pbrMetallicRoughness=surface), tmp_path)
-    assert model.losses == (["metalness is not drawn, of materials: 'paint'"] if metal else [])
-
-
-@pytest.mark.parametrize(("blue", "metal"), [(0, False), (1, True)])
-def test_a_texture_may_take_metalness_away(tmp_path, blue, metal):
-    file = GltfFile()
-    texels = np.zeros((2, 2, 3), np.uint8)
-    texels[..., 1] = 255
-    texels[1, 0, 2] = blue
-    shaded(file, pbrMetallicRoughness={"metallicRoughnessTexture": {"index": picture(file, texels)}})
-    model = read(file, tmp_path)
-    assert bool(model.losses) is metal
-    assert model.images == []  # it is not drawn
-
-
-def test_roughness_is_multiplied_by_the_mean_of_its_texture(tmp_path):
-    file = GltfFile()
-    texels = np.zeros((1, 2, 3), np.uint8)
-    texels[0, :, 1] = 51, 255
-    surface = {"roughnessFactor": 0.5, "metallicRoughnessTexture": {"index": picture(file, texels)}, **PLAIN}
-    model = read(shaded(file, pbrMetallicRoughness=surface), tmp_path)
-    specular, shininess = phong_highlight(0.5 * (51 + 255) / 2 / 255)
     (made,) = model.materials
-    assert (made.specular, made.shininess) == ((specular,) * 3, shininess)
-    assert model.losses == [
-        "roughness textures are drawn by their mean, of materials: 'paint'",
-        "roughness is drawn as a Phong highlight, of materials: 'paint'",
+    assert (made.metallic, made.roughness) == expected
+    assert (made.specular, made.shininess, made.unlit) == ((0.0, 0.0, 0.0), 0.0, False)
+    assert model.losses == []
+
+
+def test_all_five_textures_of_a_material(tmp_path):
+    file = GltfFile()
+    base, metal, normal, occlusion, glow = ({"index": picture(file, GREY)} for _ in range(5))
+    shaded(
+        file,
+        pbrMetallicRoughness={"baseColorTexture": base, "metallicRoughnessTexture": metal},
+        normalTexture={**normal, "scale": -2.5},
+        occlusionTexture={**occlusion, "strength": 0.25},
+        emissiveTexture=glow,
+        emissiveFactor=[1, 1, 1],
+    )
+    model = read(file, tmp_path)
+    ((made,), (geom,)) = model.materials, model.geoms
+    images = [
+        model.textures[number].image
+        for number in (
+            made.texture,
+            made.normal_texture,
+            made.metallic_roughness_texture,
+            made.occlusion_texture,
+            made.emission_texture,
+        )
     ]
+    assert [model.images[image].name for image in images] == [f"image {i}" for i in (0, 2, 1, 3, 4)]
+    assert (made.normal_scale, made.occlusion_strength) == (-2.5, 0.25)
+    assert texcoords_of(made) == (0, 0, 0, 0)
+    assert "texcoords_1" not in geom.arrays
+    assert model.losses == []
+
+
+def texcoords_of(made):
+    """The numbers of the texture coordinates, in the order in which slots get them."""
+    return (
+        made.normal_texcoord,
+        made.metallic_roughness_texcoord,
+        made.occlusion_texcoord,
+        made.emission_texcoord,
+    )
+
+
+MOVED = {"extensions": {"KHR_texture_transform": {"offset": [0.5, 0]}}}
+OTHER = {"texCoord": 1}
+
+
+@pytest.mark.parametrize(
+    ("infos", "numbers", "sets", "lost"),
+    [
+        (({}, OTHER, {}, OTHER, {}), (1, 0, 1, 0), [UVS, UVS / 2], 0),
+        (({}, {}, MOVED, MOVED, {}), (0, 1, 1, 0), [UVS, UVS + np.array([0.5, 0])], 0),
+        ((OTHER, {}, {}, {}, OTHER), (1, 1, 1, 0), [UVS / 2, UVS], 0),
+        ((None, OTHER, {}, OTHER, {}), (0, 1, 0, 1), [UVS / 2, UVS], 0),
+        (({}, OTHER, MOVED, {}, MOVED), (1, 0, 0, 0), [UVS, UVS / 2], 2),
+    ],
+)
+def test_textures_share_two_sets_of_texture_coordinates(tmp_path, infos, numbers, sets, lost):
+    """In the order base colour, normal, metallic-roughness, occlusion, emission."""
+    file = GltfFile()
+    index = picture(file, GREY)
+    base, normal, metal, occlusion, glow = (
+        None if info is None else {"index": index, **info} for info in infos
+    )
+    surface = {"metallicRoughnessTexture": metal} | ({} if base is None else {"baseColorTexture": base})
+    material = file.add(
+        "materials",
+        name="paint",
+        pbrMetallicRoughness=surface,
+        normalTexture=normal,
+        occlusionTexture=occlusion,
+        emissiveTexture=glow,
+        emissiveFactor=[1, 1, 1],
+    )
+    file.node(mesh=quad(file, material=material, TEXCOORD_1=np.float32(UVS / 2)))
+    model = read(file, tmp_path)
+    ((made,), (geom,)) = model.materials, model.geoms
+    assert texcoords_of(made) == numbers
+    for name, expected in zip(("texcoords", "texcoords_1"), sets, strict=True):
+        np.testing.assert_array_equal(geom.arrays[name], with_v_up(expected))
+    line = "textures with a third set of texture coordinates are left out, of materials: 'paint'"
+    assert model.losses == ([line] if lost else [])
+    left_out = (made.metallic_roughness_texture, made.emission_texture).count(None)
+    assert left_out == lost
+
+
+def test_textures_without_effect_are_left_out(tmp_path):
+    file = GltfFile()
+    texture = {"index": picture(file, GREY)}
+    surface = {"metallicFactor": 0, "roughnessFactor": 0, "metallicRoughnessTexture": texture}
+    shaded(file, pbrMetallicRoughness=surface, occlusionTexture={**texture, "strength": 0})
+    model = read(file, tmp_path)
+    assert (model.textures, model.images, model.losses) == ([], [], [])
+
+
+def test_an_unlit_material_keeps_its_colour_alone(tmp_path):
+    file = GltfFile()
+    texture = {"index": picture(file, GREY)}
+    shaded(
+        file,
+        pbrMetallicRoughness={
+            "baseColorFactor": [0.5, 0.25, 1, 0.5],
+            "baseColorTexture": texture,
+            "metallicRoughnessTexture": {**texture, **MOVED},
+        },
+        normalTexture=texture,
+        occlusionTexture=texture,
+        emissiveTexture=texture,
+        emissiveFactor=[1, 1, 1],
+        alphaMode="BLEND",
+        extensions={"KHR_materials_unlit": {}},
+    )
+    model = read(file, tmp_path)
+    ((made,), (geom,)) = model.materials, model.geoms
+    assert made == MaterialData("paint", (0.5, 0.25, 1.0, 0.5), texture=0, alpha_mode="blend", unlit=True)
+    assert {"texcoords_1", "tangents"}.isdisjoint(geom.arrays)
+    assert model.losses == []
+
+
+@pytest.mark.parametrize(
+    ("properties", "field", "expected", "line"),
+    [
+        (
+            {"pbrMetallicRoughness": {"metallicFactor": 1.5}},
+            "metallic",
+            1.0,
+            "metallic factors outside 0 to 1",
+        ),
+        (
+            {"pbrMetallicRoughness": {"roughnessFactor": -1}},
+            "roughness",
+            0.0,
+            "roughness factors outside 0 to 1",
+        ),
+        (
+            {"normalTexture": {"scale": -2e3}},
+            "normal_scale",
+            -1e3,
+            "scales of normal maps outside -1000 to 1000",
+        ),
+        (
+            {"occlusionTexture": {"strength": 7}},
+            "occlusion_strength",
+            1.0,
+            "strengths of occlusion outside 0 to 1",
+        ),
+    ],
+)
+def test_factors_out_of_range_are_clipped_and_named(tmp_path, properties, field, expected, line):
+    file = GltfFile()
+    index = picture(file, GREY)
+    given = {
+        name: {"index": index, **info} if name.endswith("Texture") else info
+        for name, info in properties.items()
+    }
+    model = read(shaded(file, **given), tmp_path)
+    assert getattr(model.materials[0], field) == expected
+    assert model.losses == [f"{line} are clipped, of materials: 'paint'"]
 
 
 def test_what_is_not_drawn_is_named_once_with_its_materials(tmp_path):
     file = GltfFile()
-    texture = {"index": picture(file, GREY)}
     for number in range(10):
         shaded(
             file,
             name=f"m{number}",
-            normalTexture=texture,
-            occlusionTexture=texture,
             pbrMetallicRoughness=PLAIN,
             extensions={"KHR_materials_clearcoat": {"clearcoatFactor": 0.5}, "KHR_materials_ior": {}},
         )
-    file.add("materials", name="unused", normalTexture=texture)
+    file.add("materials", name="unused", extensions={"KHR_materials_clearcoat": {"clearcoatFactor": 0.5}})
     names = "of materials: 'm0', 'm1', 'm2', 'm3', 'm4', 'm5', 'm6', 'm7', and 2 more"
     assert read(file, tmp_path).losses == [
-        f"normal maps are not drawn, {names}",
-        f"occlusion maps are not drawn, {names}",
         f"KHR_materials_clearcoat is not drawn, {names}",
     ]
 

@@ -141,8 +141,10 @@ def fail():
 
 MODEL = [field.name for field in fields(ModelData)]
 MATERIAL = [field.name for field in fields(MaterialData)]
-OPTIONAL = {("about", "model", MODEL.index("materials"), 0, MATERIAL.index("texture"))}
-"""What may also be None: the material of a bulb need not have its texture."""
+OPTIONAL = {
+    ("about", "model", MODEL.index("materials"), 0, MATERIAL.index(name)) for name in ("texture", "metallic")
+}
+"""What may also be None: the material of a bulb need have neither its texture nor a metal's share."""
 
 
 def wrong_insides(header):

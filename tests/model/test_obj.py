@@ -139,6 +139,25 @@ def test_materials(tmp_path: Path) -> None:
     assert model.losses == []
 
 
+def test_materials_with_metal_roughness_and_a_normal_map(tmp_path: Path) -> None:
+    library = "newmtl a\nKs 1 1 1\nNs 40\nPr 0.25\nPm 0\nnorm -bm 0.5 red.png\n"
+    library += "newmtl b\nKs 1 1 1\nNs 40\nPm 0.75\nnewmtl c\nKs 1 1 1\nNs 40\nPm 0\n"
+    corners = "vt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n"
+    faces = "".join(f"usemtl {name}\nf 1/1/1 2/2/1 3/3/1\n" for name in "abc")
+    model = read(tmp_path, f"mtllib m.mtl\n{TRIANGLE}{corners}{faces}", m_mtl=library, red_png=red_png())
+    plastic, metal, phong = model.materials
+    assert (plastic.metallic, plastic.roughness, plastic.normal_scale) == (0.0, 0.25, 0.5)
+    assert model.images[model.textures[plastic.normal_texture].image].name == "red.png"
+    assert (metal.metallic, metal.roughness, metal.normal_texture) == (0.75, 1.0, None)
+    assert (phong.metallic, phong.specular, phong.shininess) == (None, (1.0, 1.0, 1.0), 40.0)
+    assert plastic.specular == metal.specular == (0.0, 0.0, 0.0)
+    assert model.losses == []
+    mapped, *others = model.geoms
+    # u grows along the file's x, which is ours; v along its y, our z; it faces the file's z, our -y
+    assert mapped.arrays["tangents"].tolist() == [[1.0, 0.0, 0.0, 1.0]] * 3
+    assert not any("tangents" in geom.arrays for geom in others)
+
+
 @pytest.mark.parametrize(
     "name",
     [

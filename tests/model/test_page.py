@@ -5,14 +5,12 @@ from __future__ import annotations
 import inspect
 import re
 
-import pytest
 from PIL import Image
 
 from firefly_sample import frame_camera, load_model
 from firefly_sample.assets import asset_dir
 from firefly_sample.model.framing import AZIMUTH, ELEVATION, FILL
 from firefly_sample.model.gltf.extensions import IMPLEMENTED
-from firefly_sample.model.gltf.materials import phong_highlight
 from firefly_sample.plan.exposure import TARGET
 from firefly_sample.scenes.model import scene
 from tests.model import make_pictures
@@ -47,15 +45,6 @@ def test_exposure_and_settings() -> None:
     assert number(r"becomes (\d+) % of the display's white") == 100 * TARGET
     arguments = ", ".join(f"{name}={value!r}" for name, value in scene.settings.items()).replace("'", '"')
     assert f"Settings({arguments})" in PAGE
-
-
-@pytest.mark.parametrize("roughness", [0.1, 0.4, 0.7, 0.9, 1.0])
-def test_highlights(roughness: float) -> None:
-    assert "With alpha = roughness², the shininess is n = 2 / alpha² - 2" in PAGE
-    assert "the specular colour is 0.04 (n + 8) / 8, at most 1. If n is below 1, there is no" in PAGE
-    n = 2.0 / roughness**4 - 2.0
-    expected = (min(0.04 * (n + 8.0) / 8.0, 1.0), n) if n >= 1.0 else (0.0, 0.0)
-    assert phong_highlight(roughness) == pytest.approx(expected)
 
 
 def test_pictures() -> None:

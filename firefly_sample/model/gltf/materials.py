@@ -1,11 +1,7 @@
-"""Materials of a glTF file as Phong materials (glTF 2.0, section 3.9)."""
+"""Materials of a glTF file (glTF 2.0, section 3.9)."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from firefly_sample.errors import ModelError
 from firefly_sample.losses import Losses
 from firefly_sample.model.data import MaterialData
 from firefly_sample.model.gltf.document import Document
@@ -14,29 +10,10 @@ from firefly_sample.model.gltf.images import Images
 from firefly_sample.model.gltf.json_object import JsonObject, shown
 from firefly_sample.model.gltf.meshes import UvSet
 from firefly_sample.model.gltf.textures import Slot, Textures, read_slot
-from firefly_sample.scene.material import LARGEST_SHININESS, AlphaMode
+from firefly_sample.scene.material import LARGEST_SCALE, AlphaMode
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 Color = tuple[float, float, float, float]
-_REFLECTANCE = 0.04
-"""Of light that meets a surface of refractive index 1.5 head on (glTF 2.0, appendix B)."""
-
-
-def phong_highlight(roughness: float) -> tuple[float, float]:
-    """Return the specular reflectance and the shininess of a Phong highlight for a roughness of 0 to 1.
-
-    alpha = roughness^2 is the width of glTF's microfacets, and n = 2 / alpha^2 - 2 the exponent whose lobe is
-    as wide (B. Walter et al., "Microfacet Models for Refraction", EGSR 2007). (n + 8) / 8 keeps the energy of
-    the highlight (T. Akenine-Möller et al., "Real-Time Rendering", 3rd edition, 7.6). Very rough surfaces,
-    with n below 1, have no highlight.
-    """
-    alpha = roughness * roughness
-    exponent = LARGEST_SHININESS
-    if alpha > 0.0:
-        exponent = min(2.0 / (alpha * alpha) - 2.0 if alpha > 1e-150 else exponent, exponent)
-    if exponent < 1.0:
-        return 0.0, 0.0
-    return min(_REFLECTANCE * (exponent + 8.0) / 8.0, 1.0), exponent
 
 
 def cut_out(color: Color, cutoff: float) -> tuple[Color, float]:
@@ -62,18 +39,18 @@ class Materials:
     def __init__(self, document: Document, images: Images, losses: Losses) -> None:
         self.found: list[MaterialData] = []
         self.textures = Textures(document, images, losses)
-        self._document, self._images, self._losses = document, images, losses
+        self._document, self._losses = document, losses
         self._places: dict[int | None, int] = {}
         self._uv_sets: list[tuple[UvSet, ...]] = []
 
     def add(self, index: int | None) -> tuple[int, tuple[UvSet, ...]]:
-        """Return the place in `found` of a material, and the texture coordinates that it needs.
+        """Return the place in `found` of a material, and the texture coordinates that it needs, at most two.
 
-        None is the default material: white, and rough without a metal's colour, which primitives without a
-        material have. Its metalness, which is only a default, is no loss.
+        None is the default material of primitives without one: white, rough and a metal, as a material
+        without any property is (glTF 2.0, section 3.9.6).
         """
         if index not in self._places:
-            material, uv_sets = MaterialData("default material"), tuple[UvSet, ...]()
+            material, uv_sets = MaterialData("default material", metallic=1.0), tuple[UvSet, ...]()
             if index is not None:
                 material, uv_sets = self._read(index)
             self._places[index] = len(self.found)
@@ -88,18 +65,39 @@ class Materials:
         surface = source.object("pbrMetallicRoughness") or self._document.as_object({}, source.where)
         made = MaterialData(name, double_sided=source.flag("doubleSided", False))
         made.base_color = self._shares(surface, "baseColorFactor", name)
-        base, glow = read_slot(surface, "baseColorTexture"), read_slot(source, "emissiveTexture")
-        made.texture = None if base is None else self.textures.add(base, name)
         self._set_alpha(made, source)
-        self._set_emission(made, source, glow)
-        self._set_highlight(made, surface)
+        slots: list[Slot] = []
+        made.texture, _ = self._placed(read_slot(surface, "baseColorTexture"), slots, name)
+        # in this order: two sets of texture coordinates are all that there are
+        if source.extension("KHR_materials_unlit") is not None:
+            made.unlit = True
+        else:
+            self._set_normals(made, source, slots)
+            self._set_reflection(made, surface, slots)
+            self._set_occlusion(made, source, slots)
+            self._set_emission(made, source, slots)
         self._name_losses(source, name)
-        pairs = (base, made.texture), (glow, made.emission_texture)
-        slots = [slot for slot, texture in pairs if slot is not None and texture is not None]
-        if len(slots) == 2 and slots[1].shares_uv(slots[0]):
-            slots.pop()
-        made.emission_texcoord = 1 if len(slots) == 2 else 0
         return made, tuple(slot.uv_set for slot in slots)
+
+    def _placed(self, slot: Slot | None, slots: list[Slot], name: str) -> tuple[int | None, int]:
+        """Return the place of a texture, None without one, and the number of its texture coordinates.
+
+        `slots` are those whose texture coordinates the material already has; a new one is added.
+        """
+        if slot is None:
+            return None, 0
+        number = next((i for i, other in enumerate(slots) if slot.shares_uv(other)), len(slots))
+        if number == 2:
+            self._losses.add(
+                "textures with a third set of texture coordinates are left out, of materials", name
+            )
+            return None, 0
+        texture = self.textures.add(slot, name)
+        if texture is None:
+            return None, 0
+        if number == len(slots):
+            slots.append(slot)
+        return texture, number
 
     def _shares(self, surface: JsonObject, key: str, name: str) -> Color:
         """Return a colour, of 0 to 1 each."""
@@ -108,6 +106,15 @@ class Materials:
         if (r, g, b, a) != given:
             self._losses.add("base colours outside 0 to 1 are clipped, of materials", name)
         return r, g, b, a
+
+    def _clipped(
+        self, parent: JsonObject, key: str, what: str, name: str, least: float = 0.0, most: float = 1.0
+    ) -> float:
+        """Return a factor whose default is 1."""
+        given = parent.number(key, 1.0)
+        if not least <= given <= most:
+            self._losses.add(f"{what} outside {least:g} to {most:g} are clipped, of materials", name)
+        return min(max(given, least), most)
 
     def _set_alpha(self, made: MaterialData, source: JsonObject) -> None:
         mode = source.text("alphaMode", "OPAQUE")
@@ -118,48 +125,42 @@ class Materials:
             cutoff = source.number("alphaCutoff", 0.5, least=0.0)
             made.base_color, made.alpha_cutoff = cut_out(made.base_color, cutoff)
 
-    def _set_emission(self, made: MaterialData, source: JsonObject, slot: Slot | None) -> None:
+    def _set_normals(self, made: MaterialData, source: JsonObject, slots: list[Slot]) -> None:
+        slot = read_slot(source, "normalTexture")
+        if slot is not None:
+            info = source.required_object("normalTexture")
+            made.normal_scale = self._clipped(
+                info, "scale", "scales of normal maps", made.name, -LARGEST_SCALE, LARGEST_SCALE
+            )
+            made.normal_texture, made.normal_texcoord = self._placed(slot, slots, made.name)
+
+    def _set_reflection(self, made: MaterialData, surface: JsonObject, slots: list[Slot]) -> None:
+        made.metallic = self._clipped(surface, "metallicFactor", "metallic factors", made.name)
+        made.roughness = self._clipped(surface, "roughnessFactor", "roughness factors", made.name)
+        slot = read_slot(surface, "metallicRoughnessTexture")
+        if made.metallic > 0.0 or made.roughness > 0.0:  # else the texture changes nothing
+            placed = self._placed(slot, slots, made.name)
+            made.metallic_roughness_texture, made.metallic_roughness_texcoord = placed
+
+    def _set_occlusion(self, made: MaterialData, source: JsonObject, slots: list[Slot]) -> None:
+        slot = read_slot(source, "occlusionTexture")
+        if slot is not None:
+            info = source.required_object("occlusionTexture")
+            made.occlusion_strength = self._clipped(info, "strength", "strengths of occlusion", made.name)
+        if made.occlusion_strength > 0.0:
+            made.occlusion_texture, made.occlusion_texcoord = self._placed(slot, slots, made.name)
+
+    def _set_emission(self, made: MaterialData, source: JsonObject, slots: list[Slot]) -> None:
         factors = source.numbers("emissiveFactor", 3, (0.0, 0.0, 0.0), least=0.0)
         extension = source.extension("KHR_materials_emissive_strength")
         strength = 1.0 if extension is None else extension.number("emissiveStrength", 1.0, least=0.0)
         r, g, b = (factor * strength for factor in factors)
         made.emission = (r, g, b)
-        if slot is not None and any(made.emission):  # a black one's texture costs nothing
-            made.emission_texture = self.textures.add(slot, made.name)
-
-    def _set_highlight(self, made: MaterialData, surface: JsonObject) -> None:
-        """Set the highlight by the roughness, by its mean if it has a texture, and name what is lost."""
-        roughness = min(max(surface.number("roughnessFactor", 1.0), 0.0), 1.0)
-        metalness = min(max(surface.number("metallicFactor", 1.0), 0.0), 1.0)
-        slot = read_slot(surface, "metallicRoughnessTexture")
-        if slot is not None and (roughness > 0.0 or metalness > 0.0):
-            texels = self._texels(slot, made.name)
-            if texels is None:
-                self._losses.add("unreadable roughness textures are left out, of materials", made.name)
-            else:
-                roughness *= float(texels[..., 1].mean()) / 255.0
-                metalness *= float(texels[..., 2].max()) / 255.0
-                if (texels[..., 1] != texels[0, 0, 1]).any():
-                    self._losses.add("roughness textures are drawn by their mean, of materials", made.name)
-        specular, made.shininess = phong_highlight(roughness)
-        made.specular = (specular, specular, specular)
-        if specular:
-            self._losses.add("roughness is drawn as a Phong highlight, of materials", made.name)
-        if metalness > 0.0:
-            self._losses.add("metalness is not drawn, of materials", made.name)
-
-    def _texels(self, slot: Slot, material: str) -> NDArray[np.uint8] | None:
-        """Return the image of a texture that is not drawn; None if it is missing or damaged."""
-        source = self.textures.source(slot)
-        try:
-            return None if source is None else self._images.read(source, material).decode()
-        except ModelError:
-            return None
+        slot = read_slot(source, "emissiveTexture")
+        if any(made.emission):  # a black one's texture costs nothing
+            made.emission_texture, made.emission_texcoord = self._placed(slot, slots, made.name)
 
     def _name_losses(self, source: JsonObject, name: str) -> None:
-        for key, what in (("normalTexture", "normal maps"), ("occlusionTexture", "occlusion maps")):
-            if read_slot(source, key) is not None:
-                self._losses.add(f"{what} are not drawn, of materials", name)
         extensions = source.object("extensions")
         for extension in [] if extensions is None else extensions.json:
             found = source.extension(extension)

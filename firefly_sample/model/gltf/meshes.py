@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,14 +24,18 @@ from firefly_sample.model.gltf.primitives import (
     pick,
     triangles_of,
     unit_or_up,
+    unit_tangents,
     without_unused,
 )
 from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.tangents import TangentGroups, split_at_tangents
 from firefly_sample.scene.transforms import vectors_from_gltf
 
 UvSet = tuple[int, Float64 | None]
 """The number of a set of texture coordinates, and the 3x2 matrix that a row (u, v, 1) of it is multiplied
 with, both v down as in glTF; None: as they are."""
+_TARGETS = {"POSITION": "vertices", "NORMAL": "normals", "TANGENT": "tangents"}
+"""Attributes that morph targets displace, and their arrays."""
 
 
 @dataclass
@@ -47,7 +51,11 @@ class Primitive:
 
 
 def read_primitive(
-    document: Document, mesh: object, primitive: int, uv_sets: Sequence[UvSet] = ()
+    document: Document,
+    mesh: object,
+    primitive: int,
+    uv_sets: Sequence[UvSet] = (),
+    normal_set: int | None = None,
 ) -> Primitive:
     """Return a primitive's arrays, with the names, types and conventions of `GeomData`.
 
@@ -63,6 +71,10 @@ def read_primitive(
     uv_sets : sequence of (int, ndarray or None)
         The sets that become "texcoords" and "texcoords_1", with their transforms: see `UvSet`. A set that the
         primitive does not have is named as a loss.
+    normal_set : int, optional
+        Which of these, 0 or 1, a normal map uses: the primitive then has "tangents", those of the file or,
+        where it has none or no normals, computed ones (section 3.7.2.1). Vertices are copied where triangles
+        have different tangents.
 
     Raises
     ------
@@ -70,7 +82,7 @@ def read_primitive(
         If anything is damaged, or needs a package that is not installed.
     """
     found = document.item("meshes", mesh, "mesh").objects("primitives")[primitive]
-    return _Reader(found, uv_sets).read()
+    return _Reader(found, uv_sets, normal_set).read()
 
 
 def count_targets(mesh: JsonObject) -> int:
@@ -86,10 +98,11 @@ def count_targets(mesh: JsonObject) -> int:
 class _Reader:
     """Reads one primitive; the steps are in the order of `read`."""
 
-    def __init__(self, primitive: JsonObject, uv_sets: Sequence[UvSet]) -> None:
+    def __init__(self, primitive: JsonObject, uv_sets: Sequence[UvSet], normal_set: int | None) -> None:
         self.primitive = primitive
         self.document = primitive.document
         self.uv_sets = uv_sets
+        self.normal_set = normal_set
         self.mode = primitive.whole("mode", TRIANGLES, most=TRIANGLE_FAN)
         self.accessors = primitive.required_object("attributes").accessors()
         self.place = f"{primitive.place('attributes')}."
@@ -111,10 +124,12 @@ class _Reader:
             return Primitive(None, False)
         if "NORMAL" in self.accessors:
             arrays["normals"] = self._vectors("NORMAL")
+            if self.normal_set is not None and "TANGENT" in self.accessors:
+                arrays["tangents"] = self._tangents()
         arrays |= self._texcoords()
         arrays |= self._colors()
         arrays |= self._joints()
-        arrays |= self._targets("normals" in arrays)
+        arrays |= self._targets(arrays.keys())
         return self._finished(arrays, triangles)
 
     def _finished(self, arrays: Arrays, triangles: Indices) -> Primitive:
@@ -132,8 +147,40 @@ class _Reader:
             arrays["normals"] = np.repeat(faces, 3, axis=0)
         else:
             arrays["normals"] = unit_or_up(arrays["normals"])
+        if "tangents" in arrays:
+            arrays["tangents"] = unit_tangents(arrays["tangents"], arrays["normals"])
+        elif self.normal_set is not None:
+            arrays, triangles = self._with_tangents(arrays, triangles, flat)
         arrays["triangles"] = triangles.astype(np.int32)
         return Primitive(arrays, flat, tuple(self.losses))
+
+    def _with_tangents(self, arrays: Arrays, triangles: Indices, flat: bool) -> tuple[Arrays, Indices]:
+        """Return arrays and triangles with computed tangents, also of each morph target unless flat."""
+        texcoords = arrays.get("texcoords_1" if self.normal_set == 1 else "texcoords")
+        if texcoords is None:  # which is named; the map is one texel
+            return arrays, triangles
+        vertices, normals = arrays["vertices"], arrays["normals"]
+        groups = TangentGroups(vertices, triangles, normals, texcoords)
+        corners = groups.corners(vertices, normals)
+        chosen, split = split_at_tangents(triangles, corners)
+        targets = [] if flat else range(len(arrays.get("morph_vertices", ())))
+        self.document.claim(
+            numbers_in(arrays, len(chosen) - len(vertices)) + len(chosen) * (4 + 3 * len(targets)),
+            self.primitive.where,
+        )
+        made = pick(arrays, triangles.ravel()[chosen])
+        made["tangents"] = corners.reshape(-1, 4)[chosen]
+        if targets:
+            moved = np.empty((len(targets), len(chosen), 3))
+            for target in targets:
+                morphed = vertices + arrays["morph_vertices"][target]
+                turned = normals
+                if "morph_normals" in arrays:
+                    turned = unit_or_up(normals + arrays["morph_normals"][target])
+                at_target = groups.corners(morphed, turned).reshape(-1, 4)[chosen]
+                moved[target] = at_target[:, :3] - made["tangents"][:, :3]
+            made["morph_tangents"] = moved
+        return made, split
 
     # attributes
 
@@ -154,6 +201,10 @@ class _Reader:
 
     def _vectors(self, name: str) -> Float64:
         return vectors_from_gltf(self._attribute(name, "VEC3"))
+
+    def _tangents(self) -> Float64:
+        given = self._attribute("TANGENT", "VEC4")
+        return np.column_stack([vectors_from_gltf(given[:, :3]), np.where(given[:, 3] < 0.0, -1.0, 1.0)])
 
     def _texcoords(self) -> Iterator[tuple[str, Float64]]:
         """Yield the sets that were asked for, transformed, and with v up."""
@@ -206,10 +257,10 @@ class _Reader:
         yield "joints", joints.astype(np.int32)
         yield "joint_weights", weights / weights.sum(axis=1, keepdims=True)
 
-    def _targets(self, has_normals: bool) -> Iterator[tuple[str, Float64]]:
-        """Yield the displacements of the morph targets, zero where a target has none."""
+    def _targets(self, has: Collection[str]) -> Iterator[tuple[str, Float64]]:
+        """Yield the displacements of the arrays that there are, zero where a target has none."""
         targets = self.primitive.objects("targets")
-        kept = {"POSITION": "morph_vertices"} | ({"NORMAL": "morph_normals"} if has_normals else {})
+        kept = {name: f"morph_{what}" for name, what in _TARGETS.items() if what in has}
         if not targets:
             return
         given = [target.accessors() for target in targets]

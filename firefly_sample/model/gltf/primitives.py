@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.tangents import perpendicular
 
 Indices = NDArray[np.int64]
 Arrays = dict[str, NDArray[Any]]
 
 POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = range(7)
 
-_PER_TARGET = ("morph_vertices", "morph_normals")
+_PER_TARGET = ("morph_vertices", "morph_normals", "morph_tangents")
 """Arrays of shape (targets, vertices, 3); those of the others begin with the vertices."""
 
 
@@ -76,6 +77,13 @@ def unit_or_up(vectors: Float64) -> Float64:
     scaled = vectors / np.where(none, 1.0, largest)[:, None]  # whose squares neither overflow nor vanish
     scaled[none] = (0.0, 0.0, 1.0)
     return np.asarray(scaled / np.sqrt(np.einsum("ij,ij->i", scaled, scaled))[:, None])
+
+
+def unit_tangents(tangents: Float64, normals: Float64) -> Float64:
+    """Return tangents (n, 4) of length 1; in place of zeros, any at a right angle to the normal."""
+    none = _largest(tangents[:, :3]) == 0.0
+    directions = np.where(none[:, None], perpendicular(normals), tangents[:, :3])
+    return np.column_stack([unit_or_up(directions), tangents[:, 3]])
 
 
 def _largest(vectors: Float64) -> Float64:

@@ -124,10 +124,12 @@ class _Reader:
         return self.geoms[index]
 
     def _primitive(self, primitive: JsonObject, mesh: int, number: int, name: str) -> None:
-        material, uv_sets = 0, tuple[UvSet, ...]()
+        material, uv_sets, normal_set = 0, tuple[UvSet, ...](), None
         if primitive.whole("mode", TRIANGLES) >= TRIANGLES:  # the material of points is not drawn either
             material, uv_sets = self.materials.add(primitive.index("material", "materials"))
-        read = read_primitive(self.document, mesh, number, uv_sets)
+            made = self.materials.found[material]
+            normal_set = None if made.normal_texture is None else made.normal_texcoord
+        read = read_primitive(self.document, mesh, number, uv_sets, normal_set)
         for loss in read.losses:
             self.losses.add(f"{loss}, of meshes", name)
         if read.arrays is not None:
