@@ -210,20 +210,33 @@ class TransparencyPass(Pass):
 
 
 def _legal_lights() -> list[dict[str, Any]]:
-    """Return the fields of sets of lights: none, or one of each kind and all three kinds together."""
+    """Return the fields of sets of lights: none, each kind alone, and all kinds together with all shadows."""
     found: list[dict[str, Any]] = [{"light_sets": ()}]
-    for end, model, taps, cloud in product(
-        get_args(RangeFalloff), get_args(SpecularModel), get_args(ShadowTaps), BOTH
-    ):
-        shared: dict[str, Any] = {"specular_model": model, "shadow_taps": taps, "particle_shadow": cloud}
-        singles = [
-            LightSetVariant(kind, "loop" if kind == "directional" else "clustered", falloff, **shared)
-            for kind, falloff, ending in FADES
-            if ending == end and not (cloud and kind == "point")
-        ]
-        fields = {"range_falloff": end, "specular": model != "none", **shared}
-        sets = dict.fromkeys([*((single,) for single in singles), tuple(singles)])
-        found += [fields | {"light_sets": each} for each in sets]
+    for end in get_args(RangeFalloff):
+        kinds = [(kind, falloff) for kind, falloff, ending in FADES if ending == end]
+        for model, taps in product(get_args(SpecularModel), get_args(ShadowTaps)):
+            cloud = taps > 1
+            sets = tuple(
+                LightSetVariant(
+                    kind,
+                    "loop" if kind == "directional" else "clustered",
+                    falloff,
+                    model,
+                    taps,
+                    cloud and kind != "point",
+                )
+                for kind, falloff in kinds
+            )
+            fields = {
+                "range_falloff": end,
+                "specular": model != "none",
+                "specular_model": model,
+                "shadow_taps": taps,
+                "particle_shadow": cloud,
+            }
+            found.append(fields | {"light_sets": sets})
+            if taps == 0:
+                found += [fields | {"light_sets": (each,)} for each in sets]
     return found
 
 

@@ -41,13 +41,15 @@ def test_the_legal_variants_are_distinct_and_their_defines_small_whole_numbers(k
     assert numbers <= {0, 1, 2, 3, 4, 5, 16}
 
 
-def table_of(part, names):
-    """The numbers of a part's fields, and those of their values in each choice."""
-    values = {}
-    table = [
-        [values.setdefault((name, repr(value)), len(values)) for name, value in choice.items()]
-        for choice in part
-    ]
+def table_of(part, names, sets):
+    """The numbers of a part's fields, and those of their values in each choice; `sets` numbers what is a tuple."""
+
+    def number(name, value):
+        if value is None or isinstance(value, tuple):
+            return sets.setdefault(value, len(sets))
+        return number_of(name, value)
+
+    table = [[number(name, value) for name, value in choice.items()] for choice in part]
     return [names.index(name) for name in part[0]], np.array(table)
 
 
@@ -61,7 +63,8 @@ def test_the_legal_variants_compile(device, kind, request):
         variants = list(legal)
     else:
         # a slip in a shader's conditions is one of two or three of them; variants differ in more
-        tables = [[table_of(part, names) for part in product.parts] for product in legal.products]
+        sets = {}
+        tables = [[table_of(part, names, sets) for part in product.parts] for product in legal.products]
         chosen = [(legal.products[index], rows) for index, rows in every_three(tables)]
         variants = [
             product.variant(part[row] for part, row in zip(product.parts, rows, strict=True))
