@@ -40,6 +40,11 @@ KEEP_FRAMES = 120
 """Unused vertex arrays are deleted after this many frames; making them again is cheap."""
 
 
+Attributes = tuple[bool, bool, int]
+"""Of a mesh, as a draw asks for them: colours, their alpha, and tangents along the first (1) or the second (2)
+texture coordinates."""
+
+
 class MeshSource(Protocol):
     """The source of a mesh, such as a scene's Geom."""
 
@@ -51,8 +56,10 @@ class MeshSource(Protocol):
     texcoords_1: NDArray[np.float64] | None
     colors: NDArray[np.float64] | None
     alphas: NDArray[np.float64] | None
-    tangents: NDArray[np.float64] | None
     triangles: NDArray[np.int32]
+
+    def tangents_or_made(self, texcoord: int) -> NDArray[np.float64]:
+        """Return the tangents, or those that belong to one of the two sets of texture coordinates."""
 
 
 class TextureSource(Picture, Protocol):
@@ -151,7 +158,7 @@ class Uploads:
         assert self._instance_buffer is not None
         key = (self._serial(batch.geom), batch.key, id(program))
         surface = batch.surface
-        attributes = surface.vertex_color, surface.vertex_alpha, surface.normal_map > 0
+        attributes = surface.vertex_color, surface.vertex_alpha, surface.normal_map
         instances = self._instance_buffer
         kept = self._array(key, batch.geom, attributes, instances, INSTANCE_DTYPE, program)
         array: moderngl.VertexArray = kept.objects[0]
@@ -171,7 +178,7 @@ class Uploads:
         mesh's vertices.
         """
         surface, geom = batch.surface, batch.geom
-        attributes = surface.vertex_color, surface.vertex_alpha, surface.normal_map > 0
+        attributes = surface.vertex_color, surface.vertex_alpha, surface.normal_map
         copies = 1 << max(len(batch.ids) - 1, 0).bit_length()
         second = geom.texcoords_1 is not None
 
@@ -199,7 +206,7 @@ class Uploads:
         rows = caster_rows(batch)
         casters = self._streams.buffer("casters", rows)
         key = (self._serial(batch.geom), id(program))
-        attributes = batch.geom.colors is not None, batch.vertex_alpha, False
+        attributes = batch.geom.colors is not None, batch.vertex_alpha, 0
         kept = self._array(key, batch.geom, attributes, casters, CASTER_DTYPE, program)
         array: moderngl.VertexArray = kept.objects[0]
         array.instances = len(rows)
@@ -209,7 +216,7 @@ class Uploads:
         self,
         key: tuple[Any, ...],
         geom: MeshSource,
-        attributes: tuple[bool, bool, bool],
+        attributes: Attributes,
         instances: moderngl.Buffer,
         dtype: np.dtype[Any],
         program: Program,
@@ -226,7 +233,7 @@ class Uploads:
 
         return self._keep(self._arrays, key, (mesh, instances), make)
 
-    def _mesh(self, geom: MeshSource, attributes: tuple[bool, bool, bool]) -> _Kept:
+    def _mesh(self, geom: MeshSource, attributes: Attributes) -> _Kept:
         """Keep the buffers of a Geom's triangles and vertices, with the attributes that are asked for."""
 
         def make() -> tuple[Any, ...]:
@@ -237,7 +244,7 @@ class Uploads:
         return self._keep(self._meshes, (self._serial(geom), *attributes), geom.revision, make)
 
     @staticmethod
-    def _mesh_rows(geom: MeshSource, attributes: tuple[bool, bool, bool]) -> NDArray[Any]:
+    def _mesh_rows(geom: MeshSource, attributes: Attributes) -> NDArray[Any]:
         colors, alphas, tangents = attributes
         second = geom.texcoords_1 is not None
         rows = np.zeros(len(geom.vertices), dtype=_mesh_dtype(*attributes, second))
@@ -249,7 +256,7 @@ class Uploads:
         if alphas:
             rows["in_color"][:, 3] = geom.alphas
         if tangents:
-            rows["in_tangent"] = geom.tangents
+            rows["in_tangent"] = geom.tangents_or_made(tangents - 1)
         if second:
             rows["in_texcoord"][:, 2:] = geom.texcoords_1
         return rows
@@ -289,7 +296,7 @@ class Uploads:
 
 
 @cache
-def _mesh_dtype(colors: bool, alphas: bool, tangents: bool, second_texcoords: bool) -> np.dtype[Any]:
+def _mesh_dtype(colors: bool, alphas: bool, tangents: int, second_texcoords: bool) -> np.dtype[Any]:
     fields = {"in_position": 3, "in_normal": 3, "in_texcoord": 4 if second_texcoords else 2}
     if colors:
         fields["in_color"] = 4 if alphas else 3

@@ -166,6 +166,10 @@ class Planner:
             if settings.position_method not in ("linear32f", "stored32f") and surfaces[0] <= surfaces[1]:
                 surfaces = view.near, view.far  # shaders may find them anywhere by a coarse depth
             clusters = plan_clusters(lighting.sets, view, *surfaces)
+        mixed = self._blending.plan(needs, seen, blended, view, lighting.sets, particles, sprites)
+        warnings = self._warnings.find(needs, snapshot, eye, view, seen, lighting, cloud, exposure)
+        if mixed is not None and mixed.order is not None:
+            warnings += mixed.order.warnings
         return FramePlan(
             size=size,
             settings=settings,
@@ -190,8 +194,8 @@ class Planner:
             sources=graph.sources,
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
-            warnings=self._warnings.find(needs, snapshot, eye, view, seen, lighting, cloud, exposure),
-            blended=self._blending.plan(needs, seen, blended, view, lighting.sets, particles, sprites),
+            warnings=warnings,
+            blended=mixed,
         )
 
     def _snapshot(self, scene: Scene, mask: int) -> Snapshot:

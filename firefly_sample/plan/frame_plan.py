@@ -128,11 +128,14 @@ class DrawOrder:
         Instance of its batch, and triangle of its Geom, in drawing order.
     squares : ndarray of int, shape (m,)
         Particles, by their number, and dots, whose numbers follow theirs, in drawing order.
+    warnings : tuple of str
+        Where no order is right.
     """
 
     runs: tuple[Run, ...]
     triangles: NDArray[np.int64]
     squares: NDArray[np.intp]
+    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,11 +42,15 @@ def test_the_legal_variants_are_distinct_and_their_defines_small_whole_numbers(k
 
 
 def table_of(part, names, sets):
-    """The numbers of a part's fields, and those of their values in each choice; `sets` numbers what is a tuple."""
+    """The numbers of a part's fields, and those of their values in each choice.
+
+    A tuple of sets of lights has its number in `sets`, by what other fields do not tell of them.
+    """
 
     def number(name, value):
         if value is None or isinstance(value, tuple):
-            return sets.setdefault(value, len(sets))
+            kinds = tuple((each.light_kind, each.falloff) for each in value or ())
+            return sets.setdefault(kinds, len(sets))
         return number_of(name, value)
 
     table = [[number(name, value) for name, value in choice.items()] for choice in part]

@@ -92,10 +92,10 @@ class Fragments:
 
     def _mapped(self, unit: Float64) -> Float64:
         """Return normals with the normal map, if there is one."""
-        maps, tangents = self.batch.maps, self.batch.geom.tangents
-        if maps.normal is None or tangents is None:
+        maps = self.batch.maps
+        if maps.normal is None:
             return unit
-        own = self.interpolated(tangents)
+        own = self.interpolated(self.batch.geom.tangents_or_made(maps.normal.coordinates - 1))
         linear = self.batch.model_to_view[self.instance, :3, :3]
         seen = np.concatenate([np.einsum("ni,nij->nj", own[:, :3], linear), own[:, 3:]], axis=1)
         texel = self._numbers(maps.normal)[:, :3]

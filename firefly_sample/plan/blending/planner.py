@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firefly_sample.memo import Memo
+from firefly_sample.plan.blending.order import PaintOrder, order_warnings, paint_order
+from firefly_sample.plan.blending.polygons import Discs, discs_on_screen, triangles_on_screen
 from firefly_sample.plan.frame_plan import Batch, Blended, DrawOrder, Run, SpriteSet
 from firefly_sample.plan.lights.clusters import plan_clusters
 from firefly_sample.plan.lights.light_set import LightSet
@@ -15,6 +18,7 @@ from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.particles.visible import ParticleSet
 from firefly_sample.plan.view import View
 from firefly_sample.plan.visible import Visible, blended_batches
+from firefly_sample.scene.arrays import Float64
 
 
 class BlendingPlanner:
@@ -43,40 +47,80 @@ class BlendingPlanner:
         farthest = max(float(part.farthest.max()) for part in parts)
         order = None
         if needs.transparency == "sorted":
-            squares = particles.positions, particles.radii, dots.positions, dots.radii
-            key = (batches, view.lens, view.size, view.near, *(array.tobytes() for array in squares))
-            order = self._order.get(key, lambda: _draw_order(batches, view, particles, dots))
+            squares = particles.positions, particles.radii, particles.order, dots.positions, dots.radii
+            key = (batches, view.lens, view.near, view.far, *(array.tobytes() for array in squares))
+            order = self._order.get(key, lambda: draw_order(batches, view, particles, dots))
         clusters = plan_clusters(sets, view, nearest, farthest)
         return Blended(batches, order, clusters, nearest, farthest)
 
 
-def _draw_order(batches: Sequence[Batch], view: View, particles: ParticleSet, dots: SpriteSet) -> DrawOrder:
-    """Return the order by the middles of triangles (to be replaced)."""
-    depth, group, rows = [], [], []
+def draw_order(batches: Sequence[Batch], view: View, particles: ParticleSet, dots: SpriteSet) -> DrawOrder:
+    """Return the order in which triangles that face the eye, particles and dots are drawn."""
+    corners, rows, groups = [np.zeros((0, 3, 3))], [np.zeros((0, 2), dtype=np.int64)], []
     for number, batch in enumerate(batches):
-        middles = batch.geom.vertices[batch.geom.triangles].mean(axis=1)
-        y = middles @ batch.model_to_view[:, :3, 1].T + batch.model_to_view[:, 3, 1]  # (m, k)
-        instance, triangle = np.meshgrid(np.arange(len(batch.ids)), np.arange(len(middles)))
-        depth.append(y.reshape(-1))
-        group.append(np.full(y.size, number))
-        rows.append(np.stack([instance.reshape(-1), triangle.reshape(-1)], axis=1))
-    squares = np.concatenate([particles.positions[:, 1], dots.positions[:, 1]])
-    count = sum(map(len, depth))
-    depths = np.concatenate([*depth, squares])
-    groups = np.concatenate([*group, np.full(len(squares), -1)])
-    sequence = np.argsort(-depths, kind="stable")
-    return as_draws(sequence, groups, np.concatenate(rows), count)
+        placed, own = _facing_triangles(batch, view.lens.perspective)
+        corners.append(placed)
+        rows.append(own)
+        groups.append(np.full(len(own), number))
+    squares = len(batches)  # the group of particles and dots, which share draws
+    polygons = triangles_on_screen(
+        np.concatenate(corners),
+        np.concatenate([*groups, np.zeros(0, dtype=int)]),
+        view.lens,
+        view.near,
+        view.far,
+    )
+    discs = _discs(view, particles, dots, squares)
+    found = paint_order(polygons, discs)
+    return _as_draws(found, polygons.sources, polygons.groups, discs, np.concatenate(rows), squares)
 
 
-def as_draws(sequence: np.ndarray, groups: np.ndarray, triangles: np.ndarray, count: int) -> DrawOrder:
-    """Return a sequence of things, of which the first `count` are triangles, as runs of one group each."""
-    own = groups[sequence]
-    ends = np.concatenate([[0], np.flatnonzero(np.diff(own)) + 1, [len(own)]])
-    is_triangle = sequence < count
+def _facing_triangles(batch: Batch, perspective: bool) -> tuple[Float64, NDArray[np.int64]]:
+    """Return corners in view space, (n, 3, 3), of the triangles whose drawn side faces the eye.
+
+    With them come each one's instance and its number in the Geom, (n, 2).
+    """
+    placed = batch.geom.vertices @ batch.model_to_view[:, :3, :3] + batch.model_to_view[:, None, 3, :3]
+    corners = placed[:, batch.geom.triangles].reshape(-1, 3, 3)
+    count = len(batch.geom.triangles)
+    numbers = np.arange(len(corners))
+    if not batch.surface.double_sided:
+        first = corners[:, 0]
+        normals = np.cross(corners[:, 1] - first, corners[:, 2] - first)
+        towards = -np.einsum("ij,ij->i", normals, first) if perspective else -normals[:, 1]
+        numbers = np.flatnonzero(towards < 0.0 if batch.mirrored else towards > 0.0)
+    return corners[numbers], np.stack([numbers // count, numbers % count], axis=1)
+
+
+def _discs(view: View, particles: ParticleSet, dots: SpriteSet, group: int) -> Discs:
+    """Return particles, then dots, as discs."""
+    positions = np.concatenate([particles.positions, dots.positions])
+    radii = np.concatenate([particles.radii, dots.radii])
+    adds = np.arange(len(radii)) >= len(particles)
+    return discs_on_screen(positions, radii, adds, group, view.lens, view.near, view.far)
+
+
+def _as_draws(
+    found: PaintOrder,
+    sources: NDArray[np.intp],
+    groups: NDArray[np.intp],
+    discs: Discs,
+    rows: NDArray[np.int64],
+    squares: int,
+) -> DrawOrder:
+    """Return an order as draws; `sources` are the triangles of polygons, whose `rows` say which they are."""
+    count = len(sources)
+    own = np.concatenate([groups, np.full(len(discs.sources), squares)])[found.order]
+    is_triangle = found.order < count
     before = np.concatenate([[0], np.cumsum(is_triangle)])
     runs = []
-    for first, end in pairwise(ends.tolist()):
-        if first < end:
-            start = before[first] if own[first] >= 0 else first - before[first]
-            runs.append(Run(int(own[first]), int(start), end - first))
-    return DrawOrder(tuple(runs), triangles[sequence[is_triangle]], sequence[~is_triangle] - count)
+    for first, end in pairwise(found.runs.tolist()):
+        batch = int(own[first])
+        start = before[first] if batch < squares else first - before[first]
+        runs.append(Run(batch if batch < squares else -1, int(start), end - first))
+    return DrawOrder(
+        tuple(runs),
+        rows[sources[found.order[is_triangle]]],
+        discs.sources[found.order[~is_triangle] - count],
+        tuple(order_warnings(found)),
+    )
