@@ -145,7 +145,7 @@ def _legal_targets() -> Iterator[dict[str, Any]]:
 def _count_targets(chosen: Mapping[str, Any]) -> int:
     """Return the number of colour targets of a choice."""
     names = "albedo", "normal", "distance", "ambient_albedo", "specular", "emission", "id", "visibility"
-    return sum(chosen[name] for name in names) + (chosen["position_target"] != "none")
+    return sum(bool(chosen[name]) for name in names) + (chosen["position_target"] != "none")
 
 
 def surface_fields(
@@ -223,16 +223,14 @@ class GeometryPass(Pass):
     def legal_variants(self) -> Products:
         """Return every combination of targets, formats and surfaces that a frame can have."""
         products = []
-        for emission, all_others in product(BOTH, repeat=2):
+        for emission, metals in product(BOTH, repeat=2):
             targets = [
                 chosen
                 for chosen in _legal_targets()
-                if chosen["emission"] == emission and (_count_targets(chosen) == MOST_TARGETS) == all_others
+                if chosen["emission"] == emission and _count_targets(chosen) + metals <= MOST_TARGETS
             ]
-            metals = (False,) if all_others else BOTH
-            frame = targets, choices(orthographic=BOTH), choices(metallic_roughness=metals)
-            if targets:
-                products.append(Product(GeometryVariant, *frame, *legal_surfaces(emission)))
+            frame = targets, choices(orthographic=BOTH), choices(metallic_roughness=[metals])
+            products.append(Product(GeometryVariant, *frame, *legal_surfaces(emission)))
         return Products(*products)
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
