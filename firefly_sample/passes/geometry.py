@@ -145,7 +145,7 @@ def _legal_targets() -> Iterator[dict[str, Any]]:
 def _count_targets(chosen: Mapping[str, Any]) -> int:
     """Return the number of colour targets of a choice."""
     names = "albedo", "normal", "distance", "ambient_albedo", "specular", "emission", "id", "visibility"
-    return sum(bool(chosen[name]) for name in names) + (chosen["position_target"] != "none")
+    return len([name for name in names if chosen[name]]) + int(chosen["position_target"] != "none")
 
 
 def surface_fields(

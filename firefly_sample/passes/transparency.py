@@ -210,7 +210,7 @@ class TransparencyPass(Pass):
 
 
 def _legal_lights() -> list[dict[str, Any]]:
-    """Return the fields of sets of lights: none, each kind alone, and all kinds together, also with shadows."""
+    """Return the fields of sets of lights: none, each kind alone, and all together, also with shadows."""
     found: list[dict[str, Any]] = [{"light_sets": ()}]
     for end in get_args(RangeFalloff):
         kinds = [(kind, falloff) for kind, falloff, ending in FADES if ending == end]
