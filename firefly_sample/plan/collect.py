@@ -21,11 +21,12 @@ from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import Color
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
+from firefly_sample.scene.texture import Texture
 from firefly_sample.scene.traversal import Visit, iter_visible
 
 SMOOTHEST = 1.0 / 32.0

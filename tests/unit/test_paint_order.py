@@ -110,7 +110,8 @@ def test_three_bars_are_a_circle(lens):
     assert (result.intersecting, result.in_circles) == (0, 3)
     assert len(wrong_pairs(triangle_distances(bars(), lens), sequence)) == 1
     assert list(order_warnings(result)) == [
-        "some blended triangles have no right order (that overlap in circles: 3): transparency=exact needs none"
+        "some blended triangles have no right order (that overlap in circles: 3): "
+        "transparency=exact needs none"
     ]
 
 

@@ -11,10 +11,11 @@ from firefly_sample.plan.frame_graph import check_passes
 from firefly_sample.plan.frame_plan import Capabilities, PassPlan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.scenes import ball_scene, geom_node, new_planner, wall, wall_scene

@@ -31,8 +31,8 @@ from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.readback import Surface
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.material import Texture
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
