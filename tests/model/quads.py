@@ -28,6 +28,19 @@ def quad(file: GltfFile, **properties: Any) -> int:
     return file.mesh(**{**given, **properties})
 
 
+def rough_radiance(base: Any, light: Any, cosine: float) -> np.ndarray:
+    """Return the radiance of a surface of roughness 1 without metal that is seen head-on.
+
+    It is glTF's appendix B.3 with a = 1, N = V and thus D = 1 / pi: `base` is the colour, `light` the
+    irradiance (lux) of a plane that faces the light, `cosine` that of the light's angle.
+    """
+    half = np.sqrt(0.5 + 0.5 * cosine)  # V.H: H lies in the middle between N and L
+    fresnel = 0.04 + 0.96 * (1.0 - half) ** 5
+    masking = 2.0 * cosine / (1.0 + cosine)
+    f = (1.0 - fresnel) * np.asarray(base) / np.pi + fresnel * masking / (4.0 * np.pi * cosine)
+    return f * np.asarray(light) * cosine
+
+
 def picture(file: GltfFile, pixels: Any, **sampler: int) -> int:
     """Add a texture of these pixels, with a sampler if any of its properties is given."""
     data = io.BytesIO()
