@@ -28,16 +28,21 @@ def quad(file: GltfFile, **properties: Any) -> int:
     return file.mesh(**{**given, **properties})
 
 
-def rough_radiance(base: Any, light: Any, cosine: float) -> np.ndarray:
-    """Return the radiance of a surface of roughness 1 without metal that is seen head-on.
+def reflected(
+    base: Any, light: Any, cosine: float, metallic: float = 0.0, roughness: float = 1.0
+) -> np.ndarray:
+    """Return the radiance of a surface that is seen head-on, by glTF's appendix B.3 with N = V.
 
-    It is glTF's appendix B.3 with a = 1, N = V and thus D = 1 / pi: `base` is the colour, `light` the
-    irradiance (lux) of a plane that faces the light, `cosine` that of the light's angle.
+    `base` is the colour, `light` the irradiance (lux) of a plane that faces the light, `cosine` that of the
+    light's angle.
     """
-    half = np.sqrt(0.5 + 0.5 * cosine)  # V.H: H lies in the middle between N and L
-    fresnel = 0.04 + 0.96 * (1.0 - half) ** 5
-    masking = 2.0 * cosine / (1.0 + cosine)
-    f = (1.0 - fresnel) * np.asarray(base) / np.pi + fresnel * masking / (4.0 * np.pi * cosine)
+    base, a2 = np.asarray(base, float), roughness**4
+    half = np.sqrt(0.5 + 0.5 * cosine)  # V.H = N.H: H lies in the middle between N and L
+    start = 0.04 * (1.0 - metallic) + base * metallic
+    fresnel = start + (1.0 - start) * (1.0 - half) ** 5
+    density = a2 / (np.pi * (half * half * (a2 - 1.0) + 1.0) ** 2)
+    masking = 2.0 * cosine / (cosine + np.sqrt(a2 + (1.0 - a2) * cosine * cosine))
+    f = (1.0 - fresnel) * (1.0 - metallic) * base / np.pi + fresnel * density * masking / (4.0 * cosine)
     return f * np.asarray(light) * cosine
 
 

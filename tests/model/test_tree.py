@@ -28,7 +28,7 @@ from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import ModelError
 from firefly_sample.model.root import ModelRoot
 from tests.model.gltf_files import GltfFile
-from tests.model.quads import CORNERS, quad, rough_radiance, shaded
+from tests.model.quads import CORNERS, quad, reflected, shaded
 
 GLASS = {"KHR_materials_transmission": {"transmissionFactor": 1.0}}
 LINE = "KHR_materials_transmission is not drawn, of materials:"
@@ -170,7 +170,7 @@ def test_a_light_of_the_file_gives_the_radiance_of_the_specification(tmp_path):
     file.json["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 2}]}}
     file.node(translation=[0, 0, 0.5], extensions={"KHR_lights_punctual": {"light": 0}})
     frame = drawn(load(file, tmp_path), outputs=("radiance",))
-    expected = rough_radiance([0.5, 0.25, 1.0], 2 / 0.25, 1.0)
+    expected = reflected([0.5, 0.25, 1.0], 2 / 0.25, 1.0)
     np.testing.assert_allclose(frame.radiance[16, 16], expected, rtol=1e-5)
 
 
