@@ -225,29 +225,41 @@ def pane(alpha=1.0, texel=255):
     return scene
 
 
-def test_blended_materials_are_named():
-    said = (
-        "blended materials are drawn as cut-outs: pane (deferred shading keeps one surface a pixel; "
-        "nothing is drawn where alpha is below alpha_cutoff, 0.5 by default)"
-    )
-    assert build_plan(pane(alpha=0.99)).warnings == (said,)
-    assert build_plan(pane(texel=254)).warnings == (said,)
+def blended_warnings(scene, outputs=("id",), settings=None):
+    """What is said about blended materials; nothing else is in these scenes."""
+    return build_plan(scene, settings or Settings(), (64, 48), outputs).warnings
+
+
+def test_blended_materials_that_data_leave_out_are_named():
+    said = "outputs depth, id show the nearest opaque surface: blended materials are not in them: pane"
     tinted = pane()
     tinted.root.set_color(1, 1, 1, 0.5)
-    assert build_plan(tinted).warnings == (said,)
+    for scene in (pane(alpha=0.99), pane(texel=254), tinted):
+        assert blended_warnings(scene, ("color", "depth", "id")) == (said,)
+        assert blended_warnings(scene, ("color",)) == ()
+        assert "transparency" in cost(scene)[0]
 
 
-def test_blended_materials_that_let_nothing_through_are_no_loss():
+def test_the_classic_look_names_blended_materials_as_cut_outs():
+    (said,) = blended_warnings(pane(alpha=0.99), ("color",), Settings(look="classic"))
+    assert said == (
+        "look 'classic' draws blended materials as cut-outs: pane (nothing is drawn where alpha is below "
+        "alpha_cutoff, 0.5 by default)"
+    )
+
+
+def test_blended_materials_that_let_nothing_through_are_opaque():
     """Exporters mark what is opaque as blended; what is changed afterwards is seen."""
     scene = pane()
-    assert build_plan(scene).warnings == ()
+    assert "transparency" not in cost(scene)[0]
+    assert blended_warnings(scene) == ()
     ((_, material),) = scene.root.find("wall").node().geoms
     material.texture.set_pixels(np.full((2, 2, 4), 254))
-    assert build_plan(scene).warnings != ()
+    assert "transparency" in cost(scene)[0]
     material.texture.set_pixels(np.full((2, 2, 4), 255))
-    assert build_plan(scene).warnings == ()
+    assert "transparency" not in cost(scene)[0]
     material.set_base_color((1, 1, 1, 0.5))
-    assert build_plan(scene).warnings != ()
+    assert blended_warnings(scene) != ()
 
 
 def test_only_the_blended_materials_that_let_something_through_are_named():
@@ -257,8 +269,8 @@ def test_only_the_blended_materials_that_let_something_through_are_named():
     node.add_geom(node.geoms[0][0], Material("leaf", (1, 1, 1, 0.2), alpha_mode="mask"))
     scene.root.attach_new_node(node)
     scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
-    (said,) = build_plan(scene).warnings
-    assert "cut-outs: clear (" in said
+    (said,) = blended_warnings(scene)
+    assert said.endswith("blended materials are not in them: clear")
 
 
 def test_a_geom_without_triangles_costs_nothing():
