@@ -80,9 +80,8 @@ class ReferenceFrame:
 def reference_settings(settings: Settings) -> Settings:
     """Return the settings to plan a reference with: no light is cut off, and there is one sample per pixel.
 
-    Blended surfaces need no order, since the reference finds its own.
-
-    Raise a SettingsError if the look is "classic", whose frames are display codes: see `render_classic`.
+    They ask for no order of blended surfaces, since the reference finds its own. Raise a SettingsError if the
+    look is "classic", whose frames are display codes: see `render_classic`.
     """
     _check_look(settings)
     return settings.with_changes(

@@ -17,6 +17,7 @@ from firefly_sample.lab.reference.chunks import chunks_of
 from firefly_sample.lab.reference.rays import RayCorners, Rays, pixel_rays
 from firefly_sample.lab.reference.surfaces import CHUNK, Fragments, numbered_batches
 from firefly_sample.lab.reference.texture import Samplers
+from firefly_sample.plan.blending.candidates import ramps
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.plan.view import View
 
@@ -27,6 +28,8 @@ ROUNDING = 1e-12
 """Relative difference from which on one distance is behind another."""
 SLACK = 1e-9
 """Share of an edge's largest area below which a pixel is tested exactly."""
+SMALL = 64
+"""Pixels of a box that are all tested exactly."""
 BESIDE = 1.0 / 128.0
 """Of a pixel: how far a rasteriser may move an edge, and a half more. It moves corners by 1/512 at most."""
 
@@ -145,72 +148,67 @@ def _moved(rays: Rays, across: float, down: float) -> Rays:
 
 def _candidates(batch: Batch, view: View, rays: Rays) -> Iterator[tuple[Index, Index, Index]]:
     """Yield pixels with instances and triangles that their rays may meet, in chunks."""
-    waiting: list[tuple[Index, int, int]] = []
-    count = 0
     for instance, matrix in enumerate(batch.model_to_view):
         placed = batch.geom.vertices @ matrix[:3, :3] + matrix[3, :3]
-        for triangle, corners in enumerate(placed[batch.geom.triangles]):
-            pixels = _pixels_within(corners, view, rays)
-            if len(pixels):
-                waiting.append((pixels, instance, triangle))
-                count += len(pixels)
-            if count >= CHUNK:
-                yield from _joined(waiting)
-                waiting, count = [], 0
-    yield from _joined(waiting)
+        corners = placed[batch.geom.triangles]
+        low, high = _boxes(corners, view)
+        counts = (high - low).prod(axis=1)
+        small = np.flatnonzero((counts > 0) & (counts <= SMALL))
+        for part in chunks_of(small, CHUNK // SMALL):
+            pixels, triangle = _box_pixels(low[part], high[part], view.size[0])
+            yield pixels, np.full(len(pixels), instance), part[triangle]
+        for triangle in np.flatnonzero(counts > SMALL).tolist():
+            pixels = _pixels_within(corners[triangle], low[triangle], high[triangle], rays, view.size[0])
+            yield pixels, np.full(len(pixels), instance), np.full(len(pixels), triangle)
 
 
-def _joined(waiting: list[tuple[Index, int, int]]) -> Iterator[tuple[Index, Index, Index]]:
-    if waiting:
-        counts = [len(pixels) for pixels, _, _ in waiting]
-        instance, triangle = (np.repeat([each[row] for each in waiting], counts) for row in (1, 2))
-        yield np.concatenate([pixels for pixels, _, _ in waiting]), instance, triangle
+def _boxes(corners: Float64, view: View) -> tuple[Index, Index]:
+    """Return the first and the end of columns and rows that may see triangles (n, 3, 3), shapes (n, 2).
+
+    There are two more pixels per side, and none for triangles that are nearer or farther than all is.
+    """
+    lens, y = view.lens, corners[..., 1]
+    beside_eye = np.asarray((y <= 0.0).any(axis=1)) & lens.perspective
+    whole = beside_eye[:, None]
+    w = np.where(whole, 1.0, y) if lens.perspective else np.ones_like(y)
+    across = (lens.a * corners[..., 0] / w + lens.x_offset + 1.0) * (view.size[0] / 2)
+    down = (1.0 - lens.c * corners[..., 2] / w - lens.z_offset) * (view.size[1] / 2)
+    places = np.stack([across, down], axis=2)
+    low = np.where(whole, 0.0, places.min(axis=1) - 2.0)
+    high = np.where(whole, np.inf, places.max(axis=1) + 3.0)
+    low, high = (np.clip(ends, 0.0, view.size).astype(np.intp) for ends in (low, high))
+    outside = np.asarray((y < view.near).all(axis=1) | (y > view.far).all(axis=1))
+    return low, np.where(outside[:, None], low, high)
 
 
-def _pixels_within(corners: Float64, view: View, rays: Rays) -> Index:
-    """Return the pixels whose rays go through a triangle, and perhaps some beside its edges."""
-    (width, height), y = view.size, corners[:, 1]
-    if (y < view.near).all() or (y > view.far).all():
-        return np.zeros(0, dtype=np.intp)
-    columns, rows = slice(0, width), slice(0, height)
-    if not view.lens.perspective or (y > 0.0).all():
-        ndc = _on_screen(corners, view)
-        columns = _span((ndc[:, 0] + 1.0) * (width / 2), width)
-        rows = _span((1.0 - ndc[:, 1]) * (height / 2), height)
-    # the area between a ray and an edge is linear in the pixel's place: a column's part plus a row's part
-    x = np.arange(columns.start, columns.stop)
-    z = np.arange(rows.start, rows.stop) * width
-    if not (len(x) and len(z)):
-        return np.zeros(0, dtype=np.intp)
-    low, high = np.full((len(z), len(x)), np.inf), np.full((len(z), len(x)), -np.inf)
+def _box_pixels(low: Index, high: Index, width: int) -> tuple[Index, Index]:
+    """Return all pixels of n boxes, and the box of each."""
+    wide, tall = (high - low).T
+    box = np.repeat(np.arange(len(low)), wide * tall)
+    number = ramps(wide * tall)
+    rows, columns = low[box, 1] + number // wide[box], low[box, 0] + number % wide[box]
+    return rows * width + columns, box
+
+
+def _pixels_within(corners: Float64, low: Index, high: Index, rays: Rays, width: int) -> Index:
+    """Return the pixels of a box whose rays go through a triangle, and perhaps some beside its edges.
+
+    The area between a ray and an edge is linear in the pixel's place: a column's part plus a row's part.
+    """
+    x, z = np.arange(low[0], high[0]), np.arange(low[1], high[1]) * width
+    least, most = np.full((len(z), len(x)), np.inf), np.full((len(z), len(x)), -np.inf)
     for one, other in ((0, 1), (1, 2), (2, 0)):
+        edge = corners[other] - corners[one]
         if rays.perspective:
-            normal = np.cross(corners[one], corners[other])
-            across, up = (rays.direction[pixels] @ normal for pixels in (x + z[0], x[0] + z))
+            normal, places, zero = np.cross(corners[one], corners[other]), rays.direction, np.zeros(3)
         else:
-            edge = corners[other] - corners[one]
-            normal = np.array([edge[2], 0.0, -edge[0]])
-            across, up = ((rays.origin[pixels] - corners[one]) @ normal for pixels in (x + z[0], x[0] + z))
+            normal, places, zero = np.array([edge[2], 0.0, -edge[0]]), rays.origin, corners[one]
+        across, up = ((places[pixels] - zero) @ normal for pixels in (x + z[0], x[0] + z))
         area = across + (up - up[0])[:, None]
         area /= max(float(np.abs(area).max()), 1e-300)
-        low, high = np.minimum(low, area), np.maximum(high, area)
-    row, column = np.nonzero((low >= -SLACK) | (high <= SLACK))
+        least, most = np.minimum(least, area), np.maximum(most, area)
+    row, column = np.nonzero((least >= -SLACK) | (most <= SLACK))
     return np.asarray(z[row] + x[column])
-
-
-def _on_screen(corners: Float64, view: View) -> Float64:
-    """Return corners in NDC, shape (3, 2)."""
-    lens = view.lens
-    w = corners[:, 1] if lens.perspective else np.ones(3)
-    x = lens.a * corners[:, 0] / w + lens.x_offset
-    z = lens.c * corners[:, 2] / w + lens.z_offset
-    return np.stack([x, z], axis=1)
-
-
-def _span(places: Float64, count: int) -> slice:
-    """Return the pixels between the least and the largest place, and two more per side."""
-    low, high = np.clip([places.min() - 2.0, places.max() + 2.0], 0.0, count)
-    return slice(int(low), int(np.ceil(high)))
 
 
 def _owns(batch: Batch, rays: Rays, instance: Index, triangle: Index) -> NDArray[np.bool_]:
