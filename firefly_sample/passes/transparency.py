@@ -155,13 +155,13 @@ class TransparencyPass(Pass):
         return TransparencyVariant(
             transparency=needs.transparency,
             range_falloff=settings.range_falloff,
-            specular_model=settings.specular_model if needs.looks.shiny and needs.lights else "none",
+            specular_model=settings.specular_model if needs.blended_looks.shiny and needs.lights else "none",
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if needs.shadowed else 0,  # type: ignore[arg-type]
             particle_shadow=needs.particle_shadowed_kind is not None and needs.particle_shadowed,
-            ambient_albedo=bool(needs.looks.own_ambient) and needs.ambient,
-            specular=bool(needs.looks.shiny and needs.lights),
-            emission=bool(needs.looks.emissive),
+            ambient_albedo=bool(needs.blended_looks.own_ambient) and needs.ambient,
+            specular=bool(needs.blended_looks.shiny and needs.lights),
+            emission=bool(needs.blended_looks.emissive),
             orthographic=needs.orthographic,
             sorted=needs.transparency == "sorted",
             numbered=exact,

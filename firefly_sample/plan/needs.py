@@ -10,7 +10,7 @@ from firefly_sample.plan.lights.light_set import LightKind
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.targets import STORED_POSITIONS
 from firefly_sample.plan.variants import PositionSource, Transparency
-from firefly_sample.plan.visible import Looks
+from firefly_sample.plan.visible import NO_LOOKS, Looks
 from firefly_sample.settings import Settings
 
 PICTURES = frozenset(("color", "color_alpha", "radiance"))
@@ -45,10 +45,11 @@ class Needs:
     atlas: tuple[int, int]  # texels of the texture of all shadow maps
     ambient: bool  # True if there is ambient light that is not black
     gradient: bool  # True if the background is one
-    looks: Looks
+    looks: Looks  # of surfaces that are not blended
     orthographic: bool
     reverse: bool  # True if depth is reversed in the [0, 1] clip range
     blended: int = 0  # instances of blended surfaces; `geometry` does not count them
+    blended_looks: Looks = NO_LOOKS
 
     # --- what is drawn ---
 

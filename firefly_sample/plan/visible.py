@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,10 +52,13 @@ class VisiblePart:
 class Looks(NamedTuple):
     """Names of materials in view by what they need more than a colour; empty if none needs it."""
 
-    own_ambient: str  # ambient light is reflected in a colour of its own
-    emissive: str
-    shiny: str  # Phong highlights
+    own_ambient: str = ""  # ambient light is reflected in a colour of its own
+    emissive: str = ""
+    shiny: str = ""  # Phong highlights
     metallic: str = ""  # metallic-roughness
+
+
+NO_LOOKS = Looks()
 
 
 class Visible:
@@ -90,6 +93,7 @@ class Visible:
             for group, (first, end) in zip(instances.groups, pairwise(bounds), strict=True)
             if first < end
         )
+        self._looks: dict[tuple[bool, ...], Looks] = {}
 
     def __len__(self) -> int:
         return sum(len(part.ids) for part in self.parts)
@@ -103,11 +107,16 @@ class Visible:
         """Return the number of instances of the chosen parts."""
         return sum(len(part.ids) for part, mine in zip(self.parts, chosen, strict=True) if mine)
 
-    @cached_property
-    def looks(self) -> Looks:
-        """Names of materials in view that need more than a colour."""
+    def looks(self, chosen: Iterable[bool]) -> Looks:
+        """Return names of materials of the chosen parts that need more than a colour."""
+        key = tuple(chosen)
+        if key not in self._looks:
+            self._looks[key] = self._find_looks(key)
+        return self._looks[key]
+
+    def _find_looks(self, chosen: tuple[bool, ...]) -> Looks:
         found: dict[int, Material] = {}
-        for part in self.parts:
+        for part in compress(self.parts, chosen):
             materials = part.group.materials
             indices = (0,) if len(materials) == 1 else np.unique(part.group.which[part.chosen])
             found.update((id(materials[index]), materials[index]) for index in indices)
