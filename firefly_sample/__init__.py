@@ -12,6 +12,7 @@ from firefly_sample.errors import RENAMED
 
 if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
+    from firefly_sample.compositing import composite
     from firefly_sample.errors import FireflyError, SoftwareDriverWarning
     from firefly_sample.frame import Frame
     from firefly_sample.model.framing import frame_camera
@@ -66,6 +67,7 @@ __all__ = [
     "add_ground",
     "build_plan",
     "capture_frames",
+    "composite",
     "frame_camera",
     "load_model",
     "model_scene",
@@ -73,6 +75,7 @@ __all__ = [
 
 _MODULES = {
     "capture.sequence": ("capture_frames",),
+    "compositing": ("composite",),
     "errors": ("FireflyError", "SoftwareDriverWarning"),
     "frame": ("Frame",),
     "model.framing": ("frame_camera",),

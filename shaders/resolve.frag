@@ -120,19 +120,22 @@ vec4 sample_foreground(ivec2 texel)
 
 // The radiance whose code is 254.5: what is brighter is white.
 #if TONE == TONE_EXPONENTIAL
-const float WHITE = 5.4163;
+const float WHITE = 5.41378;
 #else
-const float WHITE = 0.99559;
+const float WHITE = 0.995545;
 #endif
+const float INVISIBLE = 0.02;  // codes of alpha: so little light has no code, even over black
 
 // Returns straight alpha: the colour of what covers a share of the background, as if it covered all of it. Light that
-// is too bright for its share, as that of a dot is, which covers nothing, raises the share.
+// is too bright for its share, as that of a dot is, which covers nothing, raises the share until its colour is white.
 vec4 straight_alpha(vec4 foreground)
 {
     vec3 light = max(foreground.rgb * u_exposure.rgb, vec3(0.0));
-    float share = max(foreground.a, max(light.r, max(light.g, light.b)) / WHITE);
+    float share = clamp(foreground.a, 0.0, 1.0) * 255.0;
+    float raised = clamp(max(light.r, max(light.g, light.b)) / WHITE, 0.0, 1.0) * 255.0;
+    float code = max(floor(share + 0.5), ceil(raised - INVISIBLE));
     // the colour is that of the stored alpha, so that rounding alpha does not change what is seen over black
-    float alpha = floor(clamp(share, 0.0, 1.0) * 255.0 + 0.5) / 255.0;
+    float alpha = code / 255.0;
     return vec4(alpha > 0.0 ? linear_to_srgb(tone_curve(light / alpha)) : vec3(0.0), alpha);
 }
 #endif

@@ -41,7 +41,7 @@ KEEP_FRAMES = 120
 
 
 Attributes = tuple[bool, bool, int]
-"""Of a mesh, as a draw asks for them: colours, their alpha, and tangents, along the first (1) or the second
+"""Of a mesh, as a draw asks for them: colours, their alpha, and tangents along the first (1) or the second
 (2) texture coordinates."""
 
 

@@ -142,8 +142,8 @@ class Planner:
             atlas=lighting.shadows.size,
             ambient=bool(ambient.any()),
             gradient=background.horizon != background.zenith,
-            looks=seen.looks_of(tuple(not each for each in blended)),
-            blended_looks=seen.looks_of(blended),
+            looks=seen.looks(not each for each in blended),
+            blended_looks=seen.looks(blended),
             orthographic=not view.lens.perspective,
             reverse=reverse,
         )

@@ -11,13 +11,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
-from firefly_sample.errors import PlanError
+from firefly_sample.errors import OutputError, PlanError
 from firefly_sample.plan.frame_plan import PassPlan
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, POSITION_OUTPUTS, Needs
 from firefly_sample.plan.targets import (
     ACCUMULATION_FORMATS,
     ALBEDO_FORMATS,
     COARSE_DEPTH,
+    FORMATS,
     NORMAL_FORMATS,
     PARTICLE_SHADOW_FORMATS,
     STORED_POSITIONS,
@@ -26,6 +27,9 @@ from firefly_sample.plan.targets import (
     particle_texels,
 )
 from firefly_sample.plan.variants import Variant
+
+MOST_COLORS = 8
+"""Colour targets that one pass may draw into: OpenGL 3.3 promises no more."""
 
 Reasons = Mapping[str, Sequence[str]]
 Shape = dict[str, Any]
@@ -117,6 +121,9 @@ def choose_passes(passes: Iterable[Declares], needs: Needs) -> FrameGraph:
     }
     steps = _steps(chosen, needs, targets)
     check_passes(steps, targets.values())
+    read = {name for _, plan in chosen for reads in (plan.reads, plan.keeps) for name in reads}
+    shown = {output: _output_target(needs, output) for output in needs.outputs}
+    _check_colors(steps, targets, {output: name for output, name in shown.items() if name not in read})
     sources = {output: _output_sources(needs, output, targets) for output in needs.outputs}
     return FrameGraph(tuple(targets.values()), steps, sources)
 
@@ -172,6 +179,27 @@ def check_passes(passes: Iterable[PassPlan], targets: Iterable[Target]) -> None:
         written.update(step.writes)
     for name in sorted(names - written):
         raise PlanError(f"target {name!r} is never written by any pass")
+
+
+def _check_colors(passes: Iterable[PassPlan], targets: Mapping[str, Target], own: Mapping[str, str]) -> None:
+    """Raise an error if a pass draws into more than `MOST_COLORS` colour targets.
+
+    `own` holds the target of each output that no pass reads as well: a frame without the output does without
+    the target. The error is an OutputError, or a PlanError if no output would help.
+    """
+    for step in passes:
+        drawn = (*step.writes, *step.updates)
+        colors = [name for name in drawn if not FORMATS[targets[name].format].depth]
+        if len(colors) <= MOST_COLORS:
+            continue
+        said = (
+            f"pass {step.name!r} would draw into {len(colors)} targets at once ({', '.join(colors)}), and "
+            f"OpenGL 3.3 has {MOST_COLORS}"
+        )
+        spare = [output for output, name in own.items() if name in colors]
+        if len(set(colors) - {own[output] for output in spare}) > MOST_COLORS:
+            raise PlanError(f"{said}: let another pass make some of them")
+        raise OutputError(f"{said}: ask for some of the outputs {', '.join(spare)} in another frame")
 
 
 def _shape(form: str, **rest: Any) -> Callable[[Needs], Shape]:

@@ -52,13 +52,13 @@ class VisiblePart:
 class Looks(NamedTuple):
     """Names of materials in view by what they need more than a colour; empty if none needs it."""
 
-    own_ambient: str  # ambient light is reflected in a colour of its own
-    emissive: str
-    shiny: str  # Phong highlights
+    own_ambient: str = ""  # ambient light is reflected in a colour of its own
+    emissive: str = ""
+    shiny: str = ""  # Phong highlights
     metallic: str = ""  # metallic-roughness
 
 
-NO_LOOKS = Looks("", "", "")
+NO_LOOKS = Looks()
 
 
 class Visible:
@@ -107,13 +107,14 @@ class Visible:
         """Return the number of instances of the chosen parts."""
         return sum(len(part.ids) for part, mine in zip(self.parts, chosen, strict=True) if mine)
 
-    def looks_of(self, chosen: tuple[bool, ...]) -> Looks:
-        """Return the names of the chosen parts' materials that need more than a colour."""
-        if chosen not in self._looks:
-            self._looks[chosen] = self._found_looks(chosen)
-        return self._looks[chosen]
+    def looks(self, chosen: Iterable[bool]) -> Looks:
+        """Return names of materials of the chosen parts that need more than a colour."""
+        key = tuple(chosen)
+        if key not in self._looks:
+            self._looks[key] = self._find_looks(key)
+        return self._looks[key]
 
-    def _found_looks(self, chosen: tuple[bool, ...]) -> Looks:
+    def _find_looks(self, chosen: tuple[bool, ...]) -> Looks:
         found: dict[int, Material] = {}
         for part in compress(self.parts, chosen):
             materials = part.group.materials

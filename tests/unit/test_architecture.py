@@ -26,6 +26,7 @@ LAYERS = (
             "frame",
             "columns",
             "srgb",
+            "compositing",
             "planar",
             "mipmaps",
             "disk_cache",
