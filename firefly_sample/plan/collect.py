@@ -80,11 +80,14 @@ class Group:
     @property
     def blended(self) -> bool:
         """True if the materials are marked for blending, and something of the instances is not opaque."""
-        if self.materials[0].alpha_mode != "blend":
-            return False
-        if self.vertex_alpha or (self.texture is not None and self.texture.least_alpha() < 1.0):
-            return True
-        return bool((self.factors().base_colors[:, 3] < 1.0).any())
+        return self.materials[0].alpha_mode == "blend" and bool(self.see_through().any())
+
+    def see_through(self) -> NDArray[np.bool_]:
+        """Return which instances are marked for blending and not opaque, shape (n,)."""
+        marked = self.materials[0].alpha_mode == "blend"
+        if not marked or self.vertex_alpha or (self.texture is not None and self.texture.least_alpha() < 1.0):
+            return np.full(len(self.ids), marked)
+        return np.asarray(self.factors().base_colors[:, 3] < 1.0)
 
     @property
     def unlit(self) -> bool:

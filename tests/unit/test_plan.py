@@ -224,29 +224,43 @@ def pane(alpha=1.0, texel=255):
     return scene
 
 
-def test_blended_materials_are_named():
-    said = (
-        "blended materials are drawn as cut-outs: pane (deferred shading keeps one surface a pixel; "
-        "nothing is drawn where alpha is below alpha_cutoff, 0.5 by default)"
+CLASSIC = Settings(look="classic")
+
+
+def test_blended_materials_are_named_where_they_are_not_drawn_as_such():
+    cut = (
+        "look 'classic' draws blended materials as cut-outs: pane (nothing is drawn where alpha is below "
+        "alpha_cutoff, 0.5 by default)"
     )
-    assert build_plan(pane(alpha=0.99)).warnings == (said,)
-    assert build_plan(pane(texel=254)).warnings == (said,)
+    without = "outputs depth, id show the nearest opaque surface, without the blended materials pane"
     tinted = pane()
     tinted.root.set_color(1, 1, 1, 0.5)
-    assert build_plan(tinted).warnings == (said,)
+    for scene in (pane(alpha=0.99), pane(texel=254), tinted):
+        assert build_plan(scene).warnings == ()
+        assert build_plan(scene, CLASSIC).warnings == (cut,)
+        plan = build_plan(scene, outputs=("color", "depth", "radiance", "id", "color_alpha"))
+        assert plan.warnings == (without,)
+        assert (plan.batches, len(plan.blended.batches)) == ((), 1)
 
 
-def test_blended_materials_that_let_nothing_through_are_no_loss():
+def test_blended_materials_that_let_nothing_through_are_opaque():
     """Exporters mark what is opaque as blended; what is changed afterwards is seen."""
     scene = pane()
-    assert build_plan(scene).warnings == ()
     ((_, material),) = scene.root.find("wall").node().geoms
+
+    def blended():
+        plan = build_plan(scene)
+        assert (plan.blended is None) == (len(plan.batches) == 1)
+        assert (build_plan(scene, CLASSIC).warnings == ()) == (plan.blended is None)
+        return plan.blended is not None
+
+    assert not blended()
     material.texture.set_pixels(np.full((2, 2, 4), 254))
-    assert build_plan(scene).warnings != ()
+    assert blended()
     material.texture.set_pixels(np.full((2, 2, 4), 255))
-    assert build_plan(scene).warnings == ()
+    assert not blended()
     material.set_base_color((1, 1, 1, 0.5))
-    assert build_plan(scene).warnings != ()
+    assert blended()
 
 
 def test_only_the_blended_materials_that_let_something_through_are_named():
@@ -256,7 +270,7 @@ def test_only_the_blended_materials_that_let_something_through_are_named():
     node.add_geom(node.geoms[0][0], Material("leaf", (1, 1, 1, 0.2), alpha_mode="mask"))
     scene.root.attach_new_node(node)
     scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
-    (said,) = build_plan(scene).warnings
+    (said,) = build_plan(scene, CLASSIC).warnings
     assert "cut-outs: clear (" in said
 
 
