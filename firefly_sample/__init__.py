@@ -24,12 +24,13 @@ if TYPE_CHECKING:
     from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
     from firefly_sample.scene.light import Attenuation
     from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-    from firefly_sample.scene.material import Material, Texture
+    from firefly_sample.scene.material import Material
     from firefly_sample.scene.node import PandaNode
     from firefly_sample.scene.nodepath import NodePath
     from firefly_sample.scene.parameter import KeyStep, Parameter
     from firefly_sample.scene.particles import ParticleNode, ParticleShadow
     from firefly_sample.scene.scene import Camera, Scene
+    from firefly_sample.scene.texture import Texture
     from firefly_sample.scenes.model import model_scene
     from firefly_sample.settings import Settings
 
@@ -86,7 +87,8 @@ _MODULES = {
     "scene.lens": ("OrthographicLens", "PerspectiveLens"),
     "scene.light": ("Attenuation",),
     "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights", "Spotlight"),
-    "scene.material": ("Material", "Texture"),
+    "scene.material": ("Material",),
+    "scene.texture": ("Texture",),
     "scene.node": ("PandaNode",),
     "scene.nodepath": ("NodePath",),
     "scene.parameter": ("KeyStep", "Parameter"),

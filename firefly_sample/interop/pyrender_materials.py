@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from firefly_sample.interop.pyrender_textures import TextureReader, pyrender_texture
 from firefly_sample.losses import Losses
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.material import AlphaMode, Material, Texture
+from firefly_sample.scene.material import AlphaMode, Material
 from firefly_sample.scene.node import Color
+from firefly_sample.scene.texture import Texture
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.losses import Losses
-from firefly_sample.scene.material import MagFilter, MinFilter, Texture, Wrap
+from firefly_sample.scene.texture import MagFilter, MinFilter, Texture, Wrap
 
 _WRAPS: dict[str, Wrap] = {"REPEAT": "repeat", "CLAMP_TO_EDGE": "clamp", "MIRRORED_REPEAT": "mirror"}
 _MAGFILTERS: tuple[MagFilter, ...] = get_args(MagFilter)

@@ -41,6 +41,7 @@ REFERENCE_STEPS = 5
 """Steps of the progress, for each frame's reference."""
 
 DIMENSIONS: tuple[tuple[str, ...], ...] = (
+    ("transparency",),
     ("shadow_resolution",),
     ("shadow_taps",),
     ("cutoff_budget", "cutoff_threshold"),

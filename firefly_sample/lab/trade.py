@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from firefly_sample.capture.writers import as_folder, open_whole, output_folder, write_image
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.lab.measuring import logarithmic_axes, pareto_front, require, write_json
+from firefly_sample.lab.reference.cache import with_blended
 from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.lab.reference.frame import reference_settings, render_reference
 from firefly_sample.lab.trade_bench import TradeBench, scale_of
@@ -201,6 +202,7 @@ def _filtering(bench: TradeBench) -> dict[str, Any]:
     renderer, base = bench.renderer, bench.base
     renderer.settings = reference_settings(base.with_changes(light_method="volumes", light_resolution="full"))
     plan = renderer.plan(bench.scene, bench.time, ("visibility",))
+    plan = with_blended(renderer, bench.scene, bench.time, plan)
     own = render_reference(plan, np.asarray(renderer.draw(plan)["visibility"], dtype=np.int32))
     errors = bench.errors(own.radiance.astype(np.float32), own.color, bench.covered, plan, flip=True)
     return {"name": "texture filtering", "group": "driver", "settings": {}, "errors": errors.as_dict()}

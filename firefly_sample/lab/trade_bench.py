@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import Frame
 from firefly_sample.lab.measuring import quartile_spread
-from firefly_sample.lab.reference.cache import reference_frame
+from firefly_sample.lab.reference.cache import reference_frame, with_blended
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.frame import ReferenceFrame, reference_settings
+from firefly_sample.lab.reference.layer_rays import steady_layers
 from firefly_sample.lab.reference.raycast import cast_visibility
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.renderer import Renderer
@@ -35,6 +36,7 @@ FINEST = {
     "particle_shadow_interpolation": True,
     "particle_order": "view",
     "particle_order_depths": None,
+    "transparency": "exact",
 }
 """The most accurate value of each setting."""
 PICTURE = ("radiance", "color")
@@ -206,7 +208,8 @@ class TradeBench:
     reference : ReferenceFrame
         From the visibility that the GPU drew and the albedo that it sampled.
     agreed : ndarray of bool, shape (height, width)
-        Where a rasteriser and rays see the same triangle; only these pixels are compared.
+        Where a rasteriser and rays see the same opaque triangle, and rays beside the centre the same blended
+        ones; only these pixels are compared.
     """
 
     def __init__(
@@ -225,8 +228,11 @@ class TradeBench:
         self.reference: ReferenceFrame = reference_frame(renderer, scene, finest, time, progress)
         renderer.settings = reference_settings(finest)
         plan = renderer.plan(scene, time, ("visibility",))
-        seen = renderer.draw(plan)["visibility"]
+        seen = np.asarray(renderer.draw(plan)["visibility"], dtype=np.int32)
         self.agreed: NDArray[np.bool_] = (cast_visibility(plan) == seen).all(axis=-1)
+        layered = with_blended(renderer, scene, time, plan)
+        if layered.blended is not None:
+            self.agreed &= steady_layers(layered, seen)
         if not self.agreed.any():
             raise OutputError(
                 "no pixel can be compared: the rasteriser and rays see different triangles in every pixel; "

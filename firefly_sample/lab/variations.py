@@ -112,6 +112,7 @@ def single_choices(plan: FramePlan) -> list[Variation]:
         (clouded, "particle_shadow_interpolation"),
         (len(plan.particles) > 0, "particle_order"),
         (len(plan.particles) > 0, "particle_order_depths", 64, None),
+        (plan.blended is not None, "transparency"),
     )
     for wanted, name, *values in table:
         for value in (values or CHOICES[name]) if wanted else ():
@@ -187,6 +188,7 @@ def signature(plan: FramePlan) -> tuple[Any, ...]:
         if cloud is None
         else (cloud.method, cloud.reads, cloud.interpolate, cloud.view.slices, cloud.view.tile),
         plan.particles.order.tobytes(),
+        plan.settings.transparency if plan.blended is not None else None,
     )
 
 

@@ -18,8 +18,9 @@ from firefly_sample.model.folder import Folder
 from firefly_sample.model.formats import Up
 from firefly_sample.scene.arrays import LARGEST, Float64
 from firefly_sample.scene.groups import Int
-from firefly_sample.scene.material import AlphaMode, Wrap
+from firefly_sample.scene.material import AlphaMode
 from firefly_sample.scene.tangents import TangentGroups, split_at_tangents
+from firefly_sample.scene.texture import Wrap
 
 GREY = (0.8, 0.8, 0.8, 1.0)
 """The base colour where a file gives none."""

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.material import AlphaMode, MagFilter, MinFilter, Wrap
+from firefly_sample.scene.material import AlphaMode
+from firefly_sample.scene.texture import MagFilter, MinFilter, Wrap
 
 Interpolation = Literal["STEP", "LINEAR", "CUBICSPLINE"]
 

@@ -13,7 +13,8 @@ import re
 from firefly_sample.model.builder import Builder
 from firefly_sample.model.conventions import linear_color
 from firefly_sample.model.data import MaterialData
-from firefly_sample.scene.material import LARGEST_SCALE, Wrap
+from firefly_sample.scene.material import LARGEST_SCALE
+from firefly_sample.scene.texture import Wrap
 
 Statements = dict[str, str]
 """The statements of a material: keywords in small letters, and the text behind them."""

@@ -19,10 +19,11 @@ from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.light import FadingLight, Light
 from firefly_sample.scene.lights import SMALLEST_CONE, DirectionalLight, PointLight, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera
+from firefly_sample.scene.texture import Texture
 from firefly_sample.scene.transform_state import TransformState
 
 

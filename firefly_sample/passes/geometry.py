@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 INTERPOLATED = ("normal", "distance", "position")
 """Targets of values that are interpolated between corners, and not sampled."""
+MOST_TARGETS = 8
+"""Colour targets that a draw may write: what every driver of OpenGL 3.3 offers."""
 AT_ONCE = 32
 """Draws that a software driver is given before it begins with them: it then shades them on all cores while it
 transforms the next ones' vertices. This makes a forest's pass a tenth faster."""
@@ -140,6 +142,12 @@ def _legal_targets() -> Iterator[dict[str, Any]]:
                 yield chosen
 
 
+def _count_targets(chosen: Mapping[str, Any]) -> int:
+    """Return the number of colour targets of a choice."""
+    names = "albedo", "normal", "distance", "ambient_albedo", "specular", "emission", "id", "visibility"
+    return len([name for name in names if chosen[name]]) + int(chosen["position_target"] != "none")
+
+
 def surface_fields(
     surface: SurfaceFeatures, emission: bool, normal: bool, ambient: bool, metals: bool, classic: bool = False
 ) -> dict[str, Any]:
@@ -214,19 +222,16 @@ class GeometryPass(Pass):
 
     def legal_variants(self) -> Products:
         """Return every combination of targets, formats and surfaces that a frame can have."""
-        targets = list(_legal_targets())
-        others = choices(orthographic=BOTH), choices(metallic_roughness=BOTH)
-        return Products(
-            *(
-                Product(
-                    GeometryVariant,
-                    [chosen for chosen in targets if chosen["emission"] == emission],
-                    *others,
-                    *legal_surfaces(emission),
-                )
-                for emission in BOTH
-            )
-        )
+        products = []
+        for emission, metals in product(BOTH, repeat=2):
+            targets = [
+                chosen
+                for chosen in _legal_targets()
+                if chosen["emission"] == emission and _count_targets(chosen) + metals <= MOST_TARGETS
+            ]
+            frame = targets, choices(orthographic=BOTH), choices(metallic_roughness=[metals])
+            products.append(Product(GeometryVariant, *frame, *legal_surfaces(emission)))
+        return Products(*products)
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Bring meshes, instances and textures up to date, and keep them for `draw`."""

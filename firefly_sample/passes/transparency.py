@@ -7,9 +7,8 @@ sums.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
@@ -210,34 +209,46 @@ class TransparencyPass(Pass):
 
 
 def _legal_lights() -> list[dict[str, Any]]:
-    """Return the fields of sets of lights: none, each kind alone, and all kinds together with all shadows."""
+    """Return the fields of sets of lights: none, each kind alone, all together with highlights and shadows.
+
+    The lighting passes have every combination of highlights and shadows for each kind.
+    """
+    highlights_and_taps: list[Any] = [("none", 0), ("phong", 4), ("blinn_phong", 16)]
+    alone, *together = highlights_and_taps
     found: list[dict[str, Any]] = [{"light_sets": ()}]
     for end in get_args(RangeFalloff):
         kinds = [(kind, falloff) for kind, falloff, ending in FADES if ending == end]
-        for model, taps in product(get_args(SpecularModel), get_args(ShadowTaps)):
-            cloud = taps > 1
-            sets = tuple(
-                LightSetVariant(
-                    kind,
-                    "loop" if kind == "directional" else "clustered",
-                    falloff,
-                    model,
-                    taps,
-                    cloud and kind != "point",
-                )
-                for kind, falloff in kinds
-            )
-            fields = {
-                "range_falloff": end,
-                "specular": model != "none",
-                "specular_model": model,
-                "shadow_taps": taps,
-                "particle_shadow": cloud,
-            }
-            found.append(fields | {"light_sets": sets})
-            if taps == 0:
-                found += [fields | {"light_sets": (each,)} for each in sets]
+        found += [_legal_sets(end, [each], *alone) for each in kinds]
+        found += [_legal_sets(end, kinds, *each) for each in together]
     return found
+
+
+def _legal_sets(
+    end: RangeFalloff,
+    kinds: Sequence[tuple[Any, FalloffChoice]],
+    model: SpecularModel,
+    taps: ShadowTaps,
+) -> dict[str, Any]:
+    """Return the fields of some sets of lights; where they have shadows, those of particles as well."""
+    clouds = taps > 0
+    return {
+        "range_falloff": end,
+        "specular": model != "none",
+        "specular_model": model,
+        "shadow_taps": taps,
+        "particle_shadow": clouds,
+        "light_sets": tuple(
+            LightSetVariant(
+                kind,
+                "loop" if kind == "directional" else "clustered",
+                falloff,
+                model,
+                taps,
+                clouds and kind != "point",
+            )
+            for kind, falloff in kinds
+        ),
+    }
 
 
 class _Drawing:

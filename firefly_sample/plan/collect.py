@@ -21,11 +21,12 @@ from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.light import FadingLight
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import Color
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
+from firefly_sample.scene.texture import Texture
 from firefly_sample.scene.traversal import Visit, iter_visible
 
 SMOOTHEST = 1.0 / 32.0
@@ -80,14 +81,11 @@ class Group:
     @property
     def blended(self) -> bool:
         """True if the materials are marked for blending, and something of the instances is not opaque."""
-        return self.materials[0].alpha_mode == "blend" and bool(self.see_through().any())
-
-    def see_through(self) -> NDArray[np.bool_]:
-        """Return which instances are marked for blending and not opaque, shape (n,)."""
-        marked = self.materials[0].alpha_mode == "blend"
-        if not marked or self.vertex_alpha or (self.texture is not None and self.texture.least_alpha() < 1.0):
-            return np.full(len(self.ids), marked)
-        return np.asarray(self.factors().base_colors[:, 3] < 1.0)
+        if self.materials[0].alpha_mode != "blend":
+            return False
+        if self.vertex_alpha or (self.texture is not None and self.texture.least_alpha() < 1.0):
+            return True
+        return bool((self.factors().base_colors[:, 3] < 1.0).any())
 
     @property
     def unlit(self) -> bool:

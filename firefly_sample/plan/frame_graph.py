@@ -278,10 +278,10 @@ TARGETS: dict[str, Callable[[Needs], Shape]] = {
     "transparency": _shape("rgba32f"),
     "transparency_weight": _shape("r32f"),
     "layer": _shape("rgba32f"),
-    "layer_depth": _depth,
+    "layer_depth": _shape("depth32f"),  # no other holds what it is compared with, a fragment's depth
     "layer_place": _shape("rg32f"),
     "layer_number": _shape("rg32ui"),
-    "peeled_depth": _depth,
+    "peeled_depth": _shape("depth32f"),
     "peeled_place": _shape("rg32f"),
     "peeled_number": _shape("rg32ui"),
     "overdraw": _shape("r32f"),

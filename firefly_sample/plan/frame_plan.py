@@ -26,7 +26,7 @@ from firefly_sample.plan.variants import SurfaceFeatures, Variant
 from firefly_sample.plan.view import View
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.material import Texture
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 
 

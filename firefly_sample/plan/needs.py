@@ -213,7 +213,8 @@ class Needs:
     def particle_source(self) -> str:
         """The target in which particles find surfaces; blended ones are tested against the depth buffer."""
         source = "depth" if self.forward else self.position_target_name
-        return "depth_copy" if source == "depth" and self.transparency == "sorted" else source
+        tested = self.transparency in ("sorted", "weighted")
+        return "depth_copy" if source == "depth" and tested else source
 
     @property
     def position_source(self) -> PositionSource:

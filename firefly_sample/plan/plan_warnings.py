@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from firefly_sample.memo import Memo
 from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.geometry_warnings import (
@@ -74,10 +72,7 @@ class PlanWarnings:
 def _blended_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
     """Yield a line about blended materials where they are not drawn as such."""
     blended = dict.fromkeys(
-        group.materials[index].name
-        for group in snapshot.groups
-        if group.blended
-        for index in np.unique(group.which[group.see_through()])
+        material.name for group in snapshot.groups if group.blended for material in group.materials
     )
     if blended and needs.classic:
         yield (
@@ -87,7 +82,7 @@ def _blended_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
     data = [name for name in needs.outputs if name not in PICTURES]
     if blended and not needs.classic and data:
         yield (
-            f"outputs {', '.join(data)} show the nearest opaque surface, without the blended materials "
+            f"outputs {', '.join(data)} show the nearest opaque surface: blended materials are not in them: "
             f"{', '.join(blended)}"
         )
 

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 from firefly_sample.plan.variants import MapCoordinates
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.texture import Texture
 
 
 class Map(NamedTuple):

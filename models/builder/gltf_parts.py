@@ -40,9 +40,9 @@ def primitive(gltf, part, material, angle=50.0, textured=False, size=None):
     return gltf.primitive(points, triangles, material=material, NORMAL=normals, **attributes)
 
 
-def jpeg(pixels, quality=85):
+def jpeg(pixels, quality=85, **options):
     stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, format="JPEG", quality=quality, optimize=True)
+    Image.fromarray(pixels).save(stream, format="JPEG", quality=quality, optimize=True, **options)
     return stream.getvalue()
 
 

@@ -10,9 +10,9 @@ from gltf_writer import Gltf, turn, y_up
 from builder.bark import end_grain
 from builder.bonsai_paints import moss
 from builder.canvas import opaque
-from builder.gltf_parts import jpeg, primitive
+from builder.gltf_parts import jpeg, png, primitive
 from builder.lantern_log import TOP, log_face, log_side, moss_cushions, mushrooms
-from builder.lantern_paints import log_bark, painted_glass
+from builder.lantern_paints import hammered, log_bark, painted_glass, stained
 from builder.noise import fractal, smooth, solid
 from builder.solids import arc, ball, circle, grid, join, lathe, rectangle, sweep
 
@@ -25,6 +25,9 @@ VENT = EAVES + 0.72
 CORNER = 0.82
 """Distance of the posts from the axis."""
 FLAME = (1.0, 0.58, 0.22)
+BURNS = 0.55 * LOW + 0.45 * HIGH
+"""The height of the flame's middle."""
+IRON = (0.20, 0.19, 0.185, 1.0)
 LOOP = 8.0
 """Seconds after which the fireflies are where they were."""
 
@@ -37,7 +40,9 @@ def lantern():
     log = gltf.node("log", root, mesh=made.mesh("log", (log_side(), "bark"), (log_face(), "cut wood")))
     gltf.node("moss", log, mesh=made.mesh("moss", (moss_cushions(), "moss")))
     gltf.node("mushrooms", log, mesh=made.mesh("mushrooms", (mushrooms(), "mushroom")))
-    cage = gltf.node("cage", root, mesh=made.mesh("cage", (_cage(), "iron"), (_brass(), "brass")))
+    cage = made.mesh("cage", (_cage(), "hammered iron"), (_ring(), "iron"), (_brass(), "brass"))
+    cage = gltf.node("cage", root, mesh=cage)
+    gltf.node("candle", cage, mesh=made.mesh("candle", (_candle(), "wax"), (_flame(), "flame")))
     side = made.mesh("side", (_side(), "iron"), (_rivets(), "brass"))
     pane = made.mesh("pane", (_pane(), "glass"))
     for k in range(6):
@@ -46,7 +51,7 @@ def lantern():
         mirrored = (-1.0, 1.0, 1.0) if k % 2 else None
         gltf.node(f"pane {k}", cage, mesh=pane, rotation=turn((0, 1, 0), 60.0 * k), scale=mirrored)
     flame = gltf.light("point", FLAME, 0.06, "flame")
-    gltf.node("flame", cage, light=flame, translation=_at(0.0, 0.0, 0.55 * LOW + 0.45 * HIGH))
+    gltf.node("flame", cage, light=flame, translation=_at(0.0, 0.0, BURNS))
     gltf.animation(_fireflies(gltf, made, root), "fireflies")
     _moonlight(gltf)
     _view(gltf)
@@ -67,18 +72,30 @@ class _Materials:
         face = gltf.texture(gltf.image(jpeg(opaque(1.45 * end_grain(830, 256))), "cut wood"))
         cushions = gltf.texture(gltf.image(jpeg(moss(840), 80), "moss"))
         glow = gltf.texture(gltf.image(jpeg(painted_glass(850), 88), "painted glass"))
-        self.textured = {"bark", "cut wood", "moss", "glass"}
+        amber = gltf.texture(gltf.image(png(stained(850), 16), "amber"))
+        dents = gltf.texture(gltf.image(jpeg(hammered(860), 80, subsampling=0), "dents"))
+        self.textured = {"bark", "cut wood", "moss", "glass", "hammered iron"}
         self.known = {
-            "iron": gltf.material("wrought iron", (0.115, 0.105, 0.10, 1.0), metallic=1.0, roughness=0.48),
-            "brass": gltf.material("brass", (0.60, 0.34, 0.09, 1.0), metallic=1.0, roughness=0.30),
+            "iron": gltf.material("wrought iron", IRON, metallic=1.0, roughness=0.45),
+            "hammered iron": gltf.material(
+                "hammered iron",
+                IRON,
+                metallic=1.0,
+                roughness=0.40,
+                normalTexture=gltf.slot(dents, scale=[12.0, 3.0]),
+            ),
+            "brass": gltf.material("brass", (0.80, 0.52, 0.19, 1.0), metallic=1.0, roughness=0.36),
             "glass": gltf.material(
                 "painted glass",
-                (0.30, 0.16, 0.06, 1.0),
-                roughness=0.20,
+                texture=amber,
+                roughness=0.15,
                 emission=(1.0, 1.0, 1.0),
                 emission_texture=glow,
-                strength=2.1,
+                strength=3.2,
+                alphaMode="BLEND",
             ),
+            "wax": gltf.material("wax", (0.86, 0.74, 0.55, 1.0), roughness=0.5, emission=(0.40, 0.17, 0.04)),
+            "flame": gltf.material("flame", (0.0, 0.0, 0.0, 1.0), emission=(1.0, 0.62, 0.22), strength=9.0),
             "bark": gltf.material("bark", texture=gltf.slot(bark, scale=[5.0, 1.0]), roughness=0.95),
             "cut wood": gltf.material("cut wood", texture=face, roughness=0.85),
             "moss": gltf.material("moss", texture=gltf.slot(cushions, scale=[5.0, 5.0]), roughness=1.0),
@@ -153,7 +170,7 @@ def _insect():
 
 
 def _cage():
-    """Foot, posts, frames, roof and ring of iron, a little uneven in colour."""
+    """Foot and roof, a little uneven in colour."""
     foot = _hexagonal(
         [
             (0.0, TOP + 0.08),
@@ -167,7 +184,21 @@ def _cage():
             (0.74, LOW),
         ]
     )
-    return join(foot, _roof(), _ring()).painted(_worn)
+    return join(foot, _roof()).painted(_worn)
+
+
+def _candle():
+    """A candle on the floor of the cage, and its wick."""
+    top = BURNS - 0.38
+    rim = [(0.23, LOW), (0.23, top - 0.02), (0.21, top), (0.15, top - 0.03), (0.0, top - 0.05)]
+    wick = [(0.018, top - 0.06), (0.016, top + 0.08), (0.0, top + 0.09)]
+    return join(lathe(rim, 20), lathe(wick, 6).painted((0.08, 0.05, 0.03)))
+
+
+def _flame():
+    s = np.linspace(0.0, 1.0, 12)
+    width = 0.078 * np.sin(math.pi * s**0.62) ** 0.9
+    return lathe(np.stack([width, BURNS - 0.32 + 0.44 * s], axis=1), 14)
 
 
 def _side():
@@ -240,7 +271,7 @@ def _ring():
     angle = np.linspace(0.0, 2.0 * math.pi, 33)[:-1]
     path = np.stack([0.36 * np.cos(angle), 0.0 * angle, 0.36 * np.sin(angle)], axis=1)
     ring = sweep(path, circle(0.042, 8), closed=True)
-    return ring.turned((1, 0, 0), 16.0).turned((0, 0, 1), 20.0).moved(0.0, -0.06, HIGH + 1.73)
+    return ring.turned((1, 0, 0), 16.0).turned((0, 0, 1), 20.0).moved(0.0, -0.06, HIGH + 1.73).painted(_worn)
 
 
 def _brass():

@@ -73,7 +73,7 @@ class _Parts:
     def __init__(self, gltf):
         self.gltf = gltf
         self.materials = {
-            "brass": gltf.material("brass", (0.60, 0.34, 0.09, 1.0), metallic=1.0, roughness=0.32),
+            "brass": gltf.material("brass", (0.80, 0.52, 0.19, 1.0), metallic=1.0, roughness=0.40),
             "steel": gltf.material("blued steel", (0.055, 0.065, 0.11, 1.0), metallic=1.0, roughness=0.35),
             "walnut": gltf.material("walnut", (1.0, 1.0, 1.0, 1.0), roughness=0.42),
             "enamel": gltf.material("enamel", (0.86, 0.83, 0.75, 1.0), roughness=0.25),

@@ -63,8 +63,8 @@ def test_the_manifest_has_files_parameters_warnings_and_time_0(here, capsys):
 
 
 def test_warnings_of_all_frames_once_in_order(here, capsys):
-    options = "--glass", "--look", "classic", "--frames", "0:3"
-    manifest = manifest_of(capsys, "tests.cli.glade:glade", *SMALL, *options)
+    glade = ("tests.cli.glade:glade", *SMALL, "--glass", "--outputs", "id")
+    manifest = manifest_of(capsys, *glade, "--frames", "0:3")
     lines = capsys.readouterr().err.splitlines()
     assert len(manifest["warnings"]) == len(set(manifest["warnings"])) == 1
     assert "glass" in manifest["warnings"][0]

@@ -18,9 +18,9 @@ from firefly_sample.interop.pyrender_bridge import from_pyrender
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import Light
 from firefly_sample.scene.lights import Spotlight
-from firefly_sample.scene.material import Texture
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
+from firefly_sample.scene.texture import Texture
 from tests.interop.blocks import matt, triangle
 
 SIZE = (64, 48)

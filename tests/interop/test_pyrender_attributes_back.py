@@ -17,10 +17,11 @@ from firefly_sample.interop.pyrender_bridge import to_pyrender
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
+from firefly_sample.scene.texture import Texture
 from tests.interop.blocks import fading
 from tests.interop.test_pyrender_attributes import Follows, Named, Nothing, listed
 from tests.scenes import geom_node

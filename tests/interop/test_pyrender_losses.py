@@ -15,12 +15,13 @@ from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
+from firefly_sample.scene.texture import Texture
 from tests.interop.blocks import ball_of, fading, matt, scene_with, triangle
 from tests.scenes import geom_node, wall
 

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.texture import Texture
 from tests.interop.blocks import matt, only, scene_with, there_and_back, triangle
 from tests.scenes import geom_node, wall
 

@@ -12,9 +12,10 @@ from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lights import PointLight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.srgb import linear_to_srgb
 from tests.interop.blocks import matt, only, scene_with, triangle
 from tests.scenes import ball, geom_node, wall

@@ -242,7 +242,10 @@ def test_another_lens_is_seen(draw_with_pyrender, renderer, change):
 
 
 def test_without_a_tone_curve_tones_are_pyrenders(draw_with_pyrender):
-    """Greys under an ambient light of 1: pyrender shows their linear value to the power 1/2.2, we in sRGB."""
+    """Greys under an ambient light of 1: pyrender shows their linear value to the power 1/2.2.
+
+    We show in sRGB what a smooth surface without metal reflects head-on: 4 %, and of the rest the grey.
+    """
     greys = np.array([0.0, 0.002, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0])
     theirs = pyrender.Scene(bg_color=(51 / 255, 128 / 255, 179 / 255, 1.0), ambient_light=(1.0, 1.0, 1.0))
     for index, grey in enumerate(greys):
@@ -262,9 +265,10 @@ def test_without_a_tone_curve_tones_are_pyrenders(draw_with_pyrender):
     seen = [(frame.id == index) & (depth > 0) for index in range(len(greys))]
     ours, others = (np.array([np.median(picture[mask]) for mask in seen]) for picture in (frame.color, color))
     assert np.abs(others - 255 * greys ** (1 / 2.2)).max() <= 1
-    assert np.abs(ours - 255 * linear_to_srgb(greys)).max() <= 1  # rounded in the G-buffer and in the picture
-    assert np.abs(ours - others).max() <= 9
-    assert np.abs(ours - others)[greys >= 0.1].max() <= 2
+    reflected = 0.04 + 0.96 * greys
+    # rounded in the G-buffer and in the picture
+    assert np.abs(ours - 255 * linear_to_srgb(reflected)).max() <= 1
+    assert np.abs(ours - 255 * reflected ** (1 / 2.2)).max() <= 5  # the curves alone
     np.testing.assert_array_equal(frame.color[0, 0], color[0, 0])
     assert (depth[0, 0], frame.depth[0, 0]) == (0.0, math.inf)
 

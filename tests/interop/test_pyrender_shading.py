@@ -18,8 +18,9 @@ from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.interop.oracle import SIZE

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from firefly_sample.scene.geom import Geom, GeomNode
-from firefly_sample.scene.material import MagFilter, Material, MinFilter, Texture, Wrap
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import MagFilter, MinFilter, Texture, Wrap
 from tests.interop.blocks import ANGLES, SCALES, SINGLE, VECTOR, single, there_and_back
 
 

@@ -6,7 +6,8 @@ from firefly_sample.lab.reference.cache import reference_frame
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import AmbientLight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.lab.float64 import edges

@@ -9,8 +9,9 @@ from firefly_sample.errors import MissingPackageError
 from firefly_sample.lab.reference.raycast import cast_visibility
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer

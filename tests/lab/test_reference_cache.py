@@ -13,8 +13,9 @@ from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.cache import cache_folder, reference_frame
 from firefly_sample.lab.reference.frame import render_reference
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.scenes import ball_scene, wall

@@ -8,7 +8,8 @@ from firefly_sample.lab.reference.shade import each_light
 from firefly_sample.lab.reference.shadow import CONTACT, ShadowRays
 from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.texture import Texture
 from tests.lab.float64 import plan_of
 from tests.scenes import geom_node, wall
 from tests.shadows import KINDS, occluded, outside_hull, shadowed_scene, world_triangles

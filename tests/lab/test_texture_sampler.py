@@ -7,7 +7,8 @@ from firefly_sample.lab.reference.surfaces import see_surfaces
 from firefly_sample.lab.reference.texture import Sampler, level_of_detail
 from firefly_sample.mipmaps import texture_levels
 from firefly_sample.scene.lens import OrthographicLens
-from firefly_sample.scene.material import Material, Sampling, Texture
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.texture import Sampling, Texture
 from firefly_sample.srgb import srgb_to_linear
 from tests.lab.float64 import draw, edges, plan_of
 from tests.scenes import wall_scene

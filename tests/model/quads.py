@@ -28,6 +28,24 @@ def quad(file: GltfFile, **properties: Any) -> int:
     return file.mesh(**{**given, **properties})
 
 
+def reflected(
+    base: Any, light: Any, cosine: float, metallic: float = 0.0, roughness: float = 1.0
+) -> np.ndarray:
+    """Return the radiance of a surface that is seen head-on, by glTF's appendix B.3 with N = V.
+
+    `base` is the colour, `light` the irradiance (lux) of a plane that faces the light, `cosine` that of the
+    light's angle.
+    """
+    base, a2 = np.asarray(base, float), roughness**4
+    half = np.sqrt(0.5 + 0.5 * cosine)  # V.H = N.H: H lies in the middle between N and L
+    start = 0.04 * (1.0 - metallic) + base * metallic
+    fresnel = start + (1.0 - start) * (1.0 - half) ** 5
+    density = a2 / (np.pi * (half * half * (a2 - 1.0) + 1.0) ** 2)
+    masking = 2.0 * cosine / (cosine + np.sqrt(a2 + (1.0 - a2) * cosine * cosine))
+    f = (1.0 - fresnel) * (1.0 - metallic) * base / np.pi + fresnel * density * masking / (4.0 * cosine)
+    return f * np.asarray(light) * cosine
+
+
 def picture(file: GltfFile, pixels: Any, **sampler: int) -> int:
     """Add a texture of these pixels, with a sampler if any of its properties is given."""
     data = io.BytesIO()

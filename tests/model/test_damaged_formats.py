@@ -108,7 +108,8 @@ def replace_cascadio(folder: Path, act: str, monkeypatch: pytest.MonkeyPatch) ->
     ],
 )
 def test_a_reader_that_fails_is_one_line(act: str, line: str, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr(isolated, "SECONDS", 3)
+    # the imports alone may take more than three seconds on a busy machine
+    monkeypatch.setattr(isolated, "SECONDS", 3 if "while" in act else 30)
     path = replace_cascadio(tmp_path, act, monkeypatch)
     with pytest.raises(ModelError, match=line) as caught:
         read_with_trimesh(path, None, 1.0)

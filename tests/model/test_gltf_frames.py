@@ -11,7 +11,7 @@ import pytest
 from firefly_sample import OrthographicLens, Renderer, Scene, Settings, load_model
 from tests.conftest import make_renderer
 from tests.model.gltf_files import COMPONENT_TYPES, GltfFile
-from tests.model.quads import CORNERS, NORMALS, TRIANGLES, UVS, picture, quad
+from tests.model.quads import CORNERS, NORMALS, TRIANGLES, UVS, picture, quad, reflected
 
 SIZE = 33
 MIDDLE = SIZE // 2
@@ -246,7 +246,7 @@ def lit(file: GltfFile, light: dict, **node) -> GltfFile:
 @pytest.mark.parametrize("scale", [[1, 1, 1], [3, 3, 3], [0.1, 5, 2], [-2, 2, 2]])
 @pytest.mark.parametrize("kind", ["point", "spot", "directional"])
 def test_a_matt_surface_has_the_radiance_of_the_specification(draw, kind, scale):
-    """Candela over the distance squared, or lux, times the cosine, over pi; scale does not count."""
+    """Candela over the distance squared, or lux, as glTF's appendix B reflects it; scale does not count."""
     angle, distance = 0.4, 2.0
     place = [distance * math.sin(angle), 0, distance * math.cos(angle)]
     turn = [0, math.sin(angle / 2), 0, math.cos(angle / 2)]
@@ -255,16 +255,16 @@ def test_a_matt_surface_has_the_radiance_of_the_specification(draw, kind, scale)
         light["spot"] = {"innerConeAngle": 0.3, "outerConeAngle": 0.6}
     file = lit(GltfFile(), light, translation=place, rotation=turn, scale=scale)
     arriving = 7.0 if kind == "directional" else 7.0 / distance**2
-    expected = np.array([1, 0.5, 0.25]) * arriving * math.cos(angle) / math.pi
+    expected = reflected(1.0, np.array([1, 0.5, 0.25]) * arriving, math.cos(angle))
     radiance = draw(file, "radiance").radiance
-    np.testing.assert_allclose(radiance[MIDDLE, MIDDLE], expected, rtol=2e-3)
+    np.testing.assert_allclose(radiance[MIDDLE, MIDDLE], expected, rtol=1e-5)
 
 
 def test_a_range_ends_as_the_specification_recommends(draw):
     light = {"type": "point", "intensity": 7, "range": 3}
     file = lit(GltfFile(), light, translation=[0, 0, 2], scale=[2, 2, 2])
-    expected = 7 / math.pi / 4 * (1 - (2 / 3) ** 4)
-    np.testing.assert_allclose(draw(file, "radiance").radiance[MIDDLE, MIDDLE], [expected] * 3, rtol=2e-3)
+    expected = reflected(1.0, 7 / 4 * (1 - (2 / 3) ** 4), 1.0)
+    np.testing.assert_allclose(draw(file, "radiance").radiance[MIDDLE, MIDDLE], [expected] * 3, rtol=1e-5)
 
 
 def test_the_edge_of_a_spotlight_differs_from_the_recommended_one_by_what_the_documents_say(draw):
@@ -278,7 +278,7 @@ def test_the_edge_of_a_spotlight_differs_from_the_recommended_one_by_what_the_do
     x = frame.position_world[MIDDLE, :, 0].astype(float)
     cosine = 1 / np.sqrt(1 + x * x)
     t = np.clip((cosine - math.cos(outer)) / (math.cos(inner) - math.cos(outer)), 0, 1)
-    strength = frame.radiance[MIDDLE, :, 0] / (7 / math.pi * cosine**3)
+    strength = frame.radiance[MIDDLE, :, 0] / reflected(1.0, 7 * cosine**2, cosine)
     np.testing.assert_allclose(strength, t * t * (3 - 2 * t), atol=1e-3)
     assert 0.25 < np.abs(strength - t * t).max() < 0.30
 
@@ -312,7 +312,9 @@ def test_cameras_and_lights_move_with_their_nodes(draw):
     file.add("animations", samplers=samplers, channels=channels)
     frame = draw(file, "depth", "radiance", camera="eye", time=0.5)
     assert frame.depth[MIDDLE, MIDDLE] == pytest.approx(6.0, rel=1e-6)
-    np.testing.assert_allclose(frame.radiance[MIDDLE, MIDDLE], [1 / math.pi / 1.5**2] * 3, rtol=2e-3)
+    np.testing.assert_allclose(
+        frame.radiance[MIDDLE, MIDDLE], [reflected(1.0, 1 / 1.5**2, 1.0)] * 3, rtol=1e-5
+    )
 
 
 def test_names_are_those_of_the_file(draw):

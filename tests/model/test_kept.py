@@ -18,7 +18,7 @@ from firefly_sample.model.data import MaterialData, ModelData
 from firefly_sample.model.kept import load_kept
 from firefly_sample.model.load import load_model
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.material import Texture
+from firefly_sample.scene.texture import Texture
 from firefly_sample.srgb import srgb_to_linear
 from tests.unit.test_disk_cache import write_kept
 

@@ -28,7 +28,7 @@ from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import ModelError
 from firefly_sample.model.root import ModelRoot
 from tests.model.gltf_files import GltfFile
-from tests.model.quads import CORNERS, quad, shaded
+from tests.model.quads import CORNERS, quad, reflected, shaded
 
 GLASS = {"KHR_materials_transmission": {"transmissionFactor": 1.0}}
 LINE = "KHR_materials_transmission is not drawn, of materials:"
@@ -163,15 +163,15 @@ def test_lights_have_the_units_of_the_file(tmp_path):
 
 
 def test_a_light_of_the_file_gives_the_radiance_of_the_specification(tmp_path):
-    """Half a metre above a white quad: radiance = albedo / pi * intensity / distance^2, at the middle."""
+    """Half a metre above a quad without metal, at the middle: as in glTF's appendix B.3."""
     file = shaded(
         GltfFile(), pbrMetallicRoughness={"metallicFactor": 0, "baseColorFactor": [0.5, 0.25, 1, 1]}
     )
     file.json["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 2}]}}
     file.node(translation=[0, 0, 0.5], extensions={"KHR_lights_punctual": {"light": 0}})
     frame = drawn(load(file, tmp_path), outputs=("radiance",))
-    expected = np.array([0.5, 0.25, 1.0]) / np.pi * 2 / 0.25
-    np.testing.assert_allclose(frame.radiance[16, 16], expected, rtol=2e-2)
+    expected = reflected([0.5, 0.25, 1.0], 2 / 0.25, 1.0)
+    np.testing.assert_allclose(frame.radiance[16, 16], expected, rtol=1e-5)
 
 
 def drawn(root: NodePath, outputs=("albedo",), settings: Settings | None = None):

@@ -12,9 +12,10 @@ from firefly_sample.lab.reference.frame import render_classic
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import PointLights
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import VerticalGradient
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.lit_scenes import lit_scene

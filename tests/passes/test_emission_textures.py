@@ -13,8 +13,9 @@ from firefly_sample.plan.variants import defines
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import srgb_to_linear
 from tests.conftest import make_renderer

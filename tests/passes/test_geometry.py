@@ -7,8 +7,9 @@ from firefly_sample.frame import OUTPUTS
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import PointLight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.scenes import ball, ball_scene, geom_node, orthographic_wall, wall, wall_scene

@@ -18,8 +18,9 @@ from firefly_sample.gpu.device import Device
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.scene.lights import PointLights
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.points import Sprites
+from firefly_sample.scene.texture import Texture
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.clouds import cloud_scene, puff

@@ -6,8 +6,9 @@ import pytest
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.points import Sprites
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.scenes import ball, ball_scene, geom_node, wall, wall_scene

@@ -9,9 +9,10 @@ from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import PointLights
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
 from tests.conftest import make_renderer

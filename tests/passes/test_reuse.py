@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from firefly_sample.passes import geometry
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import AmbientLight, PointLight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer

@@ -9,7 +9,8 @@ from firefly_sample.errors import LightError
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import LARGEST_ATLAS, Settings
 from tests.conftest import make_renderer
 from tests.reference import compare

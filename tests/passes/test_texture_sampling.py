@@ -18,8 +18,9 @@ from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.material import MagFilter, Material, MinFilter, Texture, Wrap
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import MagFilter, MinFilter, Texture, Wrap
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import srgb_to_linear
 from tests.conftest import make_renderer

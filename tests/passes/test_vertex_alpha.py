@@ -15,8 +15,9 @@ from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lights import DirectionalLight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
 from tests.scenes import geom_node, wall

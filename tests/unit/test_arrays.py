@@ -20,12 +20,13 @@ from firefly_sample.scene.arrays import as_codes, as_colors
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 
 CORNERS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]

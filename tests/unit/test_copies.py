@@ -18,13 +18,14 @@ from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.light import Attenuation
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.parameter import Parameter
 from firefly_sample.scene.particles import ParticleNode, ParticleShadow
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Camera, Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.unit.trees import names, tree
 

@@ -11,10 +11,11 @@ from firefly_sample.plan.frame_graph import check_passes
 from firefly_sample.plan.frame_plan import Capabilities, PassPlan
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.scenes import ball_scene, geom_node, new_planner, wall, wall_scene
@@ -224,43 +225,41 @@ def pane(alpha=1.0, texel=255):
     return scene
 
 
-CLASSIC = Settings(look="classic")
+def blended_warnings(scene, outputs=("id",), settings=None):
+    """What is said about blended materials; nothing else is in these scenes."""
+    return build_plan(scene, settings or Settings(), (64, 48), outputs).warnings
 
 
-def test_blended_materials_are_named_where_they_are_not_drawn_as_such():
-    cut = (
-        "look 'classic' draws blended materials as cut-outs: pane (nothing is drawn where alpha is below "
-        "alpha_cutoff, 0.5 by default)"
-    )
-    without = "outputs depth, id show the nearest opaque surface, without the blended materials pane"
+def test_blended_materials_that_data_leave_out_are_named():
+    said = "outputs depth, id show the nearest opaque surface: blended materials are not in them: pane"
     tinted = pane()
     tinted.root.set_color(1, 1, 1, 0.5)
     for scene in (pane(alpha=0.99), pane(texel=254), tinted):
-        assert build_plan(scene).warnings == ()
-        assert build_plan(scene, CLASSIC).warnings == (cut,)
-        plan = build_plan(scene, outputs=("color", "depth", "radiance", "id", "color_alpha"))
-        assert plan.warnings == (without,)
-        assert (plan.batches, len(plan.blended.batches)) == ((), 1)
+        assert blended_warnings(scene, ("color", "depth", "id")) == (said,)
+        assert blended_warnings(scene, ("color",)) == ()
+        assert "transparency" in cost(scene)[0]
+
+
+def test_the_classic_look_names_blended_materials_as_cut_outs():
+    (said,) = blended_warnings(pane(alpha=0.99), ("color",), Settings(look="classic"))
+    assert said == (
+        "look 'classic' draws blended materials as cut-outs: pane (nothing is drawn where alpha is below "
+        "alpha_cutoff, 0.5 by default)"
+    )
 
 
 def test_blended_materials_that_let_nothing_through_are_opaque():
     """Exporters mark what is opaque as blended; what is changed afterwards is seen."""
     scene = pane()
+    assert "transparency" not in cost(scene)[0]
+    assert blended_warnings(scene) == ()
     ((_, material),) = scene.root.find("wall").node().geoms
-
-    def blended():
-        plan = build_plan(scene)
-        assert (plan.blended is None) == (len(plan.batches) == 1)
-        assert (build_plan(scene, CLASSIC).warnings == ()) == (plan.blended is None)
-        return plan.blended is not None
-
-    assert not blended()
     material.texture.set_pixels(np.full((2, 2, 4), 254))
-    assert blended()
+    assert "transparency" in cost(scene)[0]
     material.texture.set_pixels(np.full((2, 2, 4), 255))
-    assert not blended()
+    assert "transparency" not in cost(scene)[0]
     material.set_base_color((1, 1, 1, 0.5))
-    assert blended()
+    assert blended_warnings(scene) != ()
 
 
 def test_only_the_blended_materials_that_let_something_through_are_named():
@@ -270,8 +269,8 @@ def test_only_the_blended_materials_that_let_something_through_are_named():
     node.add_geom(node.geoms[0][0], Material("leaf", (1, 1, 1, 0.2), alpha_mode="mask"))
     scene.root.attach_new_node(node)
     scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
-    (said,) = build_plan(scene, CLASSIC).warnings
-    assert "cut-outs: clear (" in said
+    (said,) = blended_warnings(scene)
+    assert said.endswith("blended materials are not in them: clear")
 
 
 def test_a_geom_without_triangles_costs_nothing():

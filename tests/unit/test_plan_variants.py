@@ -15,9 +15,10 @@ from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.lights.light_set import PASS_OF_KIND
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import VerticalGradient
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.scenes import geom_node, new_planner, orthographic_wall, wall, wall_scene
 

@@ -239,11 +239,26 @@ def test_the_lantern_glows() -> None:
     contents = Contents(MODELS / "lantern.glb")
     (glass,) = [made for made in contents.json["materials"] if "emissiveTexture" in made]
     assert glass["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] > 1.0
+    assert glass["alphaMode"] == "BLEND"
+    amber = contents.json["textures"][glass["pbrMetallicRoughness"]["baseColorTexture"]["index"]]
+    alpha = contents.image(amber["source"])[..., 3] / 255.0
+    assert 0.4 < alpha.min() < 0.6 < 0.9 < alpha.max()  # glass, and paint on it
     lights = contents.json["extensions"]["KHR_lights_punctual"]["lights"]
     assert [light["type"] for light in lights].count("point") == 2
     assert "directional" in [light["type"] for light in lights]
     (camera,) = contents.json["cameras"]
     assert camera["type"] == "perspective"
+
+
+def test_the_dents_of_the_lantern_face_outwards() -> None:
+    contents = Contents(MODELS / "lantern.glb")
+    (iron,) = [made for made in contents.json["materials"] if "normalTexture" in made]
+    assert iron["pbrMetallicRoughness"]["metallicFactor"] == 1.0
+    source = contents.json["textures"][iron["normalTexture"]["index"]]["source"]
+    normals = contents.image(source)[..., :3] / 255.0 * 2.0 - 1.0
+    assert np.abs(np.linalg.norm(normals, axis=-1) - 1.0).mean() < 0.02  # JPEG blurs the ridges
+    assert normals[..., 2].min() > 0.5
+    np.testing.assert_allclose(normals.mean(axis=(0, 1))[:2], 0.0, atol=0.01)  # it repeats, so it is level
 
 
 def test_the_bonsai_has_cut_out_leaves_and_repeating_textures() -> None:

@@ -10,7 +10,8 @@ from panda3d import core as panda
 
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.material import Material, Texture
+from firefly_sample.scene.material import Material
+from firefly_sample.scene.texture import Texture
 
 WRAPS = ("repeat", "clamp", "mirror")
 MINFILTERS = (

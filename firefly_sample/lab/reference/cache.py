@@ -11,7 +11,7 @@ import contextlib
 import os
 import re
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +31,8 @@ from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.readback import Surface
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.geom import Geom
-from firefly_sample.scene.material import Texture
 from firefly_sample.scene.scene import Scene
+from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 
 Float64 = NDArray[np.float64]
@@ -90,6 +90,7 @@ def reference_frame(
             if "normal" in more:  # normals are sampled, but the rounding of their format is an error
                 renderer.settings = renderer.settings.with_changes(normal_format="rgba32f")
             plan = renderer.plan(scene, time, (*plan.outputs, *more))
+        plan = with_blended(renderer, scene, time, plan)
         frame = renderer.draw(plan)
         visibility = np.asarray(frame["visibility"], dtype=np.int32)
         sampled = _sampled(renderer.surface(plan), more) if plan.batches else {}
@@ -110,6 +111,11 @@ def reference_frame(
     with contextlib.suppress(OSError):
         _save(folder, key, made)
     return made
+
+
+def with_blended(renderer: Renderer, scene: Scene, time: float, plan: FramePlan) -> FramePlan:
+    """Return a renderer's plan for data outputs with the blended surfaces, which only pictures show."""
+    return replace(plan, blended=renderer.plan(scene, time, ("color",)).blended)
 
 
 def _sampled_outputs(plan: FramePlan) -> tuple[str, ...]:
@@ -144,7 +150,8 @@ def _parts(plan: FramePlan) -> Iterator[object]:
     yield from (VERSION, plan.size, view.size, view.lens, view.near, view.far, view.world_to_view)
     yield from (plan.settings, plan.ambient, plan.exposure, plan.background)
     yield from (plan.sprites.positions, plan.sprites.colors, plan.sprites.radii)
-    for batch in plan.batches:
+    blended = plan.blended.batches if plan.blended is not None else ()
+    for batch in (*plan.batches, *blended):
         yield from _model_parts(batch.geom, batch.texture)
         for name, found in batch.maps.named():
             yield from (name, found.coordinates)
@@ -152,6 +159,7 @@ def _parts(plan: FramePlan) -> Iterator[object]:
         yield from (batch.maps.normal_scale, batch.maps.occlusion_strength)
         yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.surface)
         yield from _columns(batch.factors)
+    yield len(blended)
     for lights in plan.lights:
         yield from _columns(lights)
     yield from _columns(plan.particles)

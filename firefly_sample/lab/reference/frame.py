@@ -2,7 +2,7 @@
 
 `render_reference` starts from which triangle each pixel sees. From there on everything comes from the plan's
 own numbers: there is no G-buffer, whose packing would round, and there are no light volumes; every light is
-evaluated at every pixel, shadows are cast by rays, and sRGB is exact.
+evaluated at every pixel, shadows are cast by rays, and sRGB is exact. Rays alone find the blended surfaces.
 
 `render_classic` is the reference of the look "classic": it computes what Panda3D's sample "fireflies" shows.
 It is written from what the sample computes, not from our shaders, and tested against Panda3D's renderer. With
@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SettingsError
 from firefly_sample.lab.reference.chunks import Progress
+from firefly_sample.lab.reference.layer_rays import cast_layers
+from firefly_sample.lab.reference.layers import add_layers, shade_layers
 from firefly_sample.lab.reference.particles import (
     add_particles,
-    add_sprites,
     exact_sums,
     particle_light,
     sprite_radiance,
@@ -47,7 +48,7 @@ from firefly_sample.srgb import linear_to_srgb
 
 Float64 = NDArray[np.float64]
 
-VERSION = 3
+VERSION = 4
 """Raise it with every change of the numbers that are computed here: older cached frames are then unused."""
 
 
@@ -58,15 +59,15 @@ class ReferenceFrame:
     Attributes
     ----------
     radiance : ndarray of float64
-        Linear, before exposure and tone curve, with background and dots.
+        Linear, before exposure and tone curve, with background, blended surfaces, particles and dots.
     light : ndarray of float64
-        The radiance of white surfaces without highlights; 0 where there is no surface.
+        The radiance of white surfaces without highlights, opaque ones alone; 0 where there is none.
     display : ndarray of float64
         0 to 1: after exposure and tone curve, linear, not rounded to codes.
     color : ndarray of uint8
         sRGB codes.
     position : ndarray of float64
-        Of the surfaces, view space; NaN where there is none.
+        Of the opaque surfaces, view space; NaN where there is none.
     """
 
     radiance: Float64
@@ -79,10 +80,13 @@ class ReferenceFrame:
 def reference_settings(settings: Settings) -> Settings:
     """Return the settings to plan a reference with: no light is cut off, and there is one sample per pixel.
 
-    Raise a SettingsError if the look is "classic", whose frames are display codes: see `render_classic`.
+    They ask for no order of blended surfaces, since the reference finds its own. Raise a SettingsError if the
+    look is "classic", whose frames are display codes: see `render_classic`.
     """
     _check_look(settings)
-    return settings.with_changes(cutoff_budget=0.0, cutoff_threshold=None, supersample=1)
+    return settings.with_changes(
+        cutoff_budget=0.0, cutoff_threshold=None, supersample=1, transparency="exact"
+    )
 
 
 def render_reference(
@@ -152,10 +156,13 @@ def render_reference(
     radiance = radiance + surfaces.ambient_albedo * plan.ambient + surfaces.emission
     radiance = np.where(covered, radiance, background(plan.background, plan.view))
     distance = np.where(surfaces.covered, surfaces.gbuffer.position[..., 1], np.inf)
-    if len(plan.particles):
-        add_particles(radiance, plan, distance, particle_light(plan, rays.lit if rays is not None else None))
+    own_light = particle_light(plan, rays.lit if rays is not None else None)
+    if plan.blended is not None:
+        layers = cast_layers(plan, distance)
+        shown = shade_layers(plan, layers, lambda places: _shadows(plan, places, rays), threads=threads)
+        add_layers(radiance, plan, distance, layers, shown, own_light)
     else:
-        add_sprites(radiance, plan.sprites, plan.view, distance)
+        add_particles(radiance, plan, distance, own_light)
     return finished(plan, radiance, light, surfaces.gbuffer.position)
 
 

@@ -90,29 +90,37 @@ def _span(middle: float, half: float, count: int) -> range:
 
 
 def sprite_radiance(
-    dots: SpriteSet, index: int, view: View, distance: Float64
+    dots: SpriteSet, index: int, view: View, distance: Float64, start: Float64 | None = None
 ) -> tuple[tuple[slice, slice], Float64] | None:
     """Return the rows and columns that one dot touches, and the radiance that it adds there.
 
     `distance` is that of the surfaces along the view axis, shape (height, width), infinite where there is
-    none. A surface nearer than a dot's centre hides the dot.
+    none. A surface nearer than a dot's centre hides the dot, and so does one at `start`, of the same shape,
+    that is not nearer: it is drawn before that surface, not behind.
     """
     position, color = dots.positions[index], dots.colors[index]
     square = square_of(view, position, float(dots.radii[index]))
     if square is None:
         return None
-    strength = np.where(distance[square.box] >= position[1], square.profile, 0.0)
+    shown = distance[square.box] >= position[1]
+    if start is not None:
+        shown &= start[square.box] < position[1]
+    strength = np.where(shown, square.profile, 0.0)
     return square.box, strength[..., None] * (color * square.fainter)
 
 
-def add_sprites(radiance: Float64, dots: SpriteSet, view: View, distance: Float64) -> None:
+def add_sprites(
+    radiance: Float64, dots: SpriteSet, view: View, distance: Float64, start: Float64 | None = None
+) -> None:
     """Add all dots to the radiance, shape (height, width, 3), first row on top; see `sprite_radiance`."""
     for index in range(len(dots)):
-        _add_sprite(radiance, dots, index, view, distance)
+        _add_sprite(radiance, dots, index, view, distance, start)
 
 
-def _add_sprite(radiance: Float64, dots: SpriteSet, index: int, view: View, distance: Float64) -> None:
-    made = sprite_radiance(dots, index, view, distance)
+def _add_sprite(
+    radiance: Float64, dots: SpriteSet, index: int, view: View, distance: Float64, start: Float64 | None
+) -> None:
+    made = sprite_radiance(dots, index, view, distance, start)
     if made is not None:
         box, light = made
         radiance[box] += light
@@ -124,6 +132,7 @@ def add_particles(
     distance: Float64,
     light: Float64,
     order: NDArray[np.intp] | None = None,
+    start: Float64 | None = None,
 ) -> None:
     """Draw particles, and the soft dots among them, over a picture from back to front.
 
@@ -135,6 +144,8 @@ def add_particles(
         Of `particle_light`.
     order : ndarray of int, optional
         As in `firefly_sample.plan.particles.ParticleSet`; by exact distance along the view axis when absent.
+    start : ndarray of float64, optional
+        The distance, of the same shape, behind which they are drawn; minus infinity when absent.
     """
     particles, dots, count = plan.particles, plan.sprites, len(plan.particles)
     if order is None:
@@ -142,16 +153,23 @@ def add_particles(
         order = np.argsort(-depths, kind="stable")
     for index in order.tolist():
         if index >= count:
-            _add_sprite(radiance, dots, index - count, plan.view, distance)
+            _add_sprite(radiance, dots, index - count, plan.view, distance, start)
             continue
         square = square_of(plan.view, particles.drawn[index], float(particles.radii[index]))
         if square is None:
             continue
-        gap = distance[square.box] - particles.positions[index, 1]
-        before = np.clip(0.5 + 0.5 * gap / square.radius, 0.0, 1.0)
+        middle = float(particles.positions[index, 1])
+        before = share_before(distance[square.box], middle, square.radius)
+        if start is not None:
+            before = np.maximum(before - share_before(start[square.box], middle, square.radius), 0.0)
         depth = particles.optical_depths[index] * square.fainter * square.profile * before
         opacity = -np.expm1(-depth)[..., None]
         radiance[square.box] += opacity * (light[index] - radiance[square.box])
+
+
+def share_before(distance: Float64, middle: float, radius: float) -> Float64:
+    """Return the share of a particle that is before a distance: 0 to 1 as it is crossed."""
+    return np.clip(0.5 + 0.5 * (distance - middle) / radius, 0.0, 1.0)
 
 
 # --- The light on particles ---

@@ -5,7 +5,7 @@ Fragments are the float64 twin of ``shaders/geometry.vert`` and of what a raster
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,7 @@ from firefly_sample.readback import GBuffer
 Float64 = NDArray[np.float64]
 
 CHUNK = 16384
+NOTHING: Mapping[str, Float64] = {}
 
 
 def normal_matrices(model_to_view: Float64) -> Float64:
@@ -158,15 +159,19 @@ class Fragments:
             color = color * self.interpolated(self.batch.geom.colors)
         return color
 
-    def is_there(self) -> NDArray[np.bool_]:
-        """Return whether the material's alpha test keeps the pixels."""
-        if not self.batch.surface.cutout:
-            return np.ones(len(self.rays), dtype=bool)
+    def alpha(self) -> Float64:
+        """Return the product of the alphas of base colour, texture and vertices, shape (n,)."""
         alpha = self.batch.factors.base_colors[self.instance, 3] * self.texture()[:, 3]
         alphas = self.batch.geom.alphas
         if self.batch.surface.vertex_alpha and alphas is not None:
             alpha = alpha * self.interpolated(alphas[:, None])[:, 0]
-        return np.asarray(alpha >= self.batch.alpha_cutoff)
+        return np.asarray(alpha)
+
+    def is_there(self) -> NDArray[np.bool_]:
+        """Return whether the material's alpha test keeps the pixels."""
+        if not self.batch.surface.cutout:
+            return np.ones(len(self.rays), dtype=bool)
+        return np.asarray(self.alpha() >= self.batch.alpha_cutoff)
 
     def _texcoord_slopes(self, texcoords: Float64) -> tuple[Float64, Float64]:
         """Return the derivatives of the texture coordinates per pixel, right and down, shapes (n, 2).
@@ -195,7 +200,7 @@ class Fragments:
 
 @dataclass(frozen=True, eq=False)
 class Surfaces:
-    """All pixels of a frame, shapes (height, width[, 3]), the first row on top, view space.
+    """All pixels of a frame, shapes (height, width[, 3]), the first row on top, or a list; view space.
 
     Attributes
     ----------
@@ -211,6 +216,49 @@ class Surfaces:
     ambient_albedo: Float64
     emission: Float64
     covered: NDArray[np.bool_]
+
+    @classmethod
+    def none(cls, to_eye: Float64) -> Surfaces:
+        """Return pixels without surfaces, to be filled; `to_eye` has their shape (..., 3)."""
+        shape = to_eye.shape[:-1]
+        normal, albedo, specular, ambient, emission = np.zeros((5, *to_eye.shape))
+        position, shininess = np.full_like(to_eye, np.nan), np.zeros(shape)
+        gbuffer = GBuffer(
+            position, normal, to_eye, albedo, specular, shininess, np.full(shape, -1.0), np.ones(shape)
+        )
+        return cls(gbuffer, ambient, emission, np.zeros(shape, dtype=bool))
+
+    def fill(
+        self, at: Any, found: Fragments, sampled: Mapping[str, Float64] = NOTHING, classic: bool = False
+    ) -> None:
+        """Set the pixels at an index to n fragments, of which a GPU may have sampled something."""
+        gbuffer, batch = self.gbuffer, found.batch
+        factors = batch.factors.take(found.instance)
+        self.covered[at] = True
+        gbuffer.position[at] = found.position
+        if classic:
+            gbuffer.normal[at] = found.normal(turned=False, mapped=False)
+        else:
+            gbuffer.normal[at] = _of_map(batch.maps.normal, sampled.get("normal"), found.normal)
+        if batch.surface.unlit and not classic:
+            texture = batch.texture if batch.surface.textured else None
+            self.emission[at] = _of_map(texture, sampled.get("emission"), lambda: _shown(found, factors))
+            return
+        self.emission[at] = _of_map(
+            batch.maps.emission, sampled.get("emission"), lambda: found.emission(factors)
+        )
+        if batch.surface.metallic and not classic:
+            gbuffer.metallic[at], gbuffer.roughness[at] = _of_map(
+                batch.maps.metallic,
+                sampled.get("metallic and roughness"),
+                lambda: found.metallic_roughness(factors),
+            ).T
+        elif not (batch.surface.metallic or batch.surface.unlit):
+            gbuffer.specular[at] = factors.speculars[:, :3]
+            gbuffer.shininess[at] = factors.speculars[:, 3]
+        gbuffer.albedo[at], self.ambient_albedo[at] = _reflectances(
+            found, factors, gbuffer.metallic[at], sampled.get("albedo"), sampled.get("ambient albedo")
+        )
 
 
 def numbered_batches(plan: FramePlan) -> Iterator[tuple[int, Batch]]:
@@ -274,9 +322,7 @@ def see_surfaces(
         for name, image in images.items()
         if image is not None
     }
-    gbuffer = _no_surface(rays.to_eye().reshape(*shape, 3))
-    ambient, emitted = np.zeros((2, *shape, 3))
-    surfaces = Surfaces(gbuffer, ambient, emitted, np.zeros(shape, dtype=bool))
+    surfaces = Surfaces.none(rays.to_eye().reshape(*shape, 3))
     parts: list[tuple[int, Batch, NDArray[np.intp]]] = []
     for first, batch in numbered_batches(plan):
         chosen = np.flatnonzero((seen[:, 0] >= first) & (seen[:, 0] < first + len(batch.ids)))
@@ -287,44 +333,10 @@ def see_surfaces(
         numbers = seen[pixels]
         found = Fragments(batch, rays.take(pixels), numbers[:, 0] - first, numbers[:, 1], samplers)
         at = np.unravel_index(pixels, shape)
-        sampled = {name: image[at] for name, image in given.items()}
-        factors = batch.factors.take(found.instance)
-        surfaces.covered[at] = True
-        gbuffer.position[at] = found.position
-        if classic:
-            gbuffer.normal[at] = found.normal(turned=False, mapped=False)
-        else:
-            gbuffer.normal[at] = _of_map(batch.maps.normal, sampled.get("normal"), found.normal)
-        if batch.surface.unlit and not classic:
-            texture = batch.texture if batch.surface.textured else None
-            emitted[at] = _of_map(texture, sampled.get("emission"), lambda: _shown(found, factors))
-            return
-        emitted[at] = _of_map(batch.maps.emission, sampled.get("emission"), lambda: found.emission(factors))
-        if batch.surface.metallic and not classic:
-            gbuffer.metallic[at], gbuffer.roughness[at] = _of_map(
-                batch.maps.metallic,
-                sampled.get("metallic and roughness"),
-                lambda: found.metallic_roughness(factors),
-            ).T
-        elif not (batch.surface.metallic or batch.surface.unlit):
-            gbuffer.specular[at] = factors.speculars[:, :3]
-            gbuffer.shininess[at] = factors.speculars[:, 3]
-        gbuffer.albedo[at], ambient[at] = _reflectances(
-            found, factors, gbuffer.metallic[at], sampled.get("albedo"), sampled.get("ambient albedo")
-        )
+        surfaces.fill(at, found, {name: image[at] for name, image in given.items()}, classic)
 
     run_all(work, parts, threads)
     return surfaces
-
-
-def _no_surface(to_eye: Float64) -> GBuffer:
-    """Return a G-buffer without surfaces, to be filled; `to_eye` has its shape (height, width, 3)."""
-    shape = to_eye.shape[:2]
-    normal, albedo, specular = np.zeros((3, *to_eye.shape))
-    position, shininess = np.full_like(to_eye, np.nan), np.zeros(shape)
-    return GBuffer(
-        position, normal, to_eye, albedo, specular, shininess, np.full(shape, -1.0), np.ones(shape)
-    )
 
 
 def _of_map(texture: object | None, sampled: Float64 | None, exact: Callable[[], Float64]) -> Float64:

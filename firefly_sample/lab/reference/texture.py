@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.mipmaps import texture_levels
-from firefly_sample.scene.material import Sampling, Texture, Wrap
+from firefly_sample.scene.texture import Sampling, Texture, Wrap
 
 Float64 = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -15,7 +15,7 @@ from firefly_sample.model.gltf.images import Images
 from firefly_sample.model.gltf.json_object import JsonObject, shown
 from firefly_sample.model.gltf.meshes import UvSet
 from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.material import MagFilter, MinFilter, Wrap
+from firefly_sample.scene.texture import MagFilter, MinFilter, Wrap
 
 _WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _MAGFILTERS: dict[int, MagFilter] = {9728: "nearest", 9729: "linear"}

@@ -103,17 +103,16 @@ def order_warnings(order: PaintOrder) -> Iterator[str]:
     faults = [
         text
         for count, text in (
-            (order.intersecting, f"{order.intersecting:,} pairs intersect"),
-            (order.in_circles, f"{order.in_circles:,} overlap in a circle{discs}"),
-            (
-                order.approximate,
-                f"more than {MOST_PAIRS:,} pairs may overlap, so they are sorted by distance",
-            ),
+            (order.intersecting, f"pairs that intersect: {order.intersecting:,}"),
+            (order.in_circles, f"that overlap in circles: {order.in_circles:,}{discs}"),
+            (order.approximate, f"more than {MOST_PAIRS:,} pairs may overlap, so that distances decide"),
         )
         if count
     ]
     if faults:
-        yield f"blended triangles: {', '.join(faults)}: transparency=exact draws these rightly"
+        yield (
+            f"some blended triangles have no right order ({'; '.join(faults)}): transparency=exact needs none"
+        )
 
 
 class _Edges(NamedTuple):

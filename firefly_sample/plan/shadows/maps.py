@@ -20,7 +20,7 @@ from firefly_sample.plan.shadows.views import ShadowView
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
-from firefly_sample.scene.material import Texture
+from firefly_sample.scene.texture import Texture
 
 Size = tuple[int, int]
 
