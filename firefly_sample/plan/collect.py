@@ -318,7 +318,7 @@ def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visi
         if not len(geom.triangles):
             continue  # nothing to draw must cost nothing
         material = visit.material if visit.material is not None else own
-        key = (id(geom), *_look_of(material), visit.color is not None)
+        key = (id(geom), *_look_of(material), *_tint_of(material, visit.color))
         entry = found.setdefault(key, _Found(geom))
         entry.nets.append(visit.net)
         entry.ids.append(index)
@@ -336,8 +336,14 @@ def _look_of(material: Material) -> tuple[Any, ...]:
         *look_of_maps(material),
         material.metallic is not None,
         material.unlit,
-        material.alpha_mode == "blend",
+        # whether a group is blended depends on the base colour
+        id(material) if material.alpha_mode == "blend" else None,
     )
+
+
+def _tint_of(material: Material, color: Color | None) -> tuple[bool, bool]:
+    """Return whether a flat colour replaces those of vertices, and whether it makes a surface translucent."""
+    return color is not None, color is not None and material.alpha_mode == "blend" and color[3] < 1.0
 
 
 def _make_groups(key: tuple[Any, ...], found: _Found) -> list[Group]:

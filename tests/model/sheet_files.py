@@ -23,6 +23,7 @@ from models.gltf_writer import (
     Gltf,
     turn,
 )
+from tests.model.sheet_materials import FILES as MATERIALS
 from tests.model.sheet_shapes import (
     CORAL,
     GOLD,
@@ -456,6 +457,7 @@ FILES = {
     "point light": lambda: lit("point"),
     "spotlight": lambda: lit("spot", spot={"innerConeAngle": 0.3, "outerConeAngle": 0.5}),
     "directional light": lambda: lit("directional"),
+    **MATERIALS,
 }
 TIMES = {"at 0.35 s": 0.35, "at 0.7 s": 0.7}
 """Moments, of those that are not drawn at 0."""

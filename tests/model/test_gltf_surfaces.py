@@ -41,7 +41,7 @@ def renderer() -> Iterator[Renderer]:
 def draw(renderer, tmp_path):
     """``draw(file, ...)`` gives a frame of a file, whose quad fills it; `behind`: from its other side."""
 
-    def drawn(file: GltfFile, *outputs, light=None, sky=(0, 0, 0), behind=False):
+    def drawn(file: GltfFile, *outputs, light=None, sky=(0, 0, 0), behind=False, shadow=False):
         scene = Scene(background=tuple(BACKGROUND))
         load_model(file.write(tmp_path / "model.glb")).reparent_to(scene.root)
         scene.camera.set_pos(0, 10 if behind else -10, 0)
@@ -49,7 +49,9 @@ def draw(renderer, tmp_path):
         scene.camera.node().lens = OrthographicLens(film_size=(2, 2), near=1, far=20)
         scene.root.attach_new_node(AmbientLight("sky", sky))
         if light is not None:
-            scene.root.attach_new_node(DirectionalLight("sun", (1, 1, 1))).look_at(*light)
+            sun = DirectionalLight("sun", (1, 1, 1))
+            sun.set_shadow_caster(shadow, 64)
+            scene.root.attach_new_node(sun).look_at(*light)
         return renderer.render(scene, outputs=outputs or ("radiance",))
 
     return drawn
@@ -199,6 +201,18 @@ def test_a_blended_quad_lets_through_what_its_alphas_leave(draw, ground):
     frame = draw(file, sky=SKY)
     np.testing.assert_allclose(quarters(frame.radiance), alpha * shown + (1 - alpha) * behind, rtol=2e-4)
     assert frame.warnings == ()
+
+
+@pytest.mark.parametrize("alpha", [0.25, 0.49, 0.51, 0.75])
+def test_a_blended_quad_blocks_light_from_an_alpha_of_one_half_on(draw, alpha):
+    file = GltfFile()
+    glass = painted(file, color=(1, 1, 1, alpha), alphaMode="BLEND")
+    file.node(mesh=quad(file, material=glass))
+    file.node(mesh=quad(file, material=painted(file)), translation=[0, 0, -1])
+    shown = reflected(1.0, math.pi, 1.0)
+    behind = 0.0 if alpha >= 0.5 else shown
+    found = draw(file, light=(0, 1, 0), shadow=True).radiance[MIDDLE, MIDDLE]
+    np.testing.assert_allclose(found, [alpha * shown + (1 - alpha) * behind] * 3, rtol=2e-4)
 
 
 def test_data_show_the_nearest_opaque_surface(draw):

@@ -39,6 +39,7 @@ def test_nothing_is_lost(paths: dict[str, Path], label: str) -> None:
 
 @pytest.mark.parametrize("label", FILES)
 def test_something_is_drawn(paths: dict[str, Path], renderer: Renderer, label: str) -> None:
+    """Something opaque; in "blended" that is a ball."""
     frame = renderer.render(model_scene(paths[label], ground=False), outputs=("id",))
     assert (frame.id >= 0).mean() > 0.05
 
@@ -55,6 +56,8 @@ def test_something_is_drawn(paths: dict[str, Path], renderer: Renderer, label: s
         ("at 0.35 s", "at 0.7 s"),
         ("point light", "spotlight"),
         ("spotlight", "directional light"),
+        ("normal map", "occlusion map"),
+        ("unlit", "JPEG"),
     ],
 )
 def test_pairs_differ(pictures: dict[str, np.ndarray], one: str, other: str) -> None:

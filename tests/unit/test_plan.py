@@ -271,6 +271,17 @@ def test_only_the_blended_materials_that_let_something_through_are_named():
     scene.root.attach_new_node(AmbientLight("sky", (1, 1, 1)))
     (said,) = blended_warnings(scene)
     assert said.endswith("blended materials are not in them: clear")
+    assert len(build_plan(scene, Settings(), (64, 48), ("id",)).batches) == 2  # of solid and leaf
+
+
+def test_a_flat_colour_makes_one_node_translucent_and_not_its_twin():
+    scene = pane()
+    scene.root.find("wall").copy_to(scene.root)
+    first, second = scene.root.find_all_matches("wall")
+    first.set_color(1, 1, 1, 1)
+    second.set_color(1, 1, 1, 0.5)
+    plan = build_plan(scene, Settings(), (64, 48), ("id",))
+    assert [len(batch.ids) for batch in plan.batches] == [1]
 
 
 def test_a_geom_without_triangles_costs_nothing():
