@@ -17,7 +17,7 @@ from tests.scenes import ball, ball_scene
 
 
 class Glade:
-    """Balls on a floor; lights circle above them. With a pane of glass, the plan has a warning."""
+    """Balls on a floor; lights circle above them. With a ball of glass, some plans have a warning."""
 
     name = "glade"
     summary = "Three balls and circling lights."
@@ -26,7 +26,7 @@ class Glade:
         Parameter("fireflies", int, 40, "How many lights.", 0, 20_000),
         Parameter("seed", int, 7, "Chooses where they are.", 0),
         Parameter("reach", float, 2.5, "How far a light reaches.", 0.0, 100.0, "units"),
-        Parameter("glass", bool, False, "Put up a pane of glass."),
+        Parameter("glass", bool, False, "Put up a ball of glass."),
         Parameter("dusk", bool, True, "Ambient light."),
     )
 

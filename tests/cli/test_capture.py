@@ -132,7 +132,8 @@ def test_one_pixel_without_any_light(tmp_path, capsys):
 
 
 def test_summary_goes_to_stdout_and_each_warning_once_to_stderr(tmp_path, capsys):
-    assert main(["capture", GLADE, "--size", "8x6", "--frames", "0:3", "--glass", "-o", str(tmp_path)]) == 0
+    options = "--size", "8x6", "--frames", "0:3", "--glass", "--look", "classic", "-o", str(tmp_path)
+    assert main(["capture", GLADE, *options]) == 0
     out, err = capsys.readouterr()
     assert out == f"3 frames (color) in {tmp_path}\n"
     warned = err.splitlines()

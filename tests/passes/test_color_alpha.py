@@ -87,7 +87,7 @@ SCENES = {
 @pytest.mark.parametrize("supersample", [1, 2])
 @pytest.mark.parametrize("name", SCENES)
 def test_alpha_is_the_hidden_share_and_the_color_is_the_light_over_it(name, supersample):
-    """Two pictures of radiance tell both: before black, the light; before white, also what lets it through."""
+    """Two pictures of radiance show both: before black, the light; before white, also the share."""
     make, transparency = SCENES[name]
     scene = make()
     for tone in TONES:
@@ -189,7 +189,7 @@ def test_over_any_background_it_is_the_picture_to_one_code(name, supersample):
 
 @pytest.mark.parametrize("tone", TONES)
 def test_light_that_covers_nothing_is_there_over_black(tone):
-    """No alpha adds light: beside what is opaque, it hides as much of the background as it takes to be seen."""
+    """Alpha cannot add light: beside what is opaque, dots hide a share of the background instead."""
     scene = dots()
     with make_renderer(SIZE, Settings(tone=tone)) as renderer:
         scene.background = (0.0, 0.0, 0.0)

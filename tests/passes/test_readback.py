@@ -112,6 +112,9 @@ class Plain:
     def color(self, x, y):
         return self.numbers("color", x, y)[:3]
 
+    def color_alpha(self, x, y):
+        return self.numbers("color_alpha", x, y)
+
     def radiance(self, x, y):
         return self.numbers("final_radiance", x, y)[:3]
 
