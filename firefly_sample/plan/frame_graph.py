@@ -311,6 +311,8 @@ def _output_target(needs: Needs, output: str) -> str:
 
 def _output_reads(needs: Needs, output: str) -> dict[str, str]:
     """Return the targets that an output asks for, each with the reason."""
+    if output in ("metallic", "roughness") and not needs.looks.metallic:
+        return {}  # nothing has any
     reads = {_output_target(needs, output): f"output {output}"}
     # A distance target alone marks the background, since it is never 0 in perspective. A depth does not,
     # since far geometry may round to the clear value, nor does a normal.
