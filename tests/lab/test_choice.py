@@ -16,6 +16,7 @@ from firefly_sample.scene.lights import DirectionalLight
 from firefly_sample.scene.material import Material
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
+from tests.blended import add_panes, backdrop
 from tests.cli.command import GLADE
 from tests.conftest import make_renderer
 from tests.scenes import geom_node, wall, wall_scene
@@ -131,6 +132,22 @@ def test_what_other_settings_rule_out_is_not_tried(given):
     choice = choose(GLADE, max_error=0.9, given=given, **SMALL)
     assert choice.settings.light_method == given["light_method"]
     assert not {"volume_proxy", "light_resolution"} & choice.chosen.changes.keys()
+
+
+def glass(crossing):
+    return add_panes(backdrop(), 6, crossing=crossing, kinds=({"unlit": True},))
+
+
+def test_a_bound_chooses_how_blended_surfaces_are_drawn():
+    """Layer by layer where they intersect; otherwise the order is as good."""
+    choice = choose(glass(True), max_error=1e-3, **FEW)
+    assert choice.settings.transparency == "exact"
+    choice = choose(glass(False), max_error=1e-3, **FEW)
+    assert choice.settings.transparency in ("sorted", "exact")
+    assert choice.chosen.error <= 1e-3
+    for given, told in (({"transparency": "weighted"}, "transparency"), ({"transparency_layers": 2}, "")):
+        with pytest.raises(SettingsError, match=rf"with .*{told}.* fixed: the best have"):
+            choose(glass(True), max_error=1e-3, **SMALL, given=FIXED | given)
 
 
 def shadowed():

@@ -18,11 +18,15 @@ from firefly_sample.lab.trade import (
     pareto_figure,
     trade_as_markdown,
 )
+from firefly_sample.lab.trade import (
+    _row as measured_row,
+)
 from firefly_sample.lab.trade_bench import TradeBench
-from firefly_sample.lab.variations import COMBINATIONS, variations
+from firefly_sample.lab.variations import COMBINATIONS, Variation, signature, variations
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.lights import PointLight
 from firefly_sample.settings import PRESETS, Settings
+from tests.blended import add_lights, add_panes, add_squares, backdrop
 from tests.cli.command import GLADE
 from tests.conftest import make_renderer
 from tests.lit_scenes import lit_scene
@@ -262,6 +266,53 @@ def test_no_combination_comes_twice_and_the_base_is_not_its_own_variation():
     assert len(set(settings)) == len(settings)
     assert settings[0] == base
     assert all(PRESETS[name] is not v.changes for v in found for name in PRESETS)
+
+
+# --- Blended surfaces ---
+
+
+def glass_scene(crossing):
+    scene = add_panes(add_lights(backdrop(), ("sun",)), 6, crossing=crossing, kinds=({}, {"unlit": True}))
+    return add_squares(scene, count=0, dots=5)
+
+
+def test_each_way_to_draw_blended_surfaces_is_compared_where_there_are_some():
+    names = names_of(glass_scene(True))
+    assert {"transparency=exact", "transparency=weighted"} <= names
+    assert "transparency=sorted" not in names  # the base's
+    assert "transparency=sorted" in names_of(glass_scene(True), Settings(transparency="exact"))
+    assert not any(name.startswith("transparency") for name in names_of(ball_scene(5)))
+    keys = [
+        signature(build_plan(glass_scene(True), Settings(transparency=method)))
+        for method in ("sorted", "exact", "weighted", "sorted")
+    ]
+    assert len(set(keys)) == 3
+    plain = [
+        signature(build_plan(ball_scene(5), Settings(transparency=method))) for method in ("sorted", "exact")
+    ]
+    assert plain[0] == plain[1]
+
+
+@pytest.mark.parametrize("crossing", [False, True], ids=["apart", "crossing"])
+def test_the_errors_of_blended_surfaces_are_those_of_their_method(crossing):
+    with make_renderer((48, 36)) as renderer:
+        bench = TradeBench(renderer, glass_scene(crossing), 0.0, Settings())
+        assert bench.agreed.mean() > 0.8
+        methods = ("sorted", "exact", "weighted")
+        errors = {name: bench.draw(Settings(transparency=name)).errors for name in methods}
+    assert errors["exact"].codes <= 1
+    assert errors["exact"].largest <= 2e-3
+    assert (errors["sorted"].codes <= 1) == (not crossing)
+    assert errors["weighted"].codes > 10
+    assert all(each.uncovered == each.not_finite == 0 for each in errors.values())
+
+
+def test_more_layers_than_allowed_are_a_row_that_is_not_drawn():
+    with make_renderer((32, 24)) as renderer:
+        bench = TradeBench(renderer, glass_scene(True), 0.0, Settings(transparency_layers=2))
+        row = measured_row(bench, Variation("exact", "alone", {"transparency": "exact"}), 0.0)
+    assert row["skipped"].startswith("a pixel has more than 2 blended layers: raise transparency_layers")
+    assert "errors" not in row
 
 
 # --- Its parts ---

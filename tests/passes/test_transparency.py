@@ -29,7 +29,7 @@ from tests.blended import (
     held,
 )
 from tests.conftest import make_renderer
-from tests.scenes import geom_node, wall
+from tests.scenes import geom_node, wall, wall_scene
 
 FEW = KINDS_OF_GLASS[:3]
 
@@ -182,6 +182,18 @@ def test_no_layer_is_lost(renderer, method, step):
     expected = 0.6**9 * np.array([0.1, 0.2, 0.4])
     expected = expected + (0.4 * 0.6 ** np.arange(9)) @ colors
     assert np.abs(radiance(renderer, scene, transparency=method) - expected).max() <= 1e-6
+
+
+@pytest.mark.parametrize("position_method", ["linear32f", "depth16", "depth24", "depth32f", "stored16f"])
+@pytest.mark.parametrize("method", ["sorted", "exact", "weighted"])
+def test_a_pane_on_an_opaque_surface_is_before_it(renderer, method, position_method):
+    """At equal depth, tilted, so that rounding is another one in each pixel."""
+    scene = wall_scene(8.0, size=60.0, material=Material("wall", (0, 0, 0, 1)))
+    board = scene.root.find("wall")
+    board.set_hpr(30, 20, 10)
+    board.attach_new_node(geom_node("pane", wall(60.0), glass("pane", (1, 0.5, 0.25), 0.5, unlit=True)))
+    found = radiance(renderer, scene, transparency=method, position_method=position_method)
+    assert np.abs(found - np.array([0.5, 0.25, 0.125])).max() <= 1e-6
 
 
 def test_the_alphas_of_color_texture_and_vertices_multiply(renderer):
