@@ -219,7 +219,7 @@ def test_ctrl_c_reports_what_was_measured_so_far(run_on_glade):
 
 
 def test_headless_passes_a_plan_s_warning_on_once(run_on_glade, recwarn):
-    run_on_glade([], parameters={"glass": True})
+    run_on_glade([], parameters={"glass": True}, settings=Settings(look="classic"))
     assert len([warning for warning in recwarn if "glass" in str(warning.message)]) == 1
 
 
