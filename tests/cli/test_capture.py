@@ -57,6 +57,26 @@ def test_the_forest_by_default(tmp_path, monkeypatch, capsys):
         assert np.asarray(image).max() > 20
 
 
+def test_a_picture_without_its_background_is_a_png_with_alpha(tmp_path, capsys):
+    """Averaged over four samples if nothing but pictures is asked for; what an alpha of 0 hides is black."""
+    for outputs, supersample in (("color_alpha", 2), ("color,color_alpha", 2), ("color_alpha,id", 1)):
+        manifest = manifest_of(capsys, GLADE, *SMALL, "--outputs", outputs, "--glass", "-o", tmp_path)
+        assert manifest["settings"]["supersample"] == supersample
+        (frame,) = manifest["frames"]
+        assert frame["files"]["color_alpha"] == "color_alpha_000000.png"
+        with Image.open(tmp_path / "color_alpha_000000.png") as image:
+            assert image.mode == "RGBA"
+            pixels = np.asarray(image)
+        assert hashlib.sha256(pixels.tobytes()).hexdigest() == frame["sha256"]["color_alpha"]
+        alpha = pixels[..., 3]
+        assert alpha.min() == 0
+        assert alpha.max() == 255
+        assert (np.unique(alpha).size > 4) == (supersample == 2)  # edges of the balls
+        assert (pixels[alpha == 0] == 0).all()
+    assert main(["capture", GLADE, "--outputs", "color_alpha", "--look", "classic"]) == 1
+    assert "look 'classic' has no output 'color_alpha'" in capsys.readouterr().err
+
+
 def test_hashes_are_of_the_pixels_that_the_files_hold(tmp_path, capsys):
     manifest = manifest_of(capsys, GLADE, *SMALL, "--outputs", ",".join(OUTPUTS), "-o", tmp_path)
     frame = manifest["frames"][0]
