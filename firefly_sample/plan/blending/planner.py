@@ -51,7 +51,8 @@ class BlendingPlanner:
             key = (batches, view.lens, view.near, view.far, *(array.tobytes() for array in squares))
             order = self._order.get(key, lambda: draw_order(batches, view, particles, dots))
         clusters = plan_clusters(sets, view, nearest, farthest)
-        return Blended(batches, order, clusters, nearest, farthest)
+        # bounding spheres may reach beyond the planes
+        return Blended(batches, order, clusters, max(nearest, view.near), min(farthest, view.far))
 
 
 def draw_order(batches: Sequence[Batch], view: View, particles: ParticleSet, dots: SpriteSet) -> DrawOrder:
