@@ -318,7 +318,7 @@ def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visi
         if not len(geom.triangles):
             continue  # nothing to draw must cost nothing
         material = visit.material if visit.material is not None else own
-        key = (id(geom), *_look_of(material), visit.color is not None)
+        key = (id(geom), *_look_of(material), visit.color is not None, _lets_through(material, visit.color))
         entry = found.setdefault(key, _Found(geom))
         entry.nets.append(visit.net)
         entry.ids.append(index)
@@ -337,7 +337,17 @@ def _look_of(material: Material) -> tuple[Any, ...]:
         material.metallic is not None,
         material.unlit,
         material.alpha_mode == "blend",
+        _lets_through(material, None),
     )
+
+
+def _lets_through(material: Material, color: Color | None) -> bool:
+    """Return whether instances of a blended material are not opaque, whatever its texture and vertices are.
+
+    The opaque ones among them are drawn with the other opaque surfaces.
+    """
+    alpha = 1.0 if color is None else color[3]
+    return material.alpha_mode == "blend" and bool(material.base_color[3] * alpha < 1.0)
 
 
 def _make_groups(key: tuple[Any, ...], found: _Found) -> list[Group]:
