@@ -157,9 +157,9 @@ def _candidates(batch: Batch, view: View, rays: Rays) -> Iterator[tuple[Index, I
         for part in chunks_of(small, CHUNK // SMALL):
             pixels, triangle = _box_pixels(low[part], high[part], view.size[0])
             yield pixels, np.full(len(pixels), instance), part[triangle]
-        for triangle in np.flatnonzero(counts > SMALL).tolist():
-            pixels = _pixels_within(corners[triangle], low[triangle], high[triangle], rays, view.size[0])
-            yield pixels, np.full(len(pixels), instance), np.full(len(pixels), triangle)
+        for large in np.flatnonzero(counts > SMALL).tolist():
+            pixels = _pixels_within(corners[large], low[large], high[large], rays, view.size[0])
+            yield pixels, np.full(len(pixels), instance), np.full(len(pixels), large)
 
 
 def _boxes(corners: Float64, view: View) -> tuple[Index, Index]:
