@@ -326,8 +326,7 @@ class _Drawing:
                 for first, drawable in zip(starts, drawables, strict=False):
                     own = {"u_first_instance": first}
                     draw_surface(gpu, drawable, ctx.DEPTH_TEST, uniforms | own, textures)
-            found = passed.count()
-            if found and number == limit:
+            if passed.number and number == limit:
                 raise SceneError(
                     f"a pixel has more than {limit} blended layers: raise transparency_layers, or choose "
                     "transparency=sorted"
@@ -339,7 +338,7 @@ class _Drawing:
                 own_names = {"u_layer_place": current[1], "u_peeled_place": peeled[1]}
                 self._use_segment(squares.program, number == 0, own_names)
                 squares.draw(0, len(squares.rows))
-            if not found:
+            if not passed.number:
                 break
             program = gpu.programs.get("layer", Variant(), ("transparency",), "fullscreen")
             program.use(None, {"u_layer": images.own("layer")})
