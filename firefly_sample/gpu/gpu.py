@@ -37,13 +37,9 @@ SQUARE = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype=np.float32)
 
 @dataclass
 class Samples:
-    """A number of samples, known when all are drawn."""
+    """A number of samples, 0 until all are drawn."""
 
     number: int = 0
-
-    def count(self) -> int:
-        """Return the number."""
-        return self.number
 
 
 class Squares(NamedTuple):
@@ -184,11 +180,10 @@ class Gpu:
     @contextmanager
     def samples(self) -> Iterator[Samples]:
         """Count the samples that pass what is drawn inside."""
-        raw = self.device.raw
+        raw, counted = self.device.raw, Samples()
         query = raw.create_query()
         try:
             raw.call("glBeginQuery", SAMPLES_PASSED, query)
-            counted = Samples()
             yield counted
         finally:
             raw.call("glEndQuery", SAMPLES_PASSED)

@@ -7,38 +7,26 @@ sums.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from firefly_sample.errors import SceneError
-from firefly_sample.gpu.drawing import (
-    Drawable,
-    cell_tables,
-    draw_surface,
-    light_table,
-    make_drawable,
-    shadow_textures,
-)
+from firefly_sample.gpu.drawing import Drawable, draw_surface, make_drawable, shadow_textures
 from firefly_sample.gpu.instance_rows import PARTICLE_DTYPE, instance_texels, particle_rows
 from firefly_sample.passes.base import BOTH, Pass
 from firefly_sample.passes.geometry import legal_surfaces, surface_fields
 from firefly_sample.passes.legal import Product, Products, choices
-from firefly_sample.passes.lights import FADES
+from firefly_sample.passes.light_sets import LightSetVariant, bind_light_sets, legal_light_sets
 from firefly_sample.passes.particles import ParticleVariant, particle_reads, particle_variant
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import Batch, Blended, FramePlan, PassPlan
-from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (
-    DrawMethod,
-    FalloffChoice,
-    LightKind,
     MapCoordinates,
-    PositionSource,
     RangeFalloff,
     ShadowTaps,
     SpecularModel,
@@ -63,19 +51,6 @@ OUTPUTS_OF = {
 }
 """The colour targets of each method's shader."""
 _LAYERS = "transparency=exact keeps two layers at a time"
-
-
-@dataclass(frozen=True)
-class LightSetVariant(Variant):
-    """One set of lights, which a shader loops over; all, or those of a cell."""
-
-    light_kind: LightKind = "point"
-    light_method: DrawMethod = "clustered"
-    falloff: FalloffChoice = "ramp_squared"
-    specular_model: SpecularModel = "none"
-    shadow_taps: ShadowTaps = 0
-    particle_shadow: bool = False
-    position_source: PositionSource = "distance"
 
 
 @dataclass(frozen=True)
@@ -185,7 +160,7 @@ class TransparencyPass(Pass):
                 if each["cutout"] == each["vertex_alpha"]
             ]
             frame = choices(emission=[emission]), choices(ambient_albedo=BOTH), choices(orthographic=BOTH)
-            parts = methods, *frame, _legal_lights(), choices(clamp_light=BOTH), surfaces, *others
+            parts = methods, *frame, legal_light_sets(), choices(clamp_light=BOTH), surfaces, *others
             products.append(Product(TransparencyVariant, *parts))
         return Products(*products)
 
@@ -208,49 +183,6 @@ class TransparencyPass(Pass):
         ]()
 
 
-def _legal_lights() -> list[dict[str, Any]]:
-    """Return the fields of sets of lights: none, each kind alone, all together with highlights and shadows.
-
-    The lighting passes have every combination of highlights and shadows for each kind.
-    """
-    highlights_and_taps: list[Any] = [("none", 0), ("phong", 4), ("blinn_phong", 16)]
-    alone, *together = highlights_and_taps
-    found: list[dict[str, Any]] = [{"light_sets": ()}]
-    for end in get_args(RangeFalloff):
-        kinds = [(kind, falloff) for kind, falloff, ending in FADES if ending == end]
-        found += [_legal_sets(end, [each], *alone) for each in kinds]
-        found += [_legal_sets(end, kinds, *each) for each in together]
-    return found
-
-
-def _legal_sets(
-    end: RangeFalloff,
-    kinds: Sequence[tuple[Any, FalloffChoice]],
-    model: SpecularModel,
-    taps: ShadowTaps,
-) -> dict[str, Any]:
-    """Return the fields of some sets of lights; where they have shadows, those of particles as well."""
-    clouds = taps > 0
-    return {
-        "range_falloff": end,
-        "specular": model != "none",
-        "specular_model": model,
-        "shadow_taps": taps,
-        "particle_shadow": clouds,
-        "light_sets": tuple(
-            LightSetVariant(
-                kind,
-                "loop" if kind == "directional" else "clustered",
-                falloff,
-                model,
-                taps,
-                clouds and kind != "point",
-            )
-            for kind, falloff in kinds
-        ),
-    }
-
-
 class _Drawing:
     """One frame's blended surfaces on the GPU."""
 
@@ -263,47 +195,15 @@ class _Drawing:
         images: BoundImages,
     ) -> None:
         self._gpu, self._plan, self._blended, self._images = gpu, plan, blended, images
-        self._uniforms: dict[str, object] = {}
-        self._textures = shadow_textures(gpu, plan, images, frame.shadow_taps, frame.particle_shadow)
-        sets = [self._light_set(index, frame, *each) for index, each in enumerate(self._light_sets())]
-        self._frame = replace(frame, light_sets=tuple(sets), particles=None)
+        shadows = frame.shadow_taps, frame.particle_shadow
+        lights = bind_light_sets(gpu, plan, blended.clusters, frame.specular_model, *shadows)
+        self._uniforms = lights.uniforms
+        self._textures = shadow_textures(gpu, plan, images, *shadows) | lights.textures
+        self._frame = replace(frame, light_sets=lights.variants, particles=None)
         self._particles = frame.particles
         if frame.transparency == "weighted":
             deep = max(blended.farthest - blended.nearest, 1e-30)
             self._uniforms["u_blended_range"] = (blended.nearest, 1.0 / deep)
-
-    def _light_sets(self) -> Iterator[tuple[LightSet, Any]]:
-        """Yield each set of lights, and its cells; those without positions have none."""
-        directional = [lights for lights in self._plan.lights if lights.kind == "directional"]
-        for lights in LightSet.joined_for_loops(directional):
-            yield lights, None
-        for clusters in self._blended.clusters:
-            yield clusters.lights, clusters
-
-    def _light_set(
-        self, index: int, frame: TransparencyVariant, lights: LightSet, clusters: Any
-    ) -> LightSetVariant:
-        """Return the variant of a set of lights, and add its uniforms and textures."""
-        directional = clusters is None
-        variant = LightSetVariant(
-            light_kind=lights.kind,
-            light_method="loop" if directional else "clustered",
-            falloff="ramp_squared" if directional else lights.falloff.value,
-            specular_model=frame.specular_model,
-            shadow_taps=frame.shadow_taps if lights.shadowed else 0,
-            particle_shadow=frame.particle_shadow and lights.particle_shadowed,
-        )
-        gpu, plan, key = self._gpu, self._plan, f"transparency {index}"
-        uniforms: dict[str, object] = {"u_light_count": len(lights)}
-        textures: dict[str, moderngl.Texture] = {}
-        members = None
-        if not directional:
-            uniforms, textures = cell_tables(gpu, plan, clusters, key)
-            members = clusters.members
-        textures["u_lights"] = light_table(gpu, plan, lights, variant, key, members)
-        self._uniforms |= {f"{name}_{index}": value for name, value in uniforms.items()}
-        self._textures |= {f"{name}_{index}": value for name, value in textures.items()}
-        return variant
 
     def _program(self, batch: Batch, outputs: tuple[str, ...]) -> Program:
         frame = self._frame
@@ -426,8 +326,7 @@ class _Drawing:
                 for first, drawable in zip(starts, drawables, strict=False):
                     own = {"u_first_instance": first}
                     draw_surface(gpu, drawable, ctx.DEPTH_TEST, uniforms | own, textures)
-            found = passed.count()
-            if found and number == limit:
+            if passed.number and number == limit:
                 raise SceneError(
                     f"a pixel has more than {limit} blended layers: raise transparency_layers, or choose "
                     "transparency=sorted"
@@ -439,7 +338,7 @@ class _Drawing:
                 own_names = {"u_layer_place": current[1], "u_peeled_place": peeled[1]}
                 self._use_segment(squares.program, number == 0, own_names)
                 squares.draw(0, len(squares.rows))
-            if not found:
+            if not passed.number:
                 break
             program = gpu.programs.get("layer", Variant(), ("transparency",), "fullscreen")
             program.use(None, {"u_layer": images.own("layer")})

@@ -318,7 +318,7 @@ def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visi
         if not len(geom.triangles):
             continue  # nothing to draw must cost nothing
         material = visit.material if visit.material is not None else own
-        key = (id(geom), *_look_of(material), *_tint_of(material, visit.color))
+        key = (id(geom), *_look_of(material), visit.color is not None, _lets_through(material, visit.color))
         entry = found.setdefault(key, _Found(geom))
         entry.nets.append(visit.net)
         entry.ids.append(index)
@@ -336,14 +336,18 @@ def _look_of(material: Material) -> tuple[Any, ...]:
         *look_of_maps(material),
         material.metallic is not None,
         material.unlit,
-        # whether a group is blended depends on the base colour
-        id(material) if material.alpha_mode == "blend" else None,
+        material.alpha_mode == "blend",
+        _lets_through(material, None),
     )
 
 
-def _tint_of(material: Material, color: Color | None) -> tuple[bool, bool]:
-    """Return whether a flat colour replaces those of vertices, and whether it makes a surface translucent."""
-    return color is not None, color is not None and material.alpha_mode == "blend" and color[3] < 1.0
+def _lets_through(material: Material, color: Color | None) -> bool:
+    """Return whether instances of a blended material are not opaque, whatever its texture and vertices are.
+
+    The opaque ones among them are drawn with the other opaque surfaces.
+    """
+    alpha = 1.0 if color is None else color[3]
+    return material.alpha_mode == "blend" and bool(material.base_color[3] * alpha < 1.0)
 
 
 def _make_groups(key: tuple[Any, ...], found: _Found) -> list[Group]:

@@ -43,8 +43,18 @@ class Maps(NamedTuple):
 NO_MAPS = Maps()
 
 
+_NONE = (None, None, None, None)
+
+
+def _textures(material: Material) -> tuple[Texture | None, ...]:
+    maps = material.emission_texture, material.metallic_roughness_texture
+    return (*maps, material.normal_texture, material.occlusion_texture)
+
+
 def look_of_maps(material: Material) -> tuple[Any, ...]:
     """Return what must be the same for instances that are drawn together, hashable."""
+    if _textures(material) == _NONE:  # asked of every material in every frame
+        return _NONE
     textures = (
         (material.emission_texture, material.emission_texcoord),
         (material.metallic_roughness_texture, material.metallic_roughness_texcoord),
@@ -57,12 +67,12 @@ def look_of_maps(material: Material) -> tuple[Any, ...]:
 def maps_of(materials: Sequence[Material], geom: Geom) -> Maps:
     """Return the maps of materials that are drawn together; a texture that changes nothing is left out."""
     first, second = materials[0], geom.texcoords_1 is not None
+    if first.unlit or _textures(first) == _NONE:
+        return NO_MAPS
 
     def made(texture: Texture | None, texcoord: int) -> Map | None:
         return None if texture is None else Map(texture, 2 if texcoord == 1 and second else 1)
 
-    if first.unlit:
-        return NO_MAPS
     glows = any(material.emission.any() for material in materials)
     return Maps(
         made(first.emission_texture, first.emission_texcoord) if glows else None,

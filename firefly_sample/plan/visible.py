@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from firefly_sample.plan.collect import Factors, Group, Instances
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.frustum import spheres_in_frustum
+from firefly_sample.plan.surface_maps import Maps
 from firefly_sample.plan.variants import SurfaceFeatures
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
@@ -154,17 +155,16 @@ def blended_batches(visible: Visible, blended: Sequence[bool]) -> tuple[Batch, .
             model_to_view=part.model_to_view,
             ids=part.ids,
             factors=visible.factors.take(slice(part.first, part.first + len(part.ids))),
-            surface=_features(part.group, cutout=False),
-            maps=part.group.maps,
+            surface=_features(part.group, maps, cutout=False),
+            maps=maps,
         )
-        for part, chosen in zip(visible.parts, blended, strict=True)
-        if chosen
+        for part in compress(visible.parts, blended)
+        for maps in (part.group.maps,)
     )
 
 
-def _features(group: Group, cutout: bool) -> SurfaceFeatures:
+def _features(group: Group, maps: Maps, cutout: bool) -> SurfaceFeatures:
     """Return the features that a draw of a group's instances needs."""
-    maps = group.maps
     return SurfaceFeatures(
         textured=group.texture is not None,
         vertex_color=group.geom.colors is not None and group.colors is None,
@@ -197,7 +197,8 @@ def make_batches(visible: Visible, near: float, blended: Sequence[bool]) -> tupl
             continue
         group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
-        maps, surface = group.maps, _features(group, cutout)
+        maps = group.maps
+        surface = _features(group, maps, cutout)
         cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
         for zone, (first, end) in enumerate(pairwise(cuts)):
             if first == end:

@@ -113,11 +113,13 @@ class Material(ReadOnlyArrays):
         unlit: bool = False,
     ) -> None:
         self.name = name
-        self.texture = texture
-        self.emission_texture = emission_texture
-        self.metallic_roughness_texture = metallic_roughness_texture
-        self.normal_texture = normal_texture
-        self.occlusion_texture = occlusion_texture
+        self.texture = self._texture("texture", texture)
+        self.emission_texture = self._texture("emission_texture", emission_texture)
+        self.metallic_roughness_texture = self._texture(
+            "metallic_roughness_texture", metallic_roughness_texture
+        )
+        self.normal_texture = self._texture("normal_texture", normal_texture)
+        self.occlusion_texture = self._texture("occlusion_texture", occlusion_texture)
         self.emission_texcoord = self._texcoord("emission_texcoord", emission_texcoord)
         self.metallic_roughness_texcoord = self._texcoord(
             "metallic_roughness_texcoord", metallic_roughness_texcoord
@@ -165,8 +167,9 @@ class Material(ReadOnlyArrays):
 
     def set_ambient(self, color: ArrayLike | None) -> None:
         """Set the linear reflectance of ambient light (r, g, b); None is the base colour."""
-        self.ambient = None if color is None else self._color("ambient", color)
-        self._check_model()
+        ambient = None if color is None else self._color("ambient", color)
+        self._check_model(self.metallic, ambient is not None)
+        self.ambient = ambient
         self.revision += 1
 
     def set_emission(self, color: ArrayLike) -> None:
@@ -176,8 +179,9 @@ class Material(ReadOnlyArrays):
 
     def set_specular(self, color: ArrayLike) -> None:
         """Set the linear reflectance of highlights (r, g, b)."""
-        self.specular = self._color("specular", color)
-        self._check_model()
+        specular = self._color("specular", color)
+        self._check_model(self.metallic, bool(specular.any()))
+        self.specular = specular
         self.revision += 1
 
     def set_shininess(self, shininess: float) -> None:
@@ -188,14 +192,16 @@ class Material(ReadOnlyArrays):
                 f"material {self.name!r}: shininess must be a number of 0 to {LARGEST_SHININESS:g}, "
                 f"got {shininess!r}"
             )
+        self._check_model(self.metallic, exponent > 0.0)
         self.shininess = exponent
-        self._check_model()
         self.revision += 1
 
     def set_metallic(self, metallic: float | None) -> None:
         """Set the share of a metal; None makes a Phong material."""
-        self.metallic = None if metallic is None else self._number("metallic", metallic)
-        self._check_model()
+        share = None if metallic is None else self._number("metallic", metallic)
+        phong = self.ambient is not None or bool(self.specular.any()) or self.shininess > 0.0
+        self._check_model(share, phong)
+        self.metallic = share
         self.revision += 1
 
     def set_roughness(self, roughness: float) -> None:
@@ -203,9 +209,9 @@ class Material(ReadOnlyArrays):
         self.roughness = self._number("roughness", roughness)
         self.revision += 1
 
-    def _check_model(self) -> None:
-        """Raise a SceneError if a metallic-roughness material has what only Phong materials have."""
-        if self.metallic is not None and (self.ambient is not None or self.specular.any() or self.shininess):
+    def _check_model(self, metallic: float | None, phong: bool) -> None:
+        """Raise a SceneError if a metallic-roughness material has what only Phong ones have (`phong`)."""
+        if metallic is not None and phong:
             raise SceneError(
                 f"material {self.name!r}: a metallic material has no ambient, specular and shininess: "
                 "leave these out, or metallic"
@@ -218,6 +224,11 @@ class Material(ReadOnlyArrays):
                 f"material {self.name!r}: {what} must be a number of {least:g} to {largest:g}, got {given!r}"
             )
         return number
+
+    def _texture(self, what: str, given: Texture | None) -> Texture | None:
+        if given is not None and not isinstance(given, Texture):
+            raise SceneError(f"material {self.name!r}: {what} must be a Texture or None, got {given!r}")
+        return given
 
     def _texcoord(self, what: str, given: int) -> int:
         if not isinstance(given, int | np.integer) or given not in (0, 1):

@@ -295,6 +295,26 @@ def test_geometry_that_moves_into_view_by_its_vertices_is_drawn():
         assert (assert_as_fresh(renderer, stage.scene)["id"] == 1).any()
 
 
+def test_of_one_mesh_what_is_opaque_stays_in_the_ids_while_the_alpha_of_others_changes():
+    """All three are marked for blending; ids are of the nearest opaque surface."""
+    scene, geom = wall_scene(), ball(1.0, 2)
+    panes = [Material(f"pane {i}", (0.5, 0.5, 0.5, 1), alpha_mode="blend") for i in range(3)]
+    for i, material in enumerate(panes):
+        path = scene.root.attach_new_node(geom_node(f"ball {i}", geom, material))
+        path.set_pos(2.5 * i - 2.5, 7, 0)
+    with make_renderer(SIZE) as renderer:
+        before = assert_as_fresh(renderer, scene)
+        assert np.unique(before["id"]).tolist() == [0, 1, 2, 3]
+        panes[0].set_base_color((0.5, 0.5, 0.5, 0.5))
+        scene.root.find("ball 2").set_color((1, 1, 1, 0.5))
+        images = assert_as_fresh(renderer, scene)
+        assert np.unique(images["id"]).tolist() == [0, 2]
+        assert np.array_equal(images["id"] == 2, before["id"] == 2)
+        panes[0].set_base_color((0.5, 0.5, 0.5, 1))
+        scene.root.find("ball 2").clear_color()
+        assert same(draw(renderer, scene), before)
+
+
 def test_a_colour_of_vertices_reaches_every_instance_and_every_frame():
     stage = Stage()
     stage.one_more()

@@ -68,3 +68,30 @@ def test_every_setter_counts():
         before = material.revision
         getattr(material, f"set_{name}")(value)
         assert material.revision == before + 1
+
+
+def test_what_only_one_model_has_is_refused_and_changes_nothing():
+    metal = Material("gold", metallic=1.0, roughness=0.5)
+    revision = metal.revision
+    for setter, value in (("ambient", (0, 0, 0)), ("specular", (0.1, 0, 0)), ("shininess", 1)):
+        with pytest.raises(SceneError, match="material 'gold': a metallic material has no ambient"):
+            getattr(metal, f"set_{setter}")(value)
+    assert (metal.ambient, metal.specular.any(), metal.shininess) == (None, False, 0)
+    assert metal.revision == revision
+    metal.set_metallic(0.25)
+    phong = Material("clay", shininess=2.0)
+    with pytest.raises(SceneError, match="leave these out, or metallic"):
+        phong.set_metallic(1.0)
+    assert phong.metallic is None
+    phong.set_shininess(0)
+    phong.set_metallic(1.0)
+    assert phong.metallic == 1.0
+
+
+@pytest.mark.parametrize(
+    "what",
+    ["texture", "emission_texture", "metallic_roughness_texture", "normal_texture", "occlusion_texture"],
+)
+def test_a_texture_is_a_texture(what):
+    with pytest.raises(SceneError, match=f"material 'clay': {what} must be a Texture or None, got 'a.png'"):
+        Material("clay", **{"metallic": 1.0, what: "a.png"})
