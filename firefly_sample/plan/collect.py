@@ -264,6 +264,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     """
     snapshot = Snapshot(root, root.get_top().node().subtree_revision, camera_mask)
     found: dict[tuple[Any, ...], _Found] = {}
+    looks: _Looks = {}
     names: list[str] = []
     warnings: dict[str, None] = {}
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
@@ -272,7 +273,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if node.warnings:
                 warnings.update(dict.fromkeys(f"model {node.name!r}: {line}" for line in node.warnings))
             if isinstance(node, GeomNode):
-                _add_geoms(found, node, visit, len(names))
+                _add_geoms(found, looks, node, visit, len(names))
                 names.append(visit.path)
             elif isinstance(node, LightNode):
                 snapshot.lights.append((node, visit.net))
@@ -284,19 +285,17 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
                 snapshot.sprites.append((node, visit.net))
             elif isinstance(node, ParticleNode):
                 snapshot.particles.append((node, visit.net))
-    materials: dict[int, Material] = {}
     for key, entry in found.items():
         finite = np.isfinite(entry.nets).all(axis=(1, 2))
         if not finite.all():
             _refuse(names[entry.ids[int(np.argmin(finite))]])
-        materials.update((id(material), material) for material in entry.materials)
         snapshot.groups.extend(_make_groups(key, entry))
         snapshot.watched.append((entry.geom, entry.geom.revision))
     for nodes in (snapshot.lights, snapshot.sprites, snapshot.particles):
         for node, net in nodes:
             if not np.isfinite(net).all():
                 _refuse(node.name)
-    snapshot.looks = [(material, _look_of(material)) for material in materials.values()]
+    snapshot.looks = list(looks.values())
     snapshot.id_names = tuple(names)
     snapshot.warnings = tuple(warnings)
     return snapshot
@@ -313,12 +312,20 @@ class _Found:
     colors: list[Color | None] = field(default_factory=list)
 
 
-def _add_geoms(found: dict[tuple[Any, ...], _Found], node: GeomNode, visit: Visit, index: int) -> None:
+_Looks = dict[int, tuple[Material, tuple[Any, ...]]]  # materials of a walk, with their `_look_of`, by id
+
+
+def _add_geoms(
+    found: dict[tuple[Any, ...], _Found], looks: _Looks, node: GeomNode, visit: Visit, index: int
+) -> None:
     for geom, own in node.geoms:
         if not len(geom.triangles):
             continue  # nothing to draw must cost nothing
         material = visit.material if visit.material is not None else own
-        key = (id(geom), *_look_of(material), visit.color is not None, _lets_through(material, visit.color))
+        if id(material) not in looks:
+            looks[id(material)] = material, _look_of(material)
+        look = looks[id(material)][1]
+        key = (id(geom), *look, visit.color is not None, _lets_through(material, visit.color))
         entry = found.setdefault(key, _Found(geom))
         entry.nets.append(visit.net)
         entry.ids.append(index)
@@ -342,10 +349,7 @@ def _look_of(material: Material) -> tuple[Any, ...]:
 
 
 def _lets_through(material: Material, color: Color | None) -> bool:
-    """Return whether instances of a blended material are not opaque, whatever its texture and vertices are.
-
-    The opaque ones among them are drawn with the other opaque surfaces.
-    """
+    """Return whether colours alone make an instance of a blended material not opaque."""
     alpha = 1.0 if color is None else color[3]
     return material.alpha_mode == "blend" and bool(material.base_color[3] * alpha < 1.0)
 
