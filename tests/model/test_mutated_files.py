@@ -24,8 +24,8 @@ from tests.model.originals import GLTF, OTHERS, rich_file
 from tests.model.scene_files import TRIANGLES, add_camera, add_slide, box_file
 
 
-def test_thirty_files() -> None:
-    failed, table = run("quick", range(30))
+def test_fifteen_files() -> None:
+    failed, table = run("quick", range(15))
     assert failed == []
     kinds = {kind for _, kind in table}
     assert kinds == {"picture", "line"}

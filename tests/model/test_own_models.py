@@ -23,18 +23,15 @@ FILES = sorted(path for path in MODELS.glob("*.glb") if path.stem not in SHOWPIE
 QUICK = (
     "birch",
     "bulb",
-    "cat",
     "dead_tree",
     "fallen_trunk",
     "grass",
     "mushrooms",
-    "planets",
     "plinth",
     "rocks",
     "stump",
-    "terrain",
 )
-"""Those that take seconds; they use every kind of noise, branch, card and texture there is."""
+"""Those that take a few seconds each."""
 
 
 def contents(path: Path) -> tuple[list[np.ndarray], list[np.ndarray], dict]:
