@@ -30,7 +30,7 @@ OWN_NAMES = (
     *("u_lights", "u_light_count", "u_slices", "u_slice_count", "u_masks", "u_tiling", "u_first_lines"),
     "u_slicing",
 )
-"""What the code of a set of lights declares: in the copy of set 0 it is called ``Light_0``, and so on."""
+"""Names that the code of a set of lights declares; in the copy of set 0, ``Light`` is ``Light_0``."""
 # Mesa: 0:12(3): error; NVIDIA: 0(12) : error; macOS and Intel: ERROR: 0:12:
 _ERROR_LINE = re.compile(r"\b0[:(](\d+)")
 

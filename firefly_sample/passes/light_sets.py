@@ -42,7 +42,7 @@ class LightSetVariant(Variant):
 
 
 class BoundLights(NamedTuple):
-    """What a shader needs to loop over sets of lights; the names of set 0 end with ``_0``, and so on."""
+    """Uniforms and textures of sets of lights; the names of set 0 end with ``_0``, and so on."""
 
     variants: tuple[LightSetVariant, ...]
     uniforms: dict[str, object]

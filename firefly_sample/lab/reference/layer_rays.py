@@ -36,7 +36,7 @@ BESIDE = 1.0 / 128.0
 
 @dataclass(frozen=True, eq=False)
 class Layers:
-    """Where n rays meet blended triangles: by pixels, the nearest first.
+    """The points where n rays meet blended triangles: by pixels, the nearest first.
 
     Attributes
     ----------

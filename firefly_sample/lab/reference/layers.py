@@ -31,7 +31,7 @@ SMALLEST_WEIGHT, LARGEST_WEIGHT = 1e-2, 3e3
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What n layers show: radiance (n, 3), and alpha (n,), the share of what is behind that they hide."""
+    """Radiance (n, 3) of n layers, and alpha (n,), the share of the light behind that each hides."""
 
     radiance: Float64
     alpha: Float64

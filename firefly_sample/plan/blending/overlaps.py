@@ -31,7 +31,7 @@ TOGETHER = 1 << 13
 
 
 class Order(NamedTuple):
-    """What is known of m pairs that overlap."""
+    """The order of m pairs that overlap."""
 
     first: Indices  # (m,) of the pair
     second: Indices
