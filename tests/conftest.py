@@ -36,7 +36,7 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_finish():
-    """What is imported and collected stays: no garbage collection needs to go through it again."""
+    """Keep garbage collections from going through all imported modules and collected tests again."""
     gc.collect()
     gc.freeze()
 

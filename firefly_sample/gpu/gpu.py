@@ -49,14 +49,18 @@ class Squares(NamedTuple):
     array: moderngl.VertexArray
     buffer: moderngl.Buffer
     program: Program
-    rows: NDArray[Any]
+    dtype: np.dtype[Any]
+    number: int
+
+    def draw_all(self) -> None:
+        """Draw all of them; the program is in use."""
+        self.draw(0, self.number)
 
     def draw(self, first: int, count: int) -> None:
         """Draw some of them; the program is in use."""
         # OpenGL 3.3 has no draw call that begins with an instance other than 0: the attributes do
-        dtype = self.rows.dtype
-        pointers = self.program.pointers(dtype)
-        self.gpu.device.raw.point_attributes(self.array.glo, self.buffer.glo, pointers, dtype.itemsize, first)
+        pointers, stride = self.program.pointers(self.dtype), self.dtype.itemsize
+        self.gpu.device.raw.point_attributes(self.array.glo, self.buffer.glo, pointers, stride, first)
         self.gpu.render(self.array, moderngl.TRIANGLE_STRIP, vertices=4, instances=count)
 
 
@@ -158,24 +162,21 @@ class Gpu:
         """Draw a triangle that covers the viewport: ``fullscreen.vert`` makes its corners."""
         self.render(self.array("fullscreen", program), moderngl.TRIANGLES, vertices=3)
 
-    def draw_squares(self, program: Program, rows: NDArray[Any], layout: str, *attributes: str) -> None:
-        """Draw a square for each row, whose numbers are `attributes` of instances; `layout` is as moderngl's.
+    def draw_squares(self, program: Program, rows: NDArray[Any], dtype: np.dtype[Any]) -> None:
+        """Draw a square for each row, with `program` in use; the arguments are those of `squares`."""
+        self.squares(program, rows, dtype).draw_all()
 
-        ``in_corner`` is -1 or 1, across and up.
+    def squares(self, program: Program, rows: NDArray[Any], dtype: np.dtype[Any]) -> Squares:
+        """Return squares for rows of float32, shape (n, k), to be drawn in parts.
+
+        The fields of `dtype`, a row, are named as the attributes of instances. ``in_corner`` is -1 or 1,
+        across and up.
         """
         corners = self.fixed("square", SQUARE), "2f", "in_corner"
-        instances = self.streams.buffer(program.name, rows), f"{layout}/i", *attributes
+        buffer = self.streams.buffer(program.name, rows)
+        instances = program.attributes_of(buffer, dtype, per_instance=True)
         array = self.array(program.name, program, corners, instances)
-        self.render(array, moderngl.TRIANGLE_STRIP, vertices=4, instances=len(rows))
-
-    def squares(self, program: Program, rows: NDArray[Any]) -> Squares:
-        """Return squares for rows, whose fields are named as attributes of instances."""
-        corners = self.fixed("square", SQUARE), "2f", "in_corner"
-        buffer = self.streams.buffer(f"{program.name} rows", rows)
-        instances = program.attributes_of(buffer, rows.dtype, per_instance=True)
-        return Squares(
-            self, self.array(f"{program.name} rows", program, corners, instances), buffer, program, rows
-        )
+        return Squares(self, array, buffer, program, dtype, len(rows))
 
     @contextmanager
     def samples(self) -> Iterator[Samples]:

@@ -38,16 +38,18 @@ INSTANCE_DTYPE = np.dtype(
 )
 """One instance: the columns of model-to-view for positions and for normals, its colours, and id + 1."""
 
-PARTICLE_DTYPE = np.dtype(
-    [
-        ("in_dot", np.float32, 4),
-        ("in_pixel", np.float32, 4),
-        ("in_per_radius", np.float32, 2),
-        ("in_color", np.float32, 3),
-        ("in_particle", np.float32, 3),
-    ]
-)
+_DOT = [
+    ("in_dot", np.float32, 4),
+    ("in_pixel", np.float32, 4),
+    ("in_per_radius", np.float32, 2),
+    ("in_color", np.float32, 3),
+]
+DOT_DTYPE = np.dtype(_DOT)
+"""A row of `dot_rows`."""
+PARTICLE_DTYPE = np.dtype([*_DOT, ("in_particle", np.float32, 3)])
 """A row of `particle_rows`."""
+DISC_DTYPE = np.dtype([("in_disc", np.float32, 4), ("in_strength", np.float32, 3)])
+"""A row of `splat_rows`."""
 
 CASTER_DTYPE = np.dtype([*((f"in_clip_{axis}", np.float32, 4) for axis in "xyzw"), ("in_alpha", np.float32)])
 """One caster of a shadow: the columns of model-to-clip, and the factor of its alpha."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING
 
-from firefly_sample.gpu.instance_rows import splat_rows
+from firefly_sample.gpu.instance_rows import DISC_DTYPE, splat_rows
 from firefly_sample.passes.base import FullscreenPass, Pass
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
@@ -39,7 +39,7 @@ class ParticleShadowSlicesPass(Pass):
         gpu.ctx.enable_only(gpu.ctx.BLEND)
         program = self.program(gpu, step.variant, images)
         program.use()
-        gpu.draw_squares(program, splat_rows(plan.particle_shadow), "4f 3f", "in_disc", "in_strength")
+        gpu.draw_squares(program, splat_rows(plan.particle_shadow), DISC_DTYPE)
 
 
 class ParticleShadowSumsPass(Pass):

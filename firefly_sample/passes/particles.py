@@ -8,7 +8,13 @@ from itertools import product
 from typing import TYPE_CHECKING, get_args
 
 from firefly_sample.gpu.drawing import light_table, shadow_textures
-from firefly_sample.gpu.instance_rows import dot_rows, particle_records, particle_rows
+from firefly_sample.gpu.instance_rows import (
+    DOT_DTYPE,
+    PARTICLE_DTYPE,
+    dot_rows,
+    particle_records,
+    particle_rows,
+)
 from firefly_sample.passes.base import BOTH, Pass, combinations
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
@@ -194,9 +200,8 @@ class ParticlesPass(Pass):
         ctx.blend_func = ctx.ONE, ctx.ONE_MINUS_SRC_ALPHA
         program = self.program(gpu, step.variant, images)
         program.use(None, images.samplers())
-        names = "in_dot", "in_pixel", "in_per_radius", "in_color", "in_particle"
         rows = particle_rows(plan.particles, plan.sprites, plan.view)
-        gpu.draw_squares(program, rows, "4f 4f 2f 3f 3f", *names)
+        gpu.draw_squares(program, rows, PARTICLE_DTYPE)
 
 
 @dataclass(frozen=True)
@@ -233,5 +238,4 @@ class SpritesPass(Pass):
         gpu.ctx.enable_only(gpu.ctx.BLEND | (gpu.ctx.DEPTH_TEST if tested else gpu.ctx.NOTHING))
         program = self.program(gpu, step.variant, images)
         program.use()
-        names = "in_dot", "in_pixel", "in_per_radius", "in_color"
-        gpu.draw_squares(program, dot_rows(plan.sprites, plan.view), "4f 4f 2f 3f", *names)
+        gpu.draw_squares(program, dot_rows(plan.sprites, plan.view), DOT_DTYPE)

@@ -219,7 +219,7 @@ class _Drawing:
         self._images.draw_into()
         ctx.blend_func = ctx.ONE, ctx.ONE_MINUS_SRC_ALPHA
         table = gpu.streams.texture("blended instances", instance_texels(self._blended.batches))
-        corners = gpu.streams.buffer("blended corners", self._corners())
+        corners = gpu.streams.buffer("blended corners", order.corners)
         drawables, first = [], 0
         for batch in self._blended.batches:
             program = self._program(batch, self._images.color_names())
@@ -239,21 +239,6 @@ class _Drawing:
                 self._use_particles(squares.program)
                 squares.draw(run.first, run.count)
 
-    def _corners(self) -> np.ndarray[Any, Any]:
-        """Return the vertices of all triangles in drawing order, as `Uploads.sorted_array` numbers them."""
-        order = self._blended.order
-        assert order is not None
-        corners = np.zeros((len(order.triangles), 3), dtype=np.uint32)
-        batch_of = np.repeat(
-            [run.batch for run in order.runs if run.batch >= 0],
-            [run.count for run in order.runs if run.batch >= 0],
-        )
-        for number, batch in enumerate(self._blended.batches):
-            mine = np.flatnonzero(batch_of == number)
-            instance, triangle = order.triangles[mine].T
-            corners[mine] = batch.geom.triangles[triangle] + (instance * len(batch.geom.vertices))[:, None]
-        return corners
-
     def weighted(self) -> None:
         """Add surfaces and particles in any order."""
         gpu, ctx = self._gpu, self._gpu.ctx
@@ -263,10 +248,10 @@ class _Drawing:
         for drawable in self._instanced(outputs):
             draw_surface(gpu, drawable, ctx.BLEND | ctx.DEPTH_TEST, self._uniforms, self._textures)
         squares = self._squares(outputs, np.arange(len(self._plan.particles)))
-        if squares is not None and len(squares.rows):
+        if squares is not None:
             ctx.enable_only(ctx.BLEND)
             self._use_particles(squares.program, u_blended_range=self._uniforms["u_blended_range"])
-            squares.draw(0, len(squares.rows))
+            squares.draw_all()
 
     def _instanced(self, outputs: tuple[str, ...]) -> list[Drawable]:
         """Return all batches, to be drawn as a whole."""
@@ -284,9 +269,9 @@ class _Drawing:
             return None
         plan, gpu = self._plan, self._gpu
         particles = replace(plan.particles, order=order)
-        rows = particle_rows(particles, plan.sprites, plan.view).view(PARTICLE_DTYPE)[:, 0]
+        rows = particle_rows(particles, plan.sprites, plan.view)
         program = gpu.programs.get("particles", self._particles, outputs)
-        return gpu.squares(program, rows)
+        return gpu.squares(program, rows, PARTICLE_DTYPE)
 
     def _use_particles(self, program: Program, **uniforms: object) -> None:
         program.use(uniforms, self._particle_textures(program))
@@ -337,7 +322,7 @@ class _Drawing:
             if squares is not None:
                 own_names = {"u_layer_place": current[1], "u_peeled_place": peeled[1]}
                 self._use_segment(squares.program, number == 0, own_names)
-                squares.draw(0, len(squares.rows))
+                squares.draw_all()
             if not passed.number:
                 break
             program = gpu.programs.get("layer", Variant(), ("transparency",), "fullscreen")

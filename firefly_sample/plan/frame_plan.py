@@ -124,8 +124,9 @@ class DrawOrder:
     Attributes
     ----------
     runs : tuple of Run
-    triangles : ndarray of int64, shape (n, 2)
-        Instance of its batch, and triangle of its Geom, in drawing order.
+    corners : ndarray of uint32, shape (n, 3)
+        The vertices of triangles in drawing order; those of instance i of a batch begin at i times the number
+        of its Geom's vertices.
     squares : ndarray of int, shape (m,)
         Particles, by their number, and dots, whose numbers follow theirs, in drawing order.
     warnings : tuple of str
@@ -133,7 +134,7 @@ class DrawOrder:
     """
 
     runs: tuple[Run, ...]
-    triangles: NDArray[np.int64]
+    corners: NDArray[np.uint32]
     squares: NDArray[np.intp]
     warnings: tuple[str, ...]
 

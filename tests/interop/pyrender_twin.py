@@ -1,4 +1,4 @@
-"""What a metallic-roughness surface shows, in float64: by glTF 2.0 (appendix B), or by pyrender's terms.
+"""The radiance of metallic-roughness surfaces in float64: by glTF 2.0 (appendix B), or by pyrender's terms.
 
 Each name in `PYRENDER` exchanges one term of glTF's formula for that of pyrender's shader, mesh.frag. The
 module is written from the text of the specification and that shader; it uses nothing of the renderer.
@@ -28,7 +28,7 @@ GLTF: frozenset[str] = frozenset()
 
 @dataclass
 class Surface:
-    """What is seen in n pixels, in view space or another rigid one: arrays of shape (n, 3) or (n,)."""
+    """The surfaces in n pixels, in view space or another rigid one: arrays of shape (n, 3) or (n,)."""
 
     position: np.ndarray
     normal: np.ndarray
@@ -50,7 +50,7 @@ class Lamp:
     """Colour times intensity: candela, or lux of a directional one."""
     position: np.ndarray | None = None
     direction: np.ndarray | None = None
-    """Where it shines to, unit; None for a point light."""
+    """The direction in which it shines, a unit vector; None for a point light."""
     cone: tuple[float, float] | None = None
     """Inner and outer half-angle of a spotlight, radians."""
     end: float = math.inf
@@ -86,7 +86,7 @@ def radiance(surface: Surface, lighting: Lighting, terms=GLTF) -> np.ndarray:
 
 
 def _reflected(surface: Surface, base: np.ndarray, lamp: Lamp, terms) -> np.ndarray:
-    """What a surface reflects of a light, shape (n, 3)."""
+    """Return the share of a light that a surface reflects, shape (n, 3)."""
     to_light, irradiance = _arriving(surface.position, lamp, terms)
     floors = "floors" in terms
     normal, to_eye = surface.normal, surface.to_eye

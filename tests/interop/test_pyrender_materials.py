@@ -1,4 +1,4 @@
-"""What becomes of metallic-roughness materials, their textures and tangents, by values, both ways."""
+"""Metallic-roughness materials, their textures and tangents are converted to pyrender and back: values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What textures and factors make of a metallic-roughness surface, and normals of normal maps."""
+"""Textures and factors of metallic-roughness surfaces, and the normals of normal maps."""
 
 import numpy as np
 import pytest

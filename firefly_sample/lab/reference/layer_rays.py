@@ -31,7 +31,7 @@ SLACK = 1e-9
 SMALL = 64
 """Pixels of a box that are all tested exactly."""
 BESIDE = 1.0 / 128.0
-"""Of a pixel: how far a rasteriser may move an edge, and a half more. It moves corners by 1/512 at most."""
+"""Share of a pixel by which an edge may be off: a rasteriser moves corners by 1/512 at most, this is more."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,7 +57,7 @@ class BlendingPlanner:
 
 def draw_order(batches: Sequence[Batch], view: View, particles: ParticleSet, dots: SpriteSet) -> DrawOrder:
     """Return the order in which triangles that face the eye, particles and dots are drawn."""
-    corners, rows, groups = [np.zeros((0, 3, 3))], [np.zeros((0, 2), dtype=np.int64)], []
+    corners, rows, groups = [np.zeros((0, 3, 3))], [np.zeros((0, 3), dtype=np.uint32)], []
     for number, batch in enumerate(batches):
         placed, own = _facing_triangles(batch, view.lens.perspective)
         corners.append(placed)
@@ -76,10 +76,10 @@ def draw_order(batches: Sequence[Batch], view: View, particles: ParticleSet, dot
     return _as_draws(found, polygons.sources, polygons.groups, discs, np.concatenate(rows), squares)
 
 
-def _facing_triangles(batch: Batch, perspective: bool) -> tuple[Float64, NDArray[np.int64]]:
+def _facing_triangles(batch: Batch, perspective: bool) -> tuple[Float64, NDArray[np.uint32]]:
     """Return corners in view space, (n, 3, 3), of the triangles whose drawn side faces the eye.
 
-    With them come each one's instance and its number in the Geom, (n, 2).
+    With them come their vertices, (n, 3), as `DrawOrder.corners` numbers them.
     """
     placed = batch.geom.vertices @ batch.model_to_view[:, :3, :3] + batch.model_to_view[:, None, 3, :3]
     corners = placed[:, batch.geom.triangles].reshape(-1, 3, 3)
@@ -90,7 +90,9 @@ def _facing_triangles(batch: Batch, perspective: bool) -> tuple[Float64, NDArray
         normals = np.cross(corners[:, 1] - first, corners[:, 2] - first)
         towards = -np.einsum("ij,ij->i", normals, first) if perspective else -normals[:, 1]
         numbers = np.flatnonzero(towards < 0.0 if batch.mirrored else towards > 0.0)
-    return corners[numbers], np.stack([numbers // count, numbers % count], axis=1)
+    instance, triangle = np.divmod(numbers, count)
+    vertices = batch.geom.triangles[triangle] + (instance * len(batch.geom.vertices))[:, None]
+    return corners[numbers], vertices.astype(np.uint32)
 
 
 def _discs(view: View, particles: ParticleSet, dots: SpriteSet, group: int) -> Discs:
@@ -106,10 +108,10 @@ def _as_draws(
     sources: NDArray[np.intp],
     groups: NDArray[np.intp],
     discs: Discs,
-    rows: NDArray[np.int64],
+    vertices: NDArray[np.uint32],
     squares: int,
 ) -> DrawOrder:
-    """Return an order as draws; `sources` are the triangles of polygons, whose `rows` say which they are."""
+    """Return an order as draws; `sources` are the triangles of polygons, which have these `vertices`."""
     count = len(sources)
     own = np.concatenate([groups, np.full(len(discs.sources), squares)])[found.order]
     is_triangle = found.order < count
@@ -121,7 +123,7 @@ def _as_draws(
         runs.append(Run(batch if batch < squares else -1, int(start), end - first))
     return DrawOrder(
         tuple(runs),
-        rows[sources[found.order[is_triangle]]],
+        vertices[sources[found.order[is_triangle]]],
         discs.sources[found.order[~is_triangle] - count],
         tuple(order_warnings(found)),
     )
