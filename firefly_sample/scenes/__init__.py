@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
@@ -122,15 +122,24 @@ def naming(plugin: ScenePlugin) -> Iterator[None]:
     except (FireflyError, KeyboardInterrupt):
         raise
     except BaseException as error:  # SystemExit, too
-        packages = {name.partition(".")[0] for name in _modules(plugin) | built} - _NOT_A_PLUGINS
-        frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
-        modules = {name for frame in frames if (name := frame.f_globals.get("__name__", ""))}
-        own = {name for name in modules if name.partition(".")[0] in packages}
-        if not own:
+        named = scene_error(plugin, error, built)
+        if named is None:
             raise
-        raise SceneError(f"scene {plugin.name!r}: {_fault(error, own)}") from error
+        raise named from error
     finally:
         _being_named.pop()
+
+
+def scene_error(plugin: ScenePlugin, error: BaseException, modules: Collection[str]) -> SceneError | None:
+    """Return an error that names `plugin` and the place for what its own code raised, on one line.
+
+    None if no code of the plugin's package had a part in it. `modules` are those of its scenes' classes.
+    """
+    packages = {name.partition(".")[0] for name in _modules(plugin).union(modules)} - _NOT_A_PLUGINS
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    names = {name for frame in frames if (name := frame.f_globals.get("__name__", ""))}
+    own = {name for name in names if name.partition(".")[0] in packages}
+    return SceneError(f"scene {plugin.name!r}: {_fault(error, own)}") if own else None
 
 
 def _modules(plugin: ScenePlugin) -> set[str]:

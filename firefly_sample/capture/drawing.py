@@ -1,0 +1,232 @@
+"""Draw the frames of jobs in this process, and encode them as the bytes of files."""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from itertools import islice
+from typing import TYPE_CHECKING, NamedTuple
+
+from firefly_sample.capture.files import encode_image, pixel_hash
+from firefly_sample.capture.job import Driver, Job, Task
+from firefly_sample.errors import FireflyError, SoftwareDriverWarning
+from firefly_sample.frame import Frame, Image
+
+if TYPE_CHECKING:
+    from firefly_sample.scene.scene import Scene, ScenePlugin
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A frame that was drawn and encoded. It can be pickled.
+
+    Attributes
+    ----------
+    index : int
+    time : float
+        Seconds.
+    lights : dict of str to int
+        Counts: in_scene, in_view, dropped.
+    files : dict of str to bytes
+        By output: the content of its file.
+    sha256, file_sha256 : dict of str to str
+        By output: the `pixel_hash` of the image, and the SHA-256 of the file.
+    warnings : tuple of str
+        Those of the frame.
+    id_names : tuple of str
+        The name of each value of the output "id"; empty without that output.
+    said : tuple of str
+        What was warned of while the scene was built, in another process.
+    """
+
+    index: int
+    time: float
+    lights: dict[str, int]
+    files: dict[str, bytes]
+    sha256: dict[str, str]
+    file_sha256: dict[str, str]
+    warnings: tuple[str, ...] = ()
+    id_names: tuple[str, ...] = ()
+    said: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A frame that could not be drawn. It can be pickled.
+
+    Attributes
+    ----------
+    index : int
+    error : FireflyError
+    whole_job : bool
+        True if no frame of its job can be drawn, because the scene cannot be built.
+    """
+
+    index: int
+    error: FireflyError
+    whole_job: bool = False
+    said: tuple[str, ...] = ()
+
+
+class Encoded(NamedTuple):
+    """The content of one file, its SHA-256, and the `pixel_hash` of the image in it."""
+
+    content: bytes
+    file_sha256: str
+    sha256: str
+
+
+def encode(output: str, image: Image) -> Encoded:
+    """Return an image as the content of its file, with both hashes."""
+    content = encode_image(output, image)
+    return Encoded(content, hashlib.sha256(content).hexdigest(), pixel_hash(image))
+
+
+def as_drawn(index: int, frame: Frame, encoded: Mapping[str, Encoded], said: tuple[str, ...] = ()) -> Drawn:
+    """Return a frame whose images were encoded, by output."""
+    return Drawn(
+        index=index,
+        time=frame.time,
+        lights=asdict(frame.lights),
+        files={output: one.content for output, one in encoded.items()},
+        sha256={output: one.sha256 for output, one in encoded.items()},
+        file_sha256={output: one.file_sha256 for output, one in encoded.items()},
+        warnings=tuple(frame.warnings),
+        id_names=tuple(frame.id_names) if "id" in frame.images else (),
+        said=said,
+    )
+
+
+class Artist:
+    """A renderer, and the scene of the job that was drawn last. A context manager.
+
+    Parameters
+    ----------
+    job : Job
+        One of those that are going to be drawn. All have the same size, outputs and device.
+
+    Raises
+    ------
+    FireflyError
+        If there is no driver, or it cannot draw pictures of this size.
+    """
+
+    def __init__(self, job: Job) -> None:
+        from firefly_sample.renderer import Renderer
+
+        self._renderer = Renderer(job.size, job.exposed, device=job.device, require_gpu=job.require_gpu)
+        self._job: Job | None = None
+        self._scene: Scene | FireflyError | None = None
+        self._plugin: ScenePlugin | None = None
+
+    @property
+    def driver(self) -> Driver:
+        """The driver of all frames."""
+        return Driver(self._renderer.driver, self._renderer.driver_version, self._renderer.software)
+
+    def draw_one(self, task: Task) -> Drawn | Failed:
+        """Draw and encode one frame. What is warned of meanwhile is kept in the result."""
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            warnings.simplefilter("ignore", SoftwareDriverWarning)
+            ((_, frame),) = self.draw([task])
+        said = tuple(dict.fromkeys(str(one.message) for one in caught))
+        if isinstance(frame, Failed):
+            return replace(frame, said=said)
+        encoded = {output: encode(output, image) for output, image in frame.images.items()}
+        return as_drawn(task.index, frame, encoded, said)
+
+    def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Frame | Failed]]:
+        """Draw frames in the given order; each is read back while the next one is drawn.
+
+        A frame that cannot be drawn is given as `Failed`, and those after it are drawn all the same.
+        """
+        todo = _Queue(tasks)
+        while (first := todo.first()) is not None:
+            scene = self._scene_of(first.job)
+            if isinstance(scene, FireflyError):
+                yield todo.take(), Failed(first.index, scene, whole_job=True)
+                continue
+            drawing: deque[Task] = deque()
+            try:
+                times = _times(first.job, todo, drawing)
+                for frame in self._renderer.render_many(scene, times, first.job.outputs):
+                    yield drawing.popleft(), frame
+            except MemoryError:
+                raise
+            except (Exception, SystemExit) as error:
+                if not drawing:
+                    raise  # the list of tasks is wrong, and no frame
+                failed = drawing.popleft()
+                todo.put_back(drawing)
+                yield failed, Failed(failed.index, self._as_firefly_error(error))
+
+    def _scene_of(self, job: Job) -> Scene | FireflyError:
+        """Return the scene of a job, or the error that keeps it from being built; the last is kept."""
+        from firefly_sample.scenes import build_scene, find_scene
+
+        if self._scene is None or job != self._job:
+            self._job, self._scene = None, None  # the scene before is freed before another one is built
+            try:
+                self._plugin = find_scene(job.scene)
+                self._renderer.settings = job.exposed
+                self._scene = build_scene(self._plugin, **job.parameters)
+            except FireflyError as error:
+                self._scene = error
+            self._job = job
+        return self._scene
+
+    def _as_firefly_error(self, error: BaseException) -> FireflyError:
+        from firefly_sample.scenes import scene_error
+
+        if isinstance(error, FireflyError):
+            return error
+        assert self._plugin is not None
+        modules = {type(self._scene).__module__}
+        named = scene_error(self._plugin, error, modules)
+        if named is None:
+            named = FireflyError(f"{type(error).__name__}: {' '.join(str(error).split())}")
+        named.__cause__ = error
+        return named
+
+    def close(self) -> None:
+        """Free the renderer."""
+        self._renderer.close()
+
+    def __enter__(self) -> Artist:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Queue:
+    """Tasks that are taken one by one from an iterable, and can be put back."""
+
+    def __init__(self, tasks: Iterable[Task]) -> None:
+        self._tasks = iter(tasks)
+        self._front: deque[Task] = deque()
+
+    def first(self) -> Task | None:
+        """Return the next task, which stays, or None at the end."""
+        if not self._front:
+            self._front.extend(islice(self._tasks, 1))
+        return self._front[0] if self._front else None
+
+    def take(self) -> Task:
+        """Take the task that `first` returned."""
+        return self._front.popleft()
+
+    def put_back(self, tasks: Iterable[Task]) -> None:
+        """Put tasks before the next one, in their order."""
+        self._front.extendleft(reversed(list(tasks)))
+
+
+def _times(job: Job, todo: _Queue, drawing: deque[Task]) -> Iterator[float]:
+    """Take the tasks of a job up to the first of another one; put each in `drawing`, and give its time."""
+    while (task := todo.first()) is not None and (task.job is job or task.job == job):
+        drawing.append(todo.take())
+        yield job.time(task.index)

@@ -1,0 +1,90 @@
+"""Where frames are drawn: what all engines have in common, and the engine that draws in this process."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Protocol
+
+from firefly_sample.capture.drawing import Artist, Drawn, Encoded, Failed, as_drawn, encode
+from firefly_sample.capture.job import Driver, Job, Task
+from firefly_sample.frame import Frame
+
+MOST_THREADS = 4
+"""More threads would save little time, and take the memory of more frames."""
+
+
+class Engine(Protocol):
+    """Draws frames, in this process or in others. A context manager; what it has is known inside the block."""
+
+    @property
+    def driver(self) -> Driver:
+        """The driver of all frames."""
+
+    def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Drawn | Failed]]:
+        """Draw frames, and give them in any order.
+
+        Tasks are taken from the iterable only when there is room to draw them, so that it may have any
+        number of them. Raises a FireflyError if no frame can be drawn any more.
+        """
+
+    def __enter__(self) -> Engine: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+class HereEngine:
+    """Draws in this process; a few threads encode frames while the next ones are drawn.
+
+    On exit it waits for the threads.
+    """
+
+    def __init__(self, job: Job) -> None:
+        self._job = job
+        self._artist: Artist | None = None
+        self._threads = min(os.cpu_count() or 1, MOST_THREADS)
+        self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="encoder")
+
+    @property
+    def driver(self) -> Driver:
+        """The driver of all frames."""
+        assert self._artist is not None
+        return self._artist.driver
+
+    def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Drawn | Failed]]:
+        """Draw frames in their order: see `Engine.draw`."""
+        assert self._artist is not None
+        encoding: deque[tuple[Task, Frame | Failed, dict[str, Future[Encoded]]]] = deque()
+        for task, frame in self._artist.draw(tasks):
+            # one frame more than threads, so that no thread idles
+            while encoding and (len(encoding) > self._threads or _is_done(encoding[0])):
+                yield _result(*encoding.popleft())
+            images = {} if isinstance(frame, Failed) else frame.images
+            futures = {output: self._pool.submit(encode, output, image) for output, image in images.items()}
+            encoding.append((task, frame, futures))
+            del frame, images
+        while encoding:
+            yield _result(*encoding.popleft())
+
+    def __enter__(self) -> HereEngine:
+        self._artist = Artist(self._job)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        if self._artist is not None:
+            self._artist.close()
+
+
+def _is_done(waiting: tuple[Task, Frame | Failed, dict[str, Future[Encoded]]]) -> bool:
+    return all(future.done() for future in waiting[2].values())
+
+
+def _result(
+    task: Task, frame: Frame | Failed, futures: dict[str, Future[Encoded]]
+) -> tuple[Task, Drawn | Failed]:
+    if isinstance(frame, Failed):
+        return task, frame
+    return task, as_drawn(task.index, frame, {output: future.result() for output, future in futures.items()})

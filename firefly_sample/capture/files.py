@@ -1,0 +1,171 @@
+"""Files of images: their names, contents and hashes, each written whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import itertools
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from firefly_sample.errors import FireflyError, OutputError
+from firefly_sample.frame import OUTPUTS, Image
+
+_UNFINISHED = re.compile(r"\..+\.\d+(-\d+)?\.part")
+"""The names that `open_whole` gives until a file is complete."""
+_numbers = itertools.count()
+
+
+def pixel_hash(image: Image) -> str:
+    """Return the SHA-256 of an image's raw pixels (C order, little-endian) as hexadecimal digits.
+
+    Files are not hashed, because different versions of zlib compress the same pixels to different bytes.
+    """
+    little = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("<"))
+    return hashlib.sha256(little.data).hexdigest()
+
+
+def file_name(output: str, index: int) -> str:
+    """Return the file of an output of a frame, for example ``color_000012.png`` or ``depth_000012.npz``."""
+    return f"{output}_{index:06d}.{'png' if OUTPUTS[output].dtype == 'uint8' else 'npz'}"
+
+
+def as_folder(folder: str | Path) -> Path:
+    """Return the path of an output folder; raise an OutputError if it is "", which is the working folder."""
+    if folder == "":
+        raise OutputError("the output folder must have a name, got ''; the working folder is '.'")
+    return Path(folder)
+
+
+def encode_image(output: str, image: Image) -> bytes:
+    """Return an image as a file: display codes as PNG, others as compressed ``.npz`` with one array.
+
+    The array is named `output`. The same pixels give the same bytes with the same versions of zlib, Pillow
+    and NumPy.
+    """
+    file = io.BytesIO()
+    if OUTPUTS[output].dtype == "uint8":
+        import PIL.Image
+
+        PIL.Image.fromarray(image).save(file, format="PNG")
+    else:
+        arrays: dict[str, Any] = {output: image}
+        np.savez_compressed(file, **arrays)
+    return file.getvalue()
+
+
+def decode_image(output: str, content: bytes) -> Image:
+    """Return the image in a file that `encode_image` made, or raise any exception if it is damaged."""
+    if OUTPUTS[output].dtype == "uint8":
+        import PIL.Image
+
+        with PIL.Image.open(io.BytesIO(content)) as picture:
+            return np.asarray(picture)
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        image: Image = arrays[output]
+        return image
+
+
+def write_image(path: Path, output: str, image: Image) -> None:
+    """Write one image as `encode_image` does."""
+    with open_whole(path) as file:
+        file.write(encode_image(output, image))
+
+
+def save_screenshot(folder: Path, name: str, picture: Image) -> Path:
+    """Write `picture`, shape (height, width, 3), to the first free ``<name>_0001.png`` in `folder`."""
+    import PIL.Image
+
+    png = io.BytesIO()
+    PIL.Image.fromarray(picture).save(png, format="PNG")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FireflyError(f"cannot write into {folder}: {error.strerror or error}") from error
+    for number in itertools.count(1):
+        path = folder / f"{name}_{number:04d}.png"
+        try:
+            # exclusive, so that two windows that save at the same time get different names
+            with path.open("xb") as file:
+                file.write(png.getbuffer())
+            break
+        except FileExistsError:
+            continue
+        except OSError as error:
+            with suppress(OSError):
+                path.unlink()
+            raise FireflyError(f"cannot write {path}: {error.strerror or error}") from error
+    return path
+
+
+@contextmanager
+def open_whole(path: Path, durable: bool = False) -> Iterator[IO[bytes]]:
+    """Open a file for writing that gets its name only when it is complete; raise a FireflyError if it fails.
+
+    It has a temporary name in the same folder until then, because renaming within a folder is atomic. With
+    `durable` the file and its name are on the disk afterwards, also if the machine loses its power.
+    """
+    # two threads may write the same file
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}-{next(_numbers)}.part")
+    try:
+        with unfinished.open("wb") as file:
+            yield file
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
+        unfinished.replace(path)
+        if durable:
+            sync_folder(path.parent)
+    except BaseException as error:
+        with suppress(OSError):
+            unfinished.unlink()
+        if isinstance(error, OSError):
+            raise FireflyError(f"cannot write {path}: {error.strerror or error}") from error
+        raise
+
+
+def sync_folder(folder: Path) -> None:
+    """Wait until the names of the files in a folder are on the disk."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what writers that were killed have left in a folder: files that `open_whole` had not finished."""
+    for path in list(folder.iterdir()):
+        if _UNFINISHED.fullmatch(path.name):
+            with suppress(OSError):
+                path.unlink()
+
+
+@contextmanager
+def output_folder(folder: Path) -> Iterator[None]:
+    """Make a folder and check that it can be written, or raise a FireflyError.
+
+    If the block fails, the folder is removed again, unless it already existed or holds files.
+    """
+    made = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
+    try:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:
+            reason = error.strerror or error
+            raise FireflyError(f"cannot write into folder {folder} ({reason}): choose another one") from error
+        yield
+    except BaseException:
+        with suppress(OSError):
+            for path in made:
+                path.rmdir()
+        raise

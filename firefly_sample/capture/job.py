@@ -1,0 +1,129 @@
+"""The description of what is captured: everything that the pixels of frames depend on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from firefly_sample.settings import Settings, to_number
+
+
+class Driver(NamedTuple):
+    """A driver: the GL renderer and version strings, and whether it is a software rasteriser."""
+
+    name: str
+    version: str
+    software: bool
+
+
+@dataclass(frozen=True)
+class Job:
+    """A scene with all its choices, of which any frame can be drawn anywhere. It can be pickled.
+
+    Attributes
+    ----------
+    scene : str
+        The scene's name as given: see `find_scene`.
+    parameters : dict
+        All parameters of the scene.
+    settings : Settings
+        As asked for; the exposure may be "auto".
+    exposure : float
+        The exposure of all frames; NaN until it is measured.
+    size : (int, int)
+        Width and height in pixels.
+    outputs : tuple of str
+    fps, start : float
+        Frame i is drawn at the time ``start + i / fps`` in seconds.
+    device, require_gpu
+        See `firefly_sample.Renderer`; they change no pixel, because the driver is described by its name.
+    sources : dict of str to str
+        The SHA-256 of each file that the scene is made of, by its name as given.
+    folder : str
+        Where its files are, relative to the manifest: "" if the capture is no sweep.
+    values : dict
+        The parameters and settings that a sweep gave this job.
+    """
+
+    scene: str
+    parameters: Mapping[str, Any]
+    settings: Settings
+    exposure: float
+    size: tuple[int, int]
+    outputs: tuple[str, ...]
+    fps: float
+    start: float
+    device: int | None = None
+    require_gpu: bool = False
+    sources: Mapping[str, str] = field(default_factory=dict)
+    folder: str = ""
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+    def time(self, index: int) -> float:
+        """Return the time of a frame in seconds."""
+        return self.start + index / self.fps
+
+    @property
+    def exposed(self) -> Settings:
+        """The settings to draw with, whose exposure is a number."""
+        return self.settings.with_changes(exposure=self.exposure)
+
+    def description(self, driver: Driver) -> dict[str, Any]:
+        """Return what a manifest says of all frames, as plain JSON values."""
+        from firefly_sample import __version__
+
+        said = {
+            "folder": self.folder,
+            "values": dict(self.values),
+            "scene": self.scene,
+            "parameters": dict(self.parameters),
+            "settings": self.settings.as_dict(),
+            "exposure": to_number(self.exposure),
+            "seed": self.parameters.get("seed"),
+            "sources": dict(self.sources),
+            "size": list(self.size),
+            "outputs": list(self.outputs),
+            "fps": self.fps,
+            "time": self.start,
+            "driver": driver.name,
+            "driver_version": driver.version,
+            "software": driver.software,
+            "version": __version__,
+        }
+        return dict(json.loads(json.dumps(said, allow_nan=False)))
+
+
+def key_of(description: Mapping[str, Any]) -> str:
+    """Return a short hash of a description. Frames with the same key and index have the same pixels.
+
+    A measured exposure is left out, because it follows from the rest, and is known only when it is measured.
+    """
+    counted = {name: value for name, value in description.items() if name != "exposure"}
+    text = json.dumps(counted, sort_keys=True, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+class Task(NamedTuple):
+    """One frame to draw: the job, and the frame's number."""
+
+    job: Job
+    index: int
+
+
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """Return how two descriptions differ, for people: for example "exposure: 1.0, now 2.0"."""
+    found = []
+    for name in dict.fromkeys((*before, *now)):
+        old, new = before.get(name), now.get(name)
+        if name in ("exposure", "seed", "software") or old == new:
+            continue
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            found += differences(old, new)
+        elif name == "sources":
+            found.append("sources")
+        else:
+            found.append(f"{name}: {old}, now {new}")
+    return found

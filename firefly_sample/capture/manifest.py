@@ -1,0 +1,268 @@
+"""The manifest of a capture: ``manifest.json``, written and read frame by frame."""
+
+from __future__ import annotations
+
+import json
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NotRequired, TypedDict, overload
+
+from firefly_sample.capture.files import open_whole
+from firefly_sample.errors import FireflyError
+
+MANIFEST = "manifest.json"
+_FRAME = b'{"index":'
+"""The start of each line that holds a frame."""
+
+
+class FrameEntry(TypedDict):
+    """One frame of a manifest.
+
+    Attributes
+    ----------
+    time : float
+        Seconds.
+    lights : dict of str to int
+        Counts: in_scene, in_view, dropped.
+    files, sha256, file_sha256 : dict of str to str
+        By output: its path, relative to the manifest; the `pixel_hash` of its image; the hash of the file.
+    id_names : list of str
+        Only if they differ from the manifest's own.
+    """
+
+    index: int
+    time: float
+    lights: dict[str, int]
+    files: dict[str, str]
+    sha256: dict[str, str]
+    file_sha256: dict[str, str]
+    id_names: NotRequired[list[str]]
+
+
+class FailedEntry(TypedDict):
+    """One frame of a manifest that could not be drawn: its error is one line."""
+
+    index: int
+    time: float
+    error: str
+
+
+class Manifest(Mapping[str, Any]):
+    """The description of a capture, as in its ``manifest.json``.
+
+    Its frames are read from the file when they are asked for, so that it takes little memory.
+
+    Keys
+    ----
+    scene : str
+        The scene's name as given.
+    sources : dict of str to str
+        The SHA-256 of each file that the scene is made of.
+    parameters, settings : dict
+        All parameters of the scene and all of `Settings`, with the values that were used.
+    exposure : float
+        The setting of that name as a number: if it is "auto", the one that was measured for all frames.
+    seed : int or None
+        The scene's parameter "seed"; None if it has none.
+    size : [int, int]
+        Width and height in pixels.
+    outputs : list of str
+    fps, time : float
+        Frame i shows the time ``time + i / fps`` in seconds.
+    driver, driver_version : str
+        The GL renderer and version strings; the version is that of Mesa or of the GPU's driver. Machines with
+        the same two strings draw the same bytes.
+    software : bool
+        True if the driver is a software rasteriser.
+    version : str
+        The version of firefly_sample.
+    warnings : list of str
+        Every warning of a frame once, in order: for example the properties of a model that are not drawn.
+    id_names : list of str
+        Only with the output "id": the name of each value.
+    failed : list of FailedEntry
+        The frames that could not be drawn.
+    frames : sequence of FrameEntry
+        By index.
+    sweep : dict of str to list
+        Only if the capture is a sweep: its names and their values.
+    captures : list of dict
+        Only if the capture is a sweep: for each combination "folder", "values", and the keys above whose
+        values it has for itself. These keys are absent from the manifest itself.
+    """
+
+    def __init__(self, path: Path, content: dict[str, Any]) -> None:
+        self.path = path
+        self._content = content
+
+    def __getitem__(self, key: str) -> Any:
+        return self._content[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._content)
+
+    def __len__(self) -> int:
+        return len(self._content)
+
+    def __eq__(self, other: object) -> bool:
+        return self.as_dict() == (other.as_dict() if isinstance(other, Manifest) else other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it, with every frame, as plain JSON values."""
+        return {name: _plain(value) for name, value in self.items()}
+
+    def captures(self) -> list[Mapping[str, Any]]:
+        """Return the captures of a sweep, each with all keys; of another capture, a list of itself."""
+        if "captures" not in self:
+            return [{"folder": "", "values": {}, **self}]
+        common = {name: value for name, value in self.items() if name not in ("captures", "sweep")}
+        return [common | capture for capture in self["captures"]]
+
+
+class FrameLines(Sequence[FrameEntry]):
+    """The frames of a manifest, each read from its line in the file when it is asked for."""
+
+    def __init__(self, path: Path, offsets: array[int]) -> None:
+        self._path, self._offsets = path, offsets
+
+    def __len__(self) -> int:
+        return len(self._offsets)
+
+    @overload
+    def __getitem__(self, place: int) -> FrameEntry: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[FrameEntry]: ...
+    def __getitem__(self, place: int | slice) -> FrameEntry | list[FrameEntry]:
+        if isinstance(place, slice):
+            return [self[one] for one in range(*place.indices(len(self)))]
+        with _opened(self._path) as file:
+            file.seek(self._offsets[place])
+            return _frame(file.readline())
+
+    def __iter__(self) -> Iterator[FrameEntry]:
+        with _opened(self._path) as file:
+            for offset in self._offsets:
+                file.seek(offset)
+                yield _frame(file.readline())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and list(self) == list(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def read_manifest(folder: str | Path) -> Manifest:
+    """Return the manifest of a folder, or the manifest that `folder` itself is.
+
+    Raises
+    ------
+    FireflyError
+        If there is none, or it is not one.
+    """
+    path = Path(folder)
+    path = path / MANIFEST if path.is_dir() else path
+    skeleton: list[bytes] = []
+    sequences: list[FrameLines] = []
+    with _opened(path) as file:
+        offset = 0
+        for line in file:
+            if line.lstrip().startswith(_FRAME) and sequences:
+                sequences[-1]._offsets.append(offset + len(line) - len(line.lstrip()))
+            else:
+                skeleton.append(line)
+                if line.strip() == b'"frames": [':
+                    sequences.append(FrameLines(path, array("Q")))
+            offset += len(line)
+    try:
+        content = json.loads(b"".join(skeleton))
+        if not isinstance(content, dict):
+            raise ValueError("it is not an object")
+        wholes = [content] if "frames" in content else list(content["captures"])
+        for whole, frames in zip(wholes, sequences, strict=bool(sequences)):
+            whole["frames"] = frames
+        if not all("frames" in whole for whole in wholes):
+            raise ValueError("it has no frames")
+    except (ValueError, KeyError, TypeError) as error:
+        raise FireflyError(f"{path} is not a manifest: {error}") from error
+    return Manifest(path, content)
+
+
+def write_manifest(
+    folder: Path,
+    head: Mapping[str, Any],
+    parts: Iterable[tuple[Mapping[str, Any], Iterable[FrameEntry]]],
+    sweep: bool = False,
+) -> None:
+    """Write ``manifest.json``, whole or not at all, frame by frame.
+
+    Parameters
+    ----------
+    folder : Path
+    head : mapping
+        What comes first.
+    parts : iterable of (mapping, iterable of FrameEntry)
+        The captures: one, whose keys follow those of `head`, or those of a sweep.
+    sweep : bool
+    """
+    with open_whole(folder / MANIFEST, durable=True) as file:
+
+        def write(text: str) -> None:
+            file.write(text.encode())
+
+        def write_part(keys: Mapping[str, Any], frames: Iterable[FrameEntry], indent: str) -> None:
+            write(_members(keys, indent))
+            write(f'{indent}"frames": [')
+            separator = "\n"
+            for frame in frames:
+                write(f"{separator}{indent}  {json.dumps(frame, allow_nan=False)}")
+                separator = ",\n"
+            write(f"\n{indent}]\n")
+
+        write("{\n")
+        if not sweep:
+            ((keys, frames),) = parts
+            write_part({**head, **keys}, frames, "  ")
+            write("}\n")
+            return
+        write(_members(head, "  "))
+        write('  "captures": [')
+        separator = "\n"
+        for keys, frames in parts:
+            write(f"{separator}    {{\n")
+            write_part(keys, frames, "      ")
+            write("    }")
+            separator = ",\n"
+        write("\n  ]\n}\n")
+
+
+def _members(keys: Mapping[str, Any], indent: str) -> str:
+    """Return the members of an object as lines, each with a comma at its end."""
+    lines = []
+    for name, value in keys.items():
+        text = json.dumps(value, indent=2, allow_nan=False).replace("\n", f"\n{indent}")
+        lines.append(f"{indent}{json.dumps(name)}: {text},\n")
+    return "".join(lines)
+
+
+def _frame(line: bytes) -> FrameEntry:
+    frame: FrameEntry = json.loads(line.strip().removesuffix(b","))
+    return frame
+
+
+def _opened(path: Path) -> Any:
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise FireflyError(f"cannot read {path}: {error.strerror or error}") from error
+
+
+def _plain(value: Any) -> Any:
+    """Return JSON values in which sequences of frames are lists."""
+    if isinstance(value, Mapping):
+        return {name: _plain(one) for name, one in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(one) for one in value]
+    return value
