@@ -17,11 +17,11 @@ MOST_THREADS = 4
 
 
 class Engine(Protocol):
-    """Draws frames, in this process or in others. A context manager; what it has is known inside the block."""
+    """Draws frames, in this process or in others. A context manager."""
 
     @property
     def driver(self) -> Driver:
-        """The driver of all frames."""
+        """The driver of all frames; it is known inside the block."""
 
     def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Drawn | Failed]]:
         """Draw frames, and give them in any order.
@@ -49,7 +49,7 @@ class HereEngine:
 
     @property
     def driver(self) -> Driver:
-        """The driver of all frames."""
+        """The driver of all frames; it is known inside the block."""
         assert self._artist is not None
         return self._artist.driver
 

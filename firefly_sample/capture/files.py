@@ -141,7 +141,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what writers that were killed have left in a folder: files that `open_whole` had not finished."""
+    """Remove the files that `open_whole` had not finished when its process was killed."""
     for path in list(folder.iterdir()):
         if _UNFINISHED.fullmatch(path.name):
             with suppress(OSError):
