@@ -14,6 +14,7 @@ from firefly_sample.capture.files import encode_image, pixel_hash
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.errors import FireflyError, SoftwareDriverWarning
 from firefly_sample.frame import Frame, Image
+from firefly_sample.settings import to_number
 
 if TYPE_CHECKING:
     from firefly_sample.scene.scene import Scene, ScenePlugin
@@ -28,6 +29,8 @@ class Drawn:
     index : int
     time : float
         Seconds.
+    exposure : float
+        As a number: measured, if the settings say "auto".
     lights : dict of str to int
         Counts: in_scene, in_view, dropped.
     files : dict of str to bytes
@@ -44,6 +47,7 @@ class Drawn:
 
     index: int
     time: float
+    exposure: float
     lights: dict[str, int]
     files: dict[str, bytes]
     sha256: dict[str, str]
@@ -85,11 +89,14 @@ def encode(output: str, image: Image) -> Encoded:
     return Encoded(content, hashlib.sha256(content).hexdigest(), pixel_hash(image))
 
 
-def as_drawn(index: int, frame: Frame, encoded: Mapping[str, Encoded], said: tuple[str, ...] = ()) -> Drawn:
+def as_drawn(
+    index: int, frame: Frame, exposure: float, encoded: Mapping[str, Encoded], said: tuple[str, ...] = ()
+) -> Drawn:
     """Return a frame whose images were encoded, by output."""
     return Drawn(
         index=index,
         time=frame.time,
+        exposure=exposure,
         lights=asdict(frame.lights),
         files={output: one.content for output, one in encoded.items()},
         sha256={output: one.sha256 for output, one in encoded.items()},
@@ -127,6 +134,11 @@ class Artist:
         """The driver of all frames."""
         return Driver(self._renderer.driver, self._renderer.driver_version, self._renderer.software)
 
+    @property
+    def exposure(self) -> float:
+        """The exposure of the job that was drawn last, as a number."""
+        return to_number(self._renderer.settings.exposure)
+
     def draw_one(self, task: Task) -> Drawn | Failed:
         """Draw and encode one frame. What is warned of meanwhile is kept in the result."""
         with warnings.catch_warnings(record=True) as caught:
@@ -137,7 +149,7 @@ class Artist:
         if isinstance(frame, Failed):
             return replace(frame, said=said)
         encoded = {output: encode(output, image) for output, image in frame.images.items()}
-        return as_drawn(task.index, frame, encoded, said)
+        return as_drawn(task.index, frame, self.exposure, encoded, said)
 
     def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Frame | Failed]]:
         """Draw frames in the given order; each is read back while the next one is drawn.
@@ -166,16 +178,19 @@ class Artist:
 
     def _scene_of(self, job: Job) -> Scene | FireflyError:
         """Return the scene of a job, or the error that keeps it from being built; the last is kept."""
+        from firefly_sample.plan.exposure import with_exposure_at
         from firefly_sample.scenes import build_scene, find_scene
 
         if self._scene is None or job != self._job:
             self._job, self._scene = None, None  # the scene before is freed before another one is built
             try:
                 self._plugin = find_scene(job.scene)
-                self._renderer.settings = job.exposed
                 self._scene = build_scene(self._plugin, **job.parameters)
-            except FireflyError as error:
-                self._scene = error
+                self._renderer.settings = with_exposure_at(self._scene, job.exposed, job.start)
+            except MemoryError:
+                raise
+            except (Exception, SystemExit) as error:
+                self._scene = self._as_firefly_error(error)
             self._job = job
         return self._scene
 
@@ -184,9 +199,8 @@ class Artist:
 
         if isinstance(error, FireflyError):
             return error
-        assert self._plugin is not None
         modules = {type(self._scene).__module__}
-        named = scene_error(self._plugin, error, modules)
+        named = scene_error(self._plugin, error, modules) if self._plugin is not None else None
         if named is None:
             named = FireflyError(f"{type(error).__name__}: {' '.join(str(error).split())}")
         named.__cause__ = error

@@ -6,7 +6,7 @@ import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from firefly_sample.capture.drawing import Artist, Drawn, Encoded, Failed, as_drawn, encode
 from firefly_sample.capture.job import Driver, Job, Task
@@ -56,17 +56,17 @@ class HereEngine:
     def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Drawn | Failed]]:
         """Draw frames in their order: see `Engine.draw`."""
         assert self._artist is not None
-        encoding: deque[tuple[Task, Frame | Failed, dict[str, Future[Encoded]]]] = deque()
+        encoding: deque[_Encoding] = deque()
         for task, frame in self._artist.draw(tasks):
             # one frame more than threads, so that no thread idles
-            while encoding and (len(encoding) > self._threads or _is_done(encoding[0])):
-                yield _result(*encoding.popleft())
+            while encoding and (len(encoding) > self._threads or encoding[0].is_done()):
+                yield encoding.popleft().result()
             images = {} if isinstance(frame, Failed) else frame.images
             futures = {output: self._pool.submit(encode, output, image) for output, image in images.items()}
-            encoding.append((task, frame, futures))
+            encoding.append(_Encoding(task, frame, self._artist.exposure, futures))
             del frame, images
         while encoding:
-            yield _result(*encoding.popleft())
+            yield encoding.popleft().result()
 
     def __enter__(self) -> HereEngine:
         self._artist = Artist(self._job)
@@ -78,13 +78,20 @@ class HereEngine:
             self._artist.close()
 
 
-def _is_done(waiting: tuple[Task, Frame | Failed, dict[str, Future[Encoded]]]) -> bool:
-    return all(future.done() for future in waiting[2].values())
+class _Encoding(NamedTuple):
+    """A frame whose images are being encoded."""
 
+    task: Task
+    frame: Frame | Failed
+    exposure: float
+    futures: dict[str, Future[Encoded]]
 
-def _result(
-    task: Task, frame: Frame | Failed, futures: dict[str, Future[Encoded]]
-) -> tuple[Task, Drawn | Failed]:
-    if isinstance(frame, Failed):
-        return task, frame
-    return task, as_drawn(task.index, frame, {output: future.result() for output, future in futures.items()})
+    def is_done(self) -> bool:
+        return all(future.done() for future in self.futures.values())
+
+    def result(self) -> tuple[Task, Drawn | Failed]:
+        """Wait until all images are encoded."""
+        if isinstance(self.frame, Failed):
+            return self.task, self.frame
+        encoded = {output: future.result() for output, future in self.futures.items()}
+        return self.task, as_drawn(self.task.index, self.frame, self.exposure, encoded)

@@ -32,6 +32,26 @@ def pixel_hash(image: Image) -> str:
     return hashlib.sha256(little.data).hexdigest()
 
 
+_NAME = re.compile(r"([a-z_]+)_(\d{6})\.(png|npz)")
+
+
+def named_frame(name: str) -> tuple[str, int] | None:
+    """Return the output and the frame of a file that `file_name` names; None for another file."""
+    match = _NAME.fullmatch(name)
+    if match is None or match[1] not in OUTPUTS or file_name(match[1], int(match[2])) != name:
+        return None
+    return match[1], int(match[2])
+
+
+def hash_file(path: Path) -> str | None:
+    """Return the SHA-256 of a file's content; None if there is no such file, or it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None
+
+
 def file_name(output: str, index: int) -> str:
     """Return the file of an output of a frame, for example ``color_000012.png`` or ``depth_000012.npz``."""
     return f"{output}_{index:06d}.{'png' if OUTPUTS[output].dtype == 'uint8' else 'npz'}"
@@ -106,23 +126,21 @@ def save_screenshot(folder: Path, name: str, picture: Image) -> Path:
 
 
 @contextmanager
-def open_whole(path: Path, durable: bool = False) -> Iterator[IO[bytes]]:
+def open_whole(path: Path, sync: bool = False) -> Iterator[IO[bytes]]:
     """Open a file for writing that gets its name only when it is complete; raise a FireflyError if it fails.
 
     It has a temporary name in the same folder until then, because renaming within a folder is atomic. With
-    `durable` the file and its name are on the disk afterwards, also if the machine loses its power.
+    `sync` all of its content is on the disk before it gets its name, which is there after `sync_folder`.
     """
     # two threads may write the same file
     unfinished = path.with_name(f".{path.name}.{os.getpid()}-{next(_numbers)}.part")
     try:
         with unfinished.open("wb") as file:
             yield file
-            if durable:
+            if sync:
                 file.flush()
                 os.fsync(file.fileno())
         unfinished.replace(path)
-        if durable:
-            sync_folder(path.parent)
     except BaseException as error:
         with suppress(OSError):
             unfinished.unlink()

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from firefly_sample.settings import Settings, to_number
+from firefly_sample.settings import Settings
 
 
 class Driver(NamedTuple):
@@ -31,8 +31,8 @@ class Job:
         All parameters of the scene.
     settings : Settings
         As asked for; the exposure may be "auto".
-    exposure : float
-        The exposure of all frames; NaN until it is measured.
+    exposure : float or None
+        The exposure of all frames; None until it is measured, if the settings say "auto".
     size : (int, int)
         Width and height in pixels.
     outputs : tuple of str
@@ -51,7 +51,7 @@ class Job:
     scene: str
     parameters: Mapping[str, Any]
     settings: Settings
-    exposure: float
+    exposure: float | None
     size: tuple[int, int]
     outputs: tuple[str, ...]
     fps: float
@@ -68,8 +68,8 @@ class Job:
 
     @property
     def exposed(self) -> Settings:
-        """The settings to draw with, whose exposure is a number."""
-        return self.settings.with_changes(exposure=self.exposure)
+        """The settings to draw with: the exposure is a number, unless it has yet to be measured."""
+        return self.settings if self.exposure is None else self.settings.with_changes(exposure=self.exposure)
 
     def description(self, driver: Driver) -> dict[str, Any]:
         """Return what a manifest says of all frames, as plain JSON values."""
@@ -81,7 +81,7 @@ class Job:
             "scene": self.scene,
             "parameters": dict(self.parameters),
             "settings": self.settings.as_dict(),
-            "exposure": to_number(self.exposure),
+            "exposure": self.exposure,
             "seed": self.parameters.get("seed"),
             "sources": dict(self.sources),
             "size": list(self.size),

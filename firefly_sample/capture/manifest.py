@@ -12,7 +12,7 @@ from firefly_sample.capture.files import open_whole
 from firefly_sample.errors import FireflyError
 
 MANIFEST = "manifest.json"
-_FRAME = b'{"index":'
+FRAME_START = b'{"index":'
 """The start of each line that holds a frame."""
 
 
@@ -123,13 +123,17 @@ class Manifest(Mapping[str, Any]):
 
 
 class FrameLines(Sequence[FrameEntry]):
-    """The frames of a manifest, each read from its line in the file when it is asked for."""
+    """The frames of a manifest, each read from its line in the file when it is asked for.
+
+    `offsets` are the places of the lines in the file.
+    """
 
     def __init__(self, path: Path, offsets: array[int]) -> None:
-        self._path, self._offsets = path, offsets
+        self._path = path
+        self.offsets = offsets
 
     def __len__(self) -> int:
-        return len(self._offsets)
+        return len(self.offsets)
 
     @overload
     def __getitem__(self, place: int) -> FrameEntry: ...
@@ -139,12 +143,12 @@ class FrameLines(Sequence[FrameEntry]):
         if isinstance(place, slice):
             return [self[one] for one in range(*place.indices(len(self)))]
         with _opened(self._path) as file:
-            file.seek(self._offsets[place])
+            file.seek(self.offsets[place])
             return _frame(file.readline())
 
     def __iter__(self) -> Iterator[FrameEntry]:
         with _opened(self._path) as file:
-            for offset in self._offsets:
+            for offset in self.offsets:
                 file.seek(offset)
                 yield _frame(file.readline())
 
@@ -169,8 +173,8 @@ def read_manifest(folder: str | Path) -> Manifest:
     with _opened(path) as file:
         offset = 0
         for line in file:
-            if line.lstrip().startswith(_FRAME) and sequences:
-                sequences[-1]._offsets.append(offset + len(line) - len(line.lstrip()))
+            if line.lstrip().startswith(FRAME_START) and sequences:
+                sequences[-1].offsets.append(offset + len(line) - len(line.lstrip()))
             else:
                 skeleton.append(line)
                 if line.strip() == b'"frames": [':
@@ -207,7 +211,7 @@ def write_manifest(
         The captures: one, whose keys follow those of `head`, or those of a sweep.
     sweep : bool
     """
-    with open_whole(folder / MANIFEST, durable=True) as file:
+    with open_whole(folder / MANIFEST, sync=True) as file:
 
         def write(text: str) -> None:
             file.write(text.encode())

@@ -6,12 +6,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from firefly_sample.capture.sequence import (
-    capture_frames,
-    capture_settings,
-    default_folder,
-    frame_times,
-)
+from firefly_sample.capture.frames import frame_times
+from firefly_sample.capture.sequence import capture_frames, capture_settings, default_folder
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
@@ -23,11 +19,16 @@ from firefly_sample.commands.options import (
     SceneName,
     Size,
     StartTime,
+    Sweep,
+    Workers,
 )
-from firefly_sample.commands.terminal import complain, print_json, print_summary, progress_bar
+from firefly_sample.commands.terminal import complain, messages, print_file, print_summary, progress_bar
 from firefly_sample.frame import check_outputs
 from firefly_sample.scenes import find_scene
 from firefly_sample.scenes.plugin import start_time
+
+SOME_FAILED = 3
+"""The exit code if some frames could not be drawn, and all others are whole."""
 
 
 def capture(
@@ -42,6 +43,13 @@ def capture(
     time: StartTime = None,
     size: Size = (800, 600),
     outputs: Outputs = ("color",),
+    sweep: Sweep = (),
+    resume: Flag = False,
+    overwrite: Flag = False,
+    fail_fast: Flag = False,
+    workers: Workers = None,
+    cluster: Annotated[str | None, Parameter(metavar="ADDRESS|local")] = None,
+    shard: Annotated[str | None, Parameter(metavar="I/N")] = None,
     device: Device = None,
     require_gpu: RequireGpu = False,
     json: Flag = False,
@@ -60,13 +68,27 @@ def capture(
     Parameters
     ----------
     output
-        Folder for the files, made if need be; files of the same names are replaced.
+        Folder for the files, made if need be.
     frames
         Frames A to B - 1, or one number.
     fps
         Frames per second: frame k is drawn at the time TIME + k / FPS.
     time
         The time of frame 0 in the scene.
+    sweep
+        Capture every combination of such values, of parameters and settings; may be repeated.
+    resume
+        Go on with the capture in the folder: draw what is missing, damaged, failed or of other settings.
+    overwrite
+        Replace the capture in the folder.
+    fail_fast
+        Stop at the first frame that cannot be drawn; otherwise the others are drawn.
+    workers
+        Draw in so many processes; auto: as many as there is room for.
+    cluster
+        Draw on a dask cluster, at the address of its scheduler, or local.
+    shard
+        Draw the I-th of N shares; other processes draw the others into the same folder.
     json
         Print the manifest.
     quiet
@@ -90,39 +112,40 @@ def capture(
         require_gpu=require_gpu,
         quiet=quiet,
     )
-    done = total = 0
-    with progress_bar("frames", show=not quiet) as show_progress:
-
-        def progress(now: int, in_all: int) -> None:
-            nonlocal done, total
-            done, total = now, in_all
-            show_progress(now, in_all)
-
-        try:
-            manifest = capture_frames(
-                scene,
-                folder,
-                frames=frames,
-                fps=fps,
-                time=time,
-                size=size,
-                settings=capture_settings(outputs, **settings),
-                outputs=outputs,
-                parameters=parameters,
-                device=device,
-                require_gpu=require_gpu,
-                progress=progress,
-            )
-        except BaseException:
-            if done:  # frames that were under way may be whole as well
-                complain(
-                    f"at least {done} of {total} frames are whole in {folder}; there is no manifest of them"
-                )
-            raise
-    count = len(manifest["frames"])
+    with messages(show=not quiet), progress_bar("frames", show=not quiet) as show_progress:
+        manifest = capture_frames(
+            scene,
+            folder,
+            frames=frames,
+            fps=fps,
+            time=time,
+            size=size,
+            settings=capture_settings(outputs, **settings),
+            outputs=outputs,
+            parameters=parameters,
+            sweep=dict(sweep) or None,
+            resume=resume,
+            overwrite=overwrite,
+            fail_fast=fail_fast,
+            workers=workers,
+            cluster=cluster,
+            shard=shard,
+            device=device,
+            require_gpu=require_gpu,
+            progress=show_progress,
+        )
+    if manifest is None:
+        print_summary(f"shard {shard} in {folder} is done, others are not", quiet or json)
+        return 0
+    captures = manifest.captures()
+    count = sum(len(part["frames"]) for part in captures)
+    failed = sum(len(part["failed"]) for part in captures)
     summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
     if json:
-        print_json(manifest, summary)
+        print_file(manifest.path, summary)
     else:
         print_summary(summary, quiet)
+    if failed:
+        complain(f"{failed} frame{'s' if failed != 1 else ''} could not be drawn: --resume tries again")
+        return SOME_FAILED
     return 0

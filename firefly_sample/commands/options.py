@@ -31,11 +31,17 @@ COMMAND_OPTIONS = frozenset(
         *("budget_ms", "counts", "device", "dot", "fps", "frames", "fresh", "h", "headless", "help"),
         *("help_all", "json", "longest", "max_codes", "max_error", "methods", "o", "output", "outputs"),
         *("performance_test", "preset", "q", "quiet", "require_gpu", "rounds", "scene", "seconds", "seeds"),
-        *("size", "sizes", "time", "version"),
+        *("size", "sizes", "time", "version", "resume", "overwrite", "fail_fast", "workers", "cluster", "shard"),
+        *("sweep",),
     }
 )
 """Names of the options of all commands that take a scene, without those of settings."""
-_ONLY_IN_FULL_HELP = frozenset({"budget_ms", "device", "max_codes", "max_error", "require_gpu"})
+_ONLY_IN_FULL_HELP = frozenset(
+    {
+        *("budget_ms", "cluster", "device", "fail_fast", "max_codes", "max_error", "require_gpu", "shard"),
+        "sweep",
+    }
+)
 """Options of commands that only --help-all shows, as it does those of settings."""
 _FILE_ENDINGS = frozenset((".png", ".jpg", ".jpeg", ".exr", ".npz", ".npy", ".json", ".md", ".gif", ".mp4"))
 
@@ -84,6 +90,23 @@ def _to_whole(text: str) -> int:
     if abs(number) >= 2**64:
         raise ValueError(f"it must be less than 2**64, got {text}")
     return number
+
+
+def _to_workers(text: str) -> int | Literal["auto"]:
+    return "auto" if text.strip() == "auto" else _to_whole(text)
+
+
+def _pairs(_: Any, tokens: Sequence[Token]) -> tuple[tuple[str, str], ...]:
+    """Return the names and values of "name=values", one in each token."""
+    pairs: dict[str, str] = {}
+    for token in tokens:
+        name, sign, values = token.value.partition("=")
+        if not (sign and name.strip()):
+            raise ValueError(f"a sweep is NAME=A,B,... or NAME=FIRST:END:STEP, got {token.value!r}")
+        if name in pairs:
+            raise ValueError(f"{name!r} is swept twice")
+        pairs[name] = values
+    return tuple(pairs.items())
 
 
 def _scene_names(context: Any) -> list[str]:
@@ -158,6 +181,11 @@ Patterns = Annotated[
     Parameter(
         converter=lambda _, tokens: tuple(token.value for token in tokens), n_tokens=1, metavar="PATTERN"
     ),
+]
+Workers = Annotated[int | Literal["auto"] | None, Parameter(converter=_one(_to_workers), metavar="N|auto")]
+Sweep = Annotated[
+    tuple[tuple[str, str], ...],
+    Parameter(converter=_pairs, n_tokens=1, metavar="NAME=A,B,..."),
 ]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
 StartTime = Annotated[

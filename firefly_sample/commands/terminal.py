@@ -13,6 +13,7 @@ import select
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any, TextIO
 
 from firefly_sample.errors import FireflyError
@@ -58,6 +59,16 @@ def print_summary(text: str, quiet: bool = False) -> None:
 def print_json(value: object, done: str = "") -> None:
     """Print `value` as JSON, see `print_result`."""
     print_result(json_text(value), done)
+
+
+def print_file(path: Path, done: str = "") -> None:
+    """Print a file of text line by line, see `print_result`."""
+    if _was_closed(sys.stdout):
+        raise _lost("it is closed", done)
+    with path.open(encoding="utf-8") as file:
+        for line in file:
+            print(line, end="")
+    check_stdout(done)
 
 
 def json_text(value: object) -> str:

@@ -12,7 +12,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.writers import as_folder, open_whole, output_folder
+from firefly_sample.capture.files import as_folder, open_whole, output_folder
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import check_size
 from firefly_sample.lab.measuring import require, write_json

@@ -15,7 +15,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.capture.writers import as_folder, open_whole, output_folder, write_image
+from firefly_sample.capture.files import as_folder, open_whole, output_folder, write_image
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.lab.measuring import logarithmic_axes, pareto_front, require, write_json
 from firefly_sample.lab.reference.cache import with_blended

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from firefly_sample.capture.writers import save_screenshot
+from firefly_sample.capture.files import save_screenshot
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer

@@ -19,7 +19,7 @@ from PIL import Image
 import firefly_sample
 from firefly_sample import SoftwareDriverWarning
 from firefly_sample.capture.sequence import capture_frames, capture_settings, parse_frames
-from firefly_sample.capture.writers import write_image
+from firefly_sample.capture.files import write_image
 from firefly_sample.cli import main
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from firefly_sample.capture.writers import pixel_hash
+from firefly_sample.capture.files import pixel_hash
 from firefly_sample.errors import GpuError, SceneError
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.scene.scene import Scene

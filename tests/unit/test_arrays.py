@@ -12,7 +12,7 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.capture.sequence import parse_frames
+from firefly_sample.capture.frames import parse_frames
 from firefly_sample.errors import FireflyError, OutputError, ParameterError, SceneError, SettingsError
 from firefly_sample.frame import check_size
 from firefly_sample.pipeline import build_plan

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from firefly_sample.capture import writers
-from firefly_sample.capture.writers import FrameWriter, pixel_hash, write_image
+from firefly_sample.capture.files import FrameWriter, pixel_hash, write_image
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame, LightCounts
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from firefly_sample.capture.writers import save_screenshot
+from firefly_sample.capture.files import save_screenshot
 from firefly_sample.errors import FireflyError, ParameterError, SceneError, ViewerError
 from firefly_sample.frame import Frame, LightCounts
 from firefly_sample.scene.parameter import KeyStep, Parameter

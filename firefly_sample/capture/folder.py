@@ -1,0 +1,191 @@
+"""The folder of a capture: its lock, its records, its files, and at the end its manifest.
+
+While a capture is under way there is a journal in its folder (see `firefly_sample.capture.journal`), and when
+it is finished a manifest and no journal. An earlier manifest is put aside as ``manifest.previous.json`` until
+then, because it would describe files that change.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import Any
+
+from firefly_sample.capture.files import named_frame, output_folder, remove_unfinished
+from firefly_sample.capture.frames import Shard
+from firefly_sample.capture.journal import Journal
+from firefly_sample.capture.lock import Lock
+from firefly_sample.capture.manifest import MANIFEST
+from firefly_sample.capture.records import Records
+from firefly_sample.errors import FireflyError, OutputError
+
+PREVIOUS = "manifest.previous.json"
+_LOCK = ".firefly"
+
+
+def journal_name(shard: Shard | None = None) -> str:
+    """Return the name of a journal: each shard has its own."""
+    return "journal.jsonl" if shard is None else f"journal-{shard.label}.jsonl"
+
+
+def journals(folder: Path) -> list[Path]:
+    """Return the journals in a folder."""
+    return sorted(path for path in folder.glob("journal*.jsonl"))
+
+
+def read_records(folder: Path) -> Records:
+    """Return what is known of the frames in a folder."""
+    return Records([folder / PREVIOUS, folder / MANIFEST], journals(folder))
+
+
+class CaptureFolder:
+    """A folder that this process captures into. A context manager, which makes, locks and leaves it.
+
+    Parameters
+    ----------
+    path : Path
+    shard : Shard, optional
+        The share that this process draws; other processes draw the others at the same time.
+    overwrite : bool
+        Remove the capture that is there when the first frame is added; until then it has no records.
+
+    Attributes
+    ----------
+    records : Records
+        Of the frames of all processes up to the last `reread`.
+
+    Raises
+    ------
+    FireflyError
+        If it cannot be written, or another process captures into it.
+    """
+
+    def __init__(self, path: Path, shard: Shard | None = None, overwrite: bool = False) -> None:
+        self.path, self.shard = path, shard
+        self._overwrite = overwrite
+        self._stack = ExitStack()
+        self._journal: Journal | None = None
+
+    def __enter__(self) -> CaptureFolder:
+        with ExitStack() as stack:
+            stack.enter_context(output_folder(self.path))
+            self._lock_all(stack)
+            if self.shard is None:
+                self._remove_unfinished()
+            self.records = Records([], []) if self._overwrite else read_records(self.path)
+            stack.callback(lambda: self.records.close())
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
+        if self._journal is not None:
+            self._journal.close()
+        self._stack.__exit__(kind, error, trace)
+
+    def _lock_all(self, stack: ExitStack) -> None:
+        busy = f"another capture is writing into {self.path}"
+        try:
+            self._lock = Lock(self.path / f"{_LOCK}.lock", busy, shared=self.shard is not None)
+            stack.callback(self._lock.release)
+            if self.shard is not None:
+                own = Lock(
+                    self.path / f"{_LOCK}-{self.shard.label}.lock",
+                    f"shard {self.shard} of the capture in {self.path} is being drawn already",
+                )
+                stack.callback(own.release)
+        except OSError as error:
+            reason = error.strerror or error
+            raise FireflyError(f"cannot write into {self.path} ({reason}): choose another folder") from error
+
+    def _remove_unfinished(self) -> None:
+        for folder in (self.path, *self._subfolders()):
+            remove_unfinished(folder)
+
+    def _subfolders(self) -> list[Path]:
+        return [Path(entry.path) for entry in os.scandir(self.path) if entry.is_dir(follow_symlinks=False)]
+
+    def check_free(self) -> None:
+        """Raise an OutputError if there is a capture in the folder; for a shard, one in the same share."""
+        if self.shard is not None:
+            used = (self.path / journal_name(self.shard)).exists() or (self.path / MANIFEST).exists()
+        else:
+            used = bool(self.records.folders()) or any(map(named_frame, os.listdir(self.path)))
+            used = used or any((self.path / name).exists() for name in (MANIFEST, PREVIOUS))
+        if used:
+            raise OutputError(
+                f"there is a capture in {self.path} already: use --resume to go on with it, --overwrite to "
+                "replace it, or another folder"
+            )
+
+    def reread(self) -> None:
+        """Read the records again: other shards may have added to theirs."""
+        self.records.close()
+        self.records = read_records(self.path)
+
+    def add(self, description: Mapping[str, Any], frame: Mapping[str, Any]) -> None:
+        """Append a frame to the journal, after its files."""
+        self.begin()
+        assert self._journal is not None
+        self.records.add(self._journal, description, frame)
+
+    def begin(self) -> None:
+        """Put an earlier manifest aside and open the journal, unless that has been done."""
+        if self._journal is not None:
+            return
+        if self._overwrite:
+            self._remove_earlier()
+        with suppress(FileNotFoundError):  # another shard may be faster
+            os.replace(self.path / MANIFEST, self.path / PREVIOUS)
+        self._journal = Journal(self.path / journal_name(self.shard), self.records.run + 1)
+
+    def _remove_earlier(self) -> None:
+        """Remove the files of an earlier capture, and then what describes them.
+
+        The journals go last: a capture that is killed before can still be seen to be there.
+        """
+        described = [self.path / MANIFEST, self.path / PREVIOUS, *journals(self.path)]
+        with read_records(self.path) as earlier:
+            for folder in earlier.folders():
+                for index in earlier.indices(folder):
+                    for name in earlier.frame(folder, index).get("files", {}).values():
+                        if named_frame(Path(name).name) is not None:
+                            self._remove(self.path / folder / Path(name).name)
+                if folder:
+                    with suppress(OSError):  # there are other files in it
+                        (self.path / folder).rmdir()
+        for path in described:
+            self._remove(path)
+
+    def remove_strays(self, outputs: Iterable[str]) -> None:
+        """Remove files with names of frames that have no record, or of other outputs."""
+        kept = set(outputs)
+        for folder in ("", *self.records.folders()):
+            for name in os.listdir(self.path / folder):
+                named = named_frame(name)
+                if named is None or (self.path / folder / name).is_dir():
+                    continue
+                output, index = named
+                known = self.records.has(folder, index)
+                if not known or output not in kept or "error" in self.records.frame(folder, index):
+                    self._remove(self.path / folder / name)
+
+    def become_alone(self) -> bool:
+        """Return whether no other shard is being drawn; none can begin then."""
+        return self._lock.become_exclusive()
+
+    def end(self) -> None:
+        """Remove what a finished capture does not need beside its manifest."""
+        if self._journal is not None:
+            self._journal.close()
+            self._journal = None
+        self.records.close()
+        for path in (self.path / PREVIOUS, *journals(self.path)):
+            self._remove(path)
+
+    def _remove(self, path: Path) -> None:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise FireflyError(f"cannot remove {path}: {error.strerror or error}") from error

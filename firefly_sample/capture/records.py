@@ -1,0 +1,214 @@
+"""What is known of the frames in a folder: read from its journals, and from a manifest of before."""
+
+from __future__ import annotations
+
+import json
+from array import array
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import IO, Any
+
+from firefly_sample.capture.job import key_of
+from firefly_sample.capture.journal import SHARED, Journal
+from firefly_sample.capture.manifest import FrameLines, read_manifest
+from firefly_sample.errors import FireflyError
+
+_PAGE = 256
+_OFFSET = 1 << 44
+"""A frame's place is one number: that of its file times this, and the offset of its line, plus one."""
+
+
+class Records:
+    """The records of frames. A context manager: it keeps the files open.
+
+    A record takes eight bytes; the frame's line is read when it is asked for.
+
+    Parameters
+    ----------
+    manifests, journals : list of Path
+        Those that are missing count as empty. Where several say something of a frame, the later run counts,
+        and a manifest least.
+
+    Attributes
+    ----------
+    descriptions : dict of str to dict
+        Each `Job.description` by its `key_of`.
+    run : int
+        The number of the latest run; 0 if there is none.
+
+    Raises
+    ------
+    FireflyError
+        If a file cannot be read.
+    """
+
+    def __init__(self, manifests: list[Path], journals: list[Path]) -> None:
+        self.descriptions: dict[str, dict[str, Any]] = {}
+        self.run = 0
+        self._files: list[IO[bytes]] = []
+        self._heads: dict[tuple[int, str], Mapping[str, Any]] = {}
+        self._places: dict[str, _Places] = {}
+        self._runs: dict[str, _Places] = {}
+        try:
+            for path in manifests:
+                if path.exists():
+                    self._read_manifest(path)
+            for path in journals:
+                if path.exists():
+                    self._read_journal(path)
+        except OSError as error:
+            self.close()
+            raise FireflyError(f"cannot read {path}: {error.strerror or error}") from error
+        except BaseException:
+            self.close()
+            raise
+
+    def folders(self) -> list[str]:
+        """Return the folders that have records, "" for that of a capture which is no sweep."""
+        return [folder for folder, places in self._places.items() if any(True for _ in places.indices())]
+
+    def indices(self, folder: str) -> Iterator[int]:
+        """Yield the numbers of the frames of a folder that have records, in order."""
+        if folder in self._places:
+            yield from self._places[folder].indices()
+
+    def has(self, folder: str, index: int) -> bool:
+        """Return whether there is a record of a frame."""
+        return folder in self._places and self._places[folder].get(index) != 0
+
+    def frame(self, folder: str, index: int) -> dict[str, Any]:
+        """Return the record of a frame; its member "about" is the key of its description."""
+        source, offset = divmod(self._places[folder].get(index) - 1, _OFFSET)
+        frame = self._line(source, offset)
+        head = self._heads.get((source, folder))
+        if head is None:
+            for name in SHARED:
+                if name in frame:
+                    frame[name] = self._line(source, frame[name])["value"]
+        else:
+            frame |= {"about": head["about"], "warnings": head["warnings"]}
+            if "id" in frame["files"]:
+                frame.setdefault("id_names", head.get("id_names", []))
+        return frame
+
+    def add(self, journal: Journal, description: Mapping[str, Any], frame: Mapping[str, Any]) -> None:
+        """Append a frame to a journal, and keep its record."""
+        offset = journal.add(description, frame)
+        names = [file.name for file in self._files]
+        if str(journal.path) not in names:
+            names.append(str(journal.path))
+            self._files.append(journal.path.open("rb"))
+        self.descriptions[key_of(description)] = dict(description)
+        place = names.index(str(journal.path)) * _OFFSET + offset + 1
+        self._places.setdefault(description["folder"], _Places()).put(frame["index"], place)
+
+    def forget(self, folder: str, index: int) -> None:
+        """Remove the record of a frame from memory."""
+        self._places[folder].put(index, 0)
+
+    def close(self) -> None:
+        """Close the files."""
+        for file in self._files:
+            file.close()
+
+    def __enter__(self) -> Records:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _line(self, source: int, offset: int) -> dict[str, Any]:
+        file = self._files[source]
+        file.seek(offset)
+        line: dict[str, Any] = json.loads(file.readline().strip().removesuffix(b","))
+        return line
+
+    def _read_manifest(self, path: Path) -> None:
+        source = len(self._files)
+        manifest = read_manifest(path)
+        self._files.append(path.open("rb"))
+        for part in manifest.captures():
+            frames = part["frames"]
+            if not isinstance(frames, FrameLines):
+                raise FireflyError(
+                    f"{path} was written by another program, and cannot be gone on with: "
+                    "its frames are not in lines of their own"
+                )
+            description = {name: part[name] for name in _DESCRIBED if name in part}
+            key, folder = key_of(description), part["folder"]
+            self.descriptions[key] = description
+            self._heads[source, folder] = {**part, "about": key, "frames": None}
+            places = self._places.setdefault(folder, _Places())
+            for offset, frame in zip(frames.offsets, frames, strict=True):
+                places.put(frame["index"], source * _OFFSET + offset + 1)
+
+    def _read_journal(self, path: Path) -> None:
+        source = len(self._files)
+        file = path.open("rb")
+        self._files.append(file)
+        offset, run = 0, 0
+        for data in file:
+            line = _parsed(data)
+            if "run" in line:
+                run = line["run"]
+                self.run = max(self.run, run)
+            elif "is" in line:
+                self.descriptions[line["about"]] = line["is"]
+            elif "index" in line and line.get("about") in self.descriptions:
+                folder, index = self.descriptions[line["about"]]["folder"], line["index"]
+                runs = self._runs.setdefault(folder, _Places())
+                if run >= runs.get(index):
+                    runs.put(index, run)
+                    self._places.setdefault(folder, _Places()).put(index, source * _OFFSET + offset + 1)
+            offset += len(data)
+
+
+_DESCRIBED = (
+    *(
+        "folder",
+        "values",
+        "scene",
+        "parameters",
+        "settings",
+        "exposure",
+        "seed",
+        "sources",
+        "size",
+        "outputs",
+    ),
+    *("fps", "time", "driver", "driver_version", "software", "version"),
+)
+"""The members of a `Job.description`."""
+
+
+def _parsed(data: bytes) -> dict[str, Any]:
+    """Return a line of a journal; an empty one if it was cut off."""
+    try:
+        line = json.loads(data) if data.endswith(b"\n") else {}
+    except ValueError:
+        return {}
+    return line if isinstance(line, dict) else {}
+
+
+class _Places:
+    """A whole number for each of many indices; 0 at first. It takes little more than eight bytes for each."""
+
+    def __init__(self) -> None:
+        self._pages: dict[int, array[int]] = {}
+
+    def get(self, index: int) -> int:
+        page = self._pages.get(index // _PAGE)
+        return page[index % _PAGE] if page is not None else 0
+
+    def put(self, index: int, number: int) -> None:
+        page = self._pages.get(index // _PAGE)
+        if page is None:
+            page = self._pages[index // _PAGE] = array("q", bytes(8 * _PAGE))
+        page[index % _PAGE] = number
+
+    def indices(self) -> Iterator[int]:
+        """Yield the indices whose number is not 0, in order; a number may be changed meanwhile."""
+        for number in sorted(self._pages):
+            for place in range(_PAGE):
+                if self._pages[number][place]:
+                    yield number * _PAGE + place
