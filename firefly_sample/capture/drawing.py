@@ -189,7 +189,7 @@ class Artist:
                 self._renderer.settings = with_exposure_at(self._scene, job.exposed, job.start)
             except MemoryError:
                 raise
-            except (Exception, SystemExit) as error:
+            except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
                 self._scene = self._as_firefly_error(error)
             self._job = job
         return self._scene
@@ -200,7 +200,9 @@ class Artist:
         if isinstance(error, FireflyError):
             return error
         modules = {type(self._scene).__module__}
-        named = scene_error(self._plugin, error, modules) if self._plugin is not None else None
+        named: FireflyError | None = None
+        if self._plugin is not None:
+            named = scene_error(self._plugin, error, modules)
         if named is None:
             named = FireflyError(f"{type(error).__name__}: {' '.join(str(error).split())}")
         named.__cause__ = error

@@ -8,6 +8,7 @@ then, because it would describe files that change.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any
 
 from firefly_sample.capture.files import named_frame, output_folder, remove_unfinished
 from firefly_sample.capture.frames import Shard
-from firefly_sample.capture.journal import Journal
+from firefly_sample.capture.journal import Asked, Journal
 from firefly_sample.capture.lock import Lock
 from firefly_sample.capture.manifest import MANIFEST
 from firefly_sample.capture.records import Records
@@ -48,6 +49,8 @@ class CaptureFolder:
     path : Path
     shard : Shard, optional
         The share that this process draws; other processes draw the others at the same time.
+    asked : Asked
+        What the journal says of this run.
     overwrite : bool
         Remove the capture that is there when the first frame is added; until then it has no records.
 
@@ -62,8 +65,9 @@ class CaptureFolder:
         If it cannot be written, or another process captures into it.
     """
 
-    def __init__(self, path: Path, shard: Shard | None = None, overwrite: bool = False) -> None:
+    def __init__(self, path: Path, asked: Asked, shard: Shard | None = None, overwrite: bool = False) -> None:
         self.path, self.shard = path, shard
+        self._asked = asked
         self._overwrite = overwrite
         self._stack = ExitStack()
         self._journal: Journal | None = None
@@ -109,7 +113,11 @@ class CaptureFolder:
     def check_free(self) -> None:
         """Raise an OutputError if there is a capture in the folder; for a shard, one in the same share."""
         if self.shard is not None:
-            used = (self.path / journal_name(self.shard)).exists() or (self.path / MANIFEST).exists()
+            others = re.compile(rf"journal-\d+-of-{self.shard.count}\.jsonl")
+            strange = [path for path in journals(self.path) if not others.fullmatch(path.name)]
+            used = bool(strange) or any(
+                (self.path / name).exists() for name in (journal_name(self.shard), MANIFEST, PREVIOUS)
+            )
         else:
             used = bool(self.records.folders()) or any(map(named_frame, os.listdir(self.path)))
             used = used or any((self.path / name).exists() for name in (MANIFEST, PREVIOUS))
@@ -138,7 +146,7 @@ class CaptureFolder:
             self._remove_earlier()
         with suppress(FileNotFoundError):  # another shard may be faster
             os.replace(self.path / MANIFEST, self.path / PREVIOUS)
-        self._journal = Journal(self.path / journal_name(self.shard), self.records.run + 1)
+        self._journal = Journal(self.path / journal_name(self.shard), self.records.run + 1, self._asked)
 
     def _remove_earlier(self) -> None:
         """Remove the files of an earlier capture, and then what describes them.

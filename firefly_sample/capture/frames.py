@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from firefly_sample.errors import OutputError
 from firefly_sample.settings import to_number, to_whole
@@ -14,7 +14,8 @@ MAX_FRAMES = 1_000_000
 _MOST_SHARDS = 100_000
 
 
-class Shard(NamedTuple):
+@dataclass(frozen=True)
+class Shard:
     """A share of a capture's frames: the `number`-th of `count`, from 1."""
 
     number: int

@@ -106,7 +106,8 @@ def key_of(description: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-class Task(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Task:
     """One frame to draw: the job, and the frame's number."""
 
     job: Job
@@ -118,12 +119,16 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     found = []
     for name in dict.fromkeys((*before, *now)):
         old, new = before.get(name), now.get(name)
+        # these three say again what parameters, settings and the driver say
         if name in ("exposure", "seed", "software") or old == new:
             continue
         if isinstance(old, Mapping) and isinstance(new, Mapping):
-            found += differences(old, new)
-        elif name == "sources":
-            found.append("sources")
+            both = {key: (old.get(key), new.get(key)) for key in dict.fromkeys((*old, *new))}
+            changed = {key: pair for key, pair in both.items() if pair[0] != pair[1]}
         else:
-            found.append(f"{name}: {old}, now {new}")
+            changed = {name: (old, new)}
+        if name == "sources":
+            found += [f"{file} has changed" for file in changed]
+        else:
+            found += [f"{key}: {old}, now {new}" for key, (old, new) in changed.items()]
     return found

@@ -2,7 +2,7 @@
 
 A journal has four kinds of lines::
 
-    {"run": 2}                                 a process begins; the number grows from run to run
+    {"run": 2, "frames": [0, 48, 1], ...}      a process begins; the number grows from run to run
     {"about": KEY, "is": {...}}                a `Job.description`, before the first frame of that job
     {"value": [...]}                           a long value, which frames name by its place in the file
     {"index": 12, "about": KEY, "time": ...}   a frame, whole or failed; its latest line counts
@@ -17,13 +17,21 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from firefly_sample.capture.job import key_of
 from firefly_sample.errors import FireflyError
 
 SHARED = ("warnings", "id_names")
 """The members of a frame that are often the same for many frames: they are written once."""
+
+
+class Asked(TypedDict):
+    """The frames that a run is to draw: a range as [first, end, step], the number of jobs, and the shard or ""."""
+
+    frames: tuple[int, int, int]
+    jobs: int
+    shard: str
 
 
 class Journal:
@@ -35,6 +43,8 @@ class Journal:
         Made if need be.
     run : int
         The number of this run, greater than that of any earlier one.
+    asked : mapping
+        What is asked for in this run: see `Asked`.
 
     Raises
     ------
@@ -42,8 +52,8 @@ class Journal:
         If it cannot be written, as do all methods.
     """
 
-    def __init__(self, path: Path, run: int) -> None:
-        self.path, self.run = path, run
+    def __init__(self, path: Path, run: int, asked: Asked) -> None:
+        self.path = path
         self._described: set[tuple[str, Any]] = set()
         self._values: dict[str, tuple[Any, int]] = {}
         try:
@@ -52,7 +62,7 @@ class Journal:
                 self._file.write(b"\n")
         except OSError as error:
             raise self._failure(error) from error
-        self._append({"run": run})
+        self._append({"run": run, **asked})
 
     def add(self, description: Mapping[str, Any], frame: Mapping[str, Any]) -> int:
         """Append a frame, and return the place of its line in the file.

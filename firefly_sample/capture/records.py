@@ -35,6 +35,8 @@ class Records:
         Each `Job.description` by its `key_of`.
     run : int
         The number of the latest run; 0 if there is none.
+    asked : list of dict
+        What was asked for in the latest run of each journal: see `firefly_sample.capture.journal.Asked`.
 
     Raises
     ------
@@ -45,6 +47,7 @@ class Records:
     def __init__(self, manifests: list[Path], journals: list[Path]) -> None:
         self.descriptions: dict[str, dict[str, Any]] = {}
         self.run = 0
+        self.asked: list[dict[str, Any]] = []
         self._files: list[IO[bytes]] = []
         self._heads: dict[tuple[int, str], Mapping[str, Any]] = {}
         self._places: dict[str, _Places] = {}
@@ -135,6 +138,7 @@ class Records:
                     "its frames are not in lines of their own"
                 )
             description = {name: part[name] for name in _DESCRIBED if name in part}
+            check_folder(path, part["folder"])
             key, folder = key_of(description), part["folder"]
             self.descriptions[key] = description
             self._heads[source, folder] = {**part, "about": key, "frames": None}
@@ -147,12 +151,14 @@ class Records:
         file = path.open("rb")
         self._files.append(file)
         offset, run = 0, 0
+        asked: dict[str, Any] = {}
         for data in file:
             line = _parsed(data)
             if "run" in line:
-                run = line["run"]
+                run, asked = line["run"], line
                 self.run = max(self.run, run)
             elif "is" in line:
+                check_folder(path, line["is"]["folder"])
                 self.descriptions[line["about"]] = line["is"]
             elif "index" in line and line.get("about") in self.descriptions:
                 folder, index = self.descriptions[line["about"]]["folder"], line["index"]
@@ -161,6 +167,8 @@ class Records:
                     runs.put(index, run)
                     self._places.setdefault(folder, _Places()).put(index, source * _OFFSET + offset + 1)
             offset += len(data)
+        if asked:
+            self.asked.append(asked)
 
 
 _DESCRIBED = (
@@ -179,6 +187,12 @@ _DESCRIBED = (
     *("fps", "time", "driver", "driver_version", "software", "version"),
 )
 """The members of a `Job.description`."""
+
+
+def check_folder(path: Path, folder: object) -> None:
+    """Raise a FireflyError if a manifest or journal names a folder that is not in its own."""
+    if not isinstance(folder, str) or folder in (".", "..") or "/" in folder or "\\" in folder:
+        raise FireflyError(f"{path} names a folder that is not in its own: {folder!r}")
 
 
 def _parsed(data: bytes) -> dict[str, Any]:

@@ -14,8 +14,9 @@ from firefly_sample.capture.drawing import Failed
 from firefly_sample.capture.engine import Engine, HereEngine
 from firefly_sample.capture.files import as_folder
 from firefly_sample.capture.folder import CaptureFolder
-from firefly_sample.capture.frames import Shard, check_clock, parse_frames, parse_shard
-from firefly_sample.capture.job import Job, Task
+from firefly_sample.capture.frames import check_clock, parse_frames, parse_shard
+from firefly_sample.capture.job import Job, Task, differences
+from firefly_sample.capture.journal import Asked
 from firefly_sample.capture.manifest import Manifest, read_manifest
 from firefly_sample.capture.sources import hash_sources
 from firefly_sample.capture.work import Part, Work
@@ -99,11 +100,11 @@ def capture_frames(
         Draw in so many processes of this machine; "auto" chooses as many as it has room for. When absent or
         1, this process draws.
     cluster : str, optional
-        Draw on a cluster of dask.distributed: the address of its scheduler, or "local" for one on this machine
-        with as many processes as `workers` says.
+        Draw on a cluster of dask.distributed: the address of its scheduler, or "local" for one on this
+        machine with as many processes as `workers` says.
     shard : str or (int, int), optional
-        Draw only a share, "2/8" for the second of eight; other processes draw the others into the same folder.
-        The last one writes the manifest.
+        Draw only a share, "2/8" for the second of eight; other processes draw the others into the same
+        folder. The last one writes the manifest.
     device, require_gpu : see `firefly_sample.Renderer`
     progress : callable, optional
         Called with (whole frames, frames in all), first with those that are whole already.
@@ -141,13 +142,16 @@ def capture_frames(
     template = _Template(plugin, scene, size, settings, outputs, fps, time, parameters, device, require_gpu)
     jobs = list(template.jobs(sweep))
     path = as_folder(folder) if folder is not None else default_folder(scene)
-    with CaptureFolder(path, share, overwrite=overwrite) as place:
+    asked: Asked = {"frames": (numbers.start, numbers.stop, numbers.step), "jobs": len(jobs), "shard": str(share or "")}
+    with CaptureFolder(path, asked, share, overwrite) as place:
         if not (resume or overwrite):
             place.check_free()
         engine = _engine(jobs[0], len(jobs) * len(numbers), workers, cluster)
         with engine:
-            capture = _Capture(place, template, jobs, numbers, engine, fail_fast, progress)
-            return capture.run()
+            parts = _parts(place, template, jobs, engine)
+            if not resume:
+                _check_same(place, parts)
+            return _Capture(place, parts, numbers, engine, fail_fast, progress).run()
 
 
 class _Template:
@@ -227,15 +231,14 @@ class _Capture:
     def __init__(
         self,
         folder: CaptureFolder,
-        template: _Template,
-        jobs: Sequence[Job],
+        parts: list[Part],
         frames: range,
         engine: Engine,
         fail_fast: bool,
         progress: Callable[[int, int], None] | None,
     ) -> None:
         self._folder, self._engine, self._fail_fast = folder, engine, fail_fast
-        self._parts = _parts(folder, template, jobs, engine)
+        self._parts = parts
         self._by_folder = {part.job.folder: part for part in self._parts}
         self._work = Work(folder, self._parts, frames)
         self._report = progress or (lambda done, total: None)
@@ -245,8 +248,8 @@ class _Capture:
 
     def run(self) -> Manifest | None:
         """Draw what has to be drawn, check everything, and write the manifest if all shards are done."""
-        if self._folder.records.folders():
-            survey = self._work.check(retry=True)
+        survey = self._work.check(retry=True)
+        if survey.whole or survey.wrong:
             log.info("%s", survey)
         try:
             self._draw()
@@ -350,8 +353,8 @@ def _parts(folder: CaptureFolder, template: _Template, jobs: Sequence[Job], engi
         if set(values) != names:
             before = f"a sweep over {', '.join(values)}" if values else "a capture without a sweep"
             raise OutputError(
-                f"in {folder.path} there is {before}, which cannot be gone on with in this way: choose another "
-                "folder, or use overwrite"
+                f"in {folder.path} there is {before}, which cannot be gone on with in this way: choose "
+                "another folder, or use --overwrite"
             )
         parts.append(Part(template.job(values), driver, None))
     for part in parts:
@@ -360,6 +363,19 @@ def _parts(folder: CaptureFolder, template: _Template, jobs: Sequence[Job], engi
             part.expose(known["exposure"])
             part.job = replace(part.job, exposure=known["exposure"])
     return parts
+
+
+def _check_same(folder: CaptureFolder, parts: Sequence[Part]) -> None:
+    """Raise an OutputError if other shards are drawn with other settings."""
+    by_folder = {part.job.folder: part for part in parts}
+    for key, description in folder.records.descriptions.items():
+        part = by_folder[description["folder"]]
+        if key != part.key:
+            changed = "; ".join(differences(description, part.description))
+            raise OutputError(
+                f"other shards of the capture in {folder.path} were drawn with other settings ({changed}): "
+                "use the same ones, or another folder"
+            )
 
 
 def _engine(job: Job, frames: int, workers: int | Literal["auto"] | None, cluster: str | None) -> Engine:

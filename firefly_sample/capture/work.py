@@ -78,7 +78,7 @@ class Work:
         self._again: dict[tuple[str, int], Task] = {}
 
     def check(self, everything: bool = False, retry: bool = False) -> Survey:
-        """Read all files of recorded frames, and forget those that are not whole or were drawn in another way.
+        """Read the files of recorded frames, and forget those that are not whole or were drawn otherwise.
 
         With `everything` also the frames of other shards are checked, with `retry` those that failed are
         forgotten too.
@@ -159,12 +159,10 @@ class Work:
         """Return how many frames of all shards have no record, or one of other settings."""
         records = self._folder.records
         absent = sum(1 for part, index in self._asked() if not records.has(part.job.folder, index))
+        recorded = self._recorded(everything=True)
         return absent + sum(
-            records.frame(part.job.folder, index)["about"] != part.key
-            for part, index in self._recorded(True)
+            1 for part, index in recorded if records.frame(part.job.folder, index)["about"] != part.key
         )
-
-
 
 
 def file_path(job: Job, output: str, index: int) -> str:

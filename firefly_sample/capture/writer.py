@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from firefly_sample.capture.drawing import Drawn
-from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.files import open_whole, sync_folder
+from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.work import Part, file_path
 from firefly_sample.errors import FireflyError
 
