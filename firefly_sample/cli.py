@@ -1,16 +1,15 @@
 """The command ``firefly``.
 
 Results go to stdout, everything else to stderr. The exit code is 0 after success, 1 after an error (which is
-one line), 2 if the command line or the configuration is wrong, 130 after Ctrl-C. It is no error if the reader
-of a pipe closes it early.
+one line), 2 if the command line or the configuration is wrong, 130 after Ctrl-C, 143 after SIGTERM, 129 after
+SIGHUP. It is no error if the reader of a pipe closes it early.
 
-Libraries that take long are imported late, when the handler of Ctrl-C is in place.
+Libraries that take long are imported late, when the handlers of signals are in place.
 """
 
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import warnings
 from collections.abc import Callable, Collection, Sequence
@@ -19,6 +18,7 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from firefly_sample.commands import signals
 from firefly_sample.commands.terminal import check_stdout, complain, safe_streams
 from firefly_sample.errors import FireflyError
 
@@ -56,9 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     `arguments` are those of the process if absent, without the program's name.
     """
-    own_process = arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if own_process:
-        signal.signal(signal.SIGINT, _leave)
+    ending = signals.unhandled() if arguments is None else ()
+    signals.end_at_once(ending)
     if os.environ.get("COLUMNS") == "0":  # as in some containers; help cannot be that narrow
         del os.environ["COLUMNS"]
     tokens = list(sys.argv[1:] if arguments is None else arguments)
@@ -67,42 +66,38 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("once", UserWarning)
         warnings.showwarning = lambda message, *_: complain(f"warning: {message}")
         try:
-            code = _run(tokens, own_process)
-            check_stdout()
-        except (FireflyError, Warning) as error:  # -W error makes warnings errors
-            complain(str(error))
-            code = 1
-        except MemoryError as error:
-            complain(f"out of memory: {error or 'the system has no more'}; a smaller picture takes less")
-            code = 1
-        except OSError as error:
-            where = f"{error.filename}: " if error.filename is not None else ""
-            complain(f"{where}{error.strerror or error}")
-            code = 1
-        except SystemExit as error:
-            complain(f"sys.exit({error.code!r}) was called before the command was done")
-            code = 1
-        except KeyboardInterrupt:
-            complain("interrupted")
-            code = 130
+            code = _guarded(tokens, ending)
+        except KeyboardInterrupt as error:
+            signals.ignore(ending)  # one line is enough
+            word, code = signals.outcome(error)
+            complain(word)
         finally:
-            if own_process:  # only the end of the process is left
-                signal.signal(signal.SIGINT, signal.SIG_DFL)
+            signals.reset(ending)  # only the end of the process is left
     return code
 
 
-def _leave(*_: object) -> None:
-    """End the process at once, because before a command begins there is nothing to clean up.
-
-    KeyboardInterrupt would not do, because some libraries swallow it while they are imported.
-    """
+def _guarded(tokens: list[str], ending: Sequence[int]) -> int:
+    """Run a command line and return its exit code; any error becomes one line, but not KeyboardInterrupt."""
     try:
-        os.write(2, b"firefly: interrupted\n")
-    finally:
-        os._exit(130)
+        code = _run(tokens, ending)
+        check_stdout()
+    except (FireflyError, Warning) as error:  # -W error makes warnings errors
+        complain(str(error))
+        code = 1
+    except MemoryError as error:
+        complain(f"out of memory: {error or 'the system has no more'}; a smaller picture takes less")
+        code = 1
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename is not None else ""
+        complain(f"{where}{error.strerror or error}")
+        code = 1
+    except SystemExit as error:
+        complain(f"sys.exit({error.code!r}) was called before the command was done")
+        code = 1
+    return code
 
 
-def _run(tokens: list[str], own_process: bool) -> int:
+def _run(tokens: list[str], ending: Sequence[int]) -> int:
     from cyclopts import CycloptsError
 
     from firefly_sample.commands.configuration import error_text, read_configuration
@@ -118,8 +113,7 @@ def _run(tokens: list[str], own_process: bool) -> int:
         tables = read_configuration(COMMANDS)
         plugin = scene_of(words, tokens, tables) if words in WITH_SCENE else None
         command = parse(words, tokens, tables, plugin)
-        if own_process:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        signals.interrupt(ending)
         with ExitStack() as stack:
             if plugin is not None:
                 from firefly_sample.scenes import naming
