@@ -142,7 +142,11 @@ def capture_frames(
     template = _Template(plugin, scene, size, settings, outputs, fps, time, parameters, device, require_gpu)
     jobs = list(template.jobs(sweep))
     path = as_folder(folder) if folder is not None else default_folder(scene)
-    asked: Asked = {"frames": (numbers.start, numbers.stop, numbers.step), "jobs": len(jobs), "shard": str(share or "")}
+    asked: Asked = {
+        "frames": (numbers.start, numbers.stop, numbers.step),
+        "jobs": len(jobs),
+        "shard": str(share or ""),
+    }
     with CaptureFolder(path, asked, share, overwrite) as place:
         if not (resume or overwrite):
             place.check_free()

@@ -8,6 +8,7 @@ prints. That must not end the command: `safe_streams` records an error of writin
 from __future__ import annotations
 
 import io
+import logging
 import os
 import select
 import sys
@@ -39,6 +40,29 @@ def progress_bar(what: str, show: bool = True) -> Iterator[Callable[[int, int], 
     with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def messages(show: bool = True) -> Iterator[None]:
+    """Print what is logged of this package within a block on stderr; unless `show`, only warnings."""
+    logger, handler = logging.getLogger("firefly_sample"), _Complaints()
+    before = logger.level, logger.propagate
+    logger.setLevel(logging.INFO if show else logging.WARNING)
+    logger.propagate = False
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(before[0])
+        logger.propagate = before[1]
+
+
+class _Complaints(logging.Handler):
+    """Prints records as lines on stderr."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        complain(record.getMessage())
 
 
 def print_result(text: str, done: str = "") -> None:
