@@ -27,7 +27,7 @@ SHARED = ("warnings", "id_names")
 
 
 class Asked(TypedDict):
-    """The frames that a run is to draw: a range as [first, end, step], the number of jobs, and the shard or ""."""
+    """The frames that a run is to draw: a range as (first, end, step), the number of jobs, and the shard."""
 
     frames: tuple[int, int, int]
     jobs: int

@@ -182,7 +182,9 @@ Patterns = Annotated[
         converter=lambda _, tokens: tuple(token.value for token in tokens), n_tokens=1, metavar="PATTERN"
     ),
 ]
-Workers = Annotated[int | Literal["auto"] | None, Parameter(converter=_one(_to_workers), metavar="N|auto")]
+Workers = Annotated[
+    int | Literal["auto"] | None, Parameter(converter=_one(_to_workers), metavar="N|auto", show_choices=False)
+]
 Sweep = Annotated[
     tuple[tuple[str, str], ...],
     Parameter(converter=_pairs, n_tokens=1, metavar="NAME=A,B,..."),
