@@ -23,8 +23,10 @@ def write_records(path: Path, records: Records, descriptions: Sequence[Mapping[s
         The folder.
     records : Records
     descriptions : sequence of mapping
-        A `Job.description` of each folder, in order; one with the folder "" unless it is a sweep.
+        A `Job.description` of each folder; one with the folder "" unless it is a sweep. The captures of a
+        sweep come in the order of their values, in whatever order they were drawn.
     """
+    descriptions = sorted(descriptions, key=_order)
     is_sweep = bool(descriptions[0]["folder"])
     head: dict[str, Any] = {}
     if is_sweep:
@@ -77,6 +79,15 @@ def _frames(records: Records, folder: str, id_names: list[str] | None) -> Iterat
         if "id_names" in frame and frame["id_names"] != id_names:
             entry["id_names"] = frame["id_names"]
         yield entry
+
+
+def _order(description: Mapping[str, Any]) -> list[tuple[str, float, str]]:
+    """Return what to sort by: numbers by size, other values by their text."""
+    values = description["values"].values()
+    return [
+        ("", value, "") if isinstance(value, int | float) else (type(value).__name__, 0.0, str(value))
+        for value in values
+    ]
 
 
 def _axes(descriptions: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:

@@ -46,7 +46,7 @@ def capture_frames(
     settings: Settings | None = None,
     outputs: Iterable[str] = ("color",),
     parameters: Mapping[str, Any] | None = None,
-    sweep: Mapping[str, Any] | None = None,
+    sweep: Mapping[str, Any] | Iterable[str] | None = None,
     resume: bool = False,
     overwrite: bool = False,
     fail_fast: bool = False,
@@ -85,9 +85,10 @@ def capture_frames(
         Names from `firefly_sample.frame.OUTPUTS`; pictures become PNG, data ``.npz``.
     parameters : mapping, optional
         The scene's parameters; those left out have their defaults.
-    sweep : mapping, optional
-        Parameters and settings with several values each, for example ``{"fireflies": [100, 200]}``: every
-        combination is captured into a folder of its own, and one manifest describes them all.
+    sweep : mapping, or iterable of str, optional
+        Parameters and settings with several values each, for example ``{"fireflies": [100, 200]}`` or
+        ``["fireflies=100,200"]``: see `firefly_sample.capture.sweep.parse_sweep`. Every combination is
+        captured into a folder of its own, and one manifest describes them all.
     resume : bool
         Go on with the capture in the folder: draw the frames that are missing, damaged, failed or of other
         settings, and keep those that are whole, also others than `frames`.
@@ -196,7 +197,7 @@ class _Template:
             require_gpu=require_gpu,
         )
 
-    def jobs(self, sweep: Mapping[str, Any] | None) -> Iterator[Job]:
+    def jobs(self, sweep: Mapping[str, Any] | Iterable[str] | None) -> Iterator[Job]:
         """Yield the job of each combination of a sweep; one without a sweep."""
         if sweep is None:
             yield self.job({})
@@ -350,11 +351,11 @@ def _parts(folder: CaptureFolder, template: _Template, jobs: Sequence[Job], engi
     records, driver = folder.records, engine.driver
     parts = [Part(job, driver, place) for place, job in enumerate(jobs)]
     asked = {part.job.folder for part in parts}
-    names = set(jobs[0].values)
+    names = list(jobs[0].values)
     for other in sorted(set(records.folders()) - asked):
         latest = next(records.indices(other))
         values = records.descriptions[records.frame(other, latest)["about"]]["values"]
-        if set(values) != names:
+        if list(values) != names:
             before = f"a sweep over {', '.join(values)}" if values else "a capture without a sweep"
             raise OutputError(
                 f"in {folder.path} there is {before}, which cannot be gone on with in this way: choose "

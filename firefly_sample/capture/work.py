@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from firefly_sample.capture.files import file_name, hash_file
@@ -110,16 +111,7 @@ class Work:
         """Return what is wrong with a recorded frame, or None."""
         if frame["about"] != part.key:
             return _CHANGED
-        if "error" in frame:
-            return _FAILED
-        for output in part.job.outputs:
-            name = file_path(part.job, output, frame["index"])
-            digest = hash_file(self._folder.path / name)
-            if digest is None:
-                return "missing"
-            if digest != frame["file_sha256"].get(output) or name != frame["files"].get(output):
-                return "damaged"
-        return None
+        return fault_of(self._folder.path, part.job.folder, frame, part.job.outputs)
 
     def _recorded(self, everything: bool) -> Iterator[tuple[Part, int]]:
         for part in self._parts:
@@ -165,7 +157,32 @@ class Work:
         )
 
 
-def file_path(job: Job, output: str, index: int) -> str:
-    """Return the path of a frame's file, relative to the manifest."""
+def fault_of(path: Path, folder: str, frame: Mapping[str, Any], outputs: Iterable[str]) -> str | None:
+    """Return what is wrong with a recorded frame, or None; its files are read and hashed.
+
+    Parameters
+    ----------
+    path : Path
+        The folder of the manifest.
+    folder : str
+        That of the frame's job, relative to it.
+    frame : mapping
+    outputs : iterable of str
+        Those that it must have.
+    """
+    if "error" in frame:
+        return _FAILED
+    for output in outputs:
+        name = file_path(folder, output, frame["index"])
+        digest = hash_file(path / name)
+        if digest is None:
+            return "missing"
+        if digest != frame["file_sha256"].get(output) or name != frame["files"].get(output):
+            return "damaged"
+    return None
+
+
+def file_path(folder: str, output: str, index: int) -> str:
+    """Return the path of a frame's file in a job's folder, relative to the manifest."""
     name = file_name(output, index)
-    return f"{job.folder}/{name}" if job.folder else name
+    return f"{folder}/{name}" if folder else name

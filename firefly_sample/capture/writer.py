@@ -41,7 +41,7 @@ class FrameWriter:
         while self._writing and (len(self._writing) >= self._bound or self._writing[0][2].done()):
             recorded += self._record_first()
         self._folder.begin()
-        paths = {output: file_path(part.job, output, drawn.index) for output in drawn.files}
+        paths = {output: file_path(part.job.folder, output, drawn.index) for output in drawn.files}
         frame: dict[str, Any] = {
             "index": drawn.index,
             "time": drawn.time,

@@ -123,7 +123,7 @@ def capture(
             settings=capture_settings(outputs, **settings),
             outputs=outputs,
             parameters=parameters,
-            sweep=dict(sweep) or None,
+            sweep=sweep or None,
             resume=resume,
             overwrite=overwrite,
             fail_fast=fail_fast,

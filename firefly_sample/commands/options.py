@@ -96,19 +96,6 @@ def _to_workers(text: str) -> int | Literal["auto"]:
     return "auto" if text.strip() == "auto" else _to_whole(text)
 
 
-def _pairs(_: Any, tokens: Sequence[Token]) -> tuple[tuple[str, str], ...]:
-    """Return the names and values of "name=values", one in each token."""
-    pairs: dict[str, str] = {}
-    for token in tokens:
-        name, sign, values = token.value.partition("=")
-        if not (sign and name.strip()):
-            raise ValueError(f"a sweep is NAME=A,B,... or NAME=FIRST:END:STEP, got {token.value!r}")
-        if name in pairs:
-            raise ValueError(f"{name!r} is swept twice")
-        pairs[name] = values
-    return tuple(pairs.items())
-
-
 def _scene_names(context: Any) -> list[str]:
     """Return the installed scenes and the files of models, for a shell that completes a command line."""
     from importlib.metadata import entry_points
@@ -186,8 +173,12 @@ Workers = Annotated[
     int | Literal["auto"] | None, Parameter(converter=_one(_to_workers), metavar="N|auto", show_choices=False)
 ]
 Sweep = Annotated[
-    tuple[tuple[str, str], ...],
-    Parameter(converter=_pairs, n_tokens=1, metavar="NAME=A,B,..."),
+    tuple[str, ...],
+    Parameter(
+        converter=lambda _, tokens: tuple(token.value for token in tokens),
+        n_tokens=1,
+        metavar="NAME=A,B,...",
+    ),
 ]
 Time = Annotated[float, Parameter(metavar="SECONDS")]
 StartTime = Annotated[
