@@ -31,7 +31,18 @@ COMMAND_OPTIONS = frozenset(
         *("budget_ms", "counts", "device", "dot", "fps", "frames", "fresh", "h", "headless", "help"),
         *("help_all", "json", "longest", "max_codes", "max_error", "methods", "o", "output", "outputs"),
         *("performance_test", "preset", "q", "quiet", "require_gpu", "rounds", "scene", "seconds", "seeds"),
-        *("size", "sizes", "time", "version", "resume", "overwrite", "fail_fast", "workers", "cluster", "shard"),
+        *(
+            "size",
+            "sizes",
+            "time",
+            "version",
+            "resume",
+            "overwrite",
+            "fail_fast",
+            "workers",
+            "cluster",
+            "shard",
+        ),
         *("sweep",),
     }
 )
