@@ -112,7 +112,7 @@ def capture(
         require_gpu=require_gpu,
         quiet=quiet,
     )
-    with messages(show=not quiet), progress_bar("frames", show=not quiet) as show_progress:
+    with messages(show=not quiet), progress_bar("frames", show=not quiet, unit="frame") as show_progress:
         manifest = capture_frames(
             scene,
             folder,

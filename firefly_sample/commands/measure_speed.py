@@ -74,7 +74,7 @@ def speed(
     from firefly_sample.lab.speed import measure_speed
     from firefly_sample.lab.speed_report import speed_as_text
 
-    with progress_bar("frames") as progress:
+    with progress_bar("frames", unit="frame") as progress:
         result = measure_speed(
             scene,
             output,

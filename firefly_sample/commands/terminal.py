@@ -8,7 +8,6 @@ prints. That must not end the command: `safe_streams` records an error of writin
 from __future__ import annotations
 
 import io
-import logging
 import os
 import select
 import sys
@@ -22,47 +21,63 @@ from firefly_sample.errors import FireflyError
 
 def complain(text: str) -> None:
     """Print `text` on stderr, as one line."""
-    print("firefly:", " ".join(text.split()), file=sys.stderr)
+    # at once, so that lines of several threads do not mix
+    sys.stderr.write(f"firefly: {' '.join(text.split())}\n")
 
 
 @contextmanager
-def progress_bar(what: str, show: bool = True) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar if stderr is a terminal; give a function of (done, in all) that moves it."""
+def progress_bar(what: str, show: bool = True, unit: str = "") -> Iterator[Callable[[int, int], None]]:
+    """Show a progress bar if stderr is a terminal; give a function of (done, in all) that moves it.
+
+    It shows the time left, and the rate if there is a `unit`, the noun for one step. What is done at its
+    first call counts for neither.
+    """
     if not (show and sys.stderr.isatty()):
         yield lambda done, total: None
         return
 
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
+    from rich.text import Text
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    from firefly_sample.commands.pace import Pace
+
+    pace = Pace()
+
+    class PaceColumn(ProgressColumn):
+        def render(self, _: Task) -> Text:
+            return Text(pace.text(unit), no_wrap=True)
+
+    columns = (TextColumn("{task.description}"), BarColumn(24), MofNCompleteColumn(), PaceColumn())
     # lines printed in the meantime appear above the bar
     with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+        def move(done: int, total: int) -> None:
+            pace.advance(done, total)
+            bar.update(task, completed=done, total=total)
+
+        yield move
 
 
 @contextmanager
 def messages(show: bool = True) -> Iterator[None]:
-    """Print what is logged of this package within a block on stderr; unless `show`, only warnings."""
-    logger, handler = logging.getLogger("firefly_sample"), _Complaints()
-    before = logger.level, logger.propagate
+    """Print what this package logs on stderr, a line each; without `show` only what is a warning or worse."""
+    import logging
+
+    class Lines(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            complain(record.getMessage())
+
+    logger = logging.getLogger("firefly_sample")
+    before, lines = logger.level, Lines()
     logger.setLevel(logging.INFO if show else logging.WARNING)
-    logger.propagate = False
-    logger.addHandler(handler)
+    logger.addHandler(lines)
     try:
         yield
     finally:
-        logger.removeHandler(handler)
-        logger.setLevel(before[0])
-        logger.propagate = before[1]
-
-
-class _Complaints(logging.Handler):
-    """Prints records as lines on stderr."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        complain(record.getMessage())
+        logger.removeHandler(lines)
+        logger.setLevel(before)
 
 
 def print_result(text: str, done: str = "") -> None:
