@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-import time
 import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -37,7 +35,7 @@ _FREE_SECONDS = 2.0
 
 @dataclass(frozen=True)
 class _Flight:
-    """A frame that the cluster has: those who may draw it, its earlier tries, and whether it is the only one."""
+    """A frame that the cluster has: who may draw it, its earlier tries, whether it is the only one."""
 
     task: Task
     future: Future[Drawn | Failed | Refused]
@@ -49,10 +47,10 @@ class _Flight:
 class ClusterEngine:
     """Draws on the workers of a dask cluster, which need the same firefly_sample, driver, plugins and files.
 
-    A frame whose worker ends is drawn by another one. A frame that has ended several workers, as many as the
-    scheduler allows, is drawn again with no other frame on the cluster, because those that waited for the same
-    workers are blamed with it; if it ends its workers again, it is `Failed`. A worker whose driver, version,
-    plugin or files differ is refused with a warning. Workers may come and go.
+    A frame whose worker ends is drawn by another one. If a frame's workers end more often than the scheduler
+    allows, the frame is drawn again while no other one is, because dask blames all frames that these workers
+    had; if they end again, it is `Failed`. A worker whose driver, version, plugin or files differ is refused
+    with a warning. Workers may come and go.
 
     Parameters
     ----------
@@ -177,7 +175,7 @@ class ClusterEngine:
 
         task, future = flight.task, flight.future
         try:
-            result = future.result(timeout=10 * POLL_SECONDS)
+            result: Drawn | Failed | Refused = future.result(timeout=10 * POLL_SECONDS)
         except KilledWorker as error:
             return self._killed(flight, error.last_worker.address)
         except (CancelledError, TimeoutError, OSError) as error:

@@ -1,4 +1,4 @@
-"""The workers of a dask cluster that may draw a capture: each is asked for its driver before it gets a frame."""
+"""The workers of a dask cluster that may draw a capture: each is asked for its driver before its first frame."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import time
 import warnings
 from collections import Counter
 from contextlib import suppress
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
 from firefly_sample.capture.cluster_worker import Answer, examine, other_driver
@@ -22,12 +22,11 @@ if TYPE_CHECKING:
 POLL_SECONDS = 1.0
 """How often the scheduler is asked for its workers."""
 ANSWER_SECONDS = 30.0
-"""Workers that are busy for longer than this, when a capture starts, do not take part in choosing its driver."""
+"""Workers that are busy for longer than this at the start have no part in choosing the capture's driver."""
 REFUSED_SECONDS = 15.0
-"""How long a capture waits for other workers when all that are there are refused; a nanny needs a few seconds."""
+"""How long a capture waits when all workers are refused: a nanny needs a few seconds to start another one."""
 
 _log = logging.getLogger("firefly_sample")
-_Future = "Future[Answer]"
 
 
 class Roster:
@@ -43,8 +42,8 @@ class Roster:
     done : SimpleQueue of str
         Gets the key of a future when it is done.
     driver : Driver, optional
-        The capture's driver. If absent, the most common one of those that are there first; of several, that of
-        the first address.
+        The capture's driver. If absent, the most common one of the workers that are there at the start; of
+        several, that of the first address.
     patience : float
         How many seconds to wait while no worker can draw.
 
@@ -110,7 +109,7 @@ class Roster:
                 raise self._nobody()
 
     def update(self) -> None:
-        """Ask the scheduler for its workers, at most once in `POLL_SECONDS`, and new workers for their drivers.
+        """Ask the scheduler for its workers, at most once in `POLL_SECONDS`, and new ones for their drivers.
 
         Raises
         ------
@@ -239,8 +238,6 @@ class Roster:
         return kind(f"cluster {self._cluster}: no worker is left: worker {address} {reason}{more}")
 
     def _next(self, seconds: float) -> str | None:
-        from queue import Empty
-
         try:
             return self._done.get(timeout=seconds)
         except Empty:

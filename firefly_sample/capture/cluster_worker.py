@@ -1,4 +1,4 @@
-"""Functions that run on the workers of a dask cluster: a process keeps one `Artist`, which draws one frame at a time."""
+"""Functions that run on the workers of a dask cluster: each process has one `Artist`, for a frame at a time."""
 
 from __future__ import annotations
 
@@ -130,7 +130,9 @@ def other_driver(own: Driver, driver: Driver) -> str:
     """Return how a worker's driver differs from the capture's; "" if both draw the same bytes."""
     if own[:2] == driver[:2]:
         return ""
-    return f"draws with {own.name!r}, {own.version!r}, and the capture with {driver.name!r}, {driver.version!r}"
+    return (
+        f"draws with {own.name!r}, {own.version!r}, and the capture with {driver.name!r}, {driver.version!r}"
+    )
 
 
 def _address() -> str:
