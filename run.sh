@@ -5,11 +5,12 @@
 # The locks are made with uv; hatchling and editables are what an editable install is built with:
 #   lock="uv pip compile --universal --generate-hashes --no-header --no-annotate --python-version 3.11"
 #   printf 'hatchling>=1.27\neditables\n' | $lock pyproject.toml - -o requirements.lock
-#   for extra in window measure formats; do
+#   for extra in window measure cluster formats; do
 #       $lock --extra $extra pyproject.toml requirements.lock -o requirements-$extra.lock
 #   done
-#   $lock --extra window --extra measure --extra formats --group test pyproject.toml requirements.lock \
-#       requirements-window.lock requirements-measure.lock requirements-formats.lock -o requirements-test.lock
+#   $lock --extra window --extra measure --extra cluster --extra formats --group test pyproject.toml \
+#       requirements.lock requirements-window.lock requirements-measure.lock requirements-cluster.lock \
+#       requirements-formats.lock -o requirements-test.lock
 set -eu
 
 script=$(readlink -f -- "$0") # the checkout is where the file is, not where a link to it is
@@ -39,8 +40,8 @@ Usage: sh run.sh COMMAND [OPTIONS]
   COMMAND     any other command of firefly: scenes, plan, measure, doctor, ...
 
 What is missing is installed first: Debian packages, then Python packages into .venv. `run` needs one more
-than `capture`; `measure`, --max-error, --max-codes, --budget-ms and models such as .dae, .3mf and .step need
-more, and `test` needs most.
+than `capture`; `measure`, --max-error, --max-codes, --budget-ms, --cluster and models such as .dae, .3mf and
+.step need more, and `test` needs most.
 sh run.sh COMMAND --help lists a command's options.
 END
 }
@@ -135,14 +136,15 @@ contents() {
     base) echo "to draw: numpy, pillow, trimesh, moderngl and others (about 90 MB)" ;;
     window) echo "for a window: glfw (about 1 MB)" ;;
     measure) echo "to measure: embreex, matplotlib, flip-evaluator and others (about 105 MB)" ;;
+    cluster) echo "for a cluster: distributed, dask, tornado and others (about 19 MB)" ;;
     formats) echo "to read more model formats: cascadio, lxml, pycollada and others (about 145 MB)" ;;
-    test) echo "to test: panda3d, scipy, mypy and others (about 730 MB, less what is there already)" ;;
+    test) echo "to test: panda3d, scipy, mypy and others (about 750 MB, less what is there already)" ;;
     esac
 }
 
 # Sees to it that .venv has requirements.lock ("base"), or requirements-NAME.lock for another name; the lock of the
 # tests holds all others.
-need_venv() { # base | window | measure | formats | test ...
+need_venv() { # base | window | measure | cluster | formats | test ...
     ! is_whole "$@" || return 0
     has_python || die "needs Python 3.11 or newer with venv; if it is not python3, say which: PYTHON=/path/to/python3 sh run.sh"
     take_turn
@@ -220,6 +222,9 @@ test)
     esac
     case " $*" in
     *" --max-error"* | *" --max-codes"* | *" --budget-ms"*) locks="base measure ${locks#base}" ;;
+    esac
+    case " $*" in
+    *" --cluster"*) locks="$locks cluster" ;;
     esac
     case " $* " in # models that need more packages
     *.dae\ * | *.zae\ * | *.3mf\ * | *.3dxml\ * | *.xaml\ * | *.step\ * | *.stp\ * | *.ctm\ *) locks="$locks formats" ;;

@@ -165,6 +165,8 @@ def test_installs_once_and_repeats_what_failed(faked: Path) -> None:
         (("run", "smoke"), {"base", "window"}),
         (("measure", "speed"), {"base", "measure"}),
         (("measure", "speed", "--help"), {"base"}),
+        (("capture", "--cluster", "tcp://host:8786"), {"base", "cluster"}),
+        (("capture", "--cluster=local", "--max-error=0.5"), {"base", "measure", "cluster"}),
         *((("capture", f"--{name}", "0.5"), {"base", "measure"}) for name in BOUNDS),
         *((("run", f"--{name}=0.5"), {"base", "window", "measure"}) for name in BOUNDS),
     ],

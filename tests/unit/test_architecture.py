@@ -64,6 +64,8 @@ HOMES = {
     "cyclopts": {"cli", "commands"},
     "rich": {"commands"},
     "embreex": {"lab"},
+    "distributed": {"capture"},
+    "dask": {"capture"},
 }
 """Who may import a library at all."""
 

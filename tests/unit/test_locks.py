@@ -22,11 +22,13 @@ LOCKS = {
     "requirements.lock": BASE,
     "requirements-window.lock": [*BASE, *EXTRAS["window"]],
     "requirements-measure.lock": [*BASE, *EXTRAS["measure"]],
+    "requirements-cluster.lock": [*BASE, *EXTRAS["cluster"]],
     "requirements-formats.lock": [*BASE, *EXTRAS["formats"]],
     "requirements-test.lock": [
         *BASE,
         *EXTRAS["window"],
         *EXTRAS["measure"],
+        *EXTRAS["cluster"],
         *EXTRAS["formats"],
         *PROJECT["dependency-groups"]["test"],
     ],
@@ -63,9 +65,11 @@ def test_there_is_no_other_lock() -> None:
     [
         ("requirements.lock", "requirements-window.lock"),
         ("requirements.lock", "requirements-measure.lock"),
+        ("requirements.lock", "requirements-cluster.lock"),
         ("requirements.lock", "requirements-formats.lock"),
         ("requirements-window.lock", "requirements-test.lock"),
         ("requirements-measure.lock", "requirements-test.lock"),
+        ("requirements-cluster.lock", "requirements-test.lock"),
         ("requirements-formats.lock", "requirements-test.lock"),
     ],
 )
@@ -85,6 +89,7 @@ def test_drawing_installs_nothing_for_windows_measuring_or_tests() -> None:
             for text in (
                 *EXTRAS["window"],
                 *EXTRAS["measure"],
+                *EXTRAS["cluster"],
                 *EXTRAS["formats"],
                 *EXTRAS["pyrender"],
                 "scipy",
@@ -116,7 +121,7 @@ def sizes_of(package: Distribution) -> Iterator[int]:
 def test_run_sh_says_how_large_what_it_installs_is() -> None:
     base = megabytes("requirements.lock")
     sizes = {"base": sum(base.values()), "test": sum(megabytes("requirements-test.lock").values())}
-    for extra in ("window", "measure", "formats"):
+    for extra in ("window", "measure", "cluster", "formats"):
         added = {
             name: size for name, size in megabytes(f"requirements-{extra}.lock").items() if name not in base
         }

@@ -1,0 +1,279 @@
+"""The engine that draws on the workers of a dask cluster."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, Literal
+
+from firefly_sample.capture.cluster_client import LOCAL, connected
+from firefly_sample.capture.cluster_roster import POLL_SECONDS, Roster
+from firefly_sample.capture.cluster_worker import Refused, draw, free
+from firefly_sample.capture.drawing import Drawn, Failed
+from firefly_sample.capture.job import Driver, Job, Task
+from firefly_sample.errors import FireflyError, SoftwareDriverWarning
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+PATIENCE_SECONDS = 600.0
+"""How long a capture waits while its cluster has no worker that can draw."""
+_AHEAD = 2
+"""Frames that each thread of a worker has: one is drawn, and one waits."""
+_TRIES = 3
+"""How often a frame is tried whose task fails for a reason that is not the frame's."""
+_DEATHS = 5
+"""A capture ends when this many frames in a row have ended their workers."""
+_FREE_SECONDS = 2.0
+
+
+@dataclass(frozen=True)
+class _Flight:
+    """A frame that the cluster has: who may draw it, its earlier tries, whether it is the only one."""
+
+    task: Task
+    future: Future[Drawn | Failed | Refused]
+    workers: frozenset[str]
+    tries: int
+    alone: bool
+
+
+class ClusterEngine:
+    """Draws on the workers of a dask cluster, which need the same firefly_sample, driver, plugins and files.
+
+    A frame whose worker ends is drawn by another one. If a frame's workers end more often than the scheduler
+    allows, the frame is drawn again while no other one is, because dask blames all frames that these workers
+    had; if they end again, it is `Failed`. A worker whose driver, version, plugin or files differ is refused
+    with a warning. Workers may come and go.
+
+    Parameters
+    ----------
+    job : Job
+        One of those that are going to be drawn.
+    address : str
+        The scheduler's address, for example ``tcp://host:8786``, the file in which a scheduler keeps it, or
+        "local" for processes on this machine, which end with this one.
+    workers : int, "auto" or None
+        The number of processes of "local"; as many as there are cores unless it is a number.
+    expected : Driver, optional
+        The driver that all frames must have. If absent, the most common one of the workers that are there at
+        the start; of several, that of the first address.
+    patience : float
+        How many seconds to wait while there is no worker that can draw. If there are workers and all are
+        refused, the wait is at most 15 seconds, and at the start there is none.
+
+    Raises
+    ------
+    MissingPackageError
+        On entry, if distributed is not installed.
+    GpuError
+        On entry or later, if all workers have other drivers.
+    FireflyError
+        On entry or later, if the scheduler cannot be reached, or no worker can draw.
+    """
+
+    def __init__(
+        self,
+        job: Job,
+        address: str,
+        workers: int | Literal["auto"] | None = None,
+        expected: Driver | None = None,
+        patience: float = PATIENCE_SECONDS,
+    ) -> None:
+        self._job, self._address, self._workers = job, address, workers
+        self._expected, self._patience = expected, patience
+        self._folder = os.getcwd()
+        self._done: SimpleQueue[str] = SimpleQueue()
+        self._opened = ExitStack()
+        self._client: Client
+        self._roster: Roster
+        self._flying: dict[str, _Flight] = {}
+        self._again: deque[tuple[Task, int]] = deque()
+        self._suspects: deque[Task] = deque()
+        self._deaths = 0
+
+    @property
+    def driver(self) -> Driver:
+        """The driver of all frames; it is known inside the block."""
+        assert self._roster.driver is not None
+        return self._roster.driver
+
+    def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Drawn | Failed]]:
+        """Draw frames in any order: see `Engine.draw`."""
+        source = iter(tasks)
+        try:
+            while True:
+                self._roster.update()
+                self._free_stranded()
+                self._fill(source)
+                if not self._flying and not self._again and not self._suspects and self._roster.accepted:
+                    return
+                yield from self._landed()
+        finally:
+            self._cancel()
+
+    def _fill(self, source: Iterator[Task]) -> None:
+        """Submit frames until each worker has enough of them."""
+        workers = self._roster.accepted
+        if not workers:
+            return
+        if self._suspects or any(flight.alone for flight in self._flying.values()):
+            if not self._flying:
+                self._submit(self._suspects.popleft(), 0, workers, alone=True)
+            return
+        room = _AHEAD * sum(workers.values())
+        while len(self._flying) < room:
+            if self._again:
+                self._submit(*self._again.popleft(), workers)
+            elif (task := next(source, None)) is not None:
+                self._submit(task, 0, workers)
+            else:
+                return
+
+    def _submit(self, task: Task, tries: int, workers: Iterable[str], alone: bool = False) -> None:
+        allowed = frozenset(workers)
+        future = self._client.submit(
+            draw,
+            task,
+            self.driver,
+            self._folder,
+            key=f"firefly-frame-{os.urandom(16).hex()}",
+            workers=sorted(allowed),
+            allow_other_workers=False,
+            pure=False,
+        )
+        self._flying[future.key] = _Flight(task, future, allowed, tries, alone)
+        future.add_done_callback(_Putting(self._done))
+
+    def _landed(self) -> Iterator[tuple[Task, Drawn | Failed]]:
+        """Give the frames that are done; wait for one, but not for long."""
+        try:
+            keys = [self._done.get(timeout=POLL_SECONDS / 2)]
+        except Empty:
+            return
+        while len(keys) < len(self._flying):
+            try:
+                keys.append(self._done.get_nowait())
+            except Empty:
+                break
+        for key in keys:
+            if self._roster.answer(key) or (flight := self._flying.pop(key, None)) is None:
+                continue
+            result = self._result(flight)
+            if result is not None:
+                yield flight.task, result
+
+    def _result(self, flight: _Flight) -> Drawn | Failed | None:
+        """Return a frame that is done, or None if it is to be drawn again."""
+        from distributed import KilledWorker
+
+        task, future = flight.task, flight.future
+        try:
+            result: Drawn | Failed | Refused = future.result(timeout=10 * POLL_SECONDS)
+        except KilledWorker as error:
+            return self._killed(flight, error.last_worker.address)
+        except (CancelledError, TimeoutError, OSError) as error:
+            self._roster.check_scheduler()
+            return self._failed(flight, error)
+        except Exception as error:  # noqa: BLE001  whatever its worker cannot do
+            return self._failed(flight, error)
+        finally:
+            future.release()
+        if isinstance(result, Refused):
+            self._roster.refuse(result.address, result.reason)
+            self._again.append((task, flight.tries))
+            return None
+        self._deaths = 0
+        return result
+
+    def _killed(self, flight: _Flight, worker: str) -> Failed | None:
+        """Return the failure of a frame that ends its worker when it is alone, too."""
+        if not flight.alone:
+            self._suspects.append(flight.task)
+            return None
+        self._deaths += 1
+        index = flight.task.index
+        text = f"frame {index} ended each worker that drew it, the last one at {worker}"
+        if self._deaths >= _DEATHS:
+            raise FireflyError(f"cluster {self._address}: {text}, as did the {_DEATHS - 1} frames before it")
+        return Failed(index, FireflyError(text))
+
+    def _failed(self, flight: _Flight, error: BaseException) -> Failed | None:
+        """Return the failure of a frame whose task has failed too often."""
+        tries = flight.tries + 1
+        if tries < _TRIES:
+            self._again.append((flight.task, tries))
+            return None
+        text = f"frame {flight.task.index}: {type(error).__name__}: {' '.join(str(error).split())}"
+        return Failed(flight.task.index, FireflyError(text))
+
+    def _free_stranded(self) -> None:
+        """Take back the frames whose workers are all gone or refused; others draw them."""
+        workers = self._roster.accepted.keys()
+        for key, flight in list(self._flying.items()):
+            if flight.workers.isdisjoint(workers) and not flight.future.done():
+                del self._flying[key]
+                flight.future.cancel(force=True)
+                if flight.alone:
+                    self._suspects.appendleft(flight.task)
+                else:
+                    self._again.append((flight.task, flight.tries))
+
+    def _cancel(self) -> None:
+        """Withdraw all frames that are not done."""
+        flying, self._flying = self._flying, {}
+        self._again.clear()
+        self._suspects.clear()
+        if flying and self._client.status == "running":
+            with suppress(Exception):
+                self._client.cancel([flight.future for flight in flying.values()], force=True)
+
+    def _free_workers(self) -> None:
+        """Free the renderers of workers that live on."""
+        from distributed import wait
+
+        with suppress(Exception):
+            freed = [
+                self._client.submit(free, workers=[address], pure=False, priority=10)
+                for address in self._roster.accepted
+            ]
+            wait(freed, timeout=_FREE_SECONDS)
+
+    def __enter__(self) -> ClusterEngine:
+        with ExitStack() as opened:
+            self._client = opened.enter_context(connected(self._address, self._workers))
+            self._roster = Roster(
+                self._client, self._address, self._job, self._done, self._expected, self._patience
+            )
+            opened.callback(self._roster.cancel)
+            self._roster.choose_driver()
+            if self.driver.software:
+                warnings.warn(
+                    f"drawing on the CPU ({self.driver.name}): right, but slow",
+                    SoftwareDriverWarning,
+                    stacklevel=2,
+                )
+            self._opened = opened.pop_all()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with self._opened:
+            self._cancel()
+            if error[0] is None and self._address != LOCAL:
+                self._free_workers()
+
+
+class _Putting:
+    """A callback that puts a future's key into a queue, and keeps no future."""
+
+    def __init__(self, queue: SimpleQueue[str]) -> None:
+        self._queue = queue
+
+    def __call__(self, future: Any) -> None:
+        self._queue.put(future.key)
