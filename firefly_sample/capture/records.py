@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from firefly_sample.capture.job import key_of
+from firefly_sample.capture.job import Driver, key_of
 from firefly_sample.capture.journal import SHARED, Journal
 from firefly_sample.capture.manifest import FrameLines, read_manifest
 from firefly_sample.errors import FireflyError
@@ -65,6 +65,12 @@ class Records:
         except BaseException:
             self.close()
             raise
+
+    def driver(self) -> Driver | None:
+        """Return the driver of the latest description; None if there is none."""
+        for latest in reversed(self.descriptions.values()):
+            return Driver(latest["driver"], latest["driver_version"], latest["software"])
+        return None
 
     def folders(self) -> list[str]:
         """Return the folders that have records, "" for that of a capture which is no sweep."""

@@ -15,7 +15,7 @@ from firefly_sample.capture.engine import Engine, HereEngine
 from firefly_sample.capture.files import as_folder
 from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.frames import check_clock, parse_frames, parse_shard
-from firefly_sample.capture.job import Job, Task, differences
+from firefly_sample.capture.job import Driver, Job, Task, differences
 from firefly_sample.capture.journal import Asked
 from firefly_sample.capture.manifest import Manifest, read_manifest
 from firefly_sample.capture.sources import hash_sources
@@ -151,7 +151,8 @@ def capture_frames(
     with CaptureFolder(path, asked, share, overwrite) as place:
         if not (resume or overwrite):
             place.check_free()
-        engine = _engine(jobs[0], len(jobs) * len(numbers), workers, cluster)
+        count = len(jobs) * len(numbers)
+        engine = _engine(jobs[0], count, workers, cluster, place.records.driver())
         with engine:
             parts = _parts(place, template, jobs, engine)
             if not resume:
@@ -383,11 +384,18 @@ def _check_same(folder: CaptureFolder, parts: Sequence[Part]) -> None:
             )
 
 
-def _engine(job: Job, frames: int, workers: int | Literal["auto"] | None, cluster: str | None) -> Engine:
+def _engine(
+    job: Job,
+    frames: int,
+    workers: int | Literal["auto"] | None,
+    cluster: str | None,
+    earlier: Driver | None,
+) -> Engine:
+    """Return what draws; on a cluster only workers with the driver of `earlier` frames do."""
     if cluster is not None:
         from firefly_sample.capture.cluster import ClusterEngine
 
-        return ClusterEngine(job, cluster, workers)
+        return ClusterEngine(job, cluster, workers, earlier)
     if workers is None:
         return HereEngine(job)
     from firefly_sample.capture.processes import ProcessEngine, choose_workers
