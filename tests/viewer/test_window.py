@@ -181,6 +181,12 @@ def test_ctrl_c_prints_the_result_so_far(open_window):
     assert seconds < 600
 
 
+def test_sigterm_closes_the_window(open_window):
+    window = open_window()
+    window.process.terminate()
+    assert window.finish() == (143, "firefly: terminated\n")
+
+
 def test_a_window_that_closes_during_a_performance_test_prints_the_result_so_far(display, tmp_path):
     code = f"""
 from firefly_sample.viewer.main_loop import run
