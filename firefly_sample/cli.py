@@ -1,8 +1,9 @@
 """The command ``firefly``.
 
 Results go to stdout, everything else to stderr. The exit code is 0 after success, 1 after an error (which is
-one line), 2 if the command line or the configuration is wrong, 130 after Ctrl-C, 143 after SIGTERM, 129 after
-SIGHUP. It is no error if the reader of a pipe closes it early.
+one line), 2 if the command line or the configuration is wrong, 3 if some frames of a capture could not be
+drawn, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP. It is no error if the reader of a pipe closes it
+early.
 
 Libraries that take long are imported late, when the handlers of signals are in place.
 """
