@@ -247,11 +247,16 @@ def with_scene_options(
             given[kind if found else ""][bare or name] = value
         settings, rest = given["settings"], given[""]
         preset: str | None = settings.pop("preset", None)
+        bounds = [
+            _dashed(name) for name in ("max_error", "max_codes", "budget_ms") if rest.get(name) is not None
+        ]
+        presets = ["--preset"] if preset is not None else []
+        if any(text.partition("=")[0].strip() == "preset" for text in rest.get("sweep", ())):
+            presets.append("--sweep preset")
+        if presets and len(presets) + len(bounds) > 1:
+            first, second, *_ = presets + bounds
+            raise SettingsError(f"{first} and {second} both choose settings: leave one of them out")
         if preset is not None:
-            bounds = [name for name in ("max_error", "max_codes", "budget_ms") if rest.get(name) is not None]
-            if bounds:
-                both = f"--preset and {_dashed(bounds[0])} both choose settings"
-                raise SettingsError(f"{both}: leave one of them out")
             settings = preset_with(preset, settings)
         settings = scene_settings(plugin, settings)
         settings = {name: value for name, value in settings.items() if name not in left_out}
