@@ -12,6 +12,7 @@ from firefly_sample.errors import RENAMED
 
 if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
+    from firefly_sample.capture.verify import compare_captures, verify_capture
     from firefly_sample.compositing import composite
     from firefly_sample.errors import FireflyError, SoftwareDriverWarning
     from firefly_sample.frame import Frame
@@ -67,14 +68,17 @@ __all__ = [
     "add_ground",
     "build_plan",
     "capture_frames",
+    "compare_captures",
     "composite",
     "frame_camera",
     "load_model",
     "model_scene",
+    "verify_capture",
 ]
 
 _MODULES = {
     "capture.sequence": ("capture_frames",),
+    "capture.verify": ("compare_captures", "verify_capture"),
     "compositing": ("composite",),
     "errors": ("FireflyError", "SoftwareDriverWarning"),
     "frame": ("Frame",),

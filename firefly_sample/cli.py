@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 COMMANDS: dict[Words, str] = {
     ("capture",): "Render frames of a scene to files.",
+    ("verify",): "Check that a capture is whole, or compare it with another one.",
     ("run",): "Open a window on a scene.",
     ("plan",): "Show the passes and targets of a frame, and why each is needed.",
     ("measure", "speed"): "Time frames with more and more lights, by each method of drawing them.",
@@ -46,6 +47,7 @@ WITH_SCENE = (("capture",), ("run",), ("plan",), ("measure", "speed"), ("measure
 """Commands that have an option for each parameter of a scene."""
 _OPERANDS: dict[Words, str] = {
     **dict.fromkeys((*WITH_SCENE, ("measure", "start")), "[SCENE | FILE...] "),
+    ("verify",): "FOLDER [OTHER] ",
     ("measure", "numerics"): "[TABLE...] ",
     ("completion",): "SHELL ",
 }

@@ -87,10 +87,20 @@ def decode_image(output: str, content: bytes) -> Image:
         import PIL.Image
 
         with PIL.Image.open(io.BytesIO(content)) as picture:
-            return np.asarray(picture)
+            return _pixels(picture, OUTPUTS[output].channels)
     with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
         image: Image = arrays[output]
         return image
+
+
+def _pixels(picture: Any, channels: int) -> Image:
+    """Return the pixels of a PNG. Tools that make files smaller store the same pixels in other modes."""
+    wanted = {3: "RGB", 4: "RGBA"}[channels]
+    plain = picture.mode == wanted and "transparency" not in picture.info
+    if plain or picture.mode not in ("1", "L", "LA", "P", "PA", "RGB", "RGBA"):
+        return np.asarray(picture)
+    rgba = np.asarray(picture.convert("RGBA"))
+    return rgba[..., :channels] if (rgba[..., channels:] == 255).all() else rgba
 
 
 def write_image(path: Path, output: str, image: Image) -> None:

@@ -185,11 +185,17 @@ def read_manifest(folder: str | Path) -> Manifest:
         if not isinstance(content, dict):
             raise ValueError("it is not an object")
         wholes = [content] if "frames" in content else list(content["captures"])
-        for whole, frames in zip(wholes, sequences, strict=bool(sequences)):
+        if not all(isinstance(whole.get("frames"), list) for whole in wholes):
+            raise ValueError("its frames are not a list")
+        if sequences and len(sequences) != len(wholes):
+            raise ValueError("its frames are not where they belong")
+        if any(whole["frames"] for whole in wholes):  # on more lines, as other programs write them
+            return Manifest(path, json.loads(path.read_bytes()))
+        for whole, frames in zip(wholes, sequences, strict=False):
             whole["frames"] = frames
-        if not all("frames" in whole for whole in wholes):
-            raise ValueError("it has no frames")
-    except (ValueError, KeyError, TypeError) as error:
+    except KeyError as error:
+        raise FireflyError(f"{path} is not a manifest: it has no {error}") from error
+    except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise FireflyError(f"{path} is not a manifest: {error}") from error
     return Manifest(path, content)
 

@@ -1,0 +1,120 @@
+"""The comparison of two frames, file by file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from firefly_sample.capture.comparing import Limits, by_name, measure
+from firefly_sample.capture.difference_picture import difference_picture, share_text
+from firefly_sample.capture.files import decode_image, open_whole
+from firefly_sample.capture.stored import Checked, StoredFrame, check_file
+from firefly_sample.errors import FireflyError
+from firefly_sample.frame import OUTPUTS, Image
+
+
+class Pair(NamedTuple):
+    """Two frames with the same number."""
+
+    expected: StoredFrame
+    actual: StoredFrame
+
+
+@dataclass
+class Different:
+    """Two images that differ; its fields are those of `firefly_sample.capture.report.Problem`."""
+
+    kind: str
+    output: str
+    text: str
+    figures: dict[str, Any] | None = None
+    picture: str | None = None
+
+
+@dataclass
+class Found:
+    """What was found about a pair: its files against their manifests, and images that differ.
+
+    `within` is the number of images that differ within the limits.
+    """
+
+    checked: tuple[dict[str, Checked], dict[str, Checked]]
+    different: list[Different] = field(default_factory=list)
+    within: int = 0
+
+
+def compare_files(pair: Pair, limits: Limits, pictures: Path | None) -> tuple[Pair, Found]:
+    """Compare two frames; difference pictures go into the folder `pictures`."""
+    found = Found(({}, {}))
+    for output in dict.fromkeys((*pair.expected.files, *pair.actual.files)):
+        checked = []
+        for side, frame in enumerate(pair):
+            if output in frame.files:
+                one = check_file(output, frame.files[output])
+                found.checked[side][output] = one._replace(content=None)
+                checked.append(one)
+        if len(checked) == 2:
+            _compare_images(output, pair, checked, limits, pictures, found)
+    return pair, found
+
+
+def _compare_images(
+    output: str, pair: Pair, checked: list[Checked], limits: Limits, pictures: Path | None, found: Found
+) -> None:
+    expected, actual = checked
+    renamed = output == "id" and pair.expected.id_names != pair.actual.id_names
+    hashes = [frame.files[output].pixels for frame in pair]
+    changed = any(one.kind for one in checked)
+    if expected.content is None or actual.content is None:
+        return
+    if hashes[0] == hashes[1] and not (renamed or changed):
+        return
+    first, second = (_decoded(output, one.content) for one in checked)
+    if first is None or second is None:
+        text = "has other pixels, and this version cannot read it to say how many"
+        found.different.append(Different("different", output, text))
+        return
+    if first.shape != second.shape or first.dtype != second.dtype:
+        text = f"has {_form(first)}, now {_form(second)}"
+        found.different.append(Different("size", output, text))
+        return
+    if renamed:
+        first, second = by_name(first, pair.expected.id_names, second, pair.actual.id_names)
+    difference = measure(output, first, second, limits)
+    if difference.is_within(limits):
+        found.within += difference.largest not in (None, 0.0) or difference.pixels > 0
+        return
+    picture = None
+    if pictures is not None:
+        path = pictures / f"difference_{output}_{pair.expected.index:06d}.png"
+        captions = tuple(str(frame.files[output].path) for frame in pair)
+        _write(path, difference_picture(output, first, second, difference, (captions[0], captions[1])))
+        picture = str(path)
+    figures = {name: getattr(difference, name) for name in ("pixels", "of", "largest", "mean", "scale")}
+    text = f"differs in {difference.pixels:,} pixels ({share_text(difference)})"
+    found.different.append(Different("different", output, text, figures, picture))
+
+
+def _decoded(output: str, content: bytes | None) -> Image | None:
+    if content is None or output not in OUTPUTS:
+        return None
+    try:
+        return decode_image(output, content)
+    except Exception:  # noqa: BLE001 - a decoder may raise anything; the hashes of the files are right
+        return None
+
+
+def _form(image: Image) -> str:
+    """Return the shape of an image, for example "800x600 pixels of 3 x uint8"."""
+    height, width, *channels = (*image.shape, 1, 1)[: max(3, image.ndim)]
+    return f"{width}x{height} pixels of {' x '.join(map(str, channels))} x {image.dtype}"
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FireflyError(f"cannot write into {path.parent}: {error.strerror or error}") from error
+    with open_whole(path) as file:
+        file.write(content)

@@ -1,0 +1,267 @@
+"""Captures on disk: the frames of a manifest, checked before they are trusted, and the files they name."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import stat
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any, NamedTuple
+
+from firefly_sample.capture.files import decode_image, file_name, pixel_hash
+from firefly_sample.capture.manifest import MANIFEST, Manifest, read_manifest
+from firefly_sample.errors import FireflyError
+from firefly_sample.frame import OUTPUTS, Image
+from firefly_sample.settings import to_whole
+
+JOURNAL = re.compile(r"journal(-\d+-of-\d+)?\.jsonl")
+"""The journals of unfinished captures: of a whole one, and of a shard."""
+_PICTURE = re.compile(rf"({'|'.join(OUTPUTS)})_(\d{{6,}})\.(png|npz)")
+_UNFINISHED = re.compile(r"\..+\.\d+(-\d+)?\.part")
+_MOST_MARKS = 1_000_000
+_DIGEST = re.compile(r"[0-9a-f]{64}")
+
+
+class StoredFile(NamedTuple):
+    """A file of a frame: its path, as in the manifest and in full, and the hashes in the manifest.
+
+    Manifests of version 0.1.0 have no hash of the file.
+    """
+
+    name: str
+    path: Path
+    pixels: str
+    file: str | None
+
+
+@dataclass(frozen=True)
+class StoredFrame:
+    """A frame of a manifest: its number, its files by output, and the names of its ids."""
+
+    index: int
+    files: dict[str, StoredFile]
+    id_names: Sequence[str]
+
+
+@dataclass
+class StoredCapture:
+    """One capture of a manifest: the only one, or one of a sweep.
+
+    Attributes
+    ----------
+    root : Path
+        The folder of the manifest.
+    folder : str
+        Where its files are, relative to `root`: "" if the capture is no sweep.
+    keys : mapping
+        What the manifest says of it.
+    errors : list of str
+        What is wrong with the frames of the manifest, as far as they were read.
+    """
+
+    root: Path
+    folder: str
+    keys: Mapping[str, Any]
+    errors: list[str]
+
+    def __len__(self) -> int:
+        return len(self.keys["frames"])
+
+    def failed(self) -> dict[int, str]:
+        """Return the frames that could not be drawn, with their errors."""
+        entries = self.keys.get("failed", [])
+        found: dict[int, str] = {}
+        for entry in entries if isinstance(entries, list) else [entries]:
+            index = to_whole(entry.get("index")) if isinstance(entry, dict) else None
+            if index is None:
+                self.errors.append("an entry of 'failed' has no 'index'")
+            else:
+                found[index] = str(entry.get("error", "unknown error"))
+        return found
+
+    def frames(self) -> Iterator[StoredFrame]:
+        """Read the frames in order; those that cannot be read are left out and named in `errors`."""
+        last = -1
+        entries = self.keys["frames"]
+        if isinstance(entries, list):  # earlier versions wrote frames in the order of drawing
+            entries = sorted(entries, key=_index)
+        for place in range(len(entries)):
+            try:
+                frame = self._frame(entries[place])
+                if frame.index <= last:
+                    raise ValueError("it is not in order")
+            except (ValueError, TypeError, RecursionError) as error:
+                self.errors.append(f"entry {place + 1} of its frames is damaged: {error}")
+                continue
+            last = frame.index
+            yield frame
+
+    def _frame(self, entry: object) -> StoredFrame:
+        index = _index(entry)
+        if not isinstance(entry, dict) or index < 0:
+            raise ValueError("it has no 'index'")
+        names, pixels = (_texts(entry, key) for key in ("files", "sha256"))
+        hashes = _texts(entry, "file_sha256") if "file_sha256" in entry else {}
+        if names.keys() != pixels.keys() or (hashes and hashes.keys() != names.keys()):
+            raise ValueError(f"frame {index}: files and hashes do not have the same outputs")
+        for digest in (*pixels.values(), *hashes.values()):
+            if not _DIGEST.fullmatch(digest):
+                raise ValueError(f"frame {index}: {digest[:80]!r} is not a SHA-256")
+        files = {
+            output: StoredFile(name, path_inside(self.root, name), pixels[output], hashes.get(output))
+            for output, name in names.items()
+        }
+        id_names = entry.get("id_names", self.keys.get("id_names", []))
+        if not isinstance(id_names, list) or not all(isinstance(name, str) for name in id_names):
+            raise ValueError("'id_names' are not names")
+        return StoredFrame(index, files, id_names)
+
+
+def _index(entry: object) -> int:
+    """Return the number of a frame's entry; -1 if it has none."""
+    index = to_whole(entry.get("index")) if isinstance(entry, dict) else None
+    return -1 if index is None else index
+
+
+def _texts(entry: Mapping[str, Any], key: str) -> dict[str, str]:
+    texts = entry.get(key)
+    if not isinstance(texts, dict) or not all(isinstance(text, str) for text in texts.values()):
+        raise ValueError(f"frame {entry['index']} has no {key!r}" if texts is None else f"{key!r} is wrong")
+    return texts
+
+
+def path_inside(root: Path, name: object) -> Path:
+    """Return the path of a file or folder of a manifest; raise a ValueError if it is not inside `root`."""
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise ValueError(f"{name!r} is not the name of a file")
+    path = PurePosixPath(name)
+    if path.is_absolute() or ".." in path.parts:
+        raise ValueError(f"{name!r} is not inside the capture's folder")
+    return root / path
+
+
+def stored_captures(folder: str | Path) -> list[StoredCapture]:
+    """Return the captures that a folder's manifest describes, one, or those of a sweep.
+
+    Raises
+    ------
+    FireflyError
+        If there is no manifest, or it is damaged as a whole.
+    """
+    path = Path(folder)
+    if path.is_file() and path.suffix != ".json":
+        raise FireflyError(f"{folder} is a file: give the folder of a capture, in which {MANIFEST} is")
+    manifest = read_manifest(folder)
+    found = []
+    for keys in _parts(manifest):
+        inside = keys.get("folder", "")
+        try:
+            if inside != "":
+                path_inside(manifest.path.parent, inside)
+            elif "captures" in manifest:
+                raise ValueError("a capture of a sweep has no 'folder'")
+        except ValueError as error:
+            raise FireflyError(f"{manifest.path} is damaged: {error}") from error
+        found.append(StoredCapture(manifest.path.parent, inside, keys, []))
+    return found
+
+
+def _parts(manifest: Manifest) -> list[Mapping[str, Any]]:
+    captures = manifest.captures()
+    if len({capture.get("folder") for capture in captures if isinstance(capture.get("folder"), str)}) < len(
+        captures
+    ):
+        raise FireflyError(f"{manifest.path} is damaged: its captures do not have a 'folder' each")
+    return captures
+
+
+def unfinished(folder: Path) -> list[str]:
+    """Return the journals in a folder: while a capture is unfinished, there is at least one."""
+    return sorted(name for name in _names(folder) if JOURNAL.fullmatch(name))
+
+
+def _names(folder: Path) -> Iterator[str]:
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            yield entry.name
+
+
+class Listed:
+    """The files that a manifest lists, in little memory: one byte for each frame's usual file."""
+
+    def __init__(self) -> None:
+        self._usual: dict[str, bytearray] = {}
+        self._others: set[str] = set()
+
+    def add(self, output: str, index: int, name: str) -> None:
+        """Add a file, by its path relative to the folder of its capture."""
+        if output in OUTPUTS and index < _MOST_MARKS and name == file_name(output, index):
+            marks = self._usual.setdefault(output, bytearray())
+            marks.extend(bytes(max(0, index + 1 - len(marks))))
+            marks[index] = 1
+        else:
+            self._others.add(name)
+
+    def stale(self, folder: Path) -> list[str]:
+        """Return the files in `folder` that have names as captures give them, and are not listed."""
+        found = []
+        for name in _names(folder):
+            match = _PICTURE.fullmatch(name)
+            if match is None:
+                if _UNFINISHED.fullmatch(name):
+                    found.append(name)
+                continue
+            output, index = match[1], int(match[2])
+            marks = self._usual.get(output, b"")
+            usual = name == file_name(output, index) and index < len(marks) and marks[index]
+            if not usual and name not in self._others:
+                found.append(name)
+        return sorted(found)
+
+
+class Checked(NamedTuple):
+    """A file that was compared with its manifest.
+
+    `kind` says what is wrong, `text` describes it; both are "" if nothing is. `content` is that of the file;
+    None if it cannot be read. `rewritten` is True if only the file differs, and not its pixels.
+    """
+
+    kind: str
+    text: str
+    content: bytes | None
+    rewritten: bool = False
+
+
+def check_file(output: str, file: StoredFile) -> Checked:
+    """Compare a file with its manifest: by its hash, and if that differs, by its pixels."""
+    try:
+        if not stat.S_ISREG(file.path.stat().st_mode):  # reading from a pipe would wait for ever
+            return Checked("missing", "is not a file", None)
+        content = file.path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        return Checked("missing", "is missing", None)
+    except OSError as error:
+        return Checked("missing", f"cannot be read: {error.strerror or error}", None)
+    if file.file is not None and hashlib.sha256(content).hexdigest() == file.file:
+        return Checked("", "", content)
+    if output not in OUTPUTS:
+        return Checked("unknown", f"cannot be checked: this version has no output {output!r}", None)
+    if not content:
+        return Checked("damaged", "is damaged: it is empty", None)
+    try:
+        image = decode_image(output, content)
+    except Exception:  # noqa: BLE001 - a decoder may raise anything
+        return Checked("damaged", "is damaged: it cannot be decoded", None)
+    if not _fits(output, image) or pixel_hash(image) != file.pixels:
+        return Checked("changed", "has other pixels than its manifest says", content)
+    return Checked("", "", content, rewritten=file.file is not None)
+
+
+def _fits(output: str, image: Image) -> bool:
+    info = OUTPUTS[output]
+    channels = image.shape[2] if image.ndim == 3 else 1
+    return image.dtype.newbyteorder("=") == info.dtype and image.ndim in (2, 3) and channels == info.channels
