@@ -19,6 +19,8 @@ _UNDEFINED = (24, 24, 72)
 """The colour of NaN and infinity: where nothing was drawn."""
 _ONE_SIDED = (255, 0, 255)
 """The colour, in the difference, of values that are finite in only one image."""
+_FAINTEST = 56
+"""Each pixel over the limit is at least this bright in the difference, so that it can be seen."""
 _BOX = (255, 220, 0)
 
 
@@ -27,9 +29,10 @@ def difference_picture(
 ) -> bytes:
     """Return a PNG file: the expected image, the actual one, and their difference, amplified.
 
-    The brightest pixel of the difference is the largest one; its caption says by how much it is amplified. If
-    all pixels over the limit lie close together, a yellow box is drawn around them. Float images are shown
-    from their least to their largest value, integers by a colour for each.
+    The brightest pixel of the difference is the largest one, and its caption says by how much it is
+    amplified. Pixels over the limit are dark grey at least; a yellow box is drawn around them if they lie
+    close together. Float images are shown from their least to their largest value, integers by a colour for
+    each.
 
     Parameters
     ----------
@@ -107,11 +110,13 @@ def _amplified(
     elif away.shape[2] != 3:  # a difference of alpha alone must be seen too
         away = np.repeat(away.max(axis=2, keepdims=True), 3, axis=2)
     picture = np.round(away * (255.0 / largest if largest else 0.0)).astype(np.uint8)
+    picture[difference.over] = np.maximum(picture[difference.over], _FAINTEST)
     picture[one_sided.any(axis=2) if one_sided.ndim == 3 else one_sided] = _ONE_SIDED
     if OUTPUTS[output].dtype == "uint8":
         title = f"difference x{255.0 / largest:.3g}" if largest else "difference"
         return picture, (f"{title}, largest {largest:g} codes", share)
-    return picture, (f"difference: white is {largest:.3g}", share)
+    one_only = ", magenta is in one image only" if one_sided.any() else ""
+    return picture, (f"difference: white is {largest:.3g}{one_only}", share)
 
 
 def share_text(difference: Difference) -> str:

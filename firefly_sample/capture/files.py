@@ -168,10 +168,15 @@ def sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
+def is_unfinished(name: str) -> bool:
+    """Return whether a file has a name that `open_whole` gives until it is complete."""
+    return _UNFINISHED.fullmatch(name) is not None
+
+
 def remove_unfinished(folder: Path) -> None:
     """Remove the files that `open_whole` had not finished when its process was killed."""
     for path in list(folder.iterdir()):
-        if _UNFINISHED.fullmatch(path.name):
+        if is_unfinished(path.name):
             with suppress(OSError):
                 path.unlink()
 

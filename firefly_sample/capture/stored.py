@@ -12,17 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.files import decode_image, file_name, pixel_hash
+from firefly_sample.capture.files import decode_image, is_unfinished, named_frame, pixel_hash
 from firefly_sample.capture.manifest import MANIFEST, Manifest, read_manifest
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import OUTPUTS, Image
 from firefly_sample.settings import to_whole
 
-JOURNAL = re.compile(r"journal(-\d+-of-\d+)?\.jsonl")
-"""The journals of unfinished captures: of a whole one, and of a shard."""
-_PICTURE = re.compile(rf"({'|'.join(OUTPUTS)})_(\d{{6,}})\.(png|npz)")
-_UNFINISHED = re.compile(r"\..+\.\d+(-\d+)?\.part")
-_MOST_MARKS = 1_000_000
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 
 
@@ -179,11 +174,6 @@ def _parts(manifest: Manifest) -> list[Mapping[str, Any]]:
     return captures
 
 
-def unfinished(folder: Path) -> list[str]:
-    """Return the journals in a folder: while a capture is unfinished, there is at least one."""
-    return sorted(name for name in _names(folder) if JOURNAL.fullmatch(name))
-
-
 def _names(folder: Path) -> Iterator[str]:
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
@@ -199,7 +189,7 @@ class Listed:
 
     def add(self, output: str, index: int, name: str) -> None:
         """Add a file, by its path relative to the folder of its capture."""
-        if output in OUTPUTS and index < _MOST_MARKS and name == file_name(output, index):
+        if named_frame(name) == (output, index):
             marks = self._usual.setdefault(output, bytearray())
             marks.extend(bytes(max(0, index + 1 - len(marks))))
             marks[index] = 1
@@ -210,15 +200,14 @@ class Listed:
         """Return the files in `folder` that have names as captures give them, and are not listed."""
         found = []
         for name in _names(folder):
-            match = _PICTURE.fullmatch(name)
-            if match is None:
-                if _UNFINISHED.fullmatch(name):
+            named = named_frame(name)
+            if named is None:
+                if is_unfinished(name):
                     found.append(name)
                 continue
-            output, index = match[1], int(match[2])
+            output, index = named
             marks = self._usual.get(output, b"")
-            usual = name == file_name(output, index) and index < len(marks) and marks[index]
-            if not usual and name not in self._others:
+            if not (index < len(marks) and marks[index]) and name not in self._others:
                 found.append(name)
         return sorted(found)
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from firefly_sample.capture.comparing import Limits
+from firefly_sample.capture.folder import journals
 from firefly_sample.capture.job import differences as description_differences
 from firefly_sample.capture.manifest import MANIFEST
 from firefly_sample.capture.pairs import Found, Pair, compare_files
@@ -24,7 +25,6 @@ from firefly_sample.capture.stored import (
     StoredFrame,
     check_file,
     stored_captures,
-    unfinished,
 )
 from firefly_sample.errors import FireflyError
 
@@ -148,17 +148,16 @@ def compare_captures(
 
 def _captures(folder: Path, report: Report) -> list[StoredCapture]:
     """Return the captures of a folder; report that it is unfinished."""
-    journals = unfinished(folder) if folder.is_dir() else []
+    found = journals(folder)
     manifest = folder / MANIFEST if folder.is_dir() else folder
-    if journals:
-        ways = ["firefly capture with --resume goes on"]
-        if any("-of-" in name for name in journals):
-            ways.append("firefly verify --merge ends it if all shards are done")
-        beside = "" if manifest.exists() else f", and there is no {MANIFEST}"
-        text = f"{folder}: this capture is not finished: {journals[0]} is there{beside}; {'; '.join(ways)}"
-        if beside:
+    if found:
+        way = "firefly capture with the same options and --resume ends it"
+        if any("-of-" in path.name for path in found):
+            way = f"{way}; if all its shards are done, firefly verify --merge does"
+        text = f"the capture in {folder} is not finished, as {found[0].name} shows: {way}"
+        if not manifest.exists():
             raise FireflyError(text)
-        report.add("unfinished", text, file=str(folder / journals[0]))
+        report.add("unfinished", text, file=str(found[0]))
     if not manifest.exists():
         if not folder.exists():
             raise FireflyError(f"there is no folder {folder}")

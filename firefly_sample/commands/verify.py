@@ -41,13 +41,20 @@ def _limit(metavar: str, most: float, what: str) -> Parameter:
         converter=_number(most, what),
         n_tokens=1,
         allow_leading_hyphen=True,
-        show_default=str,
+        show_default=lambda number: f"{number:g}",
     )
 
 
+def _to_capture(_: Any, tokens: Sequence[Token]) -> Path:
+    text = tokens[0].value
+    if not text.strip() or "\0" in text:
+        raise ValueError(f"it must name a folder, got {text!r}; the working folder is '.'")
+    return Path(text)
+
+
 def verify(
-    folder: Annotated[Path, Parameter(metavar="FOLDER")],
-    other: Annotated[Path | None, Parameter(metavar="OTHER")] = None,
+    folder: Annotated[Path, Parameter(metavar="FOLDER", converter=_to_capture, n_tokens=1)],
+    other: Annotated[Path | None, Parameter(metavar="OTHER", converter=_to_capture, n_tokens=1)] = None,
     /,
     *,
     max_codes: Annotated[float, _limit("N", 255.0, "a number from 0 to 255")] = 0.0,
