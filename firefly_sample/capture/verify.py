@@ -258,7 +258,7 @@ class _Only:
 
     def finish(self) -> None:
         """Report them, one line for each side and output."""
-        for (side, output), runs in self._found.items():
+        for (side, output), runs in sorted(self._found.items(), key=lambda one: one[1][0]):
             shown = ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in runs[:_SHOWN_FILES])
             more = sum(b - a + 1 for a, b in runs[_SHOWN_FILES:])
             one = len(runs) == 1 and runs[0][0] == runs[0][1]

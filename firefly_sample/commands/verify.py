@@ -174,7 +174,7 @@ def _summary(report: Report) -> str:
     if report.other is None:
         if report.ok:
             return f"{report.folder} is whole: {frames}, {files}"
-        return f"{report.folder} is not as its manifest says: {problems} in {frames}"
+        return f"{report.folder} is not whole: {problems} in {frames}"
     names = f"{report.folder} and {report.other}"
     limits = report.limits
     held = "" if limits is None else _limits(limits.max_codes, limits.max_error, limits.max_share)
