@@ -124,7 +124,8 @@ def compare_captures(
     for name in dict.fromkeys((*ours, *theirs)):
         if name not in theirs or name not in ours:
             where, lone = (folder, ours[name]) if name in ours else (other, theirs[name])
-            report.add("only", f"{_named(name)}{len(lone)} frames are only in {where}", capture=name)
+            frames = "1 frame is" if len(lone) == 1 else f"{len(lone):,} frames are"
+            report.add("only", f"{_named(name)}{frames} only in {where}", capture=name)
             continue
         _describe(ours[name], theirs[name], report)
         pictures = None if differences is None else _picture_folder(Path(differences) / name)
@@ -142,7 +143,8 @@ def compare_captures(
             side.finish()
         only.finish()
         if within:
-            report.note("within", f"{_named(name)}{within:,} images differ, but within the limits")
+            differ = "image differs" if within == 1 else "images differ"
+            report.note("within", f"{_named(name)}{within:,} {differ}, but within the limits")
     return report
 
 

@@ -186,7 +186,7 @@ def _summary(report: Report) -> str:
 def _limits(max_codes: float, max_error: float, max_share: float) -> str:
     """Return the limits for the summary, those that are not 0."""
     parts = [
-        f"{max_codes:g} codes" if max_codes else "",
+        f"{max_codes:g} code{'' if max_codes == 1 else 's'}" if max_codes else "",
         f"error {max_error:g}" if max_error else "",
         f"{100.0 * max_share:g} % of pixels" if max_share else "",
     ]

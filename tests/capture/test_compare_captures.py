@@ -14,9 +14,7 @@ from firefly_sample import compare_captures
 from firefly_sample.capture.files import encode_image, pixel_hash
 from firefly_sample.capture.manifest import read_manifest
 from firefly_sample.errors import FireflyError
-from tests.capture.test_verify import brighten, captured, edit, edit_image, notes, redraw, texts
-
-__all__ = ["captured"]
+from tests.capture.edits import brighten, edit, edit_image, notes, redraw, texts
 
 
 @pytest.fixture
@@ -46,7 +44,7 @@ def test_one_pixel(pair):
     for limits in ({"max_codes": 2}, {"max_share": 0.001}):
         report = compare(**limits)
         assert report.ok
-        assert notes(report) == ["1 images differ, but within the limits"]
+        assert notes(report) == ["1 image differs, but within the limits"]
     assert not compare(max_codes=1).ok
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
-import json
 import os
 import shutil
 
@@ -12,22 +10,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from firefly_sample import capture_frames, compare_captures, verify_capture
-from firefly_sample.capture.files import decode_image, encode_image, pixel_hash
+from firefly_sample import compare_captures, verify_capture
+from firefly_sample.capture.files import decode_image, encode_image
 from firefly_sample.errors import FireflyError
-from tests.cli.command import GLADE
-
-OUTPUTS = ("color", "depth", "id")
-
-
-@pytest.fixture(scope="module")
-def captured(tmp_path_factory):
-    """Three frames of three outputs, and a sweep of two captures; not to be changed."""
-    folder = tmp_path_factory.mktemp("captured")
-    options = {"size": (40, 30), "parameters": {"fireflies": 5}}
-    capture_frames(GLADE, folder / "one", frames="0:3", outputs=OUTPUTS, **options)
-    capture_frames(GLADE, folder / "sweep", frames="0:2", sweep={"reach": [2.0, 2.5]}, **options)
-    return folder
+from tests.capture.edits import brighten, edit, edit_image, notes, redraw, texts
 
 
 @pytest.fixture
@@ -36,47 +22,6 @@ def one(captured, tmp_path, monkeypatch):
     shutil.copytree(captured / "one", tmp_path / "one")
     monkeypatch.chdir(tmp_path)
     return tmp_path / "one"
-
-
-def texts(report):
-    assert report.ok == (not report.problems)
-    return [problem.text for problem in report.problems]
-
-
-def notes(report):
-    return [note.text for note in report.notes]
-
-
-def edit(folder, change):
-    """Change the manifest, in the form that `json.dumps` gives it."""
-    path = folder / "manifest.json"
-    content = json.loads(path.read_text())
-    change(content)
-    path.write_text(json.dumps(content, indent=2))
-
-
-def edit_image(path, change, output="color"):
-    image = decode_image(output, path.read_bytes()).copy()
-    change(image)
-    path.write_bytes(encode_image(output, image))
-
-
-def redraw(folder, index, change, output="color"):
-    """Change an image and the hashes in the manifest, as if it had been drawn so."""
-
-    def enter(manifest):
-        entry = manifest["frames"][index]
-        path = folder / entry["files"][output]
-        edit_image(path, change, output)
-        content = path.read_bytes()
-        entry["sha256"][output] = pixel_hash(decode_image(output, content))
-        entry["file_sha256"][output] = hashlib.sha256(content).hexdigest()
-
-    edit(folder, enter)
-
-
-def brighten(image):
-    image[3, 4, 0] += 2
 
 
 # --- One capture ---

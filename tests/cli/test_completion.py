@@ -60,6 +60,8 @@ def complete(tmp_path_factory):
     ("words", "expected"),
     [
         (("ca",), ["capture"]),
+        (("ver",), ["verify"]),
+        (("verify", "vases", "--max"), ["--max-codes", "--max-error", "--max-share"]),
         (("measure", "st"), ["start", "stability"]),
         (("completion", ""), ["bash", "zsh", "fish"]),
         (("capture", "sp"), ["spheres"]),
