@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
 import stat
@@ -13,7 +14,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from firefly_sample.capture.files import decode_image, is_unfinished, named_frame, pixel_hash
-from firefly_sample.capture.manifest import MANIFEST, Manifest, read_manifest
+from firefly_sample.capture.manifest import MANIFEST, FrameLines, Manifest, read_manifest
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import OUTPUTS, Image
 from firefly_sample.settings import to_whole
@@ -84,13 +85,13 @@ class StoredCapture:
         entries = self.keys["frames"]
         if isinstance(entries, list):  # earlier versions wrote frames in the order of drawing
             entries = sorted(entries, key=_index)
-        for place in range(len(entries)):
+        for number, entry in enumerate(entries.lines() if isinstance(entries, FrameLines) else entries, 1):
             try:
-                frame = self._frame(entries[place])
+                frame = self._frame(json.loads(entry) if isinstance(entry, bytes) else entry)
                 if frame.index <= last:
                     raise ValueError("it is not in order")
             except (ValueError, TypeError, RecursionError) as error:
-                self.errors.append(f"entry {place + 1} of its frames is damaged: {error}")
+                self.errors.append(f"entry {number} of its frames is damaged: {error}")
                 continue
             last = frame.index
             yield frame
