@@ -61,6 +61,7 @@ def verify(
     max_error: Annotated[float, _limit("E", 1e300, "a number, 0 or more")] = 0.0,
     max_share: Annotated[float, _limit("SHARE", 1.0, "a share from 0 to 1")] = 0.0,
     differences: Folder | None = None,
+    merge: Flag = False,
     json: Flag = False,
     quiet: Annotated[Flag, Parameter(name=["--quiet", "-q"])] = False,
 ) -> int:
@@ -86,6 +87,8 @@ def verify(
         This share of a picture's pixels may be over these limits, for example 0.001; of ids, may be unequal.
     differences
         Folder for a picture of each difference: expected, actual and difference side by side.
+    merge
+        First write the manifest of a capture whose shards are all drawn.
     json
         Print the whole report as JSON.
     quiet
@@ -102,6 +105,12 @@ def verify(
         ):
             if value:
                 raise CycloptsError(f"{name} compares two captures: give two folders")
+    elif merge:
+        raise CycloptsError("--merge takes one folder: leave the other one out")
+    if merge:
+        from firefly_sample.capture.merge import merge_capture
+
+        merge_capture(folder)
     with progress_bar("frames", show=not quiet) as progress:
         if other is None:
             report = verify_capture(folder, progress)

@@ -13,7 +13,7 @@ from firefly_sample.capture.report import Report
 from firefly_sample.cli import main
 from firefly_sample.commands.verify import report_as_text
 from tests.capture.edits import brighten, redraw
-from tests.cli.command import firefly
+from tests.cli.command import GLADE, firefly
 
 
 @pytest.fixture(scope="module")
@@ -132,6 +132,23 @@ def test_a_frame_that_failed_is_a_problem(tmp_path, monkeypatch, capsys):
     )
 
 
+def test_shards_are_merged(tmp_path, monkeypatch, capsys):
+    """Each was drawn on a disk of its own, so that none of them saw that all are done."""
+    monkeypatch.chdir(tmp_path)
+    for shard in ("1/2", "2/2"):
+        options = ("--size", "8x6", "--frames", "0:4", "--shard", shard, "-o", f"disk{shard[0]}")
+        assert main(["capture", GLADE, *options, "--quiet"]) == 0
+        shutil.copytree(f"disk{shard[0]}", "all", dirs_exist_ok=True)
+    code, out, (line,) = verify(capsys, "all")
+    assert (code, out) == (1, [])
+    assert line.endswith("; if all its shards are done, firefly verify --merge does")
+    code, out, (line,) = verify(capsys, "disk1", "--merge")
+    assert (code, out) == (1, [])
+    assert "frames have yet to be drawn in disk1" in line
+    assert verify(capsys, "all", "--merge") == (0, ["all is whole: 4 frames, 4 files"], [])
+    assert verify(capsys, "all") == (0, ["all is whole: 4 frames, 4 files"], [])
+
+
 def test_folders_without_a_capture_are_one_line(here, capsys):
     (here / "empty").mkdir()
     (here / "begun").mkdir()
@@ -160,6 +177,7 @@ def test_folders_without_a_capture_are_one_line(here, capsys):
         ),
         (("golden", "out", "--max-error", "-1"), "--max-error: it must be a number, 0 or more, got '-1'"),
         (("golden", "out", "--max-share", "5%"), "--max-share: it must be a share from 0 to 1, got '5%'"),
+        (("golden", "out", "--merge"), "--merge takes one folder: leave the other one out"),
         (("golden", "out", "third"), "third"),
     ],
 )
