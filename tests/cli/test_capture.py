@@ -18,8 +18,8 @@ from PIL import Image
 
 import firefly_sample
 from firefly_sample import SoftwareDriverWarning
-from firefly_sample.capture.sequence import capture_frames, capture_settings, parse_frames
 from firefly_sample.capture.files import write_image
+from firefly_sample.capture.sequence import capture_frames, capture_settings, parse_frames
 from firefly_sample.cli import main
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS
@@ -43,6 +43,9 @@ def test_frames_are_the_same_twice_and_differ_by_time_and_seed(tmp_path, capsys)
     other = manifest_of(capsys, GLADE, *SMALL, "--frames", "0:3", "-o", tmp_path / "c", "--seed", 8)
     assert hashes(first) == hashes(again)
     assert len({*hashes(first), *hashes(other)}) == 6
+    assert main(["verify", str(tmp_path / "a"), str(tmp_path / "b")]) == 0
+    assert main(["verify", str(tmp_path / "a"), str(tmp_path / "c")]) == 1
+    assert "note: seed: 7, now 8\n" in capsys.readouterr().out
 
 
 def test_the_forest_by_default(tmp_path, monkeypatch, capsys):
