@@ -1,4 +1,4 @@
-"""The workers of a dask cluster that may draw a capture: each is asked for its driver before its first frame."""
+"""The workers of a dask cluster that may draw a capture: each is asked for its driver first."""
 
 from __future__ import annotations
 

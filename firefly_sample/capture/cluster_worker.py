@@ -1,4 +1,4 @@
-"""Functions that run on the workers of a dask cluster: each process has one `Artist`, for a frame at a time."""
+"""Functions that run on the workers of a dask cluster, in each process with one `Artist`."""
 
 from __future__ import annotations
 
