@@ -1,4 +1,4 @@
-"""The share of this machine that a process may use, and the number of workers that it has room for."""
+"""The cores and the memory of this machine that this process may use. `root` holds ``proc`` and ``sys``."""
 
 from __future__ import annotations
 
@@ -6,40 +6,6 @@ import math
 import os
 from contextlib import suppress
 from pathlib import Path
-from typing import Literal
-
-from firefly_sample.errors import OutputError
-from firefly_sample.settings import to_whole
-
-MEMORY = 2**30
-"""The bytes that a worker is assumed to take: three times what one takes for the forest at 800x600."""
-MOST_ON_A_GPU = 4
-"""More processes would wait for each other on one GPU, and take its memory."""
-
-
-def choose_workers(
-    asked: int | Literal["auto"], frames: int, software: bool | None = None, root: Path = Path("/")
-) -> int:
-    """Return the number of workers for some frames: `asked`, or for "auto" one for each core.
-
-    It is never above the number of frames. For "auto" it is at most what the memory allows, and
-    `MOST_ON_A_GPU` if the driver is no software rasteriser. `root` is the folder that holds ``proc`` and
-    ``sys``.
-
-    Raises
-    ------
-    OutputError
-        If `asked` is neither "auto" nor a whole number from 1.
-    """
-    if asked == "auto":
-        room = min(usable_cores(root), usable_memory(root) // MEMORY)
-        number = min(room, MOST_ON_A_GPU) if software is False else room
-    else:
-        whole = to_whole(asked)
-        if whole is None or whole < 1:
-            raise OutputError(f"workers must be 'auto' or a whole number from 1, got {asked!r}")
-        number = whole
-    return max(min(number, frames), 1)
 
 
 def usable_cores(root: Path = Path("/")) -> int:

@@ -17,24 +17,57 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from multiprocessing.connection import Connection, Pipe, wait
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 from firefly_sample.capture.drawing import Drawn, Failed
 from firefly_sample.capture.job import Driver, Job, Task
-from firefly_sample.capture.machine import usable_cores
+from firefly_sample.capture.machine import usable_cores, usable_memory
 from firefly_sample.capture.worker import Ended, Started
-from firefly_sample.errors import FireflyError, GpuError, SceneError, SoftwareDriverWarning
+from firefly_sample.errors import FireflyError, GpuError, OutputError, SceneError, SoftwareDriverWarning
 from firefly_sample.gpu.driver_checks import software_warning
+from firefly_sample.settings import to_whole
 
 MOST_DEATHS = 3
 """A frame that has ended this many workers fails. A worker that died so often at its start is given up."""
 IN_FLIGHT = 2
 """Tasks of a worker at a time: one is drawn, one waits, so that the worker never does."""
+MOST_LOST = 3
+"""A capture ends when this many frames have failed so, and none was drawn."""
+WORKER_MEMORY = 2**30
+"""The bytes that a worker is assumed to take: three times what one takes for the forest at 800x600."""
+MOST_ON_A_GPU = 4
+"""More processes would wait for each other on one GPU, and take its memory."""
 _THREADS = "LP_NUM_THREADS"
 """The variable with the number of threads of Mesa's software driver, for each process."""
 
 _log = logging.getLogger("firefly_sample")
 _Result = tuple[Task, Drawn | Failed]
+
+
+def choose_workers(
+    asked: int | Literal["auto"], frames: int, software: bool | None = None, root: Path = Path("/")
+) -> int:
+    """Return the number of workers for some frames: `asked`, or for "auto" one for each core.
+
+    It is never above the number of frames. For "auto" it is at most what the memory allows, and
+    `MOST_ON_A_GPU` if the driver is no software rasteriser. `root` is the folder that holds ``proc`` and
+    ``sys``.
+
+    Raises
+    ------
+    OutputError
+        If `asked` is neither "auto" nor a whole number from 1.
+    """
+    if asked == "auto":
+        room = min(usable_cores(root), usable_memory(root) // WORKER_MEMORY)
+        number = min(room, MOST_ON_A_GPU) if software is False else room
+    else:
+        whole = to_whole(asked)
+        if whole is None or whole < 1:
+            raise OutputError(f"workers must be 'auto' or a whole number from 1, got {asked!r}")
+        number = whole
+    return max(min(number, frames), 1)
 
 
 class ProcessEngine:
@@ -184,7 +217,7 @@ class ProcessEngine:
         self._again.extend(tasks)
         self._lost += 1
         error = FireflyError(f"frame {index} ended its worker process {MOST_DEATHS} times: {how}")
-        if not self._drawn and self._lost >= MOST_DEATHS:
+        if not self._drawn and self._lost >= MOST_LOST:
             raise FireflyError(f"no worker has drawn a frame: {error}")
         return [(drawing.task, Failed(index, error))]
 
