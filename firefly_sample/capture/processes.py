@@ -149,9 +149,14 @@ class ProcessEngine:
 
     def _receive(self) -> list[_Result]:
         """Wait until any worker says something, and return the results."""
-        for worker in self._workers:
+        for worker in list(self._workers):
             if worker.connection is None:
-                worker.start(self._job, self.environment(worker.number))
+                try:
+                    worker.start(self._job, self.environment(worker.number))
+                except OSError as error:  # too many processes, or too little memory
+                    worker.end()
+                    text = f"worker {worker.number} cannot be started: {error}"
+                    self._give_up(worker, FireflyError(text))
         ready = wait([worker.connection for worker in self._workers if worker.connection is not None])
         return [
             result
@@ -167,7 +172,7 @@ class ProcessEngine:
         if isinstance(message, Started):
             self._check_driver(worker, message.driver)
             worker.started, worker.failed_starts = True, 0
-            self._warn(message)
+            self._warn(message.said)
             return []
         how = worker.end()
         if isinstance(message, FireflyError):
@@ -178,6 +183,8 @@ class ProcessEngine:
     def _check_driver(self, worker: _Worker, driver: Driver) -> None:
         if self._driver is None:
             self._driver, self._first = driver, worker.number
+            if driver.software:
+                warnings.warn(software_warning(driver.name), SoftwareDriverWarning, stacklevel=2)
         elif driver != self._driver:
             raise GpuError(
                 f"worker {worker.number} draws with another driver: {driver.name} ({driver.version}), and "
@@ -185,14 +192,12 @@ class ProcessEngine:
                 "differ: give both the same environment, or draw in one process (workers=1)"
             )
 
-    def _warn(self, message: Started) -> None:
-        """Warn of what workers were warned of, once for all of them."""
-        if message.driver.software and not self._said:
-            warnings.warn(software_warning(message.driver.name), SoftwareDriverWarning, stacklevel=2)
-        for text in ("", *message.said):
-            if text and text not in self._said:
+    def _warn(self, texts: Iterable[str]) -> None:
+        """Warn of what workers were warned of at their start, once for all of them."""
+        for text in texts:
+            if text not in self._said:
+                self._said.add(text)
                 warnings.warn(text, stacklevel=2)
-            self._said.add(text)
 
     def _bury(self, worker: _Worker, how: str) -> list[_Result]:
         """Note that a worker died, and see to its tasks; a new one is started in its place."""
@@ -325,12 +330,13 @@ class _Worker:
 
     def end(self) -> str:
         """End its process, if it has not ended by itself; return how it ended, for people."""
-        if self.connection is None or self._process is None:
+        if self.connection is not None:
+            self.connection.close()
+            self.connection = None
+        if self._process is None:
             return ""
-        self._process.kill()  # changes nothing if it is ending already
+        self._process.kill()
         code = self._process.wait()
-        self.connection.close()
-        self.connection = None
         if code >= 0:
             return f"exit code {code}"
         with suppress(ValueError):

@@ -60,7 +60,7 @@ with ProcessEngine(long, 1) as engine:
 """
 
 
-@pytest.mark.parametrize("kind", ["file", "stdin", "command"])
+@pytest.mark.parametrize("kind", ["file", "stdin"])
 def test_a_script_needs_no_guard(tmp_path, kind):
     """Its modules are found in folders that it adds itself; it runs once; only it prints on stdout."""
     plugins, work = tmp_path / "plugins", tmp_path / "work"
@@ -70,7 +70,7 @@ def test_a_script_needs_no_guard(tmp_path, kind):
     (work / "meadow.txt").write_text("green")
     script = textwrap.dedent(SCRIPT.format(plugins=str(plugins), work=str(work)))
     (tmp_path / "script.py").write_text(script)
-    arguments = {"file": ["script.py"], "stdin": ["-"], "command": ["-c", script]}[kind]
+    arguments = {"file": ["script.py"], "stdin": ["-"]}[kind]
     done = subprocess.run(
         [sys.executable, "-W", "error::ResourceWarning", *arguments],
         cwd=tmp_path,

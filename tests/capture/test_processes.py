@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import warnings
 
@@ -71,7 +72,7 @@ def test_the_same_bytes_with_a_worker_killed_in_between():
 
 
 def test_frames_that_end_their_worker(tmp_path, capfd):
-    """One that does so once is drawn, one that always does fails. An engine draws on after a draw was left."""
+    """One that does so once is drawn, one that always does fails. The draw after one that was left works."""
     dangerous = job(HAZARDS, parameters={"marker": str(tmp_path / "marker"), "in_build": False})
     with ProcessEngine(dangerous, 1) as engine:
         drawing = engine.draw(Task(dangerous, index) for index in range(100))
@@ -125,6 +126,21 @@ def test_workers_that_cannot_start(monkeypatch, capfd):
     ):
         pass
     capfd.readouterr()
+
+
+def test_a_process_that_cannot_be_started():
+    before, lowest = resource.getrlimit(resource.RLIMIT_NOFILE), os.dup(0)
+    os.close(lowest)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (lowest, before[1]))  # no file can be opened any more
+    try:
+        with (
+            pytest.warns(UserWarning, match=r"^worker 1 is left out: worker 1 cannot be started: "),
+            pytest.raises(FireflyError, match=r"^worker 2 cannot be started: .*Too many open files"),
+            ProcessEngine(job(GLADE), 2),
+        ):
+            pass
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, before)
 
 
 def test_a_worker_with_another_driver_is_refused_by_name(monkeypatch):
