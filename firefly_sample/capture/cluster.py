@@ -18,6 +18,7 @@ from firefly_sample.capture.cluster_worker import Refused, draw, free
 from firefly_sample.capture.drawing import Drawn, Failed
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.errors import FireflyError, SoftwareDriverWarning
+from firefly_sample.gpu.driver_checks import software_warning
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -254,11 +255,7 @@ class ClusterEngine:
             opened.callback(self._roster.cancel)
             self._roster.choose_driver()
             if self.driver.software:
-                warnings.warn(
-                    f"drawing on the CPU ({self.driver.name}): right, but slow",
-                    SoftwareDriverWarning,
-                    stacklevel=2,
-                )
+                warnings.warn(software_warning(self.driver.name), SoftwareDriverWarning, stacklevel=2)
             self._opened = opened.pop_all()
         return self
 
