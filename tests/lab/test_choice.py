@@ -272,7 +272,7 @@ def test_a_preset_is_an_option_and_what_is_given_besides_wins(tmp_path, capsys):
     assert (settings["normal_format"], settings["albedo_format"]) == ("rgba32f", "sqrt8")
     assert main([*words, "--preset", "fats"]) == 2
     capsys.readouterr()
-    assert main([*words, "--preset", "fast", "--cutoff-budget", "1e-6"]) == 0
+    assert main([*words, "--overwrite", "--preset", "fast", "--cutoff-budget", "1e-6"]) == 0
     settings = json.loads(capsys.readouterr().out)["settings"]
     assert (settings["cutoff_budget"], settings["cutoff_threshold"]) == (1e-6, None)  # what is given wins
     assert main([*words, "--preset", "fast", "--max-error", "0.1"]) == 1
