@@ -16,8 +16,8 @@ from firefly_sample.scenes import find_scene, list_scenes
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-OTHERS = {"--no-install-recommends", "--force-reinstall", "--height"}
-"""Options of apt-get, of pip, and of the scene plugin that the README shows."""
+OTHERS = {"--no-install-recommends", "--force-reinstall", "--nthreads", "--height"}
+"""Options of apt-get, of pip, of dask, and of the scene plugin that the README shows."""
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b")
 
 
