@@ -122,9 +122,10 @@ class CaptureFolder:
             used = bool(self.records.folders()) or any(map(named_frame, os.listdir(self.path)))
             used = used or any((self.path / name).exists() for name in (MANIFEST, PREVIOUS))
         if used:
+            replace = "" if self.shard is not None else "--overwrite to replace it, "
             raise OutputError(
-                f"there is a capture in {self.path} already: use --resume to go on with it, --overwrite to "
-                "replace it, or another folder"
+                f"there is a capture in {self.path} already: use --resume to go on with it, {replace}or "
+                "another folder"
             )
 
     def reread(self) -> None:
@@ -181,7 +182,10 @@ class CaptureFolder:
 
     def become_alone(self) -> bool:
         """Return whether no other shard is being drawn; none can begin then."""
-        return self._lock.become_exclusive()
+        if not self._lock.become_exclusive():
+            return False
+        self._remove_unfinished()
+        return True
 
     def end(self) -> None:
         """Remove what a finished capture does not need beside its manifest."""

@@ -330,7 +330,7 @@ class _Capture:
             self._folder.reread()
             others = self._work.count_others()
             if others:
-                log.info("%d frames of other shards have yet to be drawn: there is no manifest yet", others)
+                log.info("there is no manifest yet: frames of other shards have yet to be drawn (%d)", others)
                 return None
         for _ in range(_ROUNDS):
             survey = self._work.check(everything)
