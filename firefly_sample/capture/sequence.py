@@ -19,7 +19,7 @@ from firefly_sample.capture.job import Driver, Job, Task, differences
 from firefly_sample.capture.journal import Asked
 from firefly_sample.capture.manifest import Manifest, read_manifest
 from firefly_sample.capture.sources import hash_sources
-from firefly_sample.capture.work import Part, Work
+from firefly_sample.capture.work import Part, Share, Work
 from firefly_sample.capture.writer import FrameWriter
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import check_outputs, check_size
@@ -56,7 +56,7 @@ def capture_frames(
     device: int | None = None,
     require_gpu: bool = False,
     progress: Callable[[int, int], None] | None = None,
-) -> Manifest | None:
+) -> Manifest | Share:
     """Render frames of a scene into files, and describe them in ``manifest.json``.
 
     Every file is written whole or not at all, and a frame is recorded in a journal when its files are on the
@@ -112,8 +112,8 @@ def capture_frames(
 
     Returns
     -------
-    Manifest or None
-        The content of ``manifest.json``; None if other shards have yet to be drawn.
+    Manifest or Share
+        The content of ``manifest.json``; a Share if other shards have yet to be drawn.
 
     Warns
     -----
@@ -252,7 +252,7 @@ class _Capture:
         self._failures: list[tuple[Task, Failed]] = []
         self._said: set[str] = set()
 
-    def run(self) -> Manifest | None:
+    def run(self) -> Manifest | Share:
         """Draw what has to be drawn, check everything, and write the manifest if all shards are done."""
         survey = self._work.check(retry=True)
         if survey.whole or survey.wrong:
@@ -320,18 +320,18 @@ class _Capture:
         frame = {"index": failed.index, "time": task.job.time(failed.index), "error": str(failed.error)}
         self._folder.add(self._by_folder[task.job.folder].description, frame)
 
-    def _finish(self) -> Manifest | None:
+    def _finish(self) -> Manifest | Share:
         """Check all files, draw again those that are not as they were written, and write the manifest."""
         everything = self._folder.shard is not None
         if everything:
             if not self._folder.become_alone():
                 log.info("other shards are being drawn: the last one writes the manifest")
-                return None
+                return self._work.share()
             self._folder.reread()
             others = self._work.count_others()
             if others:
                 log.info("there is no manifest yet: frames of other shards have yet to be drawn (%d)", others)
-                return None
+                return self._work.share()
         for _ in range(_ROUNDS):
             survey = self._work.check(everything)
             if not survey.wrong:

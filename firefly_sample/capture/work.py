@@ -62,6 +62,13 @@ class Survey(NamedTuple):
         return f"{text}; drawn again: {listed}{changed}"
 
 
+class Share(NamedTuple):
+    """A shard that is drawn, while others are not: its numbers of whole frames, and of those that failed."""
+
+    whole: int
+    failed: int
+
+
 class Work:
     """The frames of a capture in a folder, as far as they are this process's.
 
@@ -146,6 +153,15 @@ class Work:
         """Return how many of this process's frames have a record, and how many there are in all."""
         recorded = sum(1 for _ in self._recorded(False))
         return recorded, recorded + sum(1 for _ in self.missing())
+
+    def share(self) -> Share:
+        """Return the counts of this process's frames."""
+        records = self._folder.records
+        recorded, failed = 0, 0
+        for part, index in self._recorded(False):
+            recorded += 1
+            failed += "error" in records.frame(part.job.folder, index)
+        return Share(recorded - failed, failed)
 
     def count_others(self) -> int:
         """Return how many frames of all shards have no record, or one of other settings."""

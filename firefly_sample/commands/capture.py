@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from firefly_sample.capture.frames import frame_times
+from firefly_sample.capture.manifest import Manifest
 from firefly_sample.capture.sequence import capture_frames, capture_settings, default_folder
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import (
@@ -22,7 +23,14 @@ from firefly_sample.commands.options import (
     Sweep,
     Workers,
 )
-from firefly_sample.commands.terminal import complain, messages, print_file, print_summary, progress_bar
+from firefly_sample.commands.terminal import (
+    complain,
+    messages,
+    print_file,
+    print_json,
+    print_summary,
+    progress_bar,
+)
 from firefly_sample.frame import check_outputs
 from firefly_sample.scenes import find_scene
 from firefly_sample.scenes.plugin import start_time
@@ -90,7 +98,7 @@ def capture(
     shard
         Draw the I-th of N shares; other processes draw the others into the same folder.
     json
-        Print the manifest.
+        Print the manifest, or what a shard has drawn while others are not done.
     quiet
         Print neither a progress bar nor a summary.
     """
@@ -113,7 +121,7 @@ def capture(
         quiet=quiet,
     )
     with messages(show=not quiet), progress_bar("frames", show=not quiet, unit="frame") as show_progress:
-        manifest = capture_frames(
+        result = capture_frames(
             scene,
             folder,
             frames=frames,
@@ -134,15 +142,17 @@ def capture(
             require_gpu=require_gpu,
             progress=show_progress,
         )
-    if manifest is None:
-        print_summary(f"shard {shard} in {folder} is done, others are not", quiet or json)
-        return 0
-    captures = manifest.captures()
-    count = sum(len(part["frames"]) for part in captures)
-    failed = sum(len(part["failed"]) for part in captures)
+    if isinstance(result, Manifest):
+        captures = result.captures()
+        count = sum(len(part["frames"]) for part in captures)
+        failed = sum(len(part["failed"]) for part in captures)
+    else:
+        count, failed = result
     summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
-    if json:
-        print_file(manifest.path, summary)
+    if isinstance(result, Manifest) and json:
+        print_file(result.path, summary)
+    elif json:
+        print_json({"shard": shard, "frames": count, "failed": failed}, summary)
     else:
         print_summary(summary, quiet)
     if failed:
