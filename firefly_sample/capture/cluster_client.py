@@ -23,6 +23,7 @@ CONNECT_SECONDS = 10.0
 _CONFIG = {
     # a frame that ends its worker is drawn alone before it counts as failed: see ClusterEngine
     "distributed.scheduler.allowed-failures": 1,
+    "distributed.deploy.lost-worker-timeout": "1 hour",  # on a busy machine, a new process takes a while
     "distributed.scheduler.active-memory-manager.start": False,
     "distributed.scheduler.http.routes": [],
     "distributed.worker.profile.enabled": False,
@@ -110,15 +111,16 @@ def _local_cluster(workers: int | Literal["auto"] | None) -> Iterator[LocalClust
             )
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    try:
-        yield cluster
-    finally:
-        cluster.close(timeout=CONNECT_SECONDS)
+        try:
+            yield cluster
+        finally:
+            cluster.close(timeout=CONNECT_SECONDS)
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Keep dask's own log from stderr: what matters is raised as errors."""
+    logging.getLogger("asyncio").addFilter(_is_not_dasks)  # for good, because tasks are collected later
     logger = logging.getLogger("distributed")
     before = logger.level
     logger.setLevel(logging.CRITICAL)
@@ -126,3 +128,9 @@ def _quiet() -> Iterator[None]:
         yield
     finally:
         logger.setLevel(before)
+
+
+def _is_not_dasks(record: logging.LogRecord) -> bool:
+    """Return False for errors inside of dask that asyncio complains of because nobody has waited for them."""
+    error = record.exc_info[1] if record.exc_info else None
+    return type(error).__module__.partition(".")[0] not in ("distributed", "tornado")

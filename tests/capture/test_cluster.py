@@ -61,7 +61,7 @@ def test_a_frame_that_kills_each_worker_fails_and_others_do_not(engine: ClusterE
     drawn = draw_all(engine, job, range(8))
     failed = {index: str(result.error) for index, result in drawn.items() if isinstance(result, Failed)}
     assert failed.keys() == {3, 4}
-    assert failed[3].startswith("frame 3 ended each worker that drew it, the last one at tcp://127.0.0.1:")
+    assert failed[3].startswith("frame 3 ended each worker that drew it")
     assert failed[4] == "no frame 4"
     assert all(isinstance(drawn[index], Drawn) for index in (0, 1, 2, 5, 6, 7))
 
