@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import os
+import re
 import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -33,6 +34,7 @@ _CONFIG = {
     "distributed.admin.system-monitor.log-length": 100,
 }
 """For clusters on this machine: no statistics, and short logs, because the scheduler is in this process."""
+_ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx|ucxx)://.+:\d+")
 _GUARD = "a script that captures with processes must do so below the line: if __name__ == '__main__':"
 _GROUP_SIGNALS = (signal.SIGINT, signal.SIGHUP)
 """Signals that a terminal sends to all processes, and that only this one may follow."""
@@ -69,6 +71,8 @@ def connected(address: str, workers: int | Literal["auto"] | None) -> Iterator[C
     with ExitStack() as opened:
         opened.enter_context(_quiet())
         try:
+            if address != LOCAL and not os.path.isfile(address) and not _ADDRESS.fullmatch(address):
+                raise ValueError("it must be tcp://host:port, the file of a scheduler, or local")
             if address == LOCAL:
                 cluster = opened.enter_context(_local_cluster(workers))
                 client = Client(cluster, set_as_default=False)

@@ -74,9 +74,7 @@ def test_workers_that_differ_are_refused_by_name(processes: Processes, address: 
     (old,) = (text for text in said if address("old") in text)
     assert old.startswith(f"worker {address('old')} has firefly_sample 0.0.1, and the capture ")
     (bare,) = (text for text in said if address("bare") in text)
-    assert bare.startswith(
-        f"worker {address('bare')} cannot draw: ModuleNotFoundError: import of firefly_sample"
-    )
+    assert bare.startswith(f"worker {address('bare')} cannot draw: ModuleNotFoundError: ")
     assert all("\n" not in text for text in said)
 
 
@@ -112,8 +110,7 @@ def test_model_files_are_found_from_the_captures_folder(
 ) -> None:
     """Their relative names are the same there, and their content must be, too."""
     monkeypatch.chdir(tmp_path)
-    path = Path("box.glb")
-    path.write_bytes(box_file().glb())
+    path = box_file().write(Path("box.glb"))
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     job = job_of("box.glb", sources={"box.glb": digest}, file="box.glb")
     _, frames, _ = drawn_by(processes, job, indices=range(2))
@@ -159,6 +156,4 @@ def test_the_scheduler_dies(processes: Processes, capfd: pytest.CaptureFixture[s
         with pytest.raises(FireflyError, match=r"the connection with its scheduler is lost") as caught:
             list(frames)
     assert "\n" not in str(caught.value)
-    with pytest.raises(FireflyError, match=r"is its scheduler running\?$"):
-        ClusterEngine(job, str(processes.file)).__enter__()
     assert capfd.readouterr() == ("", "")
