@@ -9,6 +9,7 @@ import re
 import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Literal
 
 from firefly_sample.errors import FireflyError, MissingPackageError
@@ -100,7 +101,9 @@ def _local_cluster(workers: int | Literal["auto"] | None) -> Iterator[LocalClust
     number = workers if isinstance(workers, int) else cores
     env = {} if "LP_NUM_THREADS" in os.environ else {"LP_NUM_THREADS": str(max(cores // number, 1))}
     with dask.config.set(_CONFIG):
-        # the threads that start processes get this mask, and the processes get theirs
+        # the threads that start processes get this mask, and the processes get theirs; to start the tracker,
+        # which is done only once, would undo it
+        resource_tracker.ensure_running()
         before = signal.pthread_sigmask(signal.SIG_BLOCK, _GROUP_SIGNALS)
         try:
             cluster = LocalCluster(
