@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -31,18 +31,24 @@ _TRIES = 3
 """How often a frame is tried whose task fails for a reason that is not the frame's."""
 _DEATHS = 5
 """A capture ends when this many frames in a row have ended their workers."""
+_FETCH_SECONDS = 2.0
+"""How long a frame may take from its worker to here at first; each time it takes longer, this is doubled."""
 _FREE_SECONDS = 2.0
 
 
 @dataclass(frozen=True)
 class _Flight:
-    """A frame that the cluster has: who may draw it, its earlier tries, whether it is the only one."""
+    """A frame that the cluster has: who may draw it, its earlier tries, whether it is the only one.
+
+    Its result must come within some seconds when it is drawn.
+    """
 
     task: Task
     future: Future[Drawn | Failed | Refused]
     workers: frozenset[str]
     tries: int
     alone: bool
+    seconds: float = _FETCH_SECONDS
 
 
 class ClusterEngine:
@@ -96,7 +102,7 @@ class ClusterEngine:
         self._roster: Roster
         self._flying: dict[str, _Flight] = {}
         self._again: deque[tuple[Task, int]] = deque()
-        self._suspects: deque[Task] = deque()
+        self._suspects: deque[tuple[Task, int]] = deque()
         self._deaths = 0
 
     @property
@@ -111,7 +117,7 @@ class ClusterEngine:
         try:
             while True:
                 self._roster.update()
-                self._free_stranded()
+                yield from self._stranded()
                 self._fill(source)
                 if not self._flying and not self._again and not self._suspects and self._roster.accepted:
                     return
@@ -126,7 +132,7 @@ class ClusterEngine:
             return
         if self._suspects or any(flight.alone for flight in self._flying.values()):
             if not self._flying:
-                self._submit(self._suspects.popleft(), 0, workers, alone=True)
+                self._submit(*self._suspects.popleft(), workers, alone=True)
             return
         room = _AHEAD * sum(workers.values())
         while len(self._flying) < room:
@@ -149,8 +155,11 @@ class ClusterEngine:
             allow_other_workers=False,
             pure=False,
         )
-        self._flying[future.key] = _Flight(task, future, allowed, tries, alone)
-        future.add_done_callback(_Putting(self._done))
+        self._watch(_Flight(task, future, allowed, tries, alone))
+
+    def _watch(self, flight: _Flight) -> None:
+        self._flying[flight.future.key] = flight
+        flight.future.add_done_callback(_Putting(self._done))
 
     def _landed(self) -> Iterator[tuple[Task, Drawn | Failed]]:
         """Give the frames that are done; wait for one, but not for long."""
@@ -176,16 +185,21 @@ class ClusterEngine:
 
         task, future = flight.task, flight.future
         try:
-            result: Drawn | Failed | Refused = future.result(timeout=10 * POLL_SECONDS)
+            result: Drawn | Failed | Refused = future.result(timeout=flight.seconds)
+        except TimeoutError as error:
+            if future.status == "error":
+                return self._failed(flight, error)
+            # its worker is gone, so that it must be drawn again, or the network is slow
+            self._watch(replace(flight, seconds=2 * flight.seconds))
+            return None
         except KilledWorker as error:
             return self._killed(flight, error.last_worker.address)
-        except (CancelledError, TimeoutError, OSError) as error:
+        except (CancelledError, OSError) as error:
             self._roster.check_scheduler()
             return self._failed(flight, error)
         except Exception as error:  # noqa: BLE001  whatever its worker cannot do
             return self._failed(flight, error)
-        finally:
-            future.release()
+        future.release()
         if isinstance(result, Refused):
             self._roster.refuse(result.address, result.reason)
             self._again.append((task, flight.tries))
@@ -195,15 +209,18 @@ class ClusterEngine:
 
     def _killed(self, flight: _Flight, worker: str) -> Failed | None:
         """Return the failure of a frame that ends its worker when it is alone, too."""
-        if not flight.alone:
-            self._suspects.append(flight.task)
-            return None
+        if flight.alone:
+            return self._deadly(flight.task, f", the last one at {worker}")
+        self._suspects.append((flight.task, 0))
+        return None
+
+    def _deadly(self, task: Task, where: str) -> Failed:
+        """Return the failure of a frame that ends its workers; raise if all frames do."""
         self._deaths += 1
-        index = flight.task.index
-        text = f"frame {index} ended each worker that drew it, the last one at {worker}"
+        text = f"frame {task.index} ended each worker that drew it{where}"
         if self._deaths >= _DEATHS:
             raise FireflyError(f"cluster {self._address}: {text}, as did the {_DEATHS - 1} frames before it")
-        return Failed(index, FireflyError(text))
+        return Failed(task.index, FireflyError(text))
 
     def _failed(self, flight: _Flight, error: BaseException) -> Failed | None:
         """Return the failure of a frame whose task has failed too often."""
@@ -214,17 +231,23 @@ class ClusterEngine:
         text = f"frame {flight.task.index}: {type(error).__name__}: {' '.join(str(error).split())}"
         return Failed(flight.task.index, FireflyError(text))
 
-    def _free_stranded(self) -> None:
-        """Take back the frames whose workers are all gone or refused; others draw them."""
+    def _stranded(self) -> Iterator[tuple[Task, Failed]]:
+        """Take back the frames whose workers are all gone or refused; give those that have lost too many.
+
+        Dask would keep them for these workers, and its nannies start new ones with other addresses.
+        """
         workers = self._roster.accepted.keys()
         for key, flight in list(self._flying.items()):
-            if flight.workers.isdisjoint(workers) and not flight.future.done():
-                del self._flying[key]
-                flight.future.cancel(force=True)
-                if flight.alone:
-                    self._suspects.appendleft(flight.task)
-                else:
-                    self._again.append((flight.task, flight.tries))
+            if not flight.workers.isdisjoint(workers) or flight.future.done():
+                continue
+            del self._flying[key]
+            flight.future.cancel(force=True)
+            if not flight.workers.isdisjoint(self._roster.refused):
+                self._again.append((flight.task, flight.tries))
+            elif flight.tries + 1 < _TRIES:
+                self._suspects.append((flight.task, flight.tries + flight.alone))
+            else:
+                yield flight.task, self._deadly(flight.task, "")
 
     def _cancel(self) -> None:
         """Withdraw all frames that are not done."""

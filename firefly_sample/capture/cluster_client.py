@@ -5,9 +5,11 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import os
+import re
 import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Literal
 
 from firefly_sample.errors import FireflyError, MissingPackageError
@@ -23,6 +25,7 @@ CONNECT_SECONDS = 10.0
 _CONFIG = {
     # a frame that ends its worker is drawn alone before it counts as failed: see ClusterEngine
     "distributed.scheduler.allowed-failures": 1,
+    "distributed.deploy.lost-worker-timeout": "1 hour",  # on a busy machine, a new process takes a while
     "distributed.scheduler.active-memory-manager.start": False,
     "distributed.scheduler.http.routes": [],
     "distributed.worker.profile.enabled": False,
@@ -32,6 +35,7 @@ _CONFIG = {
     "distributed.admin.system-monitor.log-length": 100,
 }
 """For clusters on this machine: no statistics, and short logs, because the scheduler is in this process."""
+_ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx|ucxx)://.+:\d+")
 _GUARD = "a script that captures with processes must do so below the line: if __name__ == '__main__':"
 _GROUP_SIGNALS = (signal.SIGINT, signal.SIGHUP)
 """Signals that a terminal sends to all processes, and that only this one may follow."""
@@ -68,6 +72,8 @@ def connected(address: str, workers: int | Literal["auto"] | None) -> Iterator[C
     with ExitStack() as opened:
         opened.enter_context(_quiet())
         try:
+            if address != LOCAL and not os.path.isfile(address) and not _ADDRESS.fullmatch(address):
+                raise ValueError("it must be tcp://host:port, the file of a scheduler, or local")
             if address == LOCAL:
                 cluster = opened.enter_context(_local_cluster(workers))
                 client = Client(cluster, set_as_default=False)
@@ -95,7 +101,9 @@ def _local_cluster(workers: int | Literal["auto"] | None) -> Iterator[LocalClust
     number = workers if isinstance(workers, int) else cores
     env = {} if "LP_NUM_THREADS" in os.environ else {"LP_NUM_THREADS": str(max(cores // number, 1))}
     with dask.config.set(_CONFIG):
-        # the threads that start processes get this mask, and the processes get theirs
+        # the threads that start processes get this mask, and the processes get theirs; to start the tracker,
+        # which is done only once, would undo it
+        resource_tracker.ensure_running()
         before = signal.pthread_sigmask(signal.SIG_BLOCK, _GROUP_SIGNALS)
         try:
             cluster = LocalCluster(
@@ -110,15 +118,16 @@ def _local_cluster(workers: int | Literal["auto"] | None) -> Iterator[LocalClust
             )
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    try:
-        yield cluster
-    finally:
-        cluster.close(timeout=CONNECT_SECONDS)
+        try:
+            yield cluster
+        finally:
+            cluster.close(timeout=CONNECT_SECONDS)
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Keep dask's own log from stderr: what matters is raised as errors."""
+    logging.getLogger("asyncio").addFilter(_is_not_dasks)  # for good, because tasks are collected later
     logger = logging.getLogger("distributed")
     before = logger.level
     logger.setLevel(logging.CRITICAL)
@@ -126,3 +135,9 @@ def _quiet() -> Iterator[None]:
         yield
     finally:
         logger.setLevel(before)
+
+
+def _is_not_dasks(record: logging.LogRecord) -> bool:
+    """Return False for errors inside of dask that asyncio complains of because nobody has waited for them."""
+    error = record.exc_info[1] if record.exc_info else None
+    return type(error).__module__.partition(".")[0] not in ("distributed", "tornado")

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import logging
 import os
-import pickle
 import time
 import warnings
 from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import CancelledError
 from contextlib import suppress
+from pkgutil import resolve_name
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
-from firefly_sample.capture.cluster_worker import Answer, examine, other_driver
+from firefly_sample.capture.cluster_worker import VERSION, Answer, examine, other_driver
 from firefly_sample.capture.job import Driver, Job
 from firefly_sample.errors import FireflyError, GpuError
 
@@ -65,12 +67,12 @@ class Roster:
         driver: Driver | None,
         patience: float,
     ) -> None:
-        from firefly_sample import __version__
-
         self._client, self._cluster, self._done, self._patience = client, address, done, patience
-        self._question = (__version__, os.getcwd(), pickle.dumps(job))
+        self._question = job, os.getcwd()
         self._live: dict[str, int] = {}
-        self._asked: dict[str, tuple[str, Future[Answer]]] = {}  # by the future's key: the worker's address
+        self._asked: dict[
+            str, tuple[str, Future[str | Answer]]
+        ] = {}  # by the future's key: the worker's address
         self._fit: dict[str, Driver] = {}
         self._polled = -POLL_SECONDS
         self._alone_since: float | None = None
@@ -123,7 +125,7 @@ class Roster:
         for address in self._live:
             asked = any(address == one for one, _ in self._asked.values())
             if not asked and address not in self._fit and address not in self.refused:
-                self._ask(address)
+                self._ask_version(address)
         for key, (address, future) in list(self._asked.items()):
             if address and address not in self._live:
                 future.cancel()
@@ -134,7 +136,7 @@ class Roster:
                 if known is self._fit:
                     _log.info("worker %s is gone: its frames are drawn by others", address)
         if not self._live and not self._asked:
-            self._ask("")  # a cluster that grows with its tasks starts a worker for it
+            self._ask_version("")  # a cluster that grows with its tasks starts a worker for it
         self._check_patience()
 
     def answer(self, key: str | None) -> bool:
@@ -147,16 +149,24 @@ class Roster:
             error = future.exception()
             what = f"{type(error).__name__}: {' '.join(str(error).split())}"
             if address:
-                self.refuse(address, f"cannot draw: {what}; is the same firefly_sample installed there?")
+                self.refuse(address, f"cannot draw: {what}: is the same firefly_sample there?")
         elif future.status == "finished":
-            try:
-                address, driver, said = future.result(timeout=POLL_SECONDS)
-            except Exception:  # noqa: BLE001  the worker ended before it was read: it is asked again, if it lives
-                return True
+            # if the worker ended before this is read, it is asked again, should it live
+            with suppress(TimeoutError, CancelledError, OSError):
+                self._take(address, future.result(timeout=POLL_SECONDS))
+        return True
+
+    def _take(self, address: str, answer: str | Answer) -> None:
+        """Take a worker's version, and ask for its driver next; or take its driver."""
+        if not isinstance(answer, str):
+            address, driver, said = answer
             for text in said:
                 warnings.warn(f"worker {address}: {text}", stacklevel=2)
             self._judge(address, driver)
-        return True
+        elif address and answer != VERSION:
+            self.refuse(address, f"has firefly_sample {answer}, and the capture {VERSION}")
+        elif address:
+            self._ask(address, examine, *self._question)
 
     def refuse(self, address: str, reason: str) -> None:
         """Give a worker no frames any more, and warn of it."""
@@ -177,10 +187,14 @@ class Roster:
                 future.cancel()
         self._asked.clear()
 
-    def _ask(self, address: str) -> None:
+    def _ask_version(self, address: str) -> None:
+        # a function of Python's own: another one would end a worker that cannot import it
+        self._ask(address, resolve_name, f"{examine.__module__}:VERSION")
+
+    def _ask(self, address: str, function: Callable[..., str | Answer], *arguments: object) -> None:
         future = self._client.submit(
-            examine,
-            *self._question,
+            function,
+            *arguments,
             key=f"firefly-driver-{os.urandom(16).hex()}",
             workers=[address] if address else None,
             allow_other_workers=False,
@@ -232,9 +246,11 @@ class Roster:
         """Return the error for a cluster without workers that can draw."""
         if not self.refused:
             return FireflyError(f"cluster {self._cluster}: there has been no worker for {self._patience:g} s")
-        address, reason = next(iter(sorted(self.refused.items())))
+        refused = sorted(self.refused.items())
+        other = [(address, reason) for address, reason in refused if reason.startswith("draws with ")]
+        address, reason = (other or refused)[0]
         more = f" (and {len(self.refused) - 1} more)" if len(self.refused) > 1 else ""
-        kind = GpuError if " draws with " in f" {reason}" else FireflyError
+        kind = GpuError if other else FireflyError
         return kind(f"cluster {self._cluster}: no worker is left: worker {address} {reason}{more}")
 
     def _next(self, seconds: float) -> str | None:

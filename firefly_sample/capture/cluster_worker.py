@@ -5,17 +5,19 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import pickle
 import threading
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from firefly_sample import __version__
 from firefly_sample.capture.drawing import Artist, Drawn, Failed
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.errors import FireflyError, ModelError, SoftwareDriverWarning
 
+VERSION: str = __version__
+"""The version of firefly_sample. Workers are asked for it before they get a function of this module."""
 Answer = tuple[str, "Driver | str", tuple[str, ...]]
 """A worker's address; its driver, or why it cannot draw; and what was warned of."""
 
@@ -76,29 +78,14 @@ class _Studio:
 _studio = _Studio()
 
 
-def examine(version: str, folder: str, job: bytes) -> Answer:
-    """Return whether this worker can draw a job.
-
-    Parameters
-    ----------
-    version : str
-        The capture's version of firefly_sample.
-    folder : str
-        The capture's working folder.
-    job : bytes
-        A pickled Job, which another version could not read.
-    """
-    from firefly_sample import __version__
-
-    if version != __version__:
-        return _address(), f"has firefly_sample {__version__}, and the capture {version}", ()
+def examine(job: Job, folder: str) -> Answer:
+    """Return whether this worker can draw a job; `folder` is the capture's working folder."""
     with _studio.turn, _in_folder(folder), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         warnings.simplefilter("ignore", SoftwareDriverWarning)
-        wanted: Job = pickle.loads(job)
         try:
-            _studio.check(wanted)
-            driver = _studio.artist(wanted).driver
+            _studio.check(job)
+            driver = _studio.artist(job).driver
         except FireflyError as error:
             return _address(), f"cannot draw: {error}", ()
     return _address(), driver, tuple(str(one.message) for one in caught)

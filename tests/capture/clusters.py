@@ -52,14 +52,24 @@ class Processes:
         self.folder = folder
         self.file = folder / "scheduler.json"
         self._all: dict[str, subprocess.Popen[bytes]] = {}
-        self._start("scheduler", "scheduler", "--port", "0", "--dashboard-address", "127.0.0.1:0", env={})
+        self._start(
+            "scheduler",
+            "scheduler",
+            "--host",
+            "127.0.0.1",
+            "--port",
+            "0",
+            "--dashboard-address",
+            "127.0.0.1:0",
+            env={},
+        )
 
-    def start_worker(self, name: str, threads: int = 1, port: int = 0, **env: str) -> None:
+    def start_worker(self, name: str, threads: int = 1, **env: str) -> None:
         self._start(
             name,
             "worker",
             *("--nthreads", str(threads), "--no-nanny", "--no-dashboard", "--memory-limit", "0"),
-            *("--name", name, "--worker-port", str(port), "--local-directory", str(self.folder)),
+            *("--name", name, "--host", "127.0.0.1", "--local-directory", str(self.folder)),
             env=env,
         )
 

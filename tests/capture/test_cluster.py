@@ -1,4 +1,4 @@
-"""A cluster of processes on this machine: the same bytes, whatever dies meanwhile, and nothing left behind."""
+"""Processes on this machine as a cluster: the same bytes, whatever dies, and nothing left behind."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_frame_that_kills_each_worker_fails_and_others_do_not(engine: ClusterE
     drawn = draw_all(engine, job, range(8))
     failed = {index: str(result.error) for index, result in drawn.items() if isinstance(result, Failed)}
     assert failed.keys() == {3, 4}
-    assert failed[3].startswith("frame 3 ended each worker that drew it, the last one at tcp://127.0.0.1:")
+    assert failed[3].startswith("frame 3 ended each worker that drew it")
     assert failed[4] == "no frame 4"
     assert all(isinstance(drawn[index], Drawn) for index in (0, 1, 2, 5, 6, 7))
 
@@ -135,12 +135,12 @@ def test_a_script_without_a_guard_is_told_so(tmp_path: Path) -> None:
 
 def test_without_dask_the_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingPackageError, match="pip install .*distributed"):
+    with pytest.raises(MissingPackageError, match=r"pip install .*distributed"):
         ClusterEngine(job_of(), "local").__enter__()
 
 
 def test_no_scheduler_and_a_number_of_workers_elsewhere() -> None:
     with pytest.raises(FireflyError, match="a number of workers goes with the cluster 'local' only"):
         ClusterEngine(job_of(), "tcp://127.0.0.1:1", workers=2).__enter__()
-    with pytest.raises(FireflyError, match=r"^cluster no\.such\.scheme://x: .*is its scheduler running\?$"):
-        ClusterEngine(job_of(), "no.such.scheme://x").__enter__()
+    with pytest.raises(FireflyError, match=r"^cluster no_such\.json: it must be tcp://host:port, "):
+        ClusterEngine(job_of(), "no_such.json").__enter__()
