@@ -12,7 +12,7 @@ from typing import NoReturn, SupportsIndex
 from firefly_sample.errors import GpuError, SoftwareDriverWarning
 from firefly_sample.frame import Frame, check_size
 from firefly_sample.gpu.device import Device
-from firefly_sample.gpu.driver_checks import silent_changes
+from firefly_sample.gpu.driver_checks import silent_changes, software_warning
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.images import BoundImages
 from firefly_sample.gpu.presenter import Layer, Presenter
@@ -98,11 +98,7 @@ class Renderer:
             if require_gpu:
                 self._device.require_gpu()
             if self.software and not window:
-                warnings.warn(
-                    f"drawing on the CPU ({self.driver}): right, but slow",
-                    SoftwareDriverWarning,
-                    stacklevel=2,
-                )
+                warnings.warn(software_warning(self.driver), SoftwareDriverWarning, stacklevel=2)
             for change in silent_changes(self.driver):
                 warnings.warn(change, stacklevel=2)
             with self._device:

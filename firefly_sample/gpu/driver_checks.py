@@ -64,6 +64,11 @@ def silent_changes(driver: str) -> list[str]:
     ]
 
 
+def software_warning(driver: str) -> str:
+    """Return the text of the `SoftwareDriverWarning` for a driver's name."""
+    return f"drawing on the CPU ({driver}): right, but slow"
+
+
 def vector_bits(driver: str) -> int | None:
     """Return the width of llvmpipe's vectors, which its name contains, or None for other drivers."""
     found = re.match(r"llvmpipe \(.*\b(\d+) bits\)", driver)
