@@ -93,7 +93,9 @@ class Capturing:
                 "folder": str(Path(folder, "capture")),
                 "began": monotonic(),
             }
-            _, answer = answer_of(_PROCESS, job, **{VARIABLE: str(Path(self._folder.name, "cache"))})
+            # dask leaves an empty folder among temporary files
+            own = {VARIABLE: str(Path(self._folder.name, "cache")), "TMPDIR": self._folder.name}
+            _, answer = answer_of(_PROCESS, job, **own)
         same = self._answers.setdefault((size, frames), (way, answer["sha256"]))
         if same[1] != answer["sha256"]:
             raise FireflyError(
