@@ -61,6 +61,7 @@ def complete(tmp_path_factory):
     [
         (("ca",), ["capture"]),
         (("measure", "st"), ["start", "stability"]),
+        (("measure", "captures", "--gr"), ["--growth"]),
         (("completion", ""), ["bash", "zsh", "fish"]),
         (("capture", "sp"), ["spheres"]),
         (("capture", "vas"), ["vase.glb", "vases/"]),
