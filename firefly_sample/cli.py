@@ -36,6 +36,7 @@ COMMANDS: dict[Words, str] = {
     ("plan",): "Show the passes and targets of a frame, and why each is needed.",
     ("measure", "speed"): "Time frames with more and more lights, by each method of drawing them.",
     ("measure", "start"): "Time how soon the first picture is drawn, with a cache and without.",
+    ("measure", "captures"): "Time captures by one process, by workers, and by a cluster.",
     ("measure", "trade"): "Measure what each setting costs in time and in accuracy.",
     ("measure", "stability"): "Draw numerically extreme scenes, and compare each error with its bound.",
     ("measure", "numerics"): "Measure what number formats and formulas lose on this driver.",
@@ -46,7 +47,7 @@ COMMANDS: dict[Words, str] = {
 WITH_SCENE = (("capture",), ("run",), ("plan",), ("measure", "speed"), ("measure", "trade"))
 """Commands that have an option for each parameter of a scene."""
 _OPERANDS: dict[Words, str] = {
-    **dict.fromkeys((*WITH_SCENE, ("measure", "start")), "[SCENE | FILE...] "),
+    **dict.fromkeys((*WITH_SCENE, ("measure", "start"), ("measure", "captures")), "[SCENE | FILE...] "),
     ("verify",): "FOLDER [OTHER] ",
     ("measure", "numerics"): "[TABLE...] ",
     ("completion",): "SHELL ",

@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from firefly_sample.lab.captures import measure_captures
+    from firefly_sample.lab.captures_growth import measure_growth
     from firefly_sample.lab.choice import choose
     from firefly_sample.lab.experiments import measure_numerics
     from firefly_sample.lab.reference.cache import reference_frame
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 __all__ = [
     "cast_visibility",
     "choose",
+    "measure_captures",
+    "measure_growth",
     "measure_numerics",
     "measure_speed",
     "measure_stability",
@@ -35,6 +39,8 @@ __all__ = [
 _MODULES = {
     "cast_visibility": "reference.raycast",
     "choose": "choice",
+    "measure_captures": "captures",
+    "measure_growth": "captures_growth",
     "measure_numerics": "experiments",
     "measure_speed": "speed",
     "measure_stability": "stability",

@@ -6,19 +6,15 @@ ratios are taken within a round: to a process that imports the libraries and ope
 
 from __future__ import annotations
 
-import json
-import os
 import statistics
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import FireflyError, SceneError
 from firefly_sample.frame import check_size
+from firefly_sample.lab.fresh import answer_of
 from firefly_sample.lab.measuring import quartile_spread
 from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.scenes import find_scene
@@ -26,6 +22,7 @@ from firefly_sample.scenes.plugin import start_time
 
 CACHES = ("off", "empty", "full")
 """The state of the cache for each kind of process, in this order: "full" is what "empty" left."""
+_PROCESS = "firefly_sample.lab.start_process"
 
 
 def measure_start(
@@ -82,7 +79,7 @@ def measure_start(
     jobs = {"dependencies": {"scene": None, "device": device}} | dict.fromkeys(CACHES, picture)
 
     def run(name: str, folder: str) -> float:
-        seconds, answer = _run(jobs[name], folder)
+        seconds, answer = answer_of(_PROCESS, jobs[name], **{VARIABLE: folder})
         before = answers.setdefault(name if name == "dependencies" else "picture", answer)
         if answer != before:
             raise FireflyError(
@@ -117,32 +114,3 @@ def measure_start(
         "dependencies": statistics.median(taken["dependencies"]),
         "rows": rows,
     }
-
-
-def _run(job: dict[str, Any], folder: str) -> tuple[float, dict[str, Any]]:
-    """Return the seconds until a fresh process answers, and its answer."""
-    # it can import exactly what this process can: without -P, -m would add the working folder
-    command = [sys.executable, "-P", "-m", "firefly_sample.lab.start_process", json.dumps(job)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), VARIABLE: folder}
-    with tempfile.TemporaryFile("w+") as errors:
-        start = perf_counter()
-        with subprocess.Popen(
-            command, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True
-        ) as process:
-            try:
-                assert process.stdout is not None
-                line = process.stdout.readline()
-                seconds = perf_counter() - start
-            except BaseException:
-                process.kill()
-                raise
-        if not line:
-            errors.seek(0)
-            said = errors.read().strip().splitlines()
-            raise FireflyError(
-                f"a process ended without a picture: {said[-1] if said else 'it printed no error'}"
-            )
-    answer = json.loads(line)
-    if "error" in answer:
-        raise FireflyError(answer["error"])
-    return seconds, answer

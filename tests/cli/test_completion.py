@@ -63,6 +63,7 @@ def complete(tmp_path_factory):
         (("ver",), ["verify"]),
         (("verify", "vases", "--max"), ["--max-codes", "--max-error", "--max-share"]),
         (("measure", "st"), ["start", "stability"]),
+        (("measure", "captures", "--gr"), ["--growth"]),
         (("completion", ""), ["bash", "zsh", "fish"]),
         (("capture", "sp"), ["spheres"]),
         (("capture", "vas"), ["vase.glb", "vases/"]),
