@@ -184,16 +184,20 @@ class Renderer:
         """
         names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
         waiting: deque[PendingFrame] = deque()
+        drawing = (self._draw_ahead(self.plan(scene, time, names)) for time in times)
         try:
-            try:
-                for time in times:
-                    waiting.append(self._draw_ahead(self.plan(scene, time, names)))
-                    if len(waiting) > _AHEAD:
+            while True:
+                try:
+                    drawn = next(drawing, None)
+                except (Exception, SystemExit, GeneratorExit):  # a scene may raise any of these
+                    while waiting:
                         yield self._read_behind(waiting.popleft())
-            except Exception:
-                while waiting:
+                    raise
+                if drawn is None:
+                    break
+                waiting.append(drawn)
+                if len(waiting) > _AHEAD:
                     yield self._read_behind(waiting.popleft())
-                raise
             while waiting:
                 yield self._read_behind(waiting.popleft())
         finally:

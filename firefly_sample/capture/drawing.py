@@ -19,6 +19,9 @@ from firefly_sample.settings import to_number
 if TYPE_CHECKING:
     from firefly_sample.scene.scene import Scene, ScenePlugin
 
+_OF_SCENES = (Exception, SystemExit, GeneratorExit)
+"""What a plugin may raise that is its own fault."""
+
 
 @dataclass(frozen=True)
 class Drawn:
@@ -163,18 +166,23 @@ class Artist:
                 yield todo.take(), Failed(first.index, scene, whole_job=True)
                 continue
             drawing: deque[Task] = deque()
-            try:
-                times = _times(first.job, todo, drawing)
-                for frame in self._renderer.render_many(scene, times, first.job.outputs):
-                    yield drawing.popleft(), frame
-            except MemoryError:
-                raise
-            except (Exception, SystemExit) as error:
-                if not drawing:
-                    raise  # the list of tasks is wrong, and no frame
-                failed = drawing.popleft()
-                todo.put_back(drawing)
-                yield failed, Failed(failed.index, self._as_firefly_error(error))
+            times = _times(first.job, todo, drawing)
+            frames = self._renderer.render_many(scene, times, first.job.outputs)
+            while True:
+                result: Frame | Failed
+                try:
+                    result = next(frames)
+                except StopIteration:
+                    break
+                except MemoryError:
+                    raise
+                except _OF_SCENES as error:
+                    if not drawing:
+                        raise  # the list of tasks is wrong, and no frame
+                    result = Failed(drawing[0].index, self._as_firefly_error(error))
+                yield drawing.popleft(), result
+                del result
+            todo.put_back(drawing)  # those that had begun when one of them failed
 
     def _scene_of(self, job: Job) -> Scene | FireflyError:
         """Return the scene of a job, or the error that keeps it from being built; the last is kept."""
@@ -189,7 +197,7 @@ class Artist:
                 self._renderer.settings = with_exposure_at(self._scene, job.exposed, job.start)
             except MemoryError:
                 raise
-            except (Exception, SystemExit) as error:  # noqa: BLE001 (a plugin may raise anything)
+            except _OF_SCENES as error:
                 self._scene = self._as_firefly_error(error)
             self._job = job
         return self._scene

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -44,6 +45,7 @@ class HereEngine:
     def __init__(self, job: Job) -> None:
         self._job = job
         self._artist: Artist | None = None
+        self._caught: list[warnings.WarningMessage] = []
         self._threads = min(os.cpu_count() or 1, MOST_THREADS)
         self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="encoder")
 
@@ -58,6 +60,8 @@ class HereEngine:
         assert self._artist is not None
         encoding: deque[_Encoding] = deque()
         for task, frame in self._artist.draw(tasks):
+            if not isinstance(frame, Failed):
+                self._warn()
             # one frame more than threads, so that no thread idles
             while encoding and (len(encoding) > self._threads or encoding[0].is_done()):
                 yield encoding.popleft().result()
@@ -68,8 +72,17 @@ class HereEngine:
         while encoding:
             yield encoding.popleft().result()
 
+    def _warn(self) -> None:
+        """Warn of what was warned of while the renderer was made."""
+        while self._caught:
+            caught = self._caught.pop(0)
+            warnings.warn(caught.message, caught.category, stacklevel=3)
+
     def __enter__(self) -> HereEngine:
-        self._artist = Artist(self._job)
+        # where no frame can be drawn, its error is all that counts
+        with warnings.catch_warnings(record=True) as self._caught:
+            warnings.simplefilter("always")
+            self._artist = Artist(self._job)
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -175,7 +175,11 @@ def is_unfinished(name: str) -> bool:
 
 def remove_unfinished(folder: Path) -> None:
     """Remove the files that `open_whole` had not finished when its process was killed."""
-    for path in list(folder.iterdir()):
+    try:
+        paths = list(folder.iterdir())
+    except PermissionError:  # for example lost+found, where nobody captures into
+        return
+    for path in paths:
         if is_unfinished(path.name):
             with suppress(OSError):
                 path.unlink()

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -71,6 +72,7 @@ class CaptureFolder:
         self._overwrite = overwrite
         self._stack = ExitStack()
         self._journal: Journal | None = None
+        self._own_lock: Path | None = None
 
     def __enter__(self) -> CaptureFolder:
         with ExitStack() as stack:
@@ -78,7 +80,7 @@ class CaptureFolder:
             self._lock_all(stack)
             if self.shard is None:
                 self._remove_unfinished()
-            self.records = Records([], []) if self._overwrite else read_records(self.path)
+            self.records = Records([], []) if self._overwrite else self._read()
             stack.callback(lambda: self.records.close())
             self._stack = stack.pop_all()
         return self
@@ -88,14 +90,23 @@ class CaptureFolder:
             self._journal.close()
         self._stack.__exit__(kind, error, trace)
 
+    def _read(self) -> Records:
+        try:
+            return read_records(self.path)
+        except FireflyError as error:
+            raise OutputError(
+                f"{error}: use --overwrite to replace the capture, or another folder"
+            ) from error
+
     def _lock_all(self, stack: ExitStack) -> None:
         busy = f"another capture is writing into {self.path}"
         try:
             self._lock = Lock(self.path / f"{_LOCK}.lock", busy, shared=self.shard is not None)
             stack.callback(self._lock.release)
             if self.shard is not None:
+                self._own_lock = self.path / f"{_LOCK}-{self.shard.label}.lock"
                 own = Lock(
-                    self.path / f"{_LOCK}-{self.shard.label}.lock",
+                    self._own_lock,
                     f"shard {self.shard} of the capture in {self.path} is being drawn already",
                 )
                 stack.callback(own.release)
@@ -155,7 +166,12 @@ class CaptureFolder:
         The journals go last: a capture that is killed before can still be seen to be there.
         """
         described = [self.path / MANIFEST, self.path / PREVIOUS, *journals(self.path)]
-        with read_records(self.path) as earlier:
+        try:
+            earlier = read_records(self.path)
+        except FireflyError as error:
+            warnings.warn(f"{error}; only pictures in {self.path} itself are removed", stacklevel=2)
+            earlier = Records([], [])
+        with earlier:
             for folder in earlier.folders():
                 for index in earlier.indices(folder):
                     for name in earlier.frame(folder, index).get("files", {}).values():
@@ -164,6 +180,9 @@ class CaptureFolder:
                 if folder:
                     with suppress(OSError):  # there are other files in it
                         (self.path / folder).rmdir()
+        for name in os.listdir(self.path):
+            if named_frame(name) is not None and not (self.path / name).is_dir():
+                self._remove(self.path / name)
         for path in described:
             self._remove(path)
 
@@ -171,6 +190,8 @@ class CaptureFolder:
         """Remove files with names of frames that have no record, or of other outputs."""
         kept = set(outputs)
         for folder in ("", *self.records.folders()):
+            if not (self.path / folder).is_dir():  # none of its frames could be drawn
+                continue
             for name in os.listdir(self.path / folder):
                 named = named_frame(name)
                 if named is None or (self.path / folder / name).is_dir():
@@ -195,6 +216,10 @@ class CaptureFolder:
         self.records.close()
         for path in (self.path / PREVIOUS, *journals(self.path)):
             self._remove(path)
+        if self._lock.become_exclusive():  # the locks of shards that were killed are nobody's
+            for path in self.path.glob(f"{_LOCK}-*.lock"):
+                if path != self._own_lock:
+                    self._remove(path)
 
     def _remove(self, path: Path) -> None:
         try:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
+import os
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NotRequired, TypedDict, overload
+from typing import IO, Any, NotRequired, TypedDict, overload
 
 from firefly_sample.capture.files import open_whole
 from firefly_sample.errors import FireflyError
 
+_Version = tuple[int, int, int]
 MANIFEST = "manifest.json"
 FRAME_START = b'{"index":'
 """The start of each line that holds a frame."""
+_FRAMES = (b'  "frames": [', b'      "frames": [')
+"""The line before the frames: of a capture, and of one in a sweep."""
 
 
 class FrameEntry(TypedDict):
@@ -125,12 +129,14 @@ class Manifest(Mapping[str, Any]):
 class FrameLines(Sequence[FrameEntry]):
     """The frames of a manifest, each read from its line in the file when it is asked for.
 
-    `offsets` are the places of the lines in the file.
+    `offsets` are the places of the lines in the file, and `version` tells it from another one at its path.
+    Reading a frame raises a FireflyError when the file has been replaced or removed.
     """
 
-    def __init__(self, path: Path, offsets: array[int]) -> None:
+    def __init__(self, path: Path, offsets: array[int], version: _Version) -> None:
         self._path = path
         self.offsets = offsets
+        self._version = version
 
     def __len__(self) -> int:
         return len(self.offsets)
@@ -142,7 +148,7 @@ class FrameLines(Sequence[FrameEntry]):
     def __getitem__(self, place: int | slice) -> FrameEntry | list[FrameEntry]:
         if isinstance(place, slice):
             return [self[one] for one in range(*place.indices(len(self)))]
-        with _opened(self._path) as file:
+        with self._opened() as file:
             file.seek(self.offsets[place])
             return _frame(file.readline().strip().removesuffix(b","))
 
@@ -151,10 +157,17 @@ class FrameLines(Sequence[FrameEntry]):
 
     def lines(self) -> Iterator[bytes]:
         """Read the frames one by one as JSON, for those who do not trust it."""
-        with _opened(self._path) as file:
+        with self._opened() as file:
             for offset in self.offsets:
                 file.seek(offset)
                 yield file.readline().strip().removesuffix(b",")
+
+    def _opened(self) -> IO[bytes]:
+        file = _opened(self._path)
+        if _version(file) != self._version:
+            file.close()
+            raise FireflyError(f"{self._path} has changed since it was read: read it again")
+        return file
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Sequence) and list(self) == list(other)
@@ -181,8 +194,8 @@ def read_manifest(folder: str | Path) -> Manifest:
                 sequences[-1].offsets.append(offset + len(line) - len(line.lstrip()))
             else:
                 skeleton.append(line)
-                if line.strip() == b'"frames": [':
-                    sequences.append(FrameLines(path, array("Q")))
+                if line.rstrip() in _FRAMES:
+                    sequences.append(FrameLines(path, array("Q"), _version(file)))
             offset += len(line)
     try:
         content = json.loads(b"".join(skeleton))
@@ -191,12 +204,13 @@ def read_manifest(folder: str | Path) -> Manifest:
         wholes = [content] if "frames" in content else list(content["captures"])
         if not all(isinstance(whole.get("frames"), list) for whole in wholes):
             raise ValueError("its frames are not a list")
-        if sequences and len(sequences) != len(wholes):
-            raise ValueError("its frames are not where they belong")
         if any(whole["frames"] for whole in wholes):  # on more lines, as other programs write them
             return Manifest(path, json.loads(path.read_bytes()))
-        for whole, frames in zip(wholes, sequences, strict=False):
-            whole["frames"] = frames
+        if any(sequences):
+            if len(sequences) != len(wholes):
+                raise ValueError("its frames are not where they belong")
+            for whole, frames in zip(wholes, sequences, strict=True):
+                whole["frames"] = frames
     except KeyError as error:
         raise FireflyError(f"{path} is not a manifest: it has no {error}") from error
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
@@ -266,7 +280,13 @@ def _frame(line: bytes) -> FrameEntry:
     return frame
 
 
-def _opened(path: Path) -> Any:
+def _version(file: IO[bytes]) -> _Version:
+    """Return what differs between a file and another one that took its place."""
+    status = os.fstat(file.fileno())
+    return status.st_ino, status.st_size, status.st_mtime_ns
+
+
+def _opened(path: Path) -> IO[bytes]:
     try:
         return path.open("rb")
     except OSError as error:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
+from firefly_sample.capture.frames import MAX_FRAMES
 from firefly_sample.capture.job import Driver, key_of
 from firefly_sample.capture.journal import SHARED, Journal
 from firefly_sample.capture.manifest import FrameLines, read_manifest
@@ -15,7 +16,10 @@ from firefly_sample.errors import FireflyError
 
 _PAGE = 256
 _OFFSET = 1 << 44
-"""A frame's place is one number: that of its file times this, and the offset of its line, plus one."""
+"""A frame's place is one number: that of its file times this, and the offset of its line, plus one.
+
+Frames that have no line have negative places: minus their number in a list, from 1.
+"""
 
 
 class Records:
@@ -50,6 +54,7 @@ class Records:
         self.asked: list[dict[str, Any]] = []
         self._files: list[IO[bytes]] = []
         self._heads: dict[tuple[int, str], Mapping[str, Any]] = {}
+        self._loose: list[dict[str, Any]] = []
         self._places: dict[str, _Places] = {}
         self._runs: dict[str, _Places] = {}
         try:
@@ -69,7 +74,8 @@ class Records:
     def driver(self) -> Driver | None:
         """Return the driver of the latest description; None if there is none."""
         for latest in reversed(self.descriptions.values()):
-            return Driver(latest["driver"], latest["driver_version"], latest["software"])
+            name, version, software = (latest.get(each) for each in ("driver", "driver_version", "software"))
+            return Driver(str(name), str(version), bool(software))
         return None
 
     def folders(self) -> list[str]:
@@ -87,7 +93,10 @@ class Records:
 
     def frame(self, folder: str, index: int) -> dict[str, Any]:
         """Return the record of a frame; its member "about" is the key of its description."""
-        source, offset = divmod(self._places[folder].get(index) - 1, _OFFSET)
+        place = self._places[folder].get(index)
+        if place < 0:
+            return dict(self._loose[-place - 1])
+        source, offset = divmod(place - 1, _OFFSET)
         frame = self._line(source, offset)
         head = self._heads.get((source, folder))
         if head is None:
@@ -95,9 +104,7 @@ class Records:
                 if name in frame:
                     frame[name] = self._line(source, frame[name])["value"]
         else:
-            frame |= {"about": head["about"], "warnings": head["warnings"]}
-            if "id" in frame["files"]:
-                frame.setdefault("id_names", head.get("id_names", []))
+            _complete(frame, head)
         return frame
 
     def add(self, journal: Journal, description: Mapping[str, Any], frame: Mapping[str, Any]) -> None:
@@ -107,7 +114,7 @@ class Records:
         if str(journal.path) not in names:
             names.append(str(journal.path))
             self._files.append(journal.path.open("rb"))
-        self.descriptions[key_of(description)] = dict(description)
+        self._describe(key_of(description), dict(description))
         place = names.index(str(journal.path)) * _OFFSET + offset + 1
         self._places.setdefault(description["folder"], _Places()).put(frame["index"], place)
 
@@ -136,21 +143,38 @@ class Records:
         source = len(self._files)
         manifest = read_manifest(path)
         self._files.append(path.open("rb"))
-        for part in manifest.captures():
-            frames = part["frames"]
-            if not isinstance(frames, FrameLines):
-                raise FireflyError(
-                    f"{path} was written by another program, and cannot be gone on with: "
-                    "its frames are not in lines of their own"
-                )
-            description = {name: part[name] for name in _DESCRIBED if name in part}
-            check_folder(path, part["folder"])
-            key, folder = key_of(description), part["folder"]
-            self.descriptions[key] = description
-            self._heads[source, folder] = {**part, "about": key, "frames": None}
-            places = self._places.setdefault(folder, _Places())
+        try:
+            for part in manifest.captures():
+                check_folder(path, part["folder"])
+                self._read_part(source, part)
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+            raise FireflyError(f"{path} is not a manifest: {type(error).__name__}: {error}") from error
+
+    def _read_part(self, source: int, part: Mapping[str, Any]) -> None:
+        description = {name: part[name] for name in _DESCRIBED if name in part}
+        key, folder, frames = key_of(description), part["folder"], part["frames"]
+        self._describe(key, description)
+        head = {**part, "about": key, "frames": None}
+        self._heads[source, folder] = head
+        places = self._places.setdefault(folder, _Places())
+        if isinstance(frames, FrameLines):
             for offset, frame in zip(frames.offsets, frames, strict=True):
                 places.put(frame["index"], source * _OFFSET + offset + 1)
+        else:  # the manifest was formatted by another program
+            for frame in frames:
+                self._keep(places, _complete(dict(frame), head))
+        for frame in part.get("failed", ()):
+            self._keep(places, {**frame, "about": key})
+
+    def _keep(self, places: _Places, frame: dict[str, Any]) -> None:
+        """Keep a frame that has no line of its own in a file."""
+        self._loose.append(frame)
+        places.put(frame["index"], -len(self._loose))
+
+    def _describe(self, key: str, description: dict[str, Any]) -> None:
+        known = self.descriptions.get(key)
+        if known is None or description.get("exposure") is not None:
+            self.descriptions[key] = description
 
     def _read_journal(self, path: Path) -> None:
         source = len(self._files)
@@ -158,15 +182,19 @@ class Records:
         self._files.append(file)
         offset, run = 0, 0
         asked: dict[str, Any] = {}
+        values: set[int] = set()
         for data in file:
             line = _parsed(data)
-            if "run" in line:
+            if _is_run(line):
                 run, asked = line["run"], line
                 self.run = max(self.run, run)
+            elif "value" in line:
+                values.add(offset)
             elif "is" in line:
-                check_folder(path, line["is"]["folder"])
-                self.descriptions[line["about"]] = line["is"]
-            elif "index" in line and line.get("about") in self.descriptions:
+                if _is_description(line):
+                    check_folder(path, line["is"]["folder"])
+                    self._describe(line["about"], line["is"])
+            elif _is_frame(line, values) and line["about"] in self.descriptions:
                 folder, index = self.descriptions[line["about"]]["folder"], line["index"]
                 runs = self._runs.setdefault(folder, _Places())
                 if run >= runs.get(index):
@@ -193,6 +221,8 @@ _DESCRIBED = (
     *("fps", "time", "driver", "driver_version", "software", "version"),
 )
 """The members of a `Job.description`."""
+_BY_OUTPUT = ("files", "sha256", "file_sha256")
+"""Members that every frame has which was drawn."""
 
 
 def check_folder(path: Path, folder: object) -> None:
@@ -202,12 +232,51 @@ def check_folder(path: Path, folder: object) -> None:
 
 
 def _parsed(data: bytes) -> dict[str, Any]:
-    """Return a line of a journal; an empty one if it was cut off."""
+    """Return a line of a journal; an empty one if it was cut off or damaged."""
     try:
-        line = json.loads(data) if data.endswith(b"\n") else {}
-    except ValueError:
+        line = json.loads(data)
+    except (ValueError, RecursionError):
         return {}
     return line if isinstance(line, dict) else {}
+
+
+def _is_run(line: Mapping[str, Any]) -> bool:
+    """Return whether a line of a journal is the first one of a run."""
+    frames = line.get("frames")
+    numbers = [line.get("run"), line.get("jobs"), *(frames if isinstance(frames, list) else ())]
+    return len(numbers) == 5 and all(type(number) is int for number in numbers) and numbers[-1] != 0
+
+
+def _is_description(line: Mapping[str, Any]) -> bool:
+    """Return whether a line of a journal holds a whole `Job.description`."""
+    described = line["is"]
+    if not isinstance(described, dict) or not described.keys() >= set(_DESCRIBED):
+        return False
+    try:
+        return key_of(described) == line.get("about")
+    except ValueError:  # it holds a number that JSON does not have
+        return False
+
+
+def _is_frame(line: Mapping[str, Any], values: Container[int]) -> bool:
+    """Return whether a line of a journal is a frame, of which all `values` are there."""
+    index = line.get("index")
+    whole = "error" in line or all(isinstance(line.get(name), dict) for name in _BY_OUTPUT)
+    return (
+        type(index) is int
+        and 0 <= index < MAX_FRAMES
+        and isinstance(line.get("about"), str)
+        and whole
+        and all(type(line[name]) is int and line[name] in values for name in SHARED if name in line)
+    )
+
+
+def _complete(frame: dict[str, Any], head: Mapping[str, Any]) -> dict[str, Any]:
+    """Add to a frame of a manifest what the manifest says of all its frames."""
+    frame |= {"about": head["about"], "warnings": head.get("warnings", [])}
+    if "id" in frame["files"]:
+        frame.setdefault("id_names", head.get("id_names", []))
+    return frame
 
 
 class _Places:

@@ -113,7 +113,8 @@ def capture_frames(
     Returns
     -------
     Manifest or Share
-        The content of ``manifest.json``; a Share if other shards have yet to be drawn.
+        The content of ``manifest.json``; a Share if other shards have yet to be drawn, or this one has no
+        frame.
 
     Warns
     -----
@@ -143,6 +144,10 @@ def capture_frames(
     template = _Template(plugin, scene, size, settings, outputs, fps, time, parameters, device, require_gpu)
     jobs = list(template.jobs(sweep))
     path = as_folder(folder) if folder is not None else default_folder(scene)
+    if share is not None and not resume and share.number > len(jobs) * len(numbers):
+        # the others may have finished the capture already, because they need not wait for this one
+        log.info("there are fewer frames than shards: shard %s has none", share)
+        return Share(0, 0)
     asked: Asked = {
         "frames": (numbers.start, numbers.stop, numbers.step),
         "jobs": len(jobs),
@@ -155,9 +160,10 @@ def capture_frames(
         engine = _engine(jobs[0], count, workers, cluster, place.records.driver())
         with engine:
             parts = _parts(place, template, jobs, engine)
-            if not resume:
-                _check_same(place, parts)
-            return _Capture(place, parts, numbers, engine, fail_fast, progress).run()
+            alike = asked if share is not None and not resume else None
+            if alike is not None:
+                _check_same(place, parts, alike)
+            return _Capture(place, parts, numbers, engine, fail_fast, alike, progress).run()
 
 
 class _Template:
@@ -232,7 +238,7 @@ class _Template:
 
 
 class _Capture:
-    """A capture that is under way."""
+    """A capture that is under way. With `alike` it is an error if other shards were asked for another one."""
 
     def __init__(
         self,
@@ -241,9 +247,10 @@ class _Capture:
         frames: range,
         engine: Engine,
         fail_fast: bool,
+        alike: Asked | None,
         progress: Callable[[int, int], None] | None,
     ) -> None:
-        self._folder, self._engine, self._fail_fast = folder, engine, fail_fast
+        self._folder, self._engine, self._fail_fast, self._alike = folder, engine, fail_fast, alike
         self._parts = parts
         self._by_folder = {part.job.folder: part for part in self._parts}
         self._work = Work(folder, self._parts, frames)
@@ -288,7 +295,7 @@ class _Capture:
                 self._say(drawn.warnings)
                 self._advance(writer.put(part, drawn))
             self._advance(writer.finish())
-        if self._failures and not self._done:
+        if self._failures and not self._done and self._folder.shard is None:
             raise self._failures[0][1].error
         for task, failed in self._failures:
             self._record_failure(task, failed)
@@ -328,6 +335,9 @@ class _Capture:
                 log.info("other shards are being drawn: the last one writes the manifest")
                 return self._work.share()
             self._folder.reread()
+            if self._alike is not None:
+                _check_same(self._folder, self._parts, self._alike)
+            _take_exposures(self._folder, self._parts)
             others = self._work.count_others()
             if others:
                 log.info("there is no manifest yet: frames of other shards have yet to be drawn (%d)", others)
@@ -363,25 +373,40 @@ def _parts(folder: CaptureFolder, template: _Template, jobs: Sequence[Job], engi
                 "another folder, or use --overwrite"
             )
         parts.append(Part(template.job(values), driver, None))
-    for part in parts:
-        known = records.descriptions.get(part.key)
-        if known is not None and part.description["exposure"] is None and known["exposure"] is not None:
-            part.expose(known["exposure"])
-            part.job = replace(part.job, exposure=known["exposure"])
+    _take_exposures(folder, parts)
     return parts
 
 
-def _check_same(folder: CaptureFolder, parts: Sequence[Part]) -> None:
-    """Raise an OutputError if other shards are drawn with other settings."""
+def _take_exposures(folder: CaptureFolder, parts: Sequence[Part]) -> None:
+    """Give the parts the exposures that were measured for them before, or by other shards."""
+    for part in parts:
+        known = folder.records.descriptions.get(part.key)
+        if known is not None and part.description["exposure"] is None and known["exposure"] is not None:
+            part.expose(known["exposure"])
+            part.job = replace(part.job, exposure=known["exposure"])
+
+
+def _check_same(folder: CaptureFolder, parts: Sequence[Part], asked: Asked) -> None:
+    """Raise an OutputError if other shards are asked for other frames, or drawn with other settings."""
     by_folder = {part.job.folder: part for part in parts}
+    changed: list[str] = []
+    for other in folder.records.asked:
+        if tuple(other["frames"]) != asked["frames"]:
+            before, now = (":".join(map(str, each["frames"])) for each in (other, asked))
+            changed.append(f"frames: {before}, now {now}")
+        elif other["jobs"] != asked["jobs"]:
+            changed.append(f"combinations: {other['jobs']}, now {asked['jobs']}")
     for key, description in folder.records.descriptions.items():
-        part = by_folder[description["folder"]]
-        if key != part.key:
-            changed = "; ".join(differences(description, part.description))
-            raise OutputError(
-                f"other shards of the capture in {folder.path} were drawn with other settings ({changed}): "
-                "use the same ones, or another folder"
-            )
+        part = by_folder.get(description["folder"])
+        if part is None:
+            changed.append(f"a folder {description['folder']!r}")
+        elif key != part.key:
+            changed += differences(description, part.description)
+    if changed:
+        raise OutputError(
+            f"other shards of the capture in {folder.path} are drawn with other settings "
+            f"({'; '.join(dict.fromkeys(changed))}): use the same ones, or another folder"
+        )
 
 
 def _engine(

@@ -111,7 +111,8 @@ class Work:
 
     def _forget(self, part: Part, index: int) -> None:
         self._folder.records.forget(part.job.folder, index)
-        if part.place is None or index not in self._frames:
+        asked = part.place is not None and index in self._frames
+        if not (asked and self._is_mine(part, index)):
             self._again[part.job.folder, index] = Task(part.job, index)
 
     def _fault(self, part: Part, frame: Mapping[str, Any]) -> str | None:

@@ -22,7 +22,8 @@ class FrameWriter:
     """A context manager that writes frames in threads, which wait for the disk at the same time.
 
     A frame is recorded when its files, and their names in the folder, are on the disk. On exit it waits until
-    nothing is being written, and records the frames that are whole; those that were not begun are dropped.
+    nothing is being written, and records the frames that are whole. After Ctrl-C, those that were not begun
+    are dropped.
     """
 
     def __init__(self, folder: CaptureFolder) -> None:
@@ -85,8 +86,9 @@ class FrameWriter:
     def __enter__(self) -> FrameWriter:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._pool.shutdown(wait=True, cancel_futures=True)
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        hurry = kind is not None and not issubclass(kind, Exception)
+        self._pool.shutdown(wait=True, cancel_futures=hurry)
         for part, frame, written in self._writing:
             if not written.cancelled() and written.exception() is None:
                 with suppress(FireflyError):  # the error that ended the capture is the one to tell

@@ -18,8 +18,9 @@ from PIL import Image
 
 import firefly_sample
 from firefly_sample import SoftwareDriverWarning
-from firefly_sample.capture.files import write_image
-from firefly_sample.capture.sequence import capture_frames, capture_settings, parse_frames
+from firefly_sample.capture import drawing
+from firefly_sample.capture.frames import parse_frames
+from firefly_sample.capture.sequence import capture_frames, capture_settings
 from firefly_sample.cli import main
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS
@@ -63,11 +64,12 @@ def test_the_forest_by_default(tmp_path, monkeypatch, capsys):
 def test_a_picture_without_its_background_is_a_png_with_alpha(tmp_path, capsys):
     """Averaged over four samples if nothing but pictures is asked for; what an alpha of 0 hides is black."""
     for outputs, supersample in (("color_alpha", 2), ("color,color_alpha", 2), ("color_alpha,id", 1)):
-        manifest = manifest_of(capsys, GLADE, *SMALL, "--outputs", outputs, "--glass", "-o", tmp_path)
+        folder = tmp_path / outputs
+        manifest = manifest_of(capsys, GLADE, *SMALL, "--outputs", outputs, "--glass", "-o", folder)
         assert manifest["settings"]["supersample"] == supersample
         (frame,) = manifest["frames"]
         assert frame["files"]["color_alpha"] == "color_alpha_000000.png"
-        with Image.open(tmp_path / "color_alpha_000000.png") as image:
+        with Image.open(folder / "color_alpha_000000.png") as image:
             assert image.mode == "RGBA"
             pixels = np.asarray(image)
         assert hashlib.sha256(pixels.tobytes()).hexdigest() == frame["sha256"]["color_alpha"]
@@ -170,12 +172,22 @@ def test_quiet_prints_nothing_but_warnings(tmp_path, capsys):
     assert capsys.readouterr().out == ""
 
 
-def test_a_second_capture_replaces_the_first(tmp_path, capsys):
-    manifest_of(capsys, GLADE, "--size", "8x6", "--frames", "0:2", "-o", tmp_path, "--seed", 1)
-    second = manifest_of(capsys, GLADE, "--size", "8x6", "-o", tmp_path, "--seed", 2)
-    assert json.loads((tmp_path / "manifest.json").read_text()) == second
+def test_a_second_capture_is_refused_or_replaces_the_first(tmp_path, capsys):
+    first = manifest_of(capsys, GLADE, "--size", "8x6", "--frames", "0:2", "-o", tmp_path, "--seed", 1)
+    second = GLADE, "--size", "8x6", "-o", str(tmp_path), "--seed", "2"
+    assert main(["capture", *second]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith(f"firefly: there is a capture in {tmp_path} already: ")
+    assert error.count("\n") == 1
+    assert "--resume" in error
+    assert "--overwrite" in error
+    assert json.loads((tmp_path / "manifest.json").read_text()) == first
+    replaced = manifest_of(capsys, *second, "--overwrite")
+    assert json.loads((tmp_path / "manifest.json").read_text()) == replaced
     with Image.open(tmp_path / "color_000000.png") as image:
-        assert hashlib.sha256(np.asarray(image).tobytes()).hexdigest() == hashes(second)[0]
+        assert hashlib.sha256(np.asarray(image).tobytes()).hexdigest() == hashes(replaced)[0]
+    assert hashes(replaced)[0] != hashes(first)[0]
+    assert names_in(tmp_path) == {"manifest.json", "color_000000.png"}
 
 
 def test_progress_counts_every_frame(tmp_path):
@@ -194,39 +206,40 @@ def test_a_failure_between_frames_leaves_whole_frames_and_no_manifest(tmp_path):
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        capture_frames(GLADE, tmp_path, frames="0:30", size=(4, 3), progress=stop)
-    left = len(names_in(tmp_path))
+        capture_frames(GLADE, tmp_path, frames="0:30", size=(4, 3), progress=stop, overwrite=True)
+    left = len(names_in(tmp_path)) - 1
     assert 2 <= left < 30  # what was drawn before it was known
-    assert names_in(tmp_path) == {f"color_{index:06d}.png" for index in range(left)}
+    assert names_in(tmp_path) == {f"color_{index:06d}.png" for index in range(left)} | {"journal.jsonl"}
 
 
 def test_frames_before_one_that_cannot_be_drawn_are_whole(tmp_path):
-    with pytest.raises(FireflyError, match="no fourth frame"):
-        capture_frames("tests.cli.glade:failing", tmp_path, frames="0:9", fps=1, time=0, size=(4, 3))
-    assert names_in(tmp_path) == {f"color_{index:06d}.png" for index in range(3)}
+    options = {"frames": "0:9", "fps": 1, "time": 0, "size": (4, 3), "fail_fast": True}
+    with pytest.raises(FireflyError, match=r"^frame 3: no fourth frame$"):
+        capture_frames("tests.cli.glade:failing", tmp_path, **options)
+    assert names_in(tmp_path) == {f"color_{index:06d}.png" for index in range(3)} | {"journal.jsonl"}
 
 
 def test_a_file_that_cannot_be_written_is_one_line(tmp_path, capsys):
     (tmp_path / "color_000001.png").mkdir()
-    options = ("--size", "8x6", "--frames", "0:9", "-q", "-o", str(tmp_path))
+    options = ("--size", "8x6", "--frames", "0:9", "-q", "-o", str(tmp_path), "--overwrite")
     assert main(["capture", GLADE, *options]) == 1
     error = capsys.readouterr().err.splitlines()[-1]
     assert error.startswith(f"firefly: cannot write {tmp_path / 'color_000001.png'}: ")
     assert "color_000000.png" in names_in(tmp_path)
-    assert not [name for name in names_in(tmp_path) if not name.endswith(".png")]
+    assert {name for name in names_in(tmp_path) if not name.endswith(".png")} == {"journal.jsonl"}
 
 
 def test_images_are_encoded_while_the_next_frames_are_drawn(tmp_path, monkeypatch):
     """By other threads, so that the one that draws goes on."""
-    from firefly_sample.capture import writers
+    from firefly_sample.capture import engine
 
     threads = set()
 
-    def write(*arguments):
+    def encode(*arguments):
         threads.add(threading.get_ident())
-        write_image(*arguments)
+        return drawing.encode(*arguments)
 
-    monkeypatch.setattr(writers, "write_image", write)
+    monkeypatch.setattr(engine, "encode", encode)
     capture_frames(GLADE, tmp_path, frames="0:4", size=(8, 6))
     assert threads
     assert threading.get_ident() not in threads
@@ -245,7 +258,7 @@ def test_a_failure_before_the_first_frame_keeps_an_earlier_capture(tmp_path):
     assert json.loads((tmp_path / "manifest.json").read_text()) == manifest
 
 
-def test_ctrl_c_leaves_whole_frames_and_no_manifest(tmp_path):
+def test_ctrl_c_leaves_whole_frames_with_a_journal_and_no_manifest(tmp_path):
     command = [sys.executable, "-m", "firefly_sample.cli", "capture", GLADE]
     options = ["--size", "16x12", "--frames", "0:100000", "-o", "out"]
     process = subprocess.Popen(
@@ -271,16 +284,15 @@ def test_ctrl_c_leaves_whole_frames_and_no_manifest(tmp_path):
     assert process.returncode == 130
     said, last = err.splitlines()[-2:]
     assert last == "firefly: interrupted"
-    count = re.fullmatch(
-        r"firefly: at least (\d+) of 100000 frames are whole in out; there is no manifest of them", said
-    )
+    count = re.fullmatch(r"firefly: (\d+) of 100000 frames are whole in out; to go on, use --resume", said)
     assert count is not None, err
-    assert 1 <= int(count[1]) <= len(list(out.iterdir()))
     assert "Traceback" not in err
-    for path in out.iterdir():
-        with Image.open(path) as image:
+    assert names_in(out) >= {"journal.jsonl", *(f"color_{index:06d}.png" for index in range(4))}
+    pictures = names_in(out) - {"journal.jsonl"}
+    assert 4 <= int(count[1]) == len(pictures)
+    for name in pictures:
+        with Image.open(out / name) as image:
             assert np.asarray(image).shape == (12, 16, 3)
-    assert len(list(out.iterdir())) >= 4
 
 
 def test_capture_warns_about_a_software_driver_only_where_there_is_one(tmp_path, recwarn):

@@ -46,18 +46,18 @@ def test_all_frames_have_the_exposure_of_frame_0_and_the_manifest_states_it(here
     assert len(set(values)) == 3
     assert manifest["exposure"] == values[0]
     assert manifest["settings"]["exposure"] == "auto"
-    repeated = manifest_of(capsys, *options, "--frames", "0:3", "--exposure", values[0])
+    repeated = manifest_of(capsys, *options, "--frames", "0:3", "--exposure", values[0], "-o", "number")
     assert [frame["sha256"] for frame in repeated["frames"]] == [
         frame["sha256"] for frame in manifest["frames"]
     ]
-    shard = manifest_of(capsys, *options, "--frames", "2", "--exposure", "auto")
-    assert shard["exposure"] == values[0]
-    assert shard["frames"][0]["sha256"] == manifest["frames"][2]["sha256"]
+    third = manifest_of(capsys, *options, "--frames", "2", "--exposure", "auto", "-o", "third")
+    assert third["exposure"] == values[0]
+    assert third["frames"][0]["sha256"] == manifest["frames"][2]["sha256"]
 
 
 def test_a_number_is_stated_as_well(here, capsys):
     assert manifest_of(capsys, GLADE, *SMALL, "--exposure", "2.5")["exposure"] == 2.5
-    assert manifest_of(capsys, GLADE, *SMALL)["exposure"] == 1.0
+    assert manifest_of(capsys, GLADE, *SMALL, "-o", "default")["exposure"] == 1.0
 
 
 def test_the_plan_prints_it(capsys):
@@ -100,12 +100,13 @@ def test_a_scene_brings_settings_that_explicit_ones_override(here, capsys):
     own = capture_settings(("color",), exposure="auto", normal_format="oct8", supersample=1)
     assert manifest["settings"] == own.as_dict()
     assert manifest["exposure"] == planned(5.0)
-    given = manifest_of(capsys, METERED, *SMALL, "--exposure", 2, "--supersample", 2)
+    again = METERED, *SMALL, "--overwrite"
+    given = manifest_of(capsys, *again, "--exposure", 2, "--supersample", 2)
     assert given["settings"] == own.with_changes(exposure=2.0, supersample=2).as_dict()
-    preset = manifest_of(capsys, METERED, *SMALL, "--preset", "accurate")["settings"]
+    preset = manifest_of(capsys, *again, "--preset", "accurate")["settings"]
     assert (preset["normal_format"], preset["exposure"]) == ("rgba32f", "auto")
     (here / "firefly.toml").write_text("[firefly.capture]\nexposure = 3\n")
-    assert manifest_of(capsys, METERED, *SMALL)["exposure"] == 3.0
+    assert manifest_of(capsys, *again)["exposure"] == 3.0
 
 
 def test_every_command_uses_them(here, capsys):
@@ -120,7 +121,7 @@ def test_every_command_uses_them(here, capsys):
 def test_functions_start_from_them_unless_settings_are_given(here):
     options = {"size": (8, 6), "parameters": {"fireflies": 2}}
     assert capture_frames(METERED, here, **options)["settings"]["normal_format"] == "oct8"
-    manifest = capture_frames(METERED, here, settings=Settings(), **options)
+    manifest = capture_frames(METERED, here, settings=Settings(), overwrite=True, **options)
     assert manifest["settings"] == Settings().as_dict()
 
 

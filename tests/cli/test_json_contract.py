@@ -15,7 +15,7 @@ from tests.cli.command import GLADE
 WHOLE = {
     "capture": {
         *("scene", "parameters", "settings", "exposure", "seed", "driver", "driver_version", "software"),
-        *("version", "warnings", "frames"),
+        *("version", "sources", "size", "outputs", "fps", "time", "warnings", "failed", "frames"),
     },
     "plan": {"passes", "targets", "lights", "light_method", "exposure", "warnings"},
 }
@@ -35,17 +35,47 @@ def test_capture(capture):
     assert capture.keys() == WHOLE["capture"]
     assert isinstance(capture["seed"], int)
     assert isinstance(capture["software"], bool)
+    assert capture["size"] == [8, 6]
+    assert capture["outputs"] == ["color"]
+    assert (capture["fps"], capture["time"]) == (24.0, 5.0)
+    assert (capture["sources"], capture["failed"]) == ({}, [])
     for frame in capture["frames"]:
-        assert frame.keys() == {"index", "time", "lights", "files", "sha256"}
+        assert frame.keys() == {"index", "time", "lights", "files", "sha256", "file_sha256"}
         assert frame["lights"].keys() == {"in_scene", "in_view", "dropped"}
         assert all(not Path(path).is_absolute() for path in frame["files"].values())
-        assert all(len(bytes.fromhex(digest)) == 32 for digest in frame["sha256"].values())
+        for hashes in (frame["sha256"], frame["file_sha256"]):
+            assert hashes.keys() == frame["files"].keys()
+            assert all(len(bytes.fromhex(digest)) == 32 for digest in hashes.values())
 
 
 def test_capture_of_ids(tmp_path, capsys):
     manifest = told(capsys, "capture", GLADE, "--size", "8x6", "--outputs", "id", "-o", str(tmp_path))
     assert manifest.keys() == WHOLE["capture"] | {"id_names"}
     assert all(isinstance(name, str) for name in manifest["id_names"])
+
+
+def test_capture_of_a_sweep(tmp_path, capsys):
+    options = ("--size", "8x6", "--sweep", "fireflies=1,2", "--sweep", "exposure=1,2", "-o", str(tmp_path))
+    manifest = told(capsys, "capture", GLADE, *options)
+    own = {"parameters", "settings", "exposure", "seed", "sources", "warnings", "failed", "frames"}
+    assert manifest.keys() == WHOLE["capture"] - own | {"sweep", "captures"}
+    assert manifest["sweep"] == {"fireflies": [1, 2], "exposure": [1.0, 2.0]}
+    assert [capture["values"] for capture in manifest["captures"]] == [
+        {"fireflies": lights, "exposure": exposure} for lights in (1, 2) for exposure in (1.0, 2.0)
+    ]
+    for capture in manifest["captures"]:
+        assert capture.keys() == own | {"folder", "values"}
+        ((path,),) = (frame["files"].values() for frame in capture["frames"])
+        assert path == f"{capture['folder']}/color_000000.png"
+        assert (tmp_path / path).exists()
+
+
+def test_capture_with_a_frame_that_fails(tmp_path, capsys):
+    options = ("--size", "4x3", "--frames", "2:4", "--fps", "1", "--time", "0", "-o", str(tmp_path))
+    assert main(["capture", "tests.cli.glade:failing", *options, "--json"]) == 3
+    manifest = json.loads(capsys.readouterr().out)
+    assert manifest.keys() == WHOLE["capture"]
+    assert manifest["failed"] == [{"index": 3, "time": 3.0, "error": "no fourth frame"}]
 
 
 def test_a_scene_without_a_seed_has_the_seed_null(tmp_path, capsys):

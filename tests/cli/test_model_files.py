@@ -118,7 +118,7 @@ def test_a_turntable_is_the_same_in_any_order(here, capsys):
 
 
 def test_an_animation_moves_and_a_time_can_be_given(here, capsys):
-    options = ("walker.gltf", *SMALL, "-o", here / "out")
+    options = ("walker.gltf", *SMALL, "-o", here / "out", "--overwrite")
     first, at_0, at_1 = (
         hashes(manifest_of(capsys, *options, *time)) for time in ((), ("--time", 0), ("--time", 1))
     )
@@ -129,7 +129,7 @@ def test_an_animation_moves_and_a_time_can_be_given(here, capsys):
 
 def test_a_camera_of_the_file(here, capsys):
     of_file, framed = (
-        hashes(manifest_of(capsys, "walker.gltf", *SMALL, "-o", here / "out", "--camera", name))
+        hashes(manifest_of(capsys, "walker.gltf", *SMALL, "-o", here / name, "--camera", name))
         for name in ("Front", "frame")
     )
     assert of_file != framed
@@ -138,7 +138,7 @@ def test_a_camera_of_the_file(here, capsys):
 def test_scenes_without_a_start_time_begin_at_5_s(here, capsys):
     assert manifest_of(capsys, "tests.cli.glade:empty", "--size", "4x3")["frames"][0]["time"] == 5.0
     assert capture_frames("box.glb", here / "out", size=(4, 3))["frames"][0]["time"] == 0.0
-    assert capture_frames("box.glb", here / "out", size=(4, 3), time=2)["frames"][0]["time"] == 2.0
+    assert capture_frames("box.glb", here / "two", size=(4, 3), time=2)["frames"][0]["time"] == 2.0
 
 
 @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ def test_a_configuration_may_name_the_file(here, capsys, monkeypatch):
     assert manifest_of(capsys, "walker.gltf")["scene"] == "walker.gltf"
     (here / "firefly.toml").unlink()
     monkeypatch.setenv("FIREFLY_CAPTURE_SCENE", "walker.gltf")
-    assert manifest_of(capsys, "--size", "8x6")["scene"] == "walker.gltf"
+    assert manifest_of(capsys, "--size", "8x6", "-o", "again")["scene"] == "walker.gltf"
 
 
 ERRORS = [
