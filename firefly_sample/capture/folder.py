@@ -155,7 +155,11 @@ class CaptureFolder:
         The journals go last: a capture that is killed before can still be seen to be there.
         """
         described = [self.path / MANIFEST, self.path / PREVIOUS, *journals(self.path)]
-        with read_records(self.path) as earlier:
+        try:
+            earlier = read_records(self.path)
+        except FireflyError:  # a damaged one names no files; `remove_strays` removes them in the end
+            earlier = Records([], journals(self.path))
+        with earlier:
             for folder in earlier.folders():
                 for index in earlier.indices(folder):
                     for name in earlier.frame(folder, index).get("files", {}).values():

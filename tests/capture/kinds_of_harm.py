@@ -115,6 +115,9 @@ def of_a_manifest(stage: Stage, rng: Random) -> None:
         size = manifest.stat().st_size
         os.truncate(manifest, rng.randint(0, size - 3))
         stage.start("--resume", folder).end(1, f"{manifest} is not a manifest.*(remove|overwrite)")
+        if rng.random() < 0.5:
+            stage.start("--overwrite", folder).end()
+            return stage.check_whole(folder)
     manifest.unlink()
     stage.finish(folder)
 
