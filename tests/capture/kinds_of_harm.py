@@ -178,7 +178,7 @@ def of_a_removed_folder(stage: Stage, rng: Random) -> None:
     run = _stopped(stage, folder, rng)
     shutil.rmtree(folder)
     run.go_on()
-    run.end(1, f"cannot write (into )?{folder}.*: No such file")
+    run.end(1, f"cannot (write|read) (into )?{folder}.*: No such file")
     assert not folder.exists(), sorted(contents(folder))
     stage.finish(folder)
 
@@ -190,7 +190,7 @@ def of_a_renamed_folder(stage: Stage, rng: Random) -> None:
     moved = stage.new("moved")
     folder.rename(moved)
     run.go_on()
-    run.end(1, f"cannot write (into )?{folder}.*: No such file")
+    run.end(1, f"cannot (write|read) (into )?{folder}.*: No such file")
     assert not folder.exists(), sorted(contents(folder))
     stage.check_dead(moved, [])
     moved.rename(folder)
