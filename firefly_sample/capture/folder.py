@@ -197,7 +197,9 @@ class CaptureFolder:
             self._journal.close()
             self._journal = None
         self.records.close()
-        for path in (self.path / PREVIOUS, *journals(self.path)):
+        # shards that were killed, and are not drawn again by shards, have left their locks
+        locks = self.path.glob(f"{_LOCK}-*-of-*.lock")
+        for path in (self.path / PREVIOUS, *journals(self.path), *locks):
             self._remove(path)
 
     def _remove(self, path: Path) -> None:
