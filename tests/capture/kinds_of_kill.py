@@ -14,6 +14,8 @@ from tests.capture.launch import ENDINGS, Run, handles, is_running, wait_for
 from tests.capture.stage import OTHER, Stage, contents
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+WORKER = "firefly_sample.capture.worker"
+"""A part of the command line of a worker."""
 _ORPHANS = 15.0
 """Seconds in which workers must notice that their parent is dead."""
 
@@ -85,7 +87,7 @@ def _check_random_end(stage: Stage, run: Run, folder: Path, number: int) -> None
         stage.check_dead(folder, run.die(number))
 
 
-def of_workers(stage: Stage, rng: Random, *words: str, is_worker: str = "capture.worker") -> None:
+def of_workers_by(words: tuple[str, ...], stage: Stage, rng: Random, is_worker: str = WORKER) -> None:
     """Kill one or two workers while frames are drawn: the capture goes on and loses nothing."""
     folder = stage.new()
     count = rng.randint(1, len(stage.frames))
@@ -101,7 +103,7 @@ def of_workers(stage: Stage, rng: Random, *words: str, is_worker: str = "capture
     stage.check_whole(folder)
 
 
-def of_a_parent(stage: Stage, rng: Random, *words: str, is_worker: str = "capture.worker") -> None:
+def of_a_parent_by(words: tuple[str, ...], stage: Stage, rng: Random, is_worker: str = WORKER) -> None:
     """Kill the parent of workers: they end, and write nothing any more."""
     folder = stage.new()
     count = rng.randint(1, len(stage.frames))
@@ -131,7 +133,7 @@ def workers_of(run: Run, is_worker: str) -> list[int]:
 
 
 def of_shards(stage: Stage, rng: Random, count: int = 3) -> None:
-    """Kill some of the shards that draw at once, then draw all again."""
+    """Kill some of the shards that draw at once, then draw all again, by shards or by one process."""
     folder = stage.new()
     shards = [f"{number}/{count}" for number in range(1, count + 1)]
     dying = rng.sample(shards, rng.randint(1, count))
@@ -147,6 +149,9 @@ def of_shards(stage: Stage, rng: Random, count: int = 3) -> None:
             run.end()
     stage.check_dead(folder, [])
     assert not (folder / "manifest.json").exists()
+    if rng.random() < 0.3:
+        stage.finish(folder)  # by one process
+        return
     again = [stage.start("--shard", shard, "--resume", folder) for shard in shards]
     for run in again:
         run.end()
