@@ -60,7 +60,9 @@ def damage_files(stage: Stage, folder: Path, rng: Random, damages: tuple[Damage,
     indices = rng.sample(sorted(stage.frames), len(damages) + 1)
     extra = indices.pop()
     output = rng.choice(("color", "depth"))
-    names = {index: next(name for name in stage.frames[index] if name.startswith(output)) for index in indices}
+    names = {
+        index: next(name for name in stage.frames[index] if name.startswith(output)) for index in indices
+    }
     names[extra] = next(name for name in stage.frames[extra] if name.startswith(output))
     for index, damage in zip(indices, damages, strict=True):
         damage(folder / names[index], folder / names[extra])
@@ -229,7 +231,7 @@ def of_a_full_disk(stage: Stage, rng: Random, room: int | None = None) -> None:
 @contextmanager
 def small_disk(path: Path, pages: int) -> Iterator[bool]:
     """Mount a disk of so many pages of 4096 bytes for a while, if that is allowed; gives whether it is."""
-    path.mkdir()
+    path.mkdir(parents=True)
     options = ["-t", "tmpfs", "-o", f"size={pages * PAGE}", "tmpfs"]
     tool = shutil.which("mount")
     mounted = (

@@ -127,9 +127,7 @@ def of_a_parent_by(words: tuple[str, ...], stage: Stage, rng: Random, is_worker:
 
 def workers_of(run: Run, is_worker: str) -> list[int]:
     """The children of a run that draw, by a part of their command line."""
-    return [
-        pid for pid in run.children() if is_worker.encode() in Path(f"/proc/{pid}/cmdline").read_bytes()
-    ]
+    return [pid for pid in run.children() if is_worker.encode() in Path(f"/proc/{pid}/cmdline").read_bytes()]
 
 
 def of_shards(stage: Stage, rng: Random, count: int = 3) -> None:

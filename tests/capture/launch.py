@@ -247,7 +247,7 @@ def _default_signals() -> None:
 def _serve() -> None:
     """Fork a process for each request, and say how it ended when asked."""
     import firefly_sample.commands.capture
-    import firefly_sample.renderer
+    import firefly_sample.renderer  # noqa: F401
     import tests.capture.scenes
     import tests.cli.glade  # noqa: F401
 

@@ -33,9 +33,10 @@ def order_of_writing(stage: Stage, _: Random) -> None:
     """List the calls of the system, and check their order for each frame and for the manifest."""
     folder = stage.new()
     log = stage.new("calls")
+    tool = ["strace", "-f", "-y", "-s", "64", "-e", f"trace={_CALLS}", "-o", str(log)]
+    words = ["-m", "firefly_sample", "capture", *stage.words, "-q", "-o", str(folder)]
     subprocess.run(
-        ["strace", "-f", "-y", "-s", "64", "-e", f"trace={_CALLS}", "-o", str(log), sys.executable]
-        + ["-m", "firefly_sample", "capture", *stage.words, "-q", "-o", str(folder)],
+        [*tool, sys.executable, *words],
         cwd=ROOT,
         env=environment(),
         timeout=PATIENCE,
@@ -79,12 +80,18 @@ def check_order(done: list[tuple[str, str]], folder: Path, stage: Stage) -> None
                 continue
             assert old in synced, f"{new} gets its name before its content is on the disk"
             named.add(new)
-        elif call == "write" and "journal" in _path(text) and (frame := re.search(r'\\"index\\": (\d+)', text)):
+        elif (
+            call == "write" and "journal" in _path(text) and (frame := re.search(r'\\"index\\": (\d+)', text))
+        ):
             for name in stage.frames[int(frame[1])]:
-                assert str(folder / name) in lasting, f"{name} is in the journal before its name is on the disk"
+                assert str(folder / name) in lasting, (
+                    f"{name} is in the journal before its name is on the disk"
+                )
             promised.add(int(frame[1]))
         elif call.startswith("unlink") and "journal" in text:
-            assert str(folder / "manifest.json") in lasting, "the journal is removed before the manifest lasts"
+            assert str(folder / "manifest.json") in lasting, (
+                "the journal is removed before the manifest lasts"
+            )
     assert promised == set(stage.frames)
     assert {Path(path).name for path in named if named_frame(Path(path).name)} == {
         name for names in stage.frames.values() for name in names

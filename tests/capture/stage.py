@@ -18,7 +18,9 @@ ROLLING = ("tests.capture.scenes:rolling", "--size", "16x12", "--frames", "0:8",
 GLADE = ("tests.cli.glade:glade", "--size", "16x12", "--frames", "0:24", "--outputs", "color,depth,id")
 OTHER = ("--time", "77")
 """An option with which every picture is another."""
-_AUXILIARY = re.compile(r"\.firefly(-\d+-of-\d+)?\.lock|journal(-\d+-of-\d+)?\.jsonl|manifest\.previous\.json")
+_AUXILIARY = re.compile(
+    r"\.firefly(-\d+-of-\d+)?\.lock|journal(-\d+-of-\d+)?\.jsonl|manifest\.previous\.json"
+)
 _PART = re.compile(r"\..+\.part")
 
 

@@ -147,7 +147,10 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="names threads as Linux does")
 def test_threads_of_a_busy_machine_get_their_names_late():
     done = subprocess.run(
-        [sys.executable, "-c", LATE], capture_output=True, text=True, timeout=600,
+        [sys.executable, "-c", LATE],
+        capture_output=True,
+        text=True,
+        timeout=600,
         env={**os.environ, "LP_NUM_THREADS": "2"},
     )
     assert (done.returncode, done.stderr) == (7, "")
