@@ -80,8 +80,8 @@ class Row:
 
 
 HEAD = (
-    "| death | captures | checks | whole frames then (least, most) | .part files then | equal after --resume |\n"
-    "|---|---|---|---|---|---|"
+    "| death | captures | deaths checked | whole frames at death (least, most) | .part files at death "
+    "| equal after --resume, nothing else left |\n|---|---|---|---|---|---|"
 )
 
 

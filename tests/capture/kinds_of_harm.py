@@ -70,7 +70,7 @@ def damage_files(stage: Stage, folder: Path, rng: Random, damages: tuple[Damage,
 
 
 def of_damaged_files(stage: Stage, rng: Random, finished: bool = False) -> None:
-    """Files of an unfinished capture, or of a finished one, are damaged: just these frames are drawn again."""
+    """Files of a capture, unfinished or finished, are damaged: just their frames are drawn again."""
     files = stage.undisturbed if finished else stage.unfinished
     folder = stage.put(files)
     damaged = damage_files(stage, folder, rng)
@@ -119,7 +119,8 @@ def of_a_manifest(stage: Stage, rng: Random) -> None:
         stage.start("--resume", folder).end(1, f"{manifest} is not a manifest.*(remove|overwrite)")
         if rng.random() < 0.5:
             stage.start("--overwrite", folder).end()
-            return stage.check_whole(folder)
+            stage.check_whole(folder)
+            return
     manifest.unlink()
     stage.finish(folder)
 

@@ -171,7 +171,7 @@ def of_the_other(stage: Stage, rng: Random) -> None:
 
 
 def of_a_stopped_one(stage: Stage, rng: Random) -> None:
-    """Two that resume: the second is refused; when the first is killed while it is stopped, another goes on."""
+    """Two that resume: the second is refused; when the first is stopped and killed, another goes on."""
     folder = stage.put(stage.unfinished)
     (folder / "color_000001.png").unlink()
     first = stage.start("--resume", folder, at=("color_000001.*part", 1), number=signal.SIGSTOP)

@@ -1,12 +1,14 @@
 """Captures in processes of their own, which die at a moment that is chosen: at one of their file operations.
 
-One process imports everything once, and forks for each capture, so that a capture costs no imports. It has no
-OpenGL context, which would not survive a fork. Each capture runs `firefly_sample.cli.main` as the command does.
+One process imports everything once, and forks for each capture, so that a capture costs no imports. It has
+no OpenGL context, which would not survive a fork. Each capture runs `firefly_sample.cli.main` as the command
+does.
 """
 
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import re
@@ -180,10 +182,10 @@ class Launcher:
     def start_command(self, *arguments: object) -> Run:
         """``python -m firefly_sample capture ... -o FOLDER``, from its first moment on."""
         errors = self._folder / f"{len(self._runs)}.err"
+        words = ["capture", *map(str, arguments[:-1]), "-o", str(arguments[-1])]
         with errors.open("w") as file:
             process = subprocess.Popen(
-                [sys.executable, "-m", "firefly_sample", "capture", *map(str, arguments[:-1])]
-                + ["-o", str(arguments[-1])],
+                [sys.executable, "-m", "firefly_sample", *words],
                 cwd=ROOT,
                 env=environment(),
                 stdin=subprocess.DEVNULL,
@@ -250,7 +252,11 @@ def _serve() -> None:
     import firefly_sample.renderer  # noqa: F401
     import tests.capture.scenes
     import tests.cli.glade  # noqa: F401
+    from firefly_sample.cli import main
 
+    with contextlib.redirect_stdout(None):
+        main(["plan", "tests.capture.scenes:rolling"])  # which imports much, and uses no OpenGL
+    gc.freeze()
     for text in sys.stdin:
         request = json.loads(text)
         if "poll" in request:
@@ -276,10 +282,26 @@ def _run(request: dict[str, Any]) -> int:
     os.dup2(os.open(request["errors"], os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
     sys.argv = ["firefly", *request["words"]]
     if request["largest"] is not None:
+        if (child := _fork_behind_a_pipe()) is not None:
+            return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         resource.setrlimit(resource.RLIMIT_FSIZE, (request["largest"], resource.RLIM_INFINITY))
     sys.addaudithook(_hook(request))
     with obeyed_permissions() if request["obey"] else contextlib.nullcontext():
         return main()
+
+
+def _fork_behind_a_pipe() -> int | None:
+    """Fork a process whose stderr is no file that may not grow; return its number in this one, at its end."""
+    readable, writable = os.pipe()
+    if (child := os.fork()) == 0:
+        os.dup2(writable, 2)
+        os.close(readable)
+        os.close(writable)
+        return None
+    os.close(writable)
+    while data := os.read(readable, 4096):
+        os.write(2, data)
+    return child
 
 
 def _hook(request: dict[str, Any]) -> Callable[[str, tuple[Any, ...]], None]:

@@ -29,7 +29,7 @@ class _RollingScene(Scene):
         self._ball = self.root.attach_new_node(node)
 
     def update(self, time: float) -> None:
-        self._ball.set_pos(0.3 * (time - 5.0) - 1.0, 6.0, 0.0)
+        self._ball.set_pos(6.0 * (time - 5.0) - 1.0, 6.0, 0.0)
 
 
 rolling = Rolling()

@@ -1,4 +1,4 @@
-"""Captures that die in each way, a few times with fixed moments; ``python -m tests.capture.deaths`` does more."""
+"""Captures that die in each way at fixed moments; ``python -m tests.capture.deaths`` does it at random."""
 
 from __future__ import annotations
 
