@@ -57,15 +57,13 @@ def test_files_are_damaged(stage: Stage) -> None:
     harm.during_a_run(stage, Random(3))
 
 
-@pytest.mark.parametrize("way", ["removed", "cut"])
-def test_the_journal_is_damaged(stage: Stage, way: str) -> None:
-    harm.of_a_journal(stage, Random(4), way)
+def test_the_last_line_of_the_journal_is_cut_off(stage: Stage) -> None:
+    harm.of_a_journal(stage, Random(4), "cut")
 
 
 def test_the_manifest_is_damaged(stage: Stage) -> None:
-    """The error says both ways out, and both are ones."""
-    for seed in (1, 2):
-        harm.of_a_manifest(stage, Random(seed))
+    """The error says the ways out, and one of them is taken."""
+    harm.of_a_manifest(stage, Random(1))
 
 
 def test_the_clock_is_set(stage: Stage) -> None:
@@ -80,14 +78,11 @@ def test_two_at_once(stage: Stage) -> None:
 def test_folders_become_read_only_or_vanish(stage: Stage) -> None:
     harm.of_a_read_only_folder(stage, Random(8))
     harm.of_a_removed_folder(stage, Random(9))
-    harm.of_a_renamed_folder(stage, Random(10))
 
 
-@pytest.mark.parametrize("what", ["picture", "journal"])
-def test_files_may_not_grow(stage: Stage, what: str) -> None:
-    sizes = {"picture": 100, "journal": len(stage.unfinished["journal.jsonl"]) - 100}
-    harm.of_a_largest_size(stage, Random(0), sizes[what])
-    assert (stage.deaths[0].whole == 0) == (what == "picture")
+def test_the_journal_may_not_grow(stage: Stage) -> None:
+    harm.of_a_largest_size(stage, Random(0), len(stage.unfinished["journal.jsonl"]) - 100)
+    assert stage.deaths[0].whole > 0
 
 
 @pytest.mark.parametrize("room", [3, None], ids=["a picture", "the manifest"])
@@ -103,8 +98,6 @@ def test_shards(stage: Stage) -> None:
     kill.of_shards(stage, Random(0), 2)
 
 
-@pytest.mark.parametrize("kind", ["worker", "worker-parent", "dask"])
+@pytest.mark.parametrize("kind", ["worker", "worker-parent"])
 def test_workers(stage: Stage, kind: str) -> None:
-    if lack := missing(kind, stage.new("trial")):
-        pytest.skip(lack)
     KINDS[kind][1](stage, Random(3))
