@@ -170,7 +170,7 @@ class CaptureFolder:
             earlier = read_records(self.path)
         except FireflyError as error:
             warnings.warn(f"{error}; only pictures in {self.path} itself are removed", stacklevel=2)
-            earlier = Records([], [])
+            earlier = Records([], journals(self.path))
         with earlier:
             for folder in earlier.folders():
                 for index in earlier.indices(folder):

@@ -113,7 +113,10 @@ class Records:
         names = [file.name for file in self._files]
         if str(journal.path) not in names:
             names.append(str(journal.path))
-            self._files.append(journal.path.open("rb"))
+            try:
+                self._files.append(journal.path.open("rb"))
+            except OSError as error:  # it was removed meanwhile
+                raise FireflyError(f"cannot read {journal.path}: {error.strerror or error}") from error
         self._describe(key_of(description), dict(description))
         place = names.index(str(journal.path)) * _OFFSET + offset + 1
         self._places.setdefault(description["folder"], _Places()).put(frame["index"], place)
@@ -141,7 +144,12 @@ class Records:
 
     def _read_manifest(self, path: Path) -> None:
         source = len(self._files)
-        manifest = read_manifest(path)
+        try:
+            manifest = read_manifest(path)
+        except FireflyError as error:
+            raise FireflyError(
+                f"{error}; remove it, and --resume draws all frames again, or use --overwrite"
+            ) from error
         self._files.append(path.open("rb"))
         try:
             for part in manifest.captures():

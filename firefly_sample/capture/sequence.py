@@ -423,8 +423,7 @@ def _engine(
         return ClusterEngine(job, cluster, workers, earlier)
     if workers is None:
         return HereEngine(job)
-    from firefly_sample.capture.processes import choose_workers
-    from firefly_sample.capture.processes import ProcessEngine
+    from firefly_sample.capture.processes import ProcessEngine, choose_workers
 
     count = choose_workers(workers, frames)
     return HereEngine(job) if count == 1 else ProcessEngine(job, count)

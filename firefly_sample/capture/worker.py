@@ -48,6 +48,8 @@ def main(descriptor: int) -> NoReturn:
     threading.Thread(target=_receive, args=(connection, received), daemon=True).start()
     try:
         _work(connection, received)
+    except ConnectionError:  # the parent is gone
+        os._exit(1)
     except BaseException as error:  # noqa: BLE001 - MemoryError, for one: the parent starts another process
         traceback.print_exc()
         with suppress(OSError, MemoryError):

@@ -69,7 +69,7 @@ class FrameWriter:
 
     def _make(self, folder: str) -> None:
         path = self._folder.path / folder
-        if not path.is_dir():
+        if folder and not path.is_dir():
             try:
                 path.mkdir()
                 sync_folder(self._folder.path)

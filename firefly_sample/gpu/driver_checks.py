@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -98,6 +99,8 @@ def _has_avx() -> bool:
     return False
 
 
+_NAMING_SECONDS = 2.0
+"""How long threads have to name themselves."""
 _FORKED_WITHOUT_EXEC = 0x40  # PF_FORKNOEXEC of Linux' sched.h
 
 _opened: dict[tuple[str, int], tuple[int, bool]] = {}
@@ -160,9 +163,18 @@ def _wants_threads() -> bool:
 
 
 def _has_threads() -> bool:
-    """Return True if this process has threads of llvmpipe, or if that cannot be known."""
-    names = []
-    for task in Path("/proc/self/task").glob("*/comm"):
-        with suppress(OSError):  # a thread may end meanwhile
-            names.append(task.read_bytes())
-    return not names or any(name.startswith(b"llvmpipe-") for name in names)
+    """Return True if this process has threads of llvmpipe, or if that cannot be known.
+
+    Each gives itself its name when it begins to run, which takes a while on a busy machine.
+    """
+    deadline = time.monotonic() + _NAMING_SECONDS
+    while True:
+        names = []
+        for task in Path("/proc/self/task").glob("*/comm"):
+            with suppress(OSError):  # a thread may end meanwhile
+                names.append(task.read_bytes())
+        if not names or any(name.startswith(b"llvmpipe-") for name in names):
+            return True
+        if len(names) == 1 or not _wants_threads() or time.monotonic() > deadline:
+            return False
+        time.sleep(0.001)

@@ -125,6 +125,37 @@ def test_a_forked_process_draws_or_says_why_not(device, work, threads):
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
 
 
+LATE = """
+import ctypes, threading, time
+from firefly_sample.gpu.driver_checks import check_threads, was_forked
+import os, sys
+
+def name_itself():
+    time.sleep(0.3)
+    assert ctypes.CDLL(None).prctl(15, b"llvmpipe-0") == 0  # PR_SET_NAME
+    time.sleep(5)
+
+if (child := os.fork()) == 0:
+    assert was_forked()
+    threading.Thread(target=name_itself, daemon=True).start()
+    check_threads("llvmpipe")
+    os._exit(7)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="names threads as Linux does")
+def test_threads_of_a_busy_machine_get_their_names_late():
+    done = subprocess.run(
+        [sys.executable, "-c", LATE],
+        capture_output=True,
+        text=True,
+        timeout=600,
+        env={**os.environ, "LP_NUM_THREADS": "2"},
+    )
+    assert (done.returncode, done.stderr) == (7, "")
+
+
 NAMED = """
 import ctypes, sys, threading
 from firefly_sample import Renderer, Scene
