@@ -144,12 +144,7 @@ class Records:
 
     def _read_manifest(self, path: Path) -> None:
         source = len(self._files)
-        try:
-            manifest = read_manifest(path)
-        except FireflyError as error:
-            raise FireflyError(
-                f"{error}; remove it, and --resume draws all frames again, or use --overwrite"
-            ) from error
+        manifest = read_manifest(path)
         self._files.append(path.open("rb"))
         try:
             for part in manifest.captures():

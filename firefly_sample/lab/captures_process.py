@@ -69,6 +69,7 @@ def capture(job: dict[str, Any]) -> dict[str, Any]:
     """Capture the frames of a job, and return what was measured, the driver, and a hash of all files."""
     import hashlib
 
+    from firefly_sample.capture.manifest import Manifest
     from firefly_sample.capture.sequence import capture_frames
     from firefly_sample.errors import SoftwareDriverWarning
 
@@ -86,7 +87,7 @@ def capture(job: dict[str, Any]) -> dict[str, Any]:
         progress=watch,
     )
     answer = watch.answer()
-    assert manifest is not None  # there are no shards
+    assert isinstance(manifest, Manifest)  # there are no shards
     digest = hashlib.sha256()
     for frame in manifest["frames"]:
         digest.update(frame["file_sha256"]["color"].encode())
