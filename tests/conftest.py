@@ -8,6 +8,7 @@ import os
 import sys
 import tempfile
 import warnings
+from contextlib import contextmanager
 
 import pytest
 from hypothesis import settings as search
@@ -16,6 +17,7 @@ from firefly_sample import Renderer, SoftwareDriverWarning
 from firefly_sample.assets import asset_dir
 from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.gpu.device import Device
+from firefly_sample.settings import Settings
 
 # the same examples each run, and no clock, since machines differ
 search.register_profile("repeatable", deadline=None, derandomize=True)
@@ -62,10 +64,10 @@ def maker():
 
 @pytest.fixture
 def render():
-    """``render(scene, settings=..., size=..., outputs=..., time=...)`` gives a Frame by a fresh Renderer."""
+    """``render(scene, settings=..., size=..., outputs=..., time=...)`` gives a Frame that is drawn whole."""
 
     def draw(scene, settings=None, size=(64, 48), outputs=("color",), time=0.0, **options):
-        with make_renderer(size, settings, **options) as renderer:
+        with borrow_renderer(size, settings, **options) as renderer:
             return renderer.render(scene, time, outputs)
 
     return draw
@@ -76,3 +78,38 @@ def make_renderer(size=(64, 48), settings=None, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SoftwareDriverWarning)
         return Renderer(size, settings, **options)
+
+
+_idle: dict[tuple, list[Renderer]] = {}
+"""Renderers that are not lent, by their options."""
+
+
+@contextmanager
+def borrow_renderer(size=(64, 48), settings=None, **options):
+    """A Renderer that the tests of a module use one after the other, so that it compiles a shader once.
+
+    It draws every pass of every frame anew unless `reuse` is given, and is closed after an error.
+    """
+    options = {"reuse": False, "count_fragments": False} | options
+    idle = _idle.setdefault(tuple(sorted(options.items())), [])
+    if not idle:
+        idle.append(make_renderer(size, settings, **options))
+    renderer = idle.pop()
+    try:
+        renderer.settings = settings or Settings()
+        renderer.reuse, renderer.count_fragments = options["reuse"], options["count_fragments"]
+        renderer.resize(size)
+        yield renderer
+    except BaseException:
+        renderer.close()
+        raise
+    idle.append(renderer)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def close_renderers():
+    """Close the renderers of `borrow_renderer` at a module's end."""
+    yield
+    while _idle:
+        for renderer in _idle.popitem()[1]:
+            renderer.close()

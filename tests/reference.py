@@ -8,7 +8,7 @@ import numpy as np
 
 from firefly_sample.lab.reference.shade import each_light, nearest_light, shade_lights
 from firefly_sample.lab.reference.shadow import cube_faces, shadow
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer, make_renderer
 
 BOUNDS = {"linear32f": 4e-6, "depth32f": 5e-5, "depth24": 1.2e-4}
 """Largest difference over the 99.9th percentile of the picture, by position method."""
@@ -47,9 +47,10 @@ class Compared:
         return difference / np.percentile(expected[self.covered], 99.9)
 
 
-def compare(scene, settings, size=(160, 120), time=0.0, capabilities=None, shadows=False):
+def compare(scene, settings, size=(112, 84), time=0.0, capabilities=None, shadows=False):
     """Render `scene`, and shade its G-buffer in float64; with `shadows`, from the atlas that was drawn."""
-    with make_renderer(size, settings) as renderer:
+    lender = borrow_renderer if capabilities is None else make_renderer
+    with lender(size, settings) as renderer:
         if capabilities is not None:
             renderer._device.capabilities = capabilities
         outputs = (

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any, cast
 
 from firefly_sample.errors import FireflyError, ModelError
 from firefly_sample.model.data import ModelData
@@ -68,6 +69,9 @@ def _end(code: int, seconds: int) -> str:
 def main() -> None:
     """Read what standard input asks for, and write the result, or the error, to a file."""
     import resource
+
+    # trimesh imports SciPy where it is installed, which takes as long as all else here; no format needs it
+    cast("Any", sys.modules)["scipy"] = None
 
     from firefly_sample.model.readers import read_here
 

@@ -27,7 +27,7 @@ from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLig
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 from tests.interop.oracle import SIZE, Agreement, agreement, undo_perspective
 from tests.interop.scenes import random_scene
 from tests.scenes import wall_scene
@@ -94,7 +94,7 @@ def test_the_forest_without_its_leaves_agrees(draw_with_pyrender):
                 (geom, material) for geom, material in node.geoms if material.alpha_mode == "opaque"
             ]
             node.mark_changed()
-    with make_renderer(size) as renderer:
+    with borrow_renderer(size) as renderer:
         ours = renderer.render(scene, 0.0, ("depth",)).depth
     with pytest.warns(ConversionWarning):
         converted = to_pyrender(scene, size=size)
@@ -260,7 +260,7 @@ def test_without_a_tone_curve_tones_are_pyrenders(draw_with_pyrender):
         pose=trimesh.transformations.translation_matrix((0, 0, 10)),
     )
     color, depth = draw_with_pyrender(theirs, SIZE, True)
-    with make_renderer(SIZE, Settings(tone="none")) as renderer:
+    with borrow_renderer(SIZE, Settings(tone="none")) as renderer:
         frame = renderer.render(from_pyrender(theirs, size=SIZE), 0.0, ("color", "depth", "id"))
     seen = [(frame.id == index) & (depth > 0) for index in range(len(greys))]
     ours, others = (np.array([np.median(picture[mask]) for mask in seen]) for picture in (frame.color, color))
@@ -296,7 +296,7 @@ def test_an_emissive_texture_shines_alike(draw_with_pyrender):
             warnings.simplefilter("always")
             scene = from_pyrender(theirs, size=SIZE)
         assert [str(each.message) for each in caught] == []
-        with make_renderer(SIZE, Settings(tone="none")) as renderer:
+        with borrow_renderer(SIZE, Settings(tone="none")) as renderer:
             frame = renderer.render(scene, 0.0, ("radiance", "id"))
         on = frame.id >= 0
         linear = (draw_with_pyrender(theirs, SIZE, True)[0] / 255.0) ** 2.2

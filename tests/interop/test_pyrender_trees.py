@@ -7,6 +7,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import settings as search
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -121,6 +122,7 @@ def assert_same_material(given: Material, got: Material) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:pyrender (draws|multiplies|ignores)")
+@search(max_examples=50)
 @given(trees())
 def test_trees_come_back(scene):
     """Also mirrored instances, whose triangles pyrender has the other way round."""

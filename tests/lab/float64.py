@@ -7,7 +7,7 @@ import numpy as np
 from firefly_sample.lab.reference.frame import reference_settings
 from firefly_sample.pipeline import build_plan
 from firefly_sample.settings import Settings
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 
 
 def plan_of(scene, size=(64, 48), outputs=("color", "visibility"), time=0.0, **settings):
@@ -18,7 +18,7 @@ def plan_of(scene, size=(64, 48), outputs=("color", "visibility"), time=0.0, **s
 def draw(scene, settings=None, size=(160, 120), outputs=("radiance", "color", "visibility"), time=0.0):
     """A GPU's frame, the reference's plan of the same moment, and reflectances as they were stored."""
     settings = settings or Settings()
-    with make_renderer(size, settings) as renderer:
+    with borrow_renderer(size, settings) as renderer:
         plan = renderer.plan(scene, time, (*outputs, "albedo", "position"))
         frame = renderer.draw(plan)
         surface = renderer.surface(plan)

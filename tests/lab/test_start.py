@@ -1,77 +1,19 @@
-"""``firefly measure start``, and that no cache changes a picture."""
+"""``firefly measure start``."""
 
 import json
 import os
-import subprocess
-import sys
-import warnings
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from firefly_sample import SoftwareDriverWarning
 from firefly_sample.cli import main
 from firefly_sample.commands.measure_start import start_as_text
 from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import FireflyError
 from firefly_sample.lab.start import CACHES, measure_start
-from firefly_sample.lab.start_process import first_picture
-from tests.cli.command import ROOT, environment
+from tests.cli.command import ROOT
+from tests.lab.first_pictures import SIZE, answer, picture_here
 
-SIZE = [48, 36]
 ONE_CAT = "tests.lab.one_cat:one_cat"
-
-
-def answer(scene, **variables):
-    """The answer of a fresh process that draws a picture, and what else it said."""
-    job = json.dumps({"scene": scene, "size": SIZE, "time": 5.0, "device": None})
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-m", "firefly_sample.lab.start_process", job],
-        env=environment(**variables),
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=True,
-    )
-    return json.loads(done.stdout), done.stderr
-
-
-def picture(scene, folder):
-    """The digest of a picture that a fresh process draws."""
-    told, said = answer(scene, **{VARIABLE: str(folder)})
-    assert said == ""
-    return told["sha256"]
-
-
-def test_the_forest_is_the_same_with_the_cache_off_empty_full_damaged_and_shut(tmp_path, monkeypatch, capfd):
-    """Two processes fill the cache at once; this one, which keeps no model, draws the other pictures."""
-
-    def here(folder):
-        monkeypatch.setenv(VARIABLE, str(folder))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SoftwareDriverWarning)
-            digest = first_picture("forest", SIZE, 5.0, None)["sha256"]
-        assert capfd.readouterr() == ("", "")
-        return digest
-
-    folder = tmp_path / "kept"
-    plain = here("off")
-    with ThreadPoolExecutor() as pool:  # two fill it at once
-        assert set(pool.map(picture, ["forest"] * 2, [folder] * 2)) == {plain}
-    files = sorted(folder.iterdir())
-    assert {path.name.split("-")[0] for path in files} == {"model", "texture"}
-    assert {path.suffix for path in files} == {".derived"}
-    written = {path: path.stat().st_ino for path in files}
-    assert here(folder) == plain
-    assert {path: path.stat().st_ino for path in files} == written  # nothing was made again
-    for number, path in enumerate(files):
-        if number % 3 == 0:
-            path.unlink()
-        elif number % 3 == 1:
-            os.truncate(path, path.stat().st_size // 2)
-    assert here(folder) == plain
-    (tmp_path / "file").write_text("")
-    assert here(tmp_path / "file" / "kept") == plain
 
 
 def test_the_command_measures_every_state_of_the_cache(capsys, tmp_path, monkeypatch):
@@ -89,8 +31,9 @@ def test_the_command_measures_every_state_of_the_cache(capsys, tmp_path, monkeyp
         assert row["seconds"] > 0
         assert row["ratio"] > 0
         assert row["spread"] == 0
-    assert {row["sha256"] for row in result["rows"]} == {picture(ONE_CAT, "off")}
     assert not own.exists()
+    monkeypatch.setenv(VARIABLE, "off")
+    assert {row["sha256"] for row in result["rows"]} == {picture_here(ONE_CAT)}
     lines = start_as_text(result).splitlines()
     assert [line.split()[0] for line in lines[2:5]] == list(CACHES)
 

@@ -17,7 +17,7 @@ from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import VerticalGradient
 from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 from tests.lit_scenes import lit_scene
 from tests.passes.classic_scene import classic_scene, write_parts
 from tests.scenes import ball_scene, wall_scene
@@ -26,7 +26,7 @@ CLASSIC = Settings(look="classic")
 
 
 def draw(scene, size=(160, 120), outputs=("color", "albedo", "visibility")):
-    with make_renderer(size, CLASSIC) as renderer:
+    with borrow_renderer(size, CLASSIC) as renderer:
         plan = renderer.plan(scene, 0.0, outputs)
         return plan, renderer.draw(plan)
 

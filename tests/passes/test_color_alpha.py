@@ -18,7 +18,7 @@ from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 from tests.clouds import ball_of
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 from tests.scenes import ball_scene, geom_node, wall
 
 SIZE = 64, 48
@@ -92,7 +92,7 @@ def test_alpha_is_the_hidden_share_and_the_color_is_the_light_over_it(name, supe
     scene = make()
     for tone in TONES:
         settings = Settings(tone=tone, supersample=supersample, transparency=transparency, exposure=1.5)
-        with make_renderer(SIZE, settings) as renderer:
+        with borrow_renderer(SIZE, settings) as renderer:
             scene.background = (1.0, 1.0, 1.0)
             white = renderer.render(scene, outputs=("radiance",)).radiance.astype(np.float64)
             scene.background = (0.0, 0.0, 0.0)
@@ -122,7 +122,7 @@ def test_alpha_is_the_hidden_share_and_the_color_is_the_light_over_it(name, supe
 def test_an_opaque_scene_over_a_background_is_the_picture_itself(tone):
     """Also by any other program's formula: alpha is 0 or 255, and no two things are mixed."""
     scene = balls()
-    with make_renderer(SIZE, Settings(tone=tone)) as renderer:
+    with borrow_renderer(SIZE, Settings(tone=tone)) as renderer:
         for background in BACKGROUNDS.values():
             scene.background = background
             frame = renderer.render(scene, outputs=OUTPUTS)
@@ -141,7 +141,7 @@ def test_a_gradient_is_a_background_too():
     empty = Scene(background=scene.background)
     empty.camera.set_mat(scene.camera.get_mat())
     empty.camera.node().lens = scene.lens
-    with make_renderer(SIZE) as renderer:
+    with borrow_renderer(SIZE) as renderer:
         frame = renderer.render(scene, outputs=OUTPUTS)
         behind = renderer.render(empty).color
     assert len(np.unique(behind)) > 20
@@ -173,7 +173,7 @@ def test_over_any_background_it_is_the_picture_to_one_code(name, supersample):
     scene = make()
     for tone in TONES:
         settings = Settings(tone=tone, supersample=supersample, transparency=transparency)
-        with make_renderer(SIZE, settings) as renderer:
+        with borrow_renderer(SIZE, settings) as renderer:
             for background in BACKGROUNDS.values():
                 scene.background = background
                 frame = renderer.render(scene, outputs=OUTPUTS)
@@ -191,7 +191,7 @@ def test_over_any_background_it_is_the_picture_to_one_code(name, supersample):
 def test_light_that_covers_nothing_is_there_over_black(tone):
     """Alpha cannot add light: beside what is opaque, dots hide a share of the background instead."""
     scene = dots()
-    with make_renderer(SIZE, Settings(tone=tone)) as renderer:
+    with borrow_renderer(SIZE, Settings(tone=tone)) as renderer:
         scene.background = (0.0, 0.0, 0.0)
         frame = renderer.render(scene, outputs=(*OUTPUTS, "id"))
         shown = composite(frame.color_alpha, (0.0, 0.0, 0.0), tone).astype(int)

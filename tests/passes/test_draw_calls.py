@@ -7,7 +7,7 @@ import pytest
 
 import firefly_sample
 from firefly_sample.settings import Settings
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer, make_renderer
 from tests.scenes import ball_scene
 
 
@@ -15,7 +15,7 @@ from tests.scenes import ball_scene
 @pytest.mark.parametrize("count", [1, 40])
 def test_lights_of_a_kind_are_one_call_by_every_method(method, count):
     scene = ball_scene(count, ambient=(0.1, 0.1, 0.1))
-    with make_renderer((64, 48), Settings(light_method=method), reuse=False) as renderer:
+    with borrow_renderer((64, 48), Settings(light_method=method)) as renderer:
         for _ in range(2):
             plan = renderer.plan(scene)
             assert [step.name for step in plan.passes] == ["geometry", "ambient", "point_lights", "resolve"]

@@ -11,7 +11,7 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 from tests.scenes import ball, ball_scene, geom_node, orthographic_wall, wall, wall_scene
 
 EVERYTHING = ("albedo", "normal", "normal_world", "depth", "position", "position_world", "id")
@@ -81,7 +81,7 @@ def test_outputs_two_by_two_are_what_they_are_together(position, lamp, ambient):
         light = PointLight("lamp", (0.0, 0.0, 0.0) if lamp == "black" else (1, 1, 1), 8.0)
         scene.root.attach_new_node(light).set_pos(0, -50 if lamp == "out of view" else 6, 2)
     sampled = tuple(OUTPUTS)
-    with make_renderer((16, 12), Settings(position_method=position)) as renderer:
+    with borrow_renderer((16, 12), Settings(position_method=position), reuse=True) as renderer:
         together = renderer.render(scene, 0.0, sampled)
         assert (together.light.max() > 0) == (lamp == "in view" or ambient > 0)
         for pair in itertools.combinations_with_replacement(sampled, 2):
@@ -133,7 +133,7 @@ def test_ids_name_each_instance_also_under_instancing(render):
 
 def test_visibility_names_the_triangle_and_the_instance_that_a_ray_meets_first():
     """Every pixel's own triangle holds its ray, and its distance is that of the depth buffer."""
-    with make_renderer((64, 48)) as renderer:
+    with borrow_renderer((64, 48)) as renderer:
         plan = renderer.plan(ball_scene(1), 0.0, ("visibility", "depth", "id"))
         frame = renderer.draw(plan)
     instances = [(batch, k) for batch in plan.batches for k in range(len(batch.ids))]

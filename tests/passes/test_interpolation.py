@@ -18,7 +18,7 @@ from firefly_sample.scene.lights import PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer, make_renderer
 from tests.scenes import ball, ball_scene, geom_node, wall, wall_scene
 
 SIZE = (96, 72)
@@ -80,7 +80,7 @@ def sliver_scene(seed, lens="perspective"):
 
 def errors(scene, settings, size=SIZE):
     """How far normals, and places over their distance, are from the reference, where there is a surface."""
-    with make_renderer(size, settings) as renderer:
+    with borrow_renderer(size, settings) as renderer:
         plan = renderer.plan(scene, 0.0, OUTPUTS)
         frame = renderer.draw(plan)
     found, rays = see_surfaces(plan, frame["visibility"]), pixel_rays(plan.view)
@@ -140,12 +140,18 @@ def test_triangles_keep_their_numbers(render):
     assert fine["visibility"][..., 1].max() > 4096  # of the ball
 
 
-def test_what_a_frame_shows_does_not_depend_on_the_frames_before(render):
+def drawn_alone(scene, settings):
+    """The frame of a renderer that has drawn nothing else."""
+    with make_renderer(SIZE, settings) as renderer:
+        return renderer.render(scene, 0.0, OUTPUTS)
+
+
+def test_what_a_frame_shows_does_not_depend_on_the_frames_before():
     """Geoms change, come and go, one after the other; those that stay move in the tables."""
     settings = Settings(**FINE)
 
     def holds(renderer, scene):
-        after, fresh = renderer.render(scene, 0.0, OUTPUTS), render(scene, settings, SIZE, OUTPUTS)
+        after, fresh = renderer.render(scene, 0.0, OUTPUTS), drawn_alone(scene, settings)
         return all(np.array_equal(after[name], fresh[name], equal_nan=True) for name in OUTPUTS)
 
     with make_renderer(SIZE, settings) as renderer:
@@ -162,9 +168,9 @@ def test_what_a_frame_shows_does_not_depend_on_the_frames_before(render):
             assert holds(renderer, scene)
 
 
-def test_tables_that_could_not_be_made_are_made_again(render, monkeypatch):
+def test_tables_that_could_not_be_made_are_made_again(monkeypatch):
     scene, settings = sliver_scene(7), Settings(**FINE)
-    fresh = render(scene, settings, SIZE, OUTPUTS)
+    fresh = drawn_alone(scene, settings)
     with make_renderer(SIZE, settings) as renderer:
         write = CornerTables._write
 

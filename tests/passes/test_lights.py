@@ -8,7 +8,7 @@ from firefly_sample.scene.light import Attenuation
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
 from firefly_sample.scene.material import Material
 from firefly_sample.settings import Settings
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 from tests.lit_scenes import KINDS, MATERIALS, lit_scene
 from tests.reference import BOUNDS, compare
 from tests.scenes import orthographic_wall, wall_scene
@@ -269,7 +269,7 @@ def test_a_threshold_cuts_where_the_formula_says(render):
     light = PointLight("lamp")
     light.set_attenuation(Attenuation.FIFTY_UNITS)
     path = scene.root.attach_new_node(light)
-    with make_renderer((9, 9), Settings(cutoff_threshold=5 / 256)) as renderer:
+    with borrow_renderer((9, 9), Settings(cutoff_threshold=5 / 256)) as renderer:
         (lights,) = renderer.plan(scene).lights
         reach = lights.reaches[0]
         path.set_pos(0, 10 - 0.999 * reach, 0)
@@ -304,7 +304,7 @@ def test_the_default_budget_cannot_be_seen(render):
 
 def test_an_exposure_makes_the_budget_stricter():
     scene = lit_scene(("attenuated",))
-    with make_renderer((32, 24)) as renderer:
+    with borrow_renderer((32, 24)) as renderer:
         before = renderer.plan(scene).lights[-1].reaches.max()
         scene.exposure = (1.0, 9.0, 1.0)
         after = renderer.plan(scene).lights[-1].reaches.max()

@@ -12,7 +12,7 @@ from firefly_sample.scene.material import Material, Texture
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 from tests.lab.hemisphere import UP, half_vectors, tilted
 from tests.lit_scenes import KINDS
 from tests.reference import BOUNDS, compare
@@ -139,7 +139,7 @@ def test_forward_shading_is_the_same_light():
     """
     exact = WHOLE.with_changes(albedo_format="rgba32f", normal_format="rgba32f")
     compared, _ = compared_field(exact)
-    with make_renderer(SIZE, exact.with_changes(light_method="forward")) as renderer:
+    with borrow_renderer(SIZE, exact.with_changes(light_method="forward")) as renderer:
         image = renderer.render(field(), outputs=("radiance",)).radiance
     different = apart(image, compared.expected, compared.gbuffer, compared.covered)[compared.chosen]
     assert different.max() <= 3 * BOUND
@@ -166,7 +166,7 @@ def test_in_shadow():
 
 def test_at_half_the_resolution_pixels_that_are_lit_themselves_are_the_full_ones():
     full, _ = compared_field(WHOLE)
-    with make_renderer(SIZE, WHOLE.with_changes(light_resolution="half")) as renderer:
+    with borrow_renderer(SIZE, WHOLE.with_changes(light_resolution="half")) as renderer:
         image = renderer.render(field(), outputs=("radiance",)).radiance
     different = apart(image, full.expected, full.gbuffer, full.covered)
     own = np.zeros(SIZE[::-1], dtype=bool)
@@ -177,7 +177,7 @@ def test_at_half_the_resolution_pixels_that_are_lit_themselves_are_the_full_ones
 
 def test_half_the_resolution_has_no_light_of_metals_and_says_what_to_do():
     scene, half = field(), Settings(light_resolution="half")
-    with make_renderer(SIZE, half) as renderer:
+    with borrow_renderer(SIZE, half) as renderer:
         with pytest.raises(OutputError, match=r"choose light_resolution=full, or leave color, .* out"):
             renderer.plan(scene, outputs=("radiance", "light"))
         light = renderer.render(scene, outputs=("light",)).light
@@ -231,7 +231,7 @@ def test_the_budget_counts_how_much_a_metal_concentrates_a_light():
     rng = np.random.default_rng(0)
     places = rng.uniform((-60, -60, -60), (60, 5, 60), (30, 3))
     scene.root.attach_new_node(PointLights("far", places, (0.5, 0.4, 0.3), attenuation=(1, 0.5, 3.0)))
-    with make_renderer(SIZE) as renderer:
+    with borrow_renderer(SIZE) as renderer:
         ends = renderer.plan(scene).lights[0].reaches.min()
         cut = renderer.render(scene, outputs=("radiance",)).radiance
         renderer.settings = WHOLE

@@ -15,7 +15,7 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 from tests.scenes import ball, geom_node, wall, wall_scene
 
 POSITIONS = ("linear32f", "depth32f", "depth24")
@@ -256,7 +256,7 @@ def test_a_frame_leaves_the_context_as_opengl_starts_it(position, lights, output
     scene = cards(range(8))
     scene.root.find("card 6").set_scale(-1, 1, 1)  # the last batch is mirrored
     scene.root.attach_new_node(Sprites("dots", [(0, 4, 0)], (1, 1, 1), 1.0))
-    with make_renderer((32, 24), Settings(position_method=position, light_method=lights)) as renderer:
+    with borrow_renderer((32, 24), Settings(position_method=position, light_method=lights)) as renderer:
         renderer.render(scene, 0.0, outputs)
         with renderer._device:
             assert renderer._device.ctx.front_face == "ccw"

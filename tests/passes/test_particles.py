@@ -14,14 +14,14 @@ from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import CHOICES, Settings
 from tests.clouds import ball_of, cloud_scene, floor, light_on, puff
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer
 
 FINE = {"normal_format": "rgba32f", "albedo_format": "rgba32f"}
 
 
 def compared(scene, settings=None, size=(96, 72)):
     """Radiance as drawn, and as the reference has it; where a pixel has no triangle in common they differ."""
-    with make_renderer(size) as renderer:
+    with borrow_renderer(size) as renderer:
         return compared_by(renderer, scene, settings or Settings(**FINE))
 
 
@@ -47,7 +47,7 @@ def unlit(node, background=(0.2, 0.3, 0.4)):
 
 def test_one_particle_takes_its_alpha_of_what_is_behind_its_middle():
     node = ParticleNode("p", [(0, 0, 0)], 1.0, 0.75, (0.5, 0.25, 0.0))
-    with make_renderer((65, 49)) as renderer:
+    with borrow_renderer((65, 49)) as renderer:
         radiance = renderer.render(unlit(node), outputs=("radiance",))["radiance"]
     np.testing.assert_allclose(
         radiance[24, 32], 0.75 * np.array([0.5, 0.25, 0]) + 0.25 * np.array([0.2, 0.3, 0.4]), rtol=1e-5
@@ -59,7 +59,7 @@ def test_the_nearer_one_is_over_the_farther_one():
     places, colors = [(0, 1, 0), (0, -1, 0)], [(1, 0, 0), (0, 1, 0)]
     for order in (slice(None), slice(None, None, -1)):
         node = ParticleNode("p", places[order], 1.0, 1.0, colors[order])
-        with make_renderer((65, 49)) as renderer:
+        with borrow_renderer((65, 49)) as renderer:
             middle = renderer.render(unlit(node), outputs=("radiance",))["radiance"][24, 32]
         np.testing.assert_allclose(middle, [0, 1, 0], atol=1e-6)
 
@@ -137,14 +137,14 @@ def test_particles_are_lit_by_every_kind_of_light():
     lamp.set_attenuation((1, 0, 0.05))
     scene.root.attach_new_node(lamp).set_pos_hpr(0, -4, 0, 0, 0, 0)
     settings = Settings(cutoff_budget=0.0, **FINE)
-    with make_renderer((64, 48), settings) as renderer:
+    with borrow_renderer((64, 48), settings) as renderer:
         plan = renderer.plan(scene, 0.0, ("radiance",))
         renderer.draw(plan)
         found = light_on(renderer, plan)
     expected = particle_light(plan)
     assert np.percentile(np.abs(found - expected), 90) < 0.01  # slices err a little
     scene.root.find("sun").hide()
-    with make_renderer((64, 48), settings) as renderer:
+    with borrow_renderer((64, 48), settings) as renderer:
         plan = renderer.plan(scene, 0.0, ("radiance",))
         renderer.draw(plan)
         found = light_on(renderer, plan)
@@ -165,7 +165,7 @@ def test_a_wall_keeps_a_shadow_casting_light_from_particles():
     scene.root.attach_new_node(geom_node("roof", roof, material))
     drawn, expected = compared(scene)
     np.testing.assert_allclose(np.median(np.abs(drawn - expected)), 0.0, atol=1e-4)
-    with make_renderer((64, 48)) as renderer:
+    with borrow_renderer((64, 48)) as renderer:
         plan = renderer.plan(scene, 0.0, ("radiance",))
         renderer.draw(plan)
         lit, dark = light_on(renderer, plan)[:, 0]
@@ -193,9 +193,9 @@ def test_a_cloud_over_a_floor_is_the_references():
 
 def test_supersampling_averages_four_samples():
     scene = cloud_scene(puff(600))
-    with make_renderer((48, 36), Settings(supersample=2)) as renderer:
+    with borrow_renderer((48, 36), Settings(supersample=2)) as renderer:
         averaged = renderer.render(scene, outputs=("radiance",))["radiance"]
-    with make_renderer((96, 72)) as renderer:
+    with borrow_renderer((96, 72)) as renderer:
         fine = renderer.render(scene, outputs=("radiance",))["radiance"]
     expected = fine.reshape(36, 2, 48, 2, 3).mean(axis=(1, 3))
     np.testing.assert_allclose(averaged, expected, atol=1e-5)
@@ -220,7 +220,7 @@ def pops(settings, steps=8, start=20.0):
     colors = np.random.default_rng(4).uniform(0, 1, (1500, 3))
     scene = cloud_scene(puff(1500, radius=0.2, alpha=0.3, colors=colors))
     pictures = []
-    with make_renderer((120, 90), settings) as renderer:
+    with borrow_renderer((120, 90), settings) as renderer:
         for degree in range(steps + 1):
             orbit(scene, start + degree)
             plan = renderer.plan(scene, 0.0, ("radiance", "position"))
@@ -258,7 +258,7 @@ def test_nothing_jumps_where_a_particle_crosses_the_near_or_the_far_plane(positi
     """With no surface at all, and with a floor beside it, wherever its position comes from."""
     values, steps = [], 20 if position else 60
     settings = Settings(**FINE, position_method=position or "linear32f")
-    with make_renderer((33, 25)) as renderer:
+    with borrow_renderer((33, 25)) as renderer:
         for y in [*np.linspace(-1.0, 1.5, steps), *np.linspace(8.5, 11.5, steps)]:
             scene = unlit(ParticleNode("p", [(0, y, 0)], 1.0, 0.9, (1, 1, 1)), (0, 0, 0))
             if position:

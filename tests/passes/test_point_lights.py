@@ -9,7 +9,7 @@ from tests.reference import BOUNDS, compare
 from tests.scenes import ball_scene, orthographic_wall, wall_scene
 
 
-def against_reference(scene, settings, size=(320, 240), time=0.0, capabilities=None):
+def against_reference(scene, settings, size=(160, 120), time=0.0, capabilities=None):
     """Largest difference of the frame from float64 shading of its G-buffer, over the 99.9th percentile."""
     return compare(scene, settings, size, time, capabilities).error()
 

@@ -10,7 +10,7 @@ from firefly_sample.frame import OUTPUTS
 from firefly_sample.scene.scene import Scene
 from firefly_sample.settings import Settings
 from tests.clouds import cloud_scene, puff
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer, make_renderer
 from tests.gl_objects import count_objects, device_of
 from tests.scenes import ball_scene
 from tests.shadows import shadowed_scene
@@ -79,7 +79,7 @@ SCENES = {"balls": lambda: Moving(ball_scene(20)), "clouds": clouds, "shadows": 
 )
 @pytest.mark.parametrize("name", SCENES)
 def test_frames_are_those_of_one_by_one(name, settings, outputs):
-    with make_renderer((37, 23), settings, count_fragments=True) as renderer:
+    with borrow_renderer((37, 23), settings, reuse=True, count_fragments=True) as renderer:
         scene = SCENES[name]()
         alone = [facts(renderer.render(scene, time, outputs)) for time in TIMES]
         many = [facts(frame) for frame in renderer.render_many(SCENES[name](), TIMES, outputs)]
