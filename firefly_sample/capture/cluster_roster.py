@@ -246,9 +246,9 @@ class Roster:
         """Return the error for a cluster without workers that can draw."""
         if not self.refused:
             return FireflyError(f"cluster {self._cluster}: there has been no worker for {self._patience:g} s")
-        refused = sorted(self.refused.items())
+        refused = list(self.refused.items())
         other = [(address, reason) for address, reason in refused if reason.startswith("draws with ")]
-        address, reason = (other or refused)[0]
+        address, reason = (other or refused)[-1]  # the last one came furthest
         more = f" (and {len(self.refused) - 1} more)" if len(self.refused) > 1 else ""
         kind = GpuError if other else FireflyError
         return kind(f"cluster {self._cluster}: no worker is left: worker {address} {reason}{more}")

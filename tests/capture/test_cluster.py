@@ -135,7 +135,7 @@ def test_a_script_without_a_guard_is_told_so(tmp_path: Path) -> None:
 
 def test_without_dask_the_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingPackageError, match=r"pip install .*distributed"):
+    with pytest.raises(MissingPackageError, match=r"^a cluster needs distributed .*: run .* -m pip install "):
         ClusterEngine(job_of(), "local").__enter__()
 
 
