@@ -6,7 +6,8 @@ import logging
 
 import pytest
 
-from firefly_sample.capture.manifest import read_manifest
+from firefly_sample.capture.manifest import Manifest, read_manifest
+from firefly_sample.capture.work import Share
 from firefly_sample.cli import main
 from firefly_sample.errors import OutputError
 from firefly_sample.settings import Settings
@@ -25,9 +26,9 @@ def undisturbed(tmp_path_factory):
 def test_three_shards_in_any_order_are_one_capture(tmp_path, undisturbed, caplog):
     for shard in ("3/3", "1/3"):
         with caplog.at_level(logging.INFO):
-            assert capture(tmp_path, shard=shard) is None
+            assert capture(tmp_path, shard=shard) == Share(2, 0)
     assert caplog.messages == [
-        f"{count} frames of other shards have yet to be drawn: there is no manifest yet" for count in (4, 2)
+        f"there is no manifest yet: frames of other shards have yet to be drawn ({count})" for count in (4, 2)
     ]
     assert "manifest.json" not in content(tmp_path)
     assert capture(tmp_path, shard=(2, 3)) == read_manifest(undisturbed)
@@ -39,9 +40,9 @@ def test_a_shard_that_is_run_twice_is_refused_or_gone_on_with(tmp_path, undistur
     before = touched(tmp_path)
     with pytest.raises(OutputError, match=r"^there is a capture in \S+ already: use --resume"):
         capture(tmp_path, shard="1/2")
-    assert capture(tmp_path, shard="1/2", resume=True) is None
+    assert isinstance(capture(tmp_path, shard="1/2", resume=True), Share)
     assert touched(tmp_path) == before
-    assert capture(tmp_path, shard="2/2") is not None
+    assert isinstance(capture(tmp_path, shard="2/2"), Manifest)
     assert content(tmp_path) == content(undisturbed)
 
 
@@ -51,16 +52,16 @@ def test_more_shards_or_none_go_on_with_what_fewer_began(tmp_path, undisturbed):
     with pytest.raises(OutputError, match=r"^there is a capture in"):
         capture(tmp_path, shard="1/3")
     for shard in ("3/3", "2/3"):
-        assert capture(tmp_path, shard=shard, resume=True) is None
+        assert isinstance(capture(tmp_path, shard=shard, resume=True), Share)
     before = touched(tmp_path)
     assert set(before) == {f"color_{index:06d}.png" for index in (0, 1, 2, 4, 5)}
-    assert capture(tmp_path, resume=True) is not None
+    assert isinstance(capture(tmp_path, resume=True), Manifest)
     assert content(tmp_path) == content(undisturbed)
     assert {name: time for name, time in touched(tmp_path).items() if name in before} == before
 
 
 def test_a_shard_alone_goes_on_with_a_finished_capture(tmp_path, undisturbed):
-    assert capture(tmp_path, shard="1/1") is not None
+    assert isinstance(capture(tmp_path, shard="1/1"), Manifest)
     (tmp_path / "color_000001.png").unlink()
     (tmp_path / "color_000002.png").unlink()
     capture(tmp_path, shard="1/2", resume=True)
@@ -70,7 +71,7 @@ def test_a_shard_alone_goes_on_with_a_finished_capture(tmp_path, undisturbed):
 def test_a_file_of_a_shard_that_has_ended_is_mended_by_the_last_one(tmp_path, undisturbed, caplog):
     capture(tmp_path, shard="1/2")
     (tmp_path / "color_000002.png").write_bytes(b"something else")
-    assert capture(tmp_path, shard="2/2") is not None
+    assert isinstance(capture(tmp_path, shard="2/2"), Manifest)
     assert any("files were changed while others were drawn" in text for text in caplog.messages)
     assert content(tmp_path) == content(undisturbed)
 
@@ -99,15 +100,16 @@ def test_shards_of_other_settings_are_refused(tmp_path, undisturbed):
 def test_shards_are_drawn_again_with_other_settings_one_after_the_other(tmp_path, undisturbed):
     for shard in ("1/2", "2/2"):
         capture(tmp_path, shard=shard, parameters={"fireflies": 5})
-    assert capture(tmp_path, shard="1/2", resume=True) is None
-    assert capture(tmp_path, shard="2/2", resume=True) is not None
+    assert isinstance(capture(tmp_path, shard="1/2", resume=True), Share)
+    assert isinstance(capture(tmp_path, shard="2/2", resume=True), Manifest)
     assert content(tmp_path) == content(undisturbed)
 
 
 def test_there_may_be_more_shards_than_frames(tmp_path):
     capture(tmp_path / "one", frames="0:1")
     for shard in ("3/3", "1/3", "2/3"):
-        assert (capture(tmp_path / "out", frames="0:1", shard=shard) is None) == (shard != "1/3")
+        result = capture(tmp_path / "out", frames="0:1", shard=shard)
+        assert isinstance(result, Manifest) if shard == "1/3" else result == Share(0, 0)
     assert content(tmp_path / "out") == content(tmp_path / "one")
 
 
@@ -126,7 +128,7 @@ def test_shards_of_a_sweep_share_what_they_have_measured(tmp_path):
 def test_a_frame_that_fails_in_a_shard_of_its_own_does_not_keep_the_manifest_away(tmp_path):
     failing = {"scene": "tests.cli.glade:failing", "frames": "2:4", "parameters": {}}
     with pytest.warns(UserWarning, match=r"^frame 3 cannot be drawn: no fourth frame$"):
-        assert capture(tmp_path, **failing, shard="2/2") is None
+        assert capture(tmp_path, **failing, shard="2/2") == Share(0, 1)
     manifest = capture(tmp_path, **failing, shard="1/2")
     assert [frame["index"] for frame in manifest["frames"]] == [2]
     assert [frame["index"] for frame in manifest["failed"]] == [3]
@@ -138,6 +140,6 @@ def test_shards_on_the_command_line(tmp_path, capsys):
         assert main([*words, "--shard", wrong]) == 1
         assert "a shard is I/N" in capsys.readouterr().err
     assert main([*words, "--shard", "1/2"]) == 0
-    assert capsys.readouterr().out == f"shard 1/2 in {tmp_path} is done, others are not\n"
+    assert capsys.readouterr().out == f"1 frame (color) in {tmp_path}\n"
     assert main([*words, "--shard", "2/2"]) == 0
     assert capsys.readouterr().out == f"2 frames (color) in {tmp_path}\n"
