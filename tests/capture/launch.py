@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import io
 import json
 import os
 import re
@@ -254,7 +255,7 @@ def _serve() -> None:
     import tests.cli.glade  # noqa: F401
     from firefly_sample.cli import main
 
-    with contextlib.redirect_stdout(None):
+    with contextlib.redirect_stdout(io.StringIO()):
         main(["plan", "tests.capture.scenes:rolling"])  # which imports much, and uses no OpenGL
     gc.freeze()
     for text in sys.stdin:
