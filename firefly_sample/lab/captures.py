@@ -163,6 +163,8 @@ def measure_captures(
         - "ratio", that over the rate of one process in the same round; and "spread", interquartile range
           over median of the ratios;
         - "cpu", seconds of processor time of all processes per frame, in the same part of the capture;
+        - "cores", how many processor cores were busy with that; if other programs run, they take the rest,
+          and ways with more processes get a larger share;
         - "seconds" from the start of the process until the manifest is written and the workers have ended;
         - "parent", "worker" and "all", bytes of memory (proportional set size) of the process that captures,
           of the largest worker, or None if there is none, and of all processes, when the last frame is on
@@ -230,6 +232,7 @@ def _row(
         "ratio": statistics.median(ratios),
         "spread": quartile_spread(ratios),
         "cpu": median("cpu"),
+        "cores": statistics.median(answer["cpu"] * answer["rate"] for answer in own),
         "seconds": median("seconds"),
         "parent": round(statistics.median(each["parent"] for each in memory)),
         "worker": round(statistics.median(workers)) if workers else None,

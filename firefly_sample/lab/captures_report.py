@@ -8,7 +8,19 @@ from typing import Any
 from firefly_sample.columns import align
 
 MIB = 2**20
-_HEAD = ("way", "first s", "frames/s", "ratio", "spread", "CPU s/frame", "all s", "parent", "worker", "all")
+_HEAD = (
+    "way",
+    "first s",
+    "frames/s",
+    "ratio",
+    "spread",
+    "CPU s/frame",
+    "cores",
+    "all s",
+    "parent",
+    "worker",
+    "all",
+)
 
 
 def captures_as_text(result: dict[str, Any]) -> str:
@@ -28,9 +40,10 @@ def captures_as_markdown(result: dict[str, Any]) -> str:
     lines = [
         f"{result['scene']}, {result['driver']}; medians of {result['rounds']} rounds. `first s` is the time "
         "from the process's start to the first frame on the disk, `all s` to its end. `frames/s` and `CPU "
-        "s/frame` are without the first quarter of the frames; `ratio` is to one process in the same round, "
-        "`spread` the interquartile range of the ratios over their median. Memory is in MiB (PSS) when the "
-        "last frame is on the disk: of the process that captures, of the largest worker, and of all.",
+        "s/frame` are without the first quarter of the frames; `cores` is their product, the processor cores "
+        "that were busy. `ratio` is to one process in the same round, `spread` the interquartile range of "
+        "the ratios over their median. Memory is in MiB (PSS) when the last frame is on the disk: of the "
+        "process that captures, of the largest worker, and of all.",
     ]
     for title, rows in _tables(result):
         lines += ["", f"## {title}", "", f"| {' | '.join(_HEAD)} |", f"|---|{'--:|' * (len(_HEAD) - 1)}"]
@@ -74,6 +87,7 @@ def _cells(row: dict[str, Any]) -> list[str]:
         f"{row['ratio']:.2f}",
         f"{row['spread']:.2f}",
         f"{row['cpu']:.3f}",
+        f"{row['cores']:.1f}",
         f"{row['seconds']:.1f}",
         *("-" if size is None else f"{size / MIB:.0f}" for size in sizes),
     ]

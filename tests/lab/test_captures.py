@@ -58,13 +58,14 @@ def test_the_command_measures_every_way(capsys, tmp_path, monkeypatch):
     assert [row["way"] for row in result["rows"]] == WAYS
     for row in result["rows"]:
         assert row.keys() == {
-            *("size", "frames", "way", "first", "rate", "ratio", "spread", "cpu", "seconds"),
-            *("parent", "worker", "all", "sha256"),
+            *("size", "frames", "way", "first", "rate", "ratio", "spread", "cpu", "cores"),
+            *("seconds", "parent", "worker", "all", "sha256"),
         }
         assert (row["size"], row["frames"], row["spread"]) == ([16, 12], 8, 0)
         assert 0 < row["first"] < row["seconds"]
         assert row["seconds"] - row["first"] > 6 / row["rate"]  # the last six frames took this long
         assert row["ratio"] == row["rate"] / result["rows"][0]["rate"]
+        assert row["cores"] == row["cpu"] * row["rate"]
         assert row["parent"] > 10 << 20
     assert len({row["sha256"] for row in result["rows"]}) == 1
     one, workers, cluster = result["rows"]
