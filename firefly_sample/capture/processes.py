@@ -45,14 +45,11 @@ _log = logging.getLogger("firefly_sample")
 _Result = tuple[Task, Drawn | Failed]
 
 
-def choose_workers(
-    asked: int | Literal["auto"], frames: int, software: bool | None = None, root: Path = Path("/")
-) -> int:
+def choose_workers(asked: int | Literal["auto"], frames: int, root: Path = Path("/")) -> int:
     """Return the number of workers for some frames: `asked`, or for "auto" one for each core.
 
-    It is never above the number of frames. For "auto" it is at most what the memory allows, and
-    `MOST_ON_A_GPU` if the driver is no software rasteriser. `root` is the folder that holds ``proc`` and
-    ``sys``.
+    It is never above the number of frames, and for "auto" at most what the memory allows. `root` is the
+    folder that holds ``proc`` and ``sys``.
 
     Raises
     ------
@@ -61,7 +58,7 @@ def choose_workers(
     """
     if asked == "auto":
         room = min(usable_cores(root), usable_memory(root) // WORKER_MEMORY)
-        number = min(room, MOST_ON_A_GPU) if software is False else room
+        number = room
     else:
         whole = to_whole(asked)
         if whole is None or whole < 1:
@@ -81,6 +78,8 @@ class ProcessEngine:
     job : Job
         One of those that are going to be drawn: see `Artist`.
     workers : int
+    auto : bool
+        The user has not chosen this number: at most `MOST_ON_A_GPU` draw on a GPU.
 
     Raises
     ------
@@ -90,7 +89,7 @@ class ProcessEngine:
         If two workers have different drivers.
     """
 
-    def __init__(self, job: Job, workers: int) -> None:
+    def __init__(self, job: Job, workers: int, auto: bool = False) -> None:
         if job.scene.partition(":")[0] == "__main__":
             raise SceneError(
                 f"scene {job.scene!r} is in the program that runs, which workers do not: put it into a "
@@ -100,7 +99,10 @@ class ProcessEngine:
         self._threads = max(usable_cores() // workers, 1)
         self._driver: Driver | None = None
         self._first = 0
-        self._workers = [_Worker(number) for number in range(1, workers + 1)]
+        first = min(workers, MOST_ON_A_GPU) if auto else workers
+        # the others start when the first have said that they draw without a GPU
+        self._workers = [_Worker(number) for number in range(1, first + 1)]
+        self._later = [_Worker(number) for number in range(first + 1, workers + 1)]
         self._again: deque[_Tried] = deque()
         self._said: set[str] = set()
         self._drawn = 0
@@ -237,6 +239,8 @@ class ProcessEngine:
         try:
             while self._driver is None:
                 self._receive()
+            if self._driver.software:
+                self._workers += self._later
         except BaseException:
             self._end()
             raise

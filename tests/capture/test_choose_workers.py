@@ -7,7 +7,7 @@ import os
 import pytest
 
 from firefly_sample.capture.machine import usable_cores, usable_memory
-from firefly_sample.capture.processes import MOST_ON_A_GPU, WORKER_MEMORY, choose_workers
+from firefly_sample.capture.processes import WORKER_MEMORY, choose_workers
 from firefly_sample.errors import OutputError
 
 GIB = 2**30
@@ -56,11 +56,9 @@ def test_the_share_of_a_machine(machine, files, cores, memory):
     root = machine(**files)
     assert (usable_cores(root), usable_memory(root)) == (cores, memory * GIB)
     expected = max(min(cores, memory * GIB // WORKER_MEMORY), 1)
-    assert choose_workers("auto", 1000, True, root) == expected
-    assert choose_workers("auto", 1000, None, root) == expected
-    assert choose_workers("auto", 1000, False, root) == min(expected, MOST_ON_A_GPU)
-    assert choose_workers("auto", 2, True, root) == min(expected, 2)
-    assert choose_workers(40, 1000, True, root) == 40
+    assert choose_workers("auto", 1000, root) == expected
+    assert choose_workers("auto", 2, root) == min(expected, 2)
+    assert choose_workers(40, 1000, root) == 40
 
 
 def test_this_machine():
