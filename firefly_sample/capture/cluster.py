@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from queue import Empty, SimpleQueue
@@ -33,7 +34,12 @@ _DEATHS = 5
 """A capture ends when this many frames in a row have ended their workers."""
 _FETCH_SECONDS = 2.0
 """How long a frame may take from its worker to here at first; each time it takes longer, this is doubled."""
+_FETCHERS = 8
+"""Frames that are fetched at once."""
 _FREE_SECONDS = 2.0
+
+
+_Result = Drawn | Failed | Refused
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ class _Flight:
     """
 
     task: Task
-    future: Future[Drawn | Failed | Refused]
+    future: Future[_Result]
     workers: frozenset[str]
     tries: int
     alone: bool
@@ -104,6 +110,8 @@ class ClusterEngine:
         self._again: deque[tuple[Task, int]] = deque()
         self._suspects: deque[tuple[Task, int]] = deque()
         self._deaths = 0
+        self._is_exhausted = False
+        self._threads: ThreadPoolExecutor
 
     @property
     def driver(self) -> Driver:
@@ -113,15 +121,15 @@ class ClusterEngine:
 
     def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Drawn | Failed]]:
         """Draw frames in any order: see `Engine.draw`."""
-        source = iter(tasks)
+        source, self._is_exhausted = iter(tasks), False
         try:
             while True:
                 self._roster.update()
                 yield from self._stranded()
                 self._fill(source)
-                if not self._flying and not self._again and not self._suspects and self._roster.accepted:
+                if self._is_exhausted and not (self._flying or self._again or self._suspects):
                     return
-                yield from self._landed()
+                yield from self._landed(source)
         finally:
             self._cancel()
 
@@ -141,6 +149,7 @@ class ClusterEngine:
             elif (task := next(source, None)) is not None:
                 self._submit(task, 0, workers)
             else:
+                self._is_exhausted = True
                 return
 
     def _submit(self, task: Task, tries: int, workers: Iterable[str], alone: bool = False) -> None:
@@ -161,8 +170,8 @@ class ClusterEngine:
         self._flying[flight.future.key] = flight
         flight.future.add_done_callback(_Putting(self._done))
 
-    def _landed(self) -> Iterator[tuple[Task, Drawn | Failed]]:
-        """Give the frames that are done; wait for one, but not for long."""
+    def _landed(self, source: Iterator[Task]) -> Iterator[tuple[Task, Drawn | Failed]]:
+        """Give the frames that are done, and submit others meanwhile; wait for one, but not for long."""
         try:
             keys = [self._done.get(timeout=POLL_SECONDS / 2)]
         except Empty:
@@ -172,37 +181,30 @@ class ClusterEngine:
                 keys.append(self._done.get_nowait())
             except Empty:
                 break
-        for key in keys:
-            if self._roster.answer(key) or (flight := self._flying.pop(key, None)) is None:
-                continue
-            result = self._result(flight)
-            if result is not None:
-                yield flight.task, result
+        keys = [key for key in keys if not self._roster.answer(key)]
+        flights = [self._flying.pop(key) for key in keys if key in self._flying]
+        fetched = self._threads.map(_fetched, flights)
+        self._fill(source)
+        for flight, result in zip(flights, fetched, strict=True):
+            if (final := self._final(flight, result)) is not None:
+                yield flight.task, final
 
-    def _result(self, flight: _Flight) -> Drawn | Failed | None:
-        """Return a frame that is done, or None if it is to be drawn again."""
+    def _final(self, flight: _Flight, result: _Result | BaseException) -> Drawn | Failed | None:
+        """Return what becomes of a frame that is done, or None if it is to be drawn again."""
         from distributed import KilledWorker
 
-        task, future = flight.task, flight.future
-        try:
-            result: Drawn | Failed | Refused = future.result(timeout=flight.seconds)
-        except TimeoutError as error:
-            if future.status == "error":
-                return self._failed(flight, error)
+        if isinstance(result, KilledWorker):
+            return self._killed(flight, result.last_worker.address)
+        if isinstance(result, TimeoutError) and flight.future.status != "error":
             # its worker is gone, so that it must be drawn again, or the network is slow
             self._watch(replace(flight, seconds=2 * flight.seconds))
             return None
-        except KilledWorker as error:
-            return self._killed(flight, error.last_worker.address)
-        except (CancelledError, OSError) as error:
+        if isinstance(result, BaseException):
             self._roster.check_scheduler()
-            return self._failed(flight, error)
-        except Exception as error:  # noqa: BLE001  whatever its worker cannot do
-            return self._failed(flight, error)
-        future.release()
+            return self._failed(flight, result)
         if isinstance(result, Refused):
             self._roster.refuse(result.address, result.reason)
-            self._again.append((task, flight.tries))
+            self._again.append((flight.task, flight.tries))
             return None
         self._deaths = 0
         return result
@@ -271,6 +273,7 @@ class ClusterEngine:
 
     def __enter__(self) -> ClusterEngine:
         with ExitStack() as opened:
+            self._threads = opened.enter_context(ThreadPoolExecutor(_FETCHERS, thread_name_prefix="fetcher"))
             self._client = opened.enter_context(connected(self._address, self._workers))
             self._roster = Roster(
                 self._client, self._address, self._job, self._done, self._expected, self._patience
@@ -287,6 +290,16 @@ class ClusterEngine:
             self._cancel()
             if error[0] is None and self._address != LOCAL:
                 self._free_workers()
+
+
+def _fetched(flight: _Flight) -> _Result | BaseException:
+    """Return the result of a frame that is done, or the error of its task, and let its worker forget it."""
+    try:
+        result: _Result = flight.future.result(timeout=flight.seconds)
+    except (Exception, asyncio.CancelledError) as error:  # noqa: BLE001  whatever its worker cannot do
+        return error
+    flight.future.release()
+    return result
 
 
 class _Putting:

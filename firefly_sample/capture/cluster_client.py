@@ -76,7 +76,7 @@ def connected(address: str, workers: int | Literal["auto"] | None) -> Iterator[C
                 raise ValueError("it must be tcp://host:port, the file of a scheduler, or local")
             if address == LOCAL:
                 cluster = opened.enter_context(_local_cluster(workers))
-                client = Client(cluster, set_as_default=False)
+                client = Client(cluster, direct_to_workers=True, set_as_default=False)
             elif os.path.isfile(address):
                 client = Client(scheduler_file=address, timeout=CONNECT_SECONDS, set_as_default=False)
             else:
