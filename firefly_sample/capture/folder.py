@@ -72,6 +72,7 @@ class CaptureFolder:
         self._overwrite = overwrite
         self._stack = ExitStack()
         self._journal: Journal | None = None
+        self._is_unused = False
         self._own_lock: Path | None = None
 
     def __enter__(self) -> CaptureFolder:
@@ -88,7 +89,16 @@ class CaptureFolder:
     def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
         if self._journal is not None:
             self._journal.close()
+            if self._is_unused:
+                self._undo_begin()
         self._stack.__exit__(kind, error, trace)
+
+    def _undo_begin(self) -> None:
+        """Leave the folder as it was, because no frame was added, for example on a full disk."""
+        with suppress(OSError):
+            (self.path / journal_name(self.shard)).unlink()
+            if self.shard is None and not (self.path / MANIFEST).exists():
+                os.replace(self.path / PREVIOUS, self.path / MANIFEST)
 
     def _read(self) -> Records:
         try:
@@ -149,6 +159,7 @@ class CaptureFolder:
         self.begin()
         assert self._journal is not None
         self.records.add(self._journal, description, frame)
+        self._is_unused = False
 
     def begin(self) -> None:
         """Put an earlier manifest aside and open the journal, unless that has been done."""
@@ -158,7 +169,9 @@ class CaptureFolder:
             self._remove_earlier()
         with suppress(FileNotFoundError):  # another shard may be faster
             os.replace(self.path / MANIFEST, self.path / PREVIOUS)
-        self._journal = Journal(self.path / journal_name(self.shard), self.records.run + 1, self._asked)
+        path = self.path / journal_name(self.shard)
+        self._is_unused = not path.exists()
+        self._journal = Journal(path, self.records.run + 1, self._asked)
 
     def _remove_earlier(self) -> None:
         """Remove the files of an earlier capture, and then what describes them.

@@ -33,6 +33,7 @@ def draw(place, parts, frames=range(4), version=0):
         for task in tasks:
             part = next(part for part in parts if part.job.folder == task.job.folder)
             writer.put(part, drawn_of(task.index, task.job.outputs, version))
+        writer.finish()
     return [task.index for task in tasks]
 
 
@@ -324,6 +325,28 @@ def test_the_earlier_manifest_is_put_aside_until_the_end(tmp_path):
         finish(place, parts)
     assert [frame["index"] for frame in read_manifest(tmp_path)["frames"]] == list(range(6))
     assert names_in(tmp_path)[-2:] == ["color_000005.png", "manifest.json"]
+
+
+def test_a_run_that_writes_no_frame_leaves_the_folder_as_it_was(tmp_path):
+    parts = finished(tmp_path)
+    before = {name: (tmp_path / name).read_bytes() for name in names_in(tmp_path)}
+    in_the_way = tmp_path / "color_000004.png"
+    in_the_way.mkdir()
+
+    def run():
+        with opened(tmp_path) as place:
+            draw(place, parts, range(5))
+
+    with pytest.raises(FireflyError, match=r"^cannot write"):
+        run()
+    in_the_way.rmdir()
+    assert {name: (tmp_path / name).read_bytes() for name in names_in(tmp_path)} == before
+    with opened(tmp_path) as place:
+        draw(place, parts, range(5))
+        place.begin()
+    with opened(tmp_path) as place:  # whose journal has frames of an earlier run
+        place.begin()
+    assert {"journal.jsonl", "manifest.previous.json"} <= set(names_in(tmp_path))
 
 
 def test_a_crash_between_the_new_manifest_and_the_end_loses_nothing(tmp_path):

@@ -31,7 +31,7 @@ def width(capsys, *arguments):
     """The width of a captured picture."""
     import numpy as np
 
-    manifest = manifest_of(capsys, *arguments, "--outputs", "depth")
+    manifest = manifest_of(capsys, *arguments, "--outputs", "depth", "--overwrite")
     with np.load(f"out/{manifest['frames'][0]['files']['depth']}") as arrays:
         return arrays["depth"].shape[1]
 
