@@ -76,29 +76,29 @@ def capture(
     Parameters
     ----------
     output
-        Folder for the files, made if need be.
+        Folder for the files.
     frames
         Frames A to B - 1, or one number.
     fps
-        Frames per second: frame k is drawn at the time TIME + k / FPS.
+        Frame k is drawn at TIME + k / FPS.
     time
         The time of frame 0 in the scene.
     sweep
         Capture every combination of such values, of parameters and settings; may be repeated.
     resume
-        Go on with the capture in the folder: draw what is missing, damaged, failed or of other settings.
+        Go on with the capture in the folder.
     overwrite
         Replace the capture in the folder.
     fail_fast
         Stop at the first frame that cannot be drawn; otherwise the others are drawn.
     workers
-        Draw in so many processes; auto: as many as there is room for.
+        Draw in so many processes.
     cluster
         Draw on a dask cluster, at the address of its scheduler, or local.
     shard
         Draw the I-th of N shares; other processes draw the others into the same folder.
     json
-        Print the manifest, or what a shard has drawn while others are not done.
+        Print the manifest, or what a shard drew.
     quiet
         Print neither a progress bar nor a summary.
     """
