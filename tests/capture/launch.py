@@ -7,6 +7,7 @@ does.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import gc
 import io
@@ -17,6 +18,7 @@ import resource
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -26,7 +28,7 @@ from typing import Any
 from tests.cli.command import ROOT, environment
 from tests.cli.permissions import obeyed_permissions
 
-PATIENCE = 120.0
+PATIENCE = 300.0
 """Seconds after which a condition that was waited for is an error."""
 ENDINGS = {
     signal.SIGKILL: (-9, ""),
@@ -264,10 +266,13 @@ def _serve() -> None:
             pid, status = os.waitpid(request["poll"], os.WNOHANG)
             print(json.dumps(os.waitstatus_to_exitcode(status) if pid else None), flush=True)
         elif (pid := os.fork()) == 0:
+            code = 99
             try:
-                os._exit(_run(request["start"]))
+                code = _run(request["start"])
+                threading._shutdown()  # what the end of a process does that is no fork
+                atexit._run_exitfuncs()
             finally:
-                os._exit(99)
+                os._exit(code)
         else:
             print(json.dumps(pid), flush=True)
 
