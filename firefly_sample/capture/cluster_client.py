@@ -10,8 +10,10 @@ import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from multiprocessing import resource_tracker
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Literal
 
+from firefly_sample.capture.machine import usable_cores
 from firefly_sample.errors import FireflyError, MissingPackageError
 from firefly_sample.extras import install_command
 
@@ -98,10 +100,13 @@ def _local_cluster(workers: int | Literal["auto"] | None) -> Iterator[LocalClust
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         # this is such a process, which runs the script of its parent; the parent's error tells what to do
         raise SystemExit(1)
-    cores = len(os.sched_getaffinity(0))
+    cores = usable_cores()
     number = workers if isinstance(workers, int) else cores
     env = {} if "LP_NUM_THREADS" in os.environ else {"LP_NUM_THREADS": str(max(cores // number, 1))}
-    with dask.config.set(_CONFIG):
+    with (
+        dask.config.set(_CONFIG),
+        TemporaryDirectory(prefix="firefly-", ignore_cleanup_errors=True) as scratch,
+    ):
         # the threads that start processes get this mask, and the processes get theirs; to start the tracker,
         # which is done only once, would undo it
         resource_tracker.ensure_running()
@@ -115,6 +120,7 @@ def _local_cluster(workers: int | Literal["auto"] | None) -> Iterator[LocalClust
                 dashboard_address="127.0.0.1:0",  # of the scheduler's server, which cannot be left out
                 scheduler_kwargs={"dashboard": False},
                 silence_logs=logging.CRITICAL,
+                local_directory=scratch,  # dask would leave files in the user's own
                 env=env,
             )
         finally:
