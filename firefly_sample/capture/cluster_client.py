@@ -87,7 +87,7 @@ def connected(address: str, workers: int | Literal["auto"] | None) -> Iterator[C
         except (OSError, ValueError, ImportError, RuntimeError) as error:
             hint = _GUARD if address == LOCAL else "is its scheduler running?"
             raise FireflyError(f"cluster {address}: {' '.join(str(error).split())}: {hint}") from error
-        opened.callback(_close, client)
+        opened.callback(close, client)
         yield client
 
 
@@ -128,10 +128,10 @@ def _local_cluster(workers: int | Literal["auto"] | None) -> Iterator[LocalClust
         try:
             yield cluster
         finally:
-            _close(cluster)
+            close(cluster)
 
 
-def _close(opened: Client | LocalCluster) -> None:
+def close(opened: Client | LocalCluster) -> None:
     """Close a connection or a cluster; if it takes long, go on: what was captured is whole.
 
     A cluster cannot be closed while it starts a process in place of one that died. Its processes end with

@@ -60,31 +60,37 @@ def at_a_random_moment(stage: Stage, rng: Random) -> None:
     """One to three deaths of the command, by random signals, between its start and its end."""
     folder = stage.new()
     words: list[str] = []
-    for _ in range(rng.choice((1, 1, 2, 3))):
+    wanted = len(stage.deaths) + rng.choice((1, 1, 2, 3))
+    while len(stage.deaths) < wanted:
         number = rng.choice(SIGNALS)
         run = stage.start_command(*words, folder)
         if number != signal.SIGKILL:
             wait_for(lambda run=run, n=number: run.poll() is not None or handles(run.pid, n), "a handler")
-        _wait_a_while(run, rng.uniform(0.0, stage.seconds))
+        _wait_for_a_moment(stage, rng, run, folder)
         if run.poll() is None:
             run.kill(number)
-        _check_random_end(stage, run, folder, number)
+        code = wait_for(lambda run=run: (run.poll(),) if run.poll() is not None else None, "the end")[0]
+        if code == 0 or (code == -number and number != signal.SIGKILL):
+            stage.check_whole(folder)  # it was faster; or only the end of the process was left
+            folder, words = stage.new(), []
+            continue
+        stage.check_dead(folder, run.die(number))
         words = ["--resume"]
     stage.finish(folder)
 
 
-def _wait_a_while(run: Run, seconds: float) -> None:
+def _wait_for_a_moment(stage: Stage, rng: Random, run: Run, folder: Path) -> None:
+    """Wait for a random number of frames and a little, or for a while at the start."""
+    count = rng.randint(-5, len(stage.frames))
+    seconds = rng.uniform(0.0, 1.0 if count < 0 else 0.03)
+
+    def reached() -> bool:
+        return run.poll() is not None or len(list(folder.glob("color_*"))) >= count
+
+    wait_for(reached, "a number of frames")
     end = time.monotonic() + seconds
     while time.monotonic() < end and run.poll() is None:
-        time.sleep(0.005)
-
-
-def _check_random_end(stage: Stage, run: Run, folder: Path, number: int) -> None:
-    code = wait_for(lambda: (run.poll(),) if run.poll() is not None else None, "the end")[0]
-    if code == 0 or (code == -number and number != signal.SIGKILL):
-        stage.check_whole(folder)  # it was faster; or only the end of the process was left
-    else:
-        stage.check_dead(folder, run.die(number))
+        time.sleep(0.001)
 
 
 def of_workers_by(words: tuple[str, ...], stage: Stage, rng: Random, is_worker: str = WORKER) -> None:

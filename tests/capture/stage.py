@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import time
 from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
@@ -83,13 +82,6 @@ class Stage:
         log = self._folder / "operations"
         self.start(self.new("logged"), log=log).end()
         return log.read_text().splitlines()
-
-    @cached_property
-    def seconds(self) -> float:
-        """How long an undisturbed capture takes, from the start of its process on."""
-        begun = time.monotonic()
-        self.start_command(self.new("timed")).end()
-        return time.monotonic() - begun
 
     def _captured(self, *more: str) -> dict[str, bytes]:
         folder = self.new("undisturbed")

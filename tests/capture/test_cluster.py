@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from firefly_sample.capture.cluster import ClusterEngine
+from firefly_sample.capture.cluster_client import close
 from firefly_sample.capture.drawing import Drawn, Failed
 from firefly_sample.capture.job import Task
 from firefly_sample.errors import FireflyError, MissingPackageError
@@ -78,6 +79,7 @@ def test_frames_can_be_left_in_the_middle(engine: ClusterEngine) -> None:
 SCRIPT = """
 import sys
 from firefly_sample.capture.cluster import ClusterEngine
+from firefly_sample.capture.cluster_client import close
 from firefly_sample.capture.job import Task
 from tests.capture.clusters import job_of
 
@@ -144,3 +146,18 @@ def test_no_scheduler_and_a_number_of_workers_elsewhere() -> None:
         ClusterEngine(job_of(), "tcp://127.0.0.1:1", workers=2).__enter__()
     with pytest.raises(FireflyError, match=r"^cluster no_such\.json: it must be tcp://host:port, "):
         ClusterEngine(job_of(), "no_such.json").__enter__()
+
+
+def test_a_cluster_that_is_slow_to_close_is_left(caplog: pytest.LogCaptureFixture) -> None:
+    """Which happens while it starts a process in place of one that died."""
+
+    class Slow:
+        def close(self, timeout: float) -> None:
+            raise TimeoutError(f"timed out after {timeout:g} s.")
+
+        def __str__(self) -> str:
+            return "the cluster"
+
+    with caplog.at_level("INFO", logger="firefly_sample"):
+        close(Slow())
+    assert caplog.messages == ["the cluster is not closed after 10 s (timed out after 10 s.)"]
