@@ -11,7 +11,6 @@ from pathlib import Path
 
 from firefly_sample.errors import OutputError
 
-
 log = logging.getLogger(__name__)
 
 

@@ -113,7 +113,7 @@ def test_the_last_of_those_who_share_becomes_the_only_one(tmp_path, hold):
     second = Lock(path, "busy", shared=True)
     end(holder)
     assert second.become_exclusive()
-    with pytest.raises(OutputError, match="^busy$"):
+    with pytest.raises(OutputError, match=r"^busy$"):
         Lock(path, "busy")
     second.release()
 
@@ -130,7 +130,8 @@ def test_a_share_waits_while_another_one_is_the_only_one(tmp_path, hold):
     waiting = threading.Thread(target=lambda: holders.append(hold("shared")))
     waiting.start()
     waiting.join(1.0)
-    assert waiting.is_alive() and not holders
+    assert waiting.is_alive()
+    assert not holders
     lock.release()
     waiting.join(60)
     end(holders[0])
