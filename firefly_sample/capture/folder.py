@@ -99,7 +99,7 @@ class CaptureFolder:
         self._stack.__exit__(kind, error, trace)
 
     def _undo_begin(self) -> None:
-        """Leave the folder as it was, because no frame was added, for example on a full disk."""
+        """Leave the folder as it was, because no file was written, for example on a full disk."""
         with suppress(OSError):
             (self.path / journal_name(self.shard)).unlink()
             if self.shard is None and not (self.path / MANIFEST).exists():
@@ -171,6 +171,10 @@ class CaptureFolder:
         self.begin()
         assert self._journal is not None
         self.records.add(self._journal, description, frame)
+        self._is_unused = False
+
+    def note_written(self) -> None:
+        """Note that a file of a frame is in its place: an earlier manifest does not describe it."""
         self._is_unused = False
 
     def begin(self) -> None:

@@ -74,15 +74,18 @@ def _check_alike(path: Path, descriptions: list[Mapping[str, Any]]) -> None:
         names, others = (", ".join(one["values"]) or "nothing" for one in (descriptions[0], other))
         if names != others:
             raise OutputError(
-                f"in {path} there are captures over {names} and over {others}: put each into a folder of its own"
+                f"in {path} there are captures over {names} and over {others}: put each into a folder of "
+                "its own"
             )
         first, second = (
-            {name: value for name, value in one.items() if name not in OWN} for one in (descriptions[0], other)
+            {name: value for name, value in one.items() if name not in OWN}
+            for one in (descriptions[0], other)
         )
         if first != second:
             raise OutputError(
                 f"the combinations in {path} were drawn in different ways "
-                f"({'; '.join(differences(first, second))}): capture with --resume draws again those that differ"
+                f"({'; '.join(differences(first, second))}): capture with --resume draws again those that "
+                "differ"
             )
 
 

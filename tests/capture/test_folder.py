@@ -324,6 +324,28 @@ def test_a_run_that_writes_no_frame_leaves_the_folder_as_it_was(tmp_path):
     assert {"journal.jsonl", "manifest.previous.json"} <= set(names_in(tmp_path))
 
 
+def test_a_manifest_is_not_put_back_beside_a_file_that_was_replaced(tmp_path):
+    outputs = ("color", "depth")
+    finished(tmp_path, outputs=outputs)
+    (tmp_path / "depth_000000.npz").unlink()
+    (tmp_path / "depth_000000.npz").mkdir()
+    parts = parts_of(outputs=outputs, size=(9, 6))
+
+    def run():
+        with opened(tmp_path) as place:
+            work = Work(place, parts, range(1))
+            work.check()
+            with FrameWriter(place) as writer:
+                writer.put(parts[0], drawn_of(0, outputs, version=1))
+                writer.finish()
+
+    with pytest.raises(FireflyError, match=r"^cannot write \S+depth_000000.npz"):
+        run()
+    assert (tmp_path / PICTURES[0]).read_bytes() == content_of(0, version=1)
+    assert {"journal.jsonl", "manifest.previous.json"} <= set(names_in(tmp_path))
+    assert "manifest.json" not in names_in(tmp_path)
+
+
 def test_a_crash_between_the_new_manifest_and_the_end_loses_nothing(tmp_path):
     parts = finished(tmp_path)
     with opened(tmp_path) as place:
