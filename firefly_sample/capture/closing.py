@@ -10,7 +10,7 @@ from firefly_sample.capture.files import sync_folder
 from firefly_sample.capture.manifest import FrameEntry, write_manifest
 from firefly_sample.capture.records import Records
 
-_OWN = ("folder", "values", "sources", "parameters", "settings", "exposure", "seed")
+OWN = ("folder", "values", "sources", "parameters", "settings", "exposure", "seed")
 """The members of a description that each capture of a sweep has for itself."""
 
 
@@ -30,7 +30,7 @@ def write_records(path: Path, records: Records, descriptions: Sequence[Mapping[s
     is_sweep = bool(descriptions[0]["folder"])
     head: dict[str, Any] = {}
     if is_sweep:
-        head = {name: value for name, value in descriptions[0].items() if name not in _OWN}
+        head = {name: value for name, value in descriptions[0].items() if name not in OWN}
         head["sweep"] = _axes(descriptions)
     parts = (_part(records, description, is_sweep) for description in descriptions)
     write_manifest(path, head, parts, sweep=is_sweep)
@@ -45,7 +45,7 @@ def _part(
     keys = {
         name: value
         for name, value in description.items()
-        if name not in left_out and (name in _OWN or not is_sweep)
+        if name not in left_out and (name in OWN or not is_sweep)
     }
     warnings: dict[str, None] = {}
     failed, id_names = [], None

@@ -7,6 +7,7 @@ then, because it would describe files that change.
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import warnings
@@ -25,6 +26,10 @@ from firefly_sample.errors import FireflyError, OutputError
 
 PREVIOUS = "manifest.previous.json"
 _LOCK = ".firefly"
+_JOURNAL = re.compile(r"journal(-\d+-of-\d+)?\.jsonl")
+_LISTED = 3
+
+log = logging.getLogger(__name__)
 
 
 def journal_name(shard: Shard | None = None) -> str:
@@ -33,8 +38,8 @@ def journal_name(shard: Shard | None = None) -> str:
 
 
 def journals(folder: Path) -> list[Path]:
-    """Return the journals in a folder."""
-    return sorted(path for path in folder.glob("journal*.jsonl"))
+    """Return the journals in a folder, and no other file that is only called like them."""
+    return sorted(path for path in folder.glob("journal*.jsonl") if _JOURNAL.fullmatch(path.name))
 
 
 def read_records(folder: Path) -> Records:
@@ -94,7 +99,7 @@ class CaptureFolder:
         self._stack.__exit__(kind, error, trace)
 
     def _undo_begin(self) -> None:
-        """Leave the folder as it was, because no frame was added, for example on a full disk."""
+        """Leave the folder as it was, because no file was written, for example on a full disk."""
         with suppress(OSError):
             (self.path / journal_name(self.shard)).unlink()
             if self.shard is None and not (self.path / MANIFEST).exists():
@@ -125,11 +130,18 @@ class CaptureFolder:
             raise FireflyError(f"cannot write into {self.path} ({reason}): choose another folder") from error
 
     def _remove_unfinished(self) -> None:
-        for folder in (self.path, *self._subfolders()):
+        for folder in (self.path, *self._swept_folders()):
             remove_unfinished(folder)
 
-    def _subfolders(self) -> list[Path]:
-        return [Path(entry.path) for entry in os.scandir(self.path) if entry.is_dir(follow_symlinks=False)]
+    def _swept_folders(self) -> list[Path]:
+        """Return the folders that a sweep may have made; another process may capture into any other one."""
+        with os.scandir(self.path) as entries:
+            found = [
+                Path(entry.path)
+                for entry in entries
+                if "=" in entry.name and entry.is_dir(follow_symlinks=False)
+            ]
+        return [folder for folder in found if not (folder / f"{_LOCK}.lock").exists()]
 
     def check_free(self) -> None:
         """Raise an OutputError if there is a capture in the folder; for a shard, one in the same share."""
@@ -161,14 +173,21 @@ class CaptureFolder:
         self.records.add(self._journal, description, frame)
         self._is_unused = False
 
+    def note_written(self) -> None:
+        """Note that a file of a frame is in its place: an earlier manifest does not describe it."""
+        self._is_unused = False
+
     def begin(self) -> None:
         """Put an earlier manifest aside and open the journal, unless that has been done."""
         if self._journal is not None:
             return
         if self._overwrite:
             self._remove_earlier()
-        with suppress(FileNotFoundError):  # another shard may be faster
-            os.replace(self.path / MANIFEST, self.path / PREVIOUS)
+        try:
+            with suppress(FileNotFoundError):  # another shard may be faster
+                os.replace(self.path / MANIFEST, self.path / PREVIOUS)
+        except OSError as error:
+            raise FireflyError(f"cannot rename {self.path / MANIFEST}: {error.strerror or error}") from error
         path = self.path / journal_name(self.shard)
         self._is_unused = not path.exists()
         self._journal = Journal(path, self.records.run + 1, self._asked)
@@ -200,8 +219,8 @@ class CaptureFolder:
             self._remove(path)
 
     def remove_strays(self, outputs: Iterable[str]) -> None:
-        """Remove files with names of frames that have no record, or of other outputs."""
-        kept = set(outputs)
+        """Remove files with names of frames that have no record, or of other outputs, and log their names."""
+        kept, removed = set(outputs), list[str]()
         for folder in ("", *self.records.folders()):
             if not (self.path / folder).is_dir():  # none of its frames could be drawn
                 continue
@@ -213,6 +232,10 @@ class CaptureFolder:
                 known = self.records.has(folder, index)
                 if not known or output not in kept or "error" in self.records.frame(folder, index):
                     self._remove(self.path / folder / name)
+                    removed.append(f"{folder}/{name}" if folder else name)
+        if removed:
+            listed = ", ".join(sorted(removed)[:_LISTED]) + (", ..." if len(removed) > _LISTED else "")
+            log.info("removed from %s, because no frame has them: %s (%d)", self.path, listed, len(removed))
 
     def become_alone(self) -> bool:
         """Return whether no other shard is being drawn; none can begin then."""

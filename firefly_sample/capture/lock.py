@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import socket
 import warnings
@@ -9,6 +10,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from firefly_sample.errors import OutputError
+
+log = logging.getLogger(__name__)
 
 
 class Lock:
@@ -21,7 +24,8 @@ class Lock:
     busy : str
         The start of the error's message if somebody else holds the lock.
     shared : bool
-        Several may hold it at once, if all of them share it.
+        Several may hold it at once, if all of them share it. While one of them is the only one, by
+        `become_exclusive`, this waits.
     wait : bool
         Wait until it is free.
 
@@ -44,7 +48,10 @@ class Lock:
                 try:
                     fcntl.flock(self._handle, kind)
                 except BlockingIOError:
-                    raise OutputError(f"{busy}{self._holder()}") from None
+                    if not shared or self._holder():
+                        raise OutputError(f"{busy}{self._holder()}") from None
+                    log.info("%s: wait until the one that shares it lets go of it", path)
+                    fcntl.flock(self._handle, kind & ~fcntl.LOCK_NB)
                 except OSError as error:
                     warnings.warn(
                         f"{path} cannot be locked ({error.strerror}): see to it yourself that "
@@ -57,8 +64,8 @@ class Lock:
                 os.close(self._handle)
                 raise
             os.close(self._handle)  # its last holder has removed it meanwhile
-        if not shared:
-            self._write_holder()
+        # of those that share it none is named, and nobody who was killed
+        self._write_holder("" if shared else f"process {os.getpid()} on {socket.gethostname()}\n")
 
     def _is_ours(self) -> bool:
         """Return whether the path still leads to the file that was locked."""
@@ -71,20 +78,25 @@ class Lock:
         text = os.pread(self._handle, 200, 0).decode(errors="replace").strip()
         return f" ({text})" if text else ""
 
-    def _write_holder(self) -> None:
+    def _write_holder(self, text: str) -> None:
         with suppress(OSError):  # a full disk: the lock holds all the same
             os.ftruncate(self._handle, 0)
-            os.pwrite(self._handle, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+            os.pwrite(self._handle, text.encode(), 0)
 
     def become_exclusive(self) -> bool:
         """Return whether nobody else holds a shared lock, which is exclusive then.
 
-        If somebody else does, this lock may be lost: release it.
+        If somebody else does, this lock is lost: release it.
         """
         import fcntl
 
         try:
-            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            try:
+                fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                # NFS keeps the shared lock: two that try at once would both fail, if each did not let go
+                fcntl.flock(self._handle, fcntl.LOCK_UN)
+                fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             return False
         except OSError:  # locks do not work here, of which was warned

@@ -7,7 +7,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.closing import write_records
+from firefly_sample.capture.closing import OWN, write_records
 from firefly_sample.capture.files import as_folder
 from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.job import differences
@@ -41,6 +41,7 @@ def merge_capture(folder: str | Path) -> Manifest:
                 raise OutputError(f"there is no capture in {path}")
             return read_manifest(path)
         descriptions = [_description(path, records, name) for name in sorted(records.folders())]
+        _check_alike(path, descriptions)
         _check_complete(path, records, descriptions)
         for description in descriptions:
             _check_files(path, records, description)
@@ -65,6 +66,27 @@ def _description(path: Path, records: Records, folder: str) -> Mapping[str, Any]
             "draws again those that differ"
         )
     return first
+
+
+def _check_alike(path: Path, descriptions: list[Mapping[str, Any]]) -> None:
+    """Raise an error if combinations differ in what the manifest of a sweep says once for all of them."""
+    for other in descriptions[1:]:
+        names, others = (", ".join(one["values"]) or "nothing" for one in (descriptions[0], other))
+        if names != others:
+            raise OutputError(
+                f"in {path} there are captures over {names} and over {others}: put each into a folder of "
+                "its own"
+            )
+        first, second = (
+            {name: value for name, value in one.items() if name not in OWN}
+            for one in (descriptions[0], other)
+        )
+        if first != second:
+            raise OutputError(
+                f"the combinations in {path} were drawn in different ways "
+                f"({'; '.join(differences(first, second))}): capture with --resume draws again those that "
+                "differ"
+            )
 
 
 def _check_complete(path: Path, records: Records, descriptions: list[Mapping[str, Any]]) -> None:

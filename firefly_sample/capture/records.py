@@ -6,7 +6,7 @@ import json
 from array import array
 from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Literal
 
 from firefly_sample.capture.frames import MAX_FRAMES
 from firefly_sample.capture.job import Driver, key_of
@@ -158,15 +158,21 @@ class Records:
         key, folder, frames = key_of(description), part["folder"], part["frames"]
         self._describe(key, description)
         head = {**part, "about": key, "frames": None}
+        for name in SHARED:
+            if not isinstance(part.get(name, []), list):
+                raise ValueError(f"its {name!r} are no list")
         self._heads[source, folder] = head
         places = self._places.setdefault(folder, _Places())
-        if isinstance(frames, FrameLines):
-            for offset, frame in zip(frames.offsets, frames, strict=True):
-                places.put(frame["index"], source * _OFFSET + offset + 1)
-        else:  # the manifest was formatted by another program
-            for frame in frames:
+        for number, frame in enumerate(frames):
+            if not _is_record(frame, "files"):
+                raise ValueError(f"entry {number + 1} of its frames is damaged")
+            if isinstance(frames, FrameLines):
+                places.put(frame["index"], source * _OFFSET + frames.offsets[number] + 1)
+            else:  # the manifest was formatted by another program
                 self._keep(places, _complete(dict(frame), head))
-        for frame in part.get("failed", ()):
+        for number, frame in enumerate(part.get("failed", ())):
+            if not _is_record(frame, "error"):
+                raise ValueError(f"entry {number + 1} of 'failed' is damaged")
             self._keep(places, {**frame, "about": key})
 
     def _keep(self, places: _Places, frame: dict[str, Any]) -> None:
@@ -224,8 +230,6 @@ _DESCRIBED = (
     *("fps", "time", "driver", "driver_version", "software", "version"),
 )
 """The members of a `Job.description`."""
-_BY_OUTPUT = ("files", "sha256", "file_sha256")
-"""Members that every frame has which was drawn."""
 
 
 def check_folder(path: Path, folder: object) -> None:
@@ -263,20 +267,38 @@ def _is_description(line: Mapping[str, Any]) -> bool:
 
 def _is_frame(line: Mapping[str, Any], values: Container[int]) -> bool:
     """Return whether a line of a journal is a frame, of which all `values` are there."""
-    index = line.get("index")
-    whole = "error" in line or all(isinstance(line.get(name), dict) for name in _BY_OUTPUT)
+    whole = _is_record(line, "error" if "error" in line else "files")
     return (
-        type(index) is int
-        and 0 <= index < MAX_FRAMES
+        whole
         and isinstance(line.get("about"), str)
-        and whole
+        and ("error" in line or isinstance(line.get("file_sha256"), dict))
         and all(type(line[name]) is int and line[name] in values for name in SHARED if name in line)
+    )
+
+
+def _is_record(frame: object, kind: Literal["files", "error"]) -> bool:
+    """Return whether a frame of a journal or a manifest has all that is used of it.
+
+    Manifests of version 0.1.0 have no hashes of files: frames without them count as damaged.
+    """
+    if not isinstance(frame, dict):
+        return False
+    index, time = frame.get("index"), frame.get("time")
+    numbered = type(index) is int and 0 <= index < MAX_FRAMES and isinstance(time, int | float)
+    if kind == "error":
+        return numbered and isinstance(frame.get("error"), str)
+    return (
+        numbered
+        and all(isinstance(frame.get(name), dict) for name in ("files", "sha256", "lights"))
+        and isinstance(frame.get("file_sha256", {}), dict)
+        and isinstance(frame.get("id_names", []), list | int)
     )
 
 
 def _complete(frame: dict[str, Any], head: Mapping[str, Any]) -> dict[str, Any]:
     """Add to a frame of a manifest what the manifest says of all its frames."""
     frame |= {"about": head["about"], "warnings": head.get("warnings", [])}
+    frame.setdefault("file_sha256", {})
     if "id" in frame["files"]:
         frame.setdefault("id_names", head.get("id_names", []))
     return frame

@@ -57,7 +57,7 @@ class FrameWriter:
             frame["id_names"] = list(drawn.id_names)
         self._make(part.job.folder)
         contents = {self._folder.path / paths[output]: drawn.files[output] for output in drawn.files}
-        self._writing.append((part, frame, self._pool.submit(_write, contents)))
+        self._writing.append((part, frame, self._pool.submit(_write, contents, self._folder)))
         return recorded
 
     def finish(self) -> int:
@@ -95,10 +95,11 @@ class FrameWriter:
                     self._folder.add(part.description, frame)
 
 
-def _write(contents: dict[Path, bytes]) -> None:
+def _write(contents: dict[Path, bytes], place: CaptureFolder) -> None:
     for path, content in contents.items():
         with open_whole(path, sync=True) as file:
             file.write(content)
+        place.note_written()
     for folder in {path.parent for path in contents}:
         try:
             sync_folder(folder)

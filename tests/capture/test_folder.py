@@ -2,58 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 import os
 
 import pytest
 
 from firefly_sample.capture.closing import write_records
-from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.frames import Shard
 from firefly_sample.capture.manifest import read_manifest
 from firefly_sample.capture.work import Part, Work
 from firefly_sample.capture.writer import FrameWriter
 from firefly_sample.errors import FireflyError, OutputError
 from tests.capture.described import DRIVER, content_of, drawn_of, failed_of, job_of
+from tests.capture.folders import draw, finish, finished, names_in, opened, parts_of
 from tests.cli.permissions import obeyed_permissions
-
-
-def opened(path, shard=None, overwrite=False, frames=4):
-    asked = {"frames": (0, frames, 1), "jobs": 1, "shard": str(shard or "")}
-    return CaptureFolder(path, asked, shard, overwrite)
-
-
-def parts_of(**changes):
-    return [Part(job_of(**changes), DRIVER, 0)]
-
-
-def draw(place, parts, frames=range(4), version=0):
-    """Draw what is missing, and return the frames that were drawn."""
-    tasks = list(Work(place, parts, frames).missing())
-    with FrameWriter(place) as writer:
-        for task in tasks:
-            part = next(part for part in parts if part.job.folder == task.job.folder)
-            writer.put(part, drawn_of(task.index, task.job.outputs, version))
-        writer.finish()
-    return [task.index for task in tasks]
-
-
-def finish(place, parts):
-    place.remove_strays(parts[0].job.outputs)
-    write_records(place.path, place.records, [part.description for part in parts])
-    place.end()
-
-
-def finished(path, **changes):
-    parts = parts_of(**changes)
-    with opened(path) as place:
-        draw(place, parts)
-        finish(place, parts)
-    return parts
-
-
-def names_in(path):
-    return sorted(os.listdir(path))
-
 
 PICTURES = [f"color_{index:06d}.png" for index in range(4)]
 
@@ -187,15 +149,6 @@ def test_shards_of_one_capture_are_free_and_others_are_refused(tmp_path):
                 refused(place)
 
 
-@pytest.mark.parametrize("name", ["manifest.json", "manifest.previous.json"])
-def test_a_damaged_manifest_is_one_line_with_a_way_out(tmp_path, name):
-    (tmp_path / name).write_text('{"frames": [')
-    match = rf"^\S+{name} is not a manifest: .*: use --overwrite to replace the capture, or another folder$"
-    with pytest.raises(OutputError, match=match), opened(tmp_path):
-        pass
-    assert names_in(tmp_path) == [name]
-
-
 def test_a_second_capture_into_the_folder_is_refused(tmp_path):
     with opened(tmp_path) as place:
         draw(place, parts_of())
@@ -291,6 +244,28 @@ def test_what_killed_writers_left_is_removed_also_in_folders_of_a_sweep(tmp_path
     ]
 
 
+def test_only_what_is_a_captures_own_is_read_or_removed(tmp_path, caplog):
+    """Another process may be capturing into a folder in this one, and people call their files journals."""
+    kept = [
+        tmp_path / "journal.txt.jsonl",
+        tmp_path / "journal-of-a-night.jsonl",
+        tmp_path / "forest" / ".color_000001.png.4711-3.part",
+        tmp_path / "a=2" / ".color_000001.png.4711-3.part",
+    ]
+    for path in kept:
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("mine")
+    (tmp_path / "a=2" / ".firefly.lock").touch()  # held by the process that writes there
+    with opened(tmp_path) as place:
+        parts = parts_of()
+        draw(place, parts)
+        (tmp_path / "color_000009.png").write_text("of nobody")
+        with caplog.at_level(logging.INFO):
+            finish(place, parts)
+    assert [path.read_text() for path in kept] == ["mine"] * len(kept)
+    assert caplog.messages == [f"removed from {tmp_path}, because no frame has them: color_000009.png (1)"]
+
+
 def test_locks_of_shards_that_were_killed_are_removed_at_the_end(tmp_path):
     for name in (".firefly.lock", ".firefly-1-of-8.lock", ".firefly-2-of-8.lock"):
         (tmp_path / name).touch()
@@ -347,6 +322,28 @@ def test_a_run_that_writes_no_frame_leaves_the_folder_as_it_was(tmp_path):
     with opened(tmp_path) as place:  # whose journal has frames of an earlier run
         place.begin()
     assert {"journal.jsonl", "manifest.previous.json"} <= set(names_in(tmp_path))
+
+
+def test_a_manifest_is_not_put_back_beside_a_file_that_was_replaced(tmp_path):
+    outputs = ("color", "depth")
+    finished(tmp_path, outputs=outputs)
+    (tmp_path / "depth_000000.npz").unlink()
+    (tmp_path / "depth_000000.npz").mkdir()
+    parts = parts_of(outputs=outputs, size=(9, 6))
+
+    def run():
+        with opened(tmp_path) as place:
+            work = Work(place, parts, range(1))
+            work.check()
+            with FrameWriter(place) as writer:
+                writer.put(parts[0], drawn_of(0, outputs, version=1))
+                writer.finish()
+
+    with pytest.raises(FireflyError, match=r"^cannot write \S+depth_000000.npz"):
+        run()
+    assert (tmp_path / PICTURES[0]).read_bytes() == content_of(0, version=1)
+    assert {"journal.jsonl", "manifest.previous.json"} <= set(names_in(tmp_path))
+    assert "manifest.json" not in names_in(tmp_path)
 
 
 def test_a_crash_between_the_new_manifest_and_the_end_loses_nothing(tmp_path):

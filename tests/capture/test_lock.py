@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -112,9 +113,29 @@ def test_the_last_of_those_who_share_becomes_the_only_one(tmp_path, hold):
     second = Lock(path, "busy", shared=True)
     end(holder)
     assert second.become_exclusive()
-    with pytest.raises(OutputError, match="busy"):
-        Lock(path, "busy", shared=True)
+    with pytest.raises(OutputError, match=r"^busy$"):
+        Lock(path, "busy")
     second.release()
+
+
+def test_a_share_waits_while_another_one_is_the_only_one(tmp_path, hold):
+    """The only one is about to see what is left to do, and must not make the next share an error."""
+    path = tmp_path / "l.lock"
+    dead = hold()
+    dead.send_signal(signal.SIGKILL)
+    dead.wait(60)  # its name stays in the file
+    lock = Lock(path, "busy", shared=True)
+    assert lock.become_exclusive()
+    holders = []
+    waiting = threading.Thread(target=lambda: holders.append(hold("shared")))
+    waiting.start()
+    waiting.join(1.0)
+    assert waiting.is_alive()
+    assert not holders
+    lock.release()
+    waiting.join(60)
+    end(holders[0])
+    assert not path.exists()
 
 
 def test_turns_are_never_lost_though_the_file_is_removed_after_each(tmp_path):

@@ -43,10 +43,10 @@ def slowly(monkeypatch):
     """Every frame takes some milliseconds to write, the first ones longest; the threads that wrote."""
     threads, write = [], module._write
 
-    def later(contents):
+    def later(contents, place):
         threads.append(threading.get_ident())
         time.sleep(0.03 / len(threads))
-        write(contents)
+        write(contents, place)
 
     monkeypatch.setattr(module, "_write", later)
     return threads
@@ -132,10 +132,10 @@ def test_after_an_error_elsewhere_all_is_recorded_and_after_ctrl_c_only_what_was
 ):
     begun, write = threading.Event(), module._write
 
-    def later(contents):
+    def later(contents, place):
         begun.set()
         time.sleep(0.5)  # meanwhile the interruption must come, also on a busy machine
-        write(contents)
+        write(contents, place)
 
     monkeypatch.setattr(module, "_write", later)
     monkeypatch.setattr(module.os, "cpu_count", lambda: 1)
