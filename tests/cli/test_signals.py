@@ -36,8 +36,8 @@ def wait_for(name):
         time.sleep(0.01)
 
 def build():
-    pathlib.Path("begun").touch()
     try:
+        pathlib.Path("begun").touch()
         wait_for("go")
     finally:
         pathlib.Path("cleaning").touch()
