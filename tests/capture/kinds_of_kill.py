@@ -65,7 +65,8 @@ def at_a_random_moment(stage: Stage, rng: Random) -> None:
         number = rng.choice(SIGNALS)
         run = stage.start_command(*words, folder)
         if number != signal.SIGKILL:
-            wait_for(lambda run=run, n=number: run.poll() is not None or handles(run.pid, n), "a handler")
+            # the interpreter has a handler of SIGINT from its start on, and none of SIGTERM
+            wait_for(lambda run=run: run.poll() is not None or handles(run.pid, signal.SIGTERM), "handlers")
         _wait_for_a_moment(stage, rng, run, folder)
         if run.poll() is None:
             run.kill(number)
