@@ -100,8 +100,8 @@ def parts_of(folder: CaptureFolder, template: Template, jobs: Sequence[Job], dri
         if list(values) != names:
             before = f"a sweep over {', '.join(values)}" if values else "a capture without a sweep"
             raise OutputError(
-                f"in {folder.path} there is {before}, which cannot be gone on with in this way: choose "
-                "another folder, or use --overwrite"
+                f"in {folder.path} there is {before}, and --resume needs the same --sweep names: "
+                "choose another folder, or use --overwrite"
             )
         parts.append(Part(template.job(values), driver, None))
     take_exposures(folder, parts)

@@ -92,7 +92,7 @@ def capture(
     fail_fast
         Stop at the first frame that cannot be drawn; otherwise the others are drawn.
     workers
-        Draw in so many processes.
+        Draw in this many processes; auto is one for each core.
     cluster
         Draw on a dask cluster, at the address of its scheduler, or local.
     shard

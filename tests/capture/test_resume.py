@@ -197,7 +197,7 @@ def test_a_sweep_and_a_plain_capture_do_not_mix(tmp_path, undisturbed):
     folder = tmp_path / "out"
     shutil.copytree(undisturbed, folder)
     with pytest.raises(
-        OutputError, match=r"there is a capture without a sweep, which cannot be gone on with"
+        OutputError, match=r"there is a capture without a sweep, and --resume needs the same --sweep names"
     ):
         capture(folder, sweep={"fireflies": [1, 2]}, resume=True)
     assert content(folder) == content(undisturbed)
@@ -205,7 +205,7 @@ def test_a_sweep_and_a_plain_capture_do_not_mix(tmp_path, undisturbed):
     assert content(folder).keys() == {
         *("fireflies=1/color_000000.png", "fireflies=2/color_000000.png", "manifest.json")
     }
-    with pytest.raises(OutputError, match=r"there is a sweep over fireflies, which cannot"):
+    with pytest.raises(OutputError, match=r"there is a sweep over fireflies, and --resume"):
         capture(folder, resume=True)
     capture(folder, overwrite=True)
     assert content(folder) == content(undisturbed)
