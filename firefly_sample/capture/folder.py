@@ -23,6 +23,7 @@ from firefly_sample.capture.lock import Lock
 from firefly_sample.capture.manifest import MANIFEST
 from firefly_sample.capture.records import Records
 from firefly_sample.errors import FireflyError, OutputError
+from firefly_sample.settings import SETTINGS
 
 PREVIOUS = "manifest.previous.json"
 _LOCK = ".firefly"
@@ -45,6 +46,15 @@ def journals(folder: Path) -> list[Path]:
 def read_records(folder: Path) -> Records:
     """Return what is known of the frames in a folder."""
     return Records([folder / PREVIOUS, folder / MANIFEST], journals(folder))
+
+
+def recorded_settings(folder: Path) -> dict[str, Any] | None:
+    """Return the settings that frames in a folder were drawn with; None if none can be read."""
+    with suppress(FireflyError), read_records(folder) as records:
+        for description in reversed(records.descriptions.values()):
+            if isinstance(settings := description.get("settings"), dict):
+                return {name: value for name, value in settings.items() if name in SETTINGS}
+    return None
 
 
 class CaptureFolder:

@@ -119,6 +119,7 @@ def capture(
         device=device,
         require_gpu=require_gpu,
         quiet=quiet,
+        resumed=folder if resume else None,
     )
     with messages(show=not quiet), progress_bar("frames", show=not quiet, unit="frame") as show_progress:
         result = capture_frames(
