@@ -42,6 +42,7 @@ class Template:
         check_clock(fps, start)
         self._plugin = plugin
         self._parameters = dict(parameters or {})
+        self._hashes: dict[str, str] = {}
         self._first = Job(
             scene=scene,
             parameters={},
@@ -82,7 +83,7 @@ class Template:
             parameters=resolved,
             settings=settings,
             exposure=None if isinstance(settings.exposure, str) else settings.exposure,
-            sources=hash_sources(resolved),
+            sources=hash_sources(resolved, self._hashes),
             folder=folder,
             values=dict(values),
         )
