@@ -23,6 +23,7 @@ from firefly_sample.capture.lock import Lock
 from firefly_sample.capture.manifest import MANIFEST
 from firefly_sample.capture.records import Records
 from firefly_sample.errors import FireflyError, OutputError
+from firefly_sample.settings import SETTINGS
 
 PREVIOUS = "manifest.previous.json"
 _LOCK = ".firefly"
@@ -45,6 +46,15 @@ def journals(folder: Path) -> list[Path]:
 def read_records(folder: Path) -> Records:
     """Return what is known of the frames in a folder."""
     return Records([folder / PREVIOUS, folder / MANIFEST], journals(folder))
+
+
+def recorded_settings(folder: Path) -> dict[str, Any] | None:
+    """Return the settings that frames in a folder were drawn with; None if none can be read."""
+    with suppress(FireflyError), read_records(folder) as records:
+        for description in reversed(records.descriptions.values()):
+            if isinstance(settings := description.get("settings"), dict):
+                return {name: value for name, value in settings.items() if name in SETTINGS}
+    return None
 
 
 class CaptureFolder:
@@ -134,14 +144,19 @@ class CaptureFolder:
             remove_unfinished(folder)
 
     def _swept_folders(self) -> list[Path]:
-        """Return the folders that a sweep may have made; another process may capture into any other one."""
+        """Return the folders that a sweep may have made, and not those with a capture of their own."""
         with os.scandir(self.path) as entries:
             found = [
                 Path(entry.path)
                 for entry in entries
                 if "=" in entry.name and entry.is_dir(follow_symlinks=False)
             ]
-        return [folder for folder in found if not (folder / f"{_LOCK}.lock").exists()]
+        own = (f"{_LOCK}.lock", MANIFEST, PREVIOUS)
+        return [
+            folder
+            for folder in found
+            if not journals(folder) and not any((folder / name).exists() for name in own)
+        ]
 
     def check_free(self) -> None:
         """Raise an OutputError if there is a capture in the folder; for a shard, one in the same share."""
@@ -204,31 +219,29 @@ class CaptureFolder:
             warnings.warn(f"{error}; only pictures in {self.path} itself are removed", stacklevel=2)
             earlier = Records([], journals(self.path))
         with earlier:
-            for folder in earlier.folders():
-                for index in earlier.indices(folder):
-                    for name in earlier.frame(folder, index).get("files", {}).values():
-                        if named_frame(Path(name).name) is not None:
-                            self._remove(self.path / folder / Path(name).name)
-                if folder:
-                    with suppress(OSError):  # there are other files in it
-                        (self.path / folder).rmdir()
-        for name in os.listdir(self.path):
-            if named_frame(name) is not None and not (self.path / name).is_dir():
-                self._remove(self.path / name)
+            folders = {"", *earlier.folders()}
+        for folder in folders:
+            for name in self._frames_in(folder):
+                self._remove(self.path / folder / name)
+            if folder:
+                with suppress(OSError):  # there are other files in it
+                    (self.path / folder).rmdir()
         for path in described:
             self._remove(path)
+
+    def _frames_in(self, folder: str) -> dict[str, tuple[str, int]]:
+        """Return the files that have names of frames, each with its output and frame."""
+        if not (self.path / folder).is_dir():  # none of its frames could be drawn
+            return {}
+        with os.scandir(self.path / folder) as entries:
+            named = {entry.name: named_frame(entry.name) for entry in entries if not entry.is_dir()}
+        return {name: found for name, found in named.items() if found is not None}
 
     def remove_strays(self, outputs: Iterable[str]) -> None:
         """Remove files with names of frames that have no record, or of other outputs, and log their names."""
         kept, removed = set(outputs), list[str]()
         for folder in ("", *self.records.folders()):
-            if not (self.path / folder).is_dir():  # none of its frames could be drawn
-                continue
-            for name in os.listdir(self.path / folder):
-                named = named_frame(name)
-                if named is None or (self.path / folder / name).is_dir():
-                    continue
-                output, index = named
+            for name, (output, index) in self._frames_in(folder).items():
                 known = self.records.has(folder, index)
                 if not known or output not in kept or "error" in self.records.frame(folder, index):
                     self._remove(self.path / folder / name)

@@ -150,7 +150,9 @@ class Records:
             for part in manifest.captures():
                 check_folder(path, part["folder"])
                 self._read_part(source, part)
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        except ValueError as error:
+            raise FireflyError(f"{path} is not a manifest: {error}") from error
+        except (KeyError, TypeError, AttributeError, RecursionError) as error:
             raise FireflyError(f"{path} is not a manifest: {type(error).__name__}: {error}") from error
 
     def _read_part(self, source: int, part: Mapping[str, Any]) -> None:

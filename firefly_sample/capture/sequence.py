@@ -87,7 +87,7 @@ def capture_frames(
         Stop at the first frame that cannot be drawn. Otherwise the others are drawn, and the manifest names
         it in "failed".
     workers : int or "auto", optional
-        Draw in so many processes of this machine; "auto" chooses as many as it has room for. When absent or
+        Draw in this many processes of this machine; "auto" chooses as many as it has room for. When absent or
         1, this process draws.
     cluster : str, optional
         Draw on a cluster of dask.distributed: the address of its scheduler, or "local" for one on this

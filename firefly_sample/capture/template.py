@@ -42,6 +42,7 @@ class Template:
         check_clock(fps, start)
         self._plugin = plugin
         self._parameters = dict(parameters or {})
+        self._hashes: dict[str, str] = {}
         self._first = Job(
             scene=scene,
             parameters={},
@@ -82,7 +83,7 @@ class Template:
             parameters=resolved,
             settings=settings,
             exposure=None if isinstance(settings.exposure, str) else settings.exposure,
-            sources=hash_sources(resolved),
+            sources=hash_sources(resolved, self._hashes),
             folder=folder,
             values=dict(values),
         )
@@ -100,8 +101,8 @@ def parts_of(folder: CaptureFolder, template: Template, jobs: Sequence[Job], dri
         if list(values) != names:
             before = f"a sweep over {', '.join(values)}" if values else "a capture without a sweep"
             raise OutputError(
-                f"in {folder.path} there is {before}, which cannot be gone on with in this way: choose "
-                "another folder, or use --overwrite"
+                f"in {folder.path} there is {before}, and --resume needs the same --sweep names: "
+                "choose another folder, or use --overwrite"
             )
         parts.append(Part(template.job(values), driver, None))
     take_exposures(folder, parts)

@@ -92,7 +92,7 @@ def capture(
     fail_fast
         Stop at the first frame that cannot be drawn; otherwise the others are drawn.
     workers
-        Draw in so many processes.
+        Draw in this many processes; auto is one for each core.
     cluster
         Draw on a dask cluster, at the address of its scheduler, or local.
     shard
@@ -119,6 +119,7 @@ def capture(
         device=device,
         require_gpu=require_gpu,
         quiet=quiet,
+        resumed=folder if resume else None,
     )
     with messages(show=not quiet), progress_bar("frames", show=not quiet, unit="frame") as show_progress:
         result = capture_frames(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 
+from firefly_sample.capture.folder import recorded_settings
 from firefly_sample.commands.options import Whole
-from firefly_sample.commands.terminal import progress_bar
+from firefly_sample.commands.terminal import complain, progress_bar
 
 _GROUP = Group("Choose settings by measuring", sort_key=1)
 
@@ -48,15 +50,23 @@ def settings_within(
     max_codes: int | None,
     budget_ms: float | None,
     quiet: bool = False,
+    resumed: Path | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """Return the given settings, with the chosen ones if there is a bound; print the evidence.
 
-    The other options are those of `firefly_sample.lab.choice.choose`.
+    Those of frames in the folder `resumed` are kept: measured times differ from run to run, and with other
+    settings all frames would be drawn again. The other options are those of
+    `firefly_sample.lab.choice.choose`.
     """
     bounds: dict[str, Any] = {"max_error": max_error, "max_codes": max_codes, "budget_ms": budget_ms}
     if all(bound is None for bound in bounds.values()):
         return given
+    before = recorded_settings(resumed) if resumed is not None else None
+    if before is not None:
+        if not quiet:
+            complain(f"the settings of the frames in {resumed} are kept: none are chosen again")
+        return before | given
     from firefly_sample.lab.choice import choose
 
     with progress_bar("choosing settings", show=not quiet) as progress:

@@ -198,7 +198,8 @@ def test_overwriting_keeps_other_files_and_removes_all_of_the_old_capture(tmp_pa
     mine[2].parent.mkdir()
     for path in mine:
         path.write_text("mine")
-    (tmp_path / "depth_000077.npz").touch()
+    for stray in ("depth_000077.npz", "a=x/color_000009.png"):  # a kill came before its record
+        (tmp_path / stray).touch()
     before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
     with opened(tmp_path, overwrite=True) as place:
         assert place.records.folders() == []

@@ -98,7 +98,19 @@ def test_sources_are_the_files_that_parameters_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name in ("a.glb", "b.glb"):
         (tmp_path / name).write_text(name)
-    found = hash_sources({"file": "a.glb,b.glb", "other": "none.glb", "seed": 3, "empty": "", "dot": "."})
+    (tmp_path / "read.glb").write_text("not read again")
+    known = {"read.glb": "known"}
+    names = {
+        "file": "a.glb,b.glb",
+        "other": "none.glb",
+        "seed": 3,
+        "empty": "",
+        "dot": ".",
+        "last": "read.glb",
+    }
+    found = hash_sources(names, known)
+    assert found == known
+    assert found.pop("read.glb") == "known"
     assert found == {name: hashlib.sha256(name.encode()).hexdigest() for name in ("a.glb", "b.glb")}
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from firefly_sample.capture.journal import Journal
 from firefly_sample.capture.manifest import read_manifest
+from firefly_sample.cli import main
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.settings import Settings
 from tests.capture.captures import GLADE, SMALL, capture, content, touched
@@ -197,7 +198,7 @@ def test_a_sweep_and_a_plain_capture_do_not_mix(tmp_path, undisturbed):
     folder = tmp_path / "out"
     shutil.copytree(undisturbed, folder)
     with pytest.raises(
-        OutputError, match=r"there is a capture without a sweep, which cannot be gone on with"
+        OutputError, match=r"there is a capture without a sweep, and --resume needs the same --sweep names"
     ):
         capture(folder, sweep={"fireflies": [1, 2]}, resume=True)
     assert content(folder) == content(undisturbed)
@@ -205,7 +206,7 @@ def test_a_sweep_and_a_plain_capture_do_not_mix(tmp_path, undisturbed):
     assert content(folder).keys() == {
         *("fireflies=1/color_000000.png", "fireflies=2/color_000000.png", "manifest.json")
     }
-    with pytest.raises(OutputError, match=r"there is a sweep over fireflies, which cannot"):
+    with pytest.raises(OutputError, match=r"there is a sweep over fireflies, and --resume"):
         capture(folder, resume=True)
     capture(folder, overwrite=True)
     assert content(folder) == content(undisturbed)
@@ -260,3 +261,20 @@ def test_a_model_that_changed_between_runs_is_drawn_again(tmp_path, monkeypatch)
 def test_the_scene_is_named_as_given(tmp_path, undisturbed):
     assert read_manifest(undisturbed)["scene"] == GLADE
     assert tuple(read_manifest(undisturbed)["size"]) == SMALL["size"]
+
+
+def test_settings_that_were_chosen_by_measuring_are_kept(tmp_path, capsys):
+    """Another measurement may choose others, and every frame would be drawn again."""
+    words = ["capture", GLADE, "--size", "8x6", "--time", "0", "-o", str(tmp_path / "out")]
+    assert main([*words, "--albedo-format", "rgba32f"]) == 0
+    chosen = read_manifest(tmp_path / "out")["settings"]
+    before = touched(tmp_path / "out")
+    capsys.readouterr()
+    assert main([*words, "--budget-ms", "1e6", "--frames", "0:2", "--resume"]) == 0
+    kept, whole, *_ = capsys.readouterr().err.splitlines()
+    assert (
+        kept == f"firefly: the settings of the frames in {tmp_path / 'out'} are kept: none are chosen again"
+    )
+    assert whole == "firefly: 1 frame is whole already"
+    assert read_manifest(tmp_path / "out")["settings"] == chosen
+    assert before.items() <= touched(tmp_path / "out").items()
