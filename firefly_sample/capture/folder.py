@@ -16,7 +16,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.files import named_frame, output_folder, remove_unfinished
+from firefly_sample.capture.files import named_frame, output_folder, remove_unfinished, sync_folder
 from firefly_sample.capture.frames import Shard
 from firefly_sample.capture.journal import Asked, Journal
 from firefly_sample.capture.lock import Lock
@@ -167,8 +167,14 @@ class CaptureFolder:
                 (self.path / name).exists() for name in (journal_name(self.shard), MANIFEST, PREVIOUS)
             )
         else:
-            used = bool(self.records.folders()) or any(map(named_frame, os.listdir(self.path)))
+            used = bool(self.records.folders())
             used = used or any((self.path / name).exists() for name in (MANIFEST, PREVIOUS))
+            strays = [] if used else sorted(filter(named_frame, os.listdir(self.path)))
+            if strays:
+                raise OutputError(
+                    f"there are files in {self.path} that are named like frames, for example {strays[0]}: "
+                    "use another folder, or --overwrite, which removes them"
+                )
         if used:
             replace = "" if self.shard is not None else "--overwrite to replace it, "
             raise OutputError(
@@ -206,6 +212,8 @@ class CaptureFolder:
         path = self.path / journal_name(self.shard)
         self._is_unused = not path.exists()
         self._journal = Journal(path, self.records.run + 1, self._asked)
+        with suppress(OSError):  # without it, a loss of power costs time only
+            sync_folder(self.path)
 
     def _remove_earlier(self) -> None:
         """Remove the files of an earlier capture, and then what describes them.

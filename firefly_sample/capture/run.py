@@ -51,18 +51,21 @@ class Run:
         """Draw what has to be drawn, check everything, and write the manifest if all shards are done."""
         survey = self._work.check(retry=True)
         if survey.whole or survey.wrong:
-            log.info("%s", survey)
+            log.log(logging.WARNING if survey.changed else logging.INFO, "%s", survey)
+        forgotten = self._work.count_forgotten()
+        if forgotten:
+            log.warning(
+                "%d frames that an earlier run was asked for are not drawn: name them in --frames", forgotten
+            )
         try:
             self._draw()
             return self._conclude()
         except BaseException:
-            recorded = self._work.count()[0]
-            if recorded:
+            whole, failed = self._work.share()
+            if whole:
+                total = max(self._total, whole + failed)
                 log.warning(
-                    "%d of %d frames are whole in %s; to go on, use --resume",
-                    recorded,
-                    max(self._total, recorded),
-                    self._folder.path,
+                    "%d of %d frames are whole in %s; to go on, use --resume", whole, total, self._folder.path
                 )
             raise
 

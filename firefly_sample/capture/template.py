@@ -94,7 +94,13 @@ def parts_of(folder: CaptureFolder, template: Template, jobs: Sequence[Job], dri
     records = folder.records
     parts = [Part(job, driver, place) for place, job in enumerate(jobs)]
     asked = {part.job.folder for part in parts}
-    names = list(jobs[0].values)
+    names, scene = list(jobs[0].values), jobs[0].scene
+    for description in records.descriptions.values():
+        if description["scene"] != scene:
+            raise OutputError(
+                f"in {folder.path} there is a capture of scene {description['scene']!r}, not of {scene!r}: "
+                "choose another folder, or use --overwrite"
+            )
     for other in sorted(set(records.folders()) - asked):
         latest = next(records.indices(other))
         values = records.descriptions[records.frame(other, latest)["about"]]["values"]

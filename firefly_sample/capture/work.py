@@ -155,6 +155,18 @@ class Work:
         recorded = sum(1 for _ in self._recorded(False))
         return recorded, recorded + sum(1 for _ in self.missing())
 
+    def count_forgotten(self) -> int:
+        """Return how many frames an unfinished run was asked for that have no record, and are not asked for.
+
+        Those of other shards are left out.
+        """
+        if self._folder.shard is not None:
+            return 0
+        records = self._folder.records
+        earlier = {index for run in records.asked for index in range(*run["frames"])}.difference(self._frames)
+        parts = [part for part in self._parts if part.place is not None]
+        return sum(not records.has(part.job.folder, index) for part in parts for index in earlier)
+
     def share(self) -> Share:
         """Return the counts of this process's frames."""
         records = self._folder.records

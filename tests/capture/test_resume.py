@@ -99,7 +99,6 @@ EARLIER = {
     "another time": {"fps": 2.0},
     "more outputs": {"outputs": ("color", "depth")},
     "another output": {"outputs": ("depth",)},
-    "another scene": {"scene": "tests.cli.glade:metered"},
 }
 
 
@@ -278,3 +277,26 @@ def test_settings_that_were_chosen_by_measuring_are_kept(tmp_path, capsys):
     assert whole == "firefly: 1 frame is whole already"
     assert read_manifest(tmp_path / "out")["settings"] == chosen
     assert before.items() <= touched(tmp_path / "out").items()
+
+
+def test_another_scene_is_refused_and_unfinished_frames_are_named(tmp_path, caplog):
+    def stop(done, total):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        capture(tmp_path, progress=stop)
+    with pytest.raises(OutputError, match=r"there is a capture of scene .*:glade', not of .*:empty': choose"):
+        capture(tmp_path, "tests.cli.glade:empty", parameters={}, resume=True)
+    manifest = capture(tmp_path, frames="0:1", resume=True)
+    left = 6 - len(manifest["frames"])
+    assert 1 <= left <= 4
+    said = f"{left} frames that an earlier run was asked for are not drawn: name them in --frames"
+    assert said in [record.getMessage() for record in caplog.records]
+
+
+def test_files_named_like_frames_are_not_taken_for_a_capture(tmp_path):
+    (tmp_path / "color_000007.png").write_bytes(b"mine")
+    with pytest.raises(OutputError, match=r"named like frames, for example color_000007\.png: use another"):
+        capture(tmp_path)
+    assert (tmp_path / "color_000007.png").read_bytes() == b"mine"
