@@ -26,32 +26,30 @@ class Lock:
     shared : bool
         Several may hold it at once, if all of them share it. While one of them is the only one, by
         `become_exclusive`, this waits.
-    wait : bool
-        Wait until it is free.
 
     Raises
     ------
     OutputError
-        If it is held by another and `wait` is False; it names the process.
+        If it is held by another; it names the process.
     OSError
         If the file cannot be made.
     """
 
-    def __init__(self, path: Path, busy: str, shared: bool = False, wait: bool = False) -> None:
+    def __init__(self, path: Path, busy: str, shared: bool = False) -> None:
         import fcntl
 
         self._path = path
-        kind = (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB)
+        kind = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
         while True:
             self._handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
             try:
                 try:
-                    fcntl.flock(self._handle, kind)
+                    fcntl.flock(self._handle, kind | fcntl.LOCK_NB)
                 except BlockingIOError:
                     if not shared or self._holder():
                         raise OutputError(f"{busy}{self._holder()}") from None
                     log.info("%s: wait until the one that shares it lets go of it", path)
-                    fcntl.flock(self._handle, kind & ~fcntl.LOCK_NB)
+                    fcntl.flock(self._handle, kind)
                 except OSError as error:
                     warnings.warn(
                         f"{path} cannot be locked ({error.strerror}): see to it yourself that "

@@ -217,19 +217,8 @@ class Records:
 
 
 _DESCRIBED = (
-    *(
-        "folder",
-        "values",
-        "scene",
-        "parameters",
-        "settings",
-        "exposure",
-        "seed",
-        "sources",
-        "size",
-        "outputs",
-    ),
-    *("fps", "time", "driver", "driver_version", "software", "version"),
+    *("folder", "values", "scene", "parameters", "settings", "exposure", "seed", "sources"),
+    *("size", "outputs", "fps", "time", "driver", "driver_version", "software", "version"),
 )
 """The members of a `Job.description`."""
 

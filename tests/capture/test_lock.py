@@ -30,10 +30,18 @@ COUNT = """
 import sys
 from pathlib import Path
 from firefly_sample.capture.lock import Lock
+from firefly_sample.errors import OutputError
+
+def take():
+    while True:
+        try:
+            return Lock(Path("l.lock"), "busy")
+        except OutputError:
+            pass
 
 counter = Path("counter")
 for _ in range(int(sys.argv[1])):
-    lock = Lock(Path("l.lock"), "busy", wait=True)
+    lock = take()
     number = int(counter.read_text())
     counter.write_text("")  # who reads now reads nothing
     counter.write_text(str(number + 1))
