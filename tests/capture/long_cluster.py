@@ -1,13 +1,9 @@
-"""Tests of clusters that take minutes: ``python -m pytest tests/capture/long_cluster.py``.
-
-Those of `tests.capture.test_cluster_workers` that end its cluster are here, too; they follow each other.
-"""
+"""Tests of local clusters that take minutes: ``python -m pytest tests/capture/long_cluster*.py``."""
 
 # ruff: noqa: F811 (fixtures are imported, and are parameters)
 
 from __future__ import annotations
 
-import logging
 import os
 import signal
 import subprocess
@@ -18,11 +14,8 @@ import pytest
 
 from firefly_sample.capture.cluster import ClusterEngine
 from firefly_sample.capture.drawing import Drawn, Failed
-from firefly_sample.capture.job import Task
-from firefly_sample.errors import FireflyError
-from tests.capture.clusters import Processes, draw_all, draw_here, job_of
+from tests.capture.clusters import draw_all, job_of
 from tests.capture.test_cluster import engine, psutil  # noqa: F401 (a fixture)
-from tests.capture.test_cluster_workers import processes  # noqa: F401 (a fixture)
 from tests.cli.command import environment
 
 pytestmark = pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWarning")
@@ -95,38 +88,3 @@ def test_a_script_without_a_guard_is_told_so(tmp_path: Path) -> None:
     assert done.stderr.startswith("error: cluster local: ")
     assert done.stderr.endswith("below the line: if __name__ == '__main__':\n")
     assert done.stderr.count("\n") == 1
-
-
-@pytest.mark.filterwarnings("ignore:worker")
-def test_workers_come_and_go(processes: Processes, caplog: pytest.LogCaptureFixture) -> None:
-    """With the last worker gone a capture waits: a new one goes on, and without one it ends."""
-    job, drawn = job_of(), {}
-    with caplog.at_level(logging.INFO, "firefly_sample"):
-        with ClusterEngine(job, str(processes.file), patience=60.0) as engine:
-            for task, frame in engine.draw(Task(job, index) for index in range(30)):
-                drawn[task.index] = frame
-                if len(drawn) == 3:
-                    for name in ("good", "second", "narrow", "old", "bare"):
-                        processes.kill(name)
-                    processes.start_worker("late")
-        assert "waiting for workers" in caplog.text
-        assert drawn == draw_here(job, range(30))
-        with ClusterEngine(job, str(processes.file), patience=2.0) as engine:
-            frames = engine.draw(Task(job, index) for index in range(1_000_000))
-            next(frames)
-            processes.kill("late")
-            with pytest.raises(FireflyError, match=r"there has been no worker for 2 s$"):
-                list(frames)
-
-
-def test_the_scheduler_dies(processes: Processes, capfd: pytest.CaptureFixture[str]) -> None:
-    processes.start_worker("last")
-    job = job_of()
-    with ClusterEngine(job, str(processes.file)) as engine:
-        frames = engine.draw(Task(job, index) for index in range(1_000_000))
-        next(frames)
-        processes.kill("scheduler")
-        with pytest.raises(FireflyError, match=r"the connection with its scheduler is lost") as caught:
-            list(frames)
-    assert "\n" not in str(caught.value)
-    assert capfd.readouterr() == ("", "")

@@ -20,16 +20,21 @@ pytestmark = pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWa
 
 @pytest.fixture(scope="module")
 def engine() -> Iterator[ClusterEngine]:
+    _OTHERS.update(process.pid for process in psutil.Process().children(recursive=True))
     with ClusterEngine(job_of(), "local", workers=2) as entered:
         yield entered
     assert worker_processes() == []
+
+
+_OTHERS: set[int] = set()
+"""The processes of earlier tests."""
 
 
 def worker_processes() -> list[psutil.Process]:
     return [
         process
         for process in psutil.Process().children(recursive=True)
-        if "spawn_main" in " ".join(process.cmdline())
+        if process.pid not in _OTHERS and "spawn_main" in " ".join(process.cmdline())
     ]
 
 

@@ -98,6 +98,5 @@ def test_shards(stage: Stage) -> None:
     kill.of_shards(stage, Random(0), 2)
 
 
-@pytest.mark.parametrize("kind", ["worker", "worker-parent"])
-def test_workers(stage: Stage, kind: str) -> None:
-    KINDS[kind][1](stage, Random(3))
+def test_workers(stage: Stage) -> None:
+    KINDS["worker"][1](stage, Random(3))

@@ -27,7 +27,7 @@ sys.stdin.read()
 lock.release()
 """
 COUNT = """
-import sys
+import sys, time
 from pathlib import Path
 from firefly_sample.capture.lock import Lock
 from firefly_sample.errors import OutputError
@@ -37,7 +37,7 @@ def take():
         try:
             return Lock(Path("l.lock"), "busy")
         except OutputError:
-            pass
+            time.sleep(0.001)
 
 counter = Path("counter")
 for _ in range(int(sys.argv[1])):

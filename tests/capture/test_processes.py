@@ -14,7 +14,7 @@ from firefly_sample.capture import processes
 from firefly_sample.capture.drawing import Artist, Drawn, Failed
 from firefly_sample.capture.engine import HereEngine
 from firefly_sample.capture.job import Task
-from firefly_sample.capture.processes import IN_FLIGHT, MOST_DEATHS, ProcessEngine
+from firefly_sample.capture.processes import IN_FLIGHT, ProcessEngine
 from firefly_sample.errors import FireflyError, GpuError, NoGpuError, SceneError
 from tests.capture.hazards import job
 from tests.cli.command import GLADE
@@ -69,26 +69,6 @@ def test_the_same_bytes_with_a_worker_killed_in_between():
     with pytest.warns(SoftwareDriverWarning) as as_here, Artist(glade):
         pass
     assert str(said.message) == str(as_here[0].message)
-
-
-def test_frames_that_end_their_worker(tmp_path, capfd):
-    """One that does so once is drawn, one that always does fails. The draw after one that was left works."""
-    dangerous = job(HAZARDS, parameters={"marker": str(tmp_path / "marker"), "in_build": False})
-    with ProcessEngine(dangerous, 1) as engine:
-        drawing = engine.draw(Task(dangerous, index) for index in range(100))
-        next(drawing)
-        drawing.close()
-        found = {task.index: result for task, result in engine.draw(Task(dangerous, i) for i in range(1, 6))}
-    assert sorted(index for index, result in found.items() if isinstance(result, Drawn)) == [1, 3, 5]
-    texts = [str(found[index].error) for index in (2, 4)]
-    assert texts == [
-        "frame 2 ended its worker process 3 times: killed by signal 9 (SIGKILL)",
-        "OddError: onetwo",
-    ]
-    out, err = capfd.readouterr()
-    assert out == ""
-    assert err.count("second 3\n") == 2
-    assert err.count("second 2\n") == err.count("shell 2\n") == MOST_DEATHS
 
 
 def test_a_scene_that_ends_every_worker_is_an_error(monkeypatch):

@@ -1,11 +1,13 @@
 """Workers that differ: each is refused by its name, and the others draw the same bytes.
 
-The tests of this module share a cluster.
+They take a minute: ``python -m pytest tests/capture/long_cluster*.py``. They share a cluster and follow each
+other; the last ones end it.
 """
 
 from __future__ import annotations
 
 import hashlib
+import logging
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,7 +16,7 @@ import pytest
 
 from firefly_sample.capture.cluster import ClusterEngine
 from firefly_sample.capture.drawing import Drawn
-from firefly_sample.capture.job import Driver, Job
+from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.errors import FireflyError, GpuError
 from tests.capture.clusters import Processes, draw_all, draw_here, job_of, with_version, without_package
 from tests.model.scene_files import box_file
@@ -121,3 +123,38 @@ def test_model_files_are_found_from_the_captures_folder(
     missing = job_of("box.glb", sources={"none.glb": digest}, file="box.glb")
     with pytest.raises(FireflyError, match=r"model none\.glb: No such file"):
         drawn_by(processes, missing)
+
+
+@pytest.mark.filterwarnings("ignore:worker")
+def test_workers_come_and_go(processes: Processes, caplog: pytest.LogCaptureFixture) -> None:
+    """With the last worker gone a capture waits: a new one goes on, and without one it ends."""
+    job, drawn = job_of(), {}
+    with caplog.at_level(logging.INFO, "firefly_sample"):
+        with ClusterEngine(job, str(processes.file), patience=60.0) as engine:
+            for task, frame in engine.draw(Task(job, index) for index in range(30)):
+                drawn[task.index] = frame
+                if len(drawn) == 3:
+                    for name in ("good", "second", "narrow", "old", "bare"):
+                        processes.kill(name)
+                    processes.start_worker("late")
+        assert "waiting for workers" in caplog.text
+        assert drawn == draw_here(job, range(30))
+        with ClusterEngine(job, str(processes.file), patience=2.0) as engine:
+            frames = engine.draw(Task(job, index) for index in range(1_000_000))
+            next(frames)
+            processes.kill("late")
+            with pytest.raises(FireflyError, match=r"there has been no worker for 2 s$"):
+                list(frames)
+
+
+def test_the_scheduler_dies(processes: Processes, capfd: pytest.CaptureFixture[str]) -> None:
+    processes.start_worker("last")
+    job = job_of()
+    with ClusterEngine(job, str(processes.file)) as engine:
+        frames = engine.draw(Task(job, index) for index in range(1_000_000))
+        next(frames)
+        processes.kill("scheduler")
+        with pytest.raises(FireflyError, match=r"the connection with its scheduler is lost") as caught:
+            list(frames)
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
