@@ -25,15 +25,15 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 PATIENCE_SECONDS = 600.0
-"""How long a capture waits while its cluster has no worker that can draw."""
+"""Seconds after which a capture ends whose cluster has no worker that can draw."""
 _AHEAD = 2
 """Frames that each thread of a worker has: one is drawn, and one waits."""
 _TRIES = 3
-"""How often a frame is tried whose task fails for a reason that is not the frame's."""
+"""Attempts at a frame whose task fails, for example because its result was lost on the way."""
 _DEATHS = 5
 """A capture ends when this many frames in a row have ended their workers."""
 _FETCH_SECONDS = 2.0
-"""How long a frame may take from its worker to here at first; each time it takes longer, this is doubled."""
+"""Seconds that the first attempt to fetch a drawn frame may take; each further one may take twice as long."""
 _FETCHERS = 8
 """Frames that are fetched at once."""
 _FREE_SECONDS = 2.0

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 POLL_SECONDS = 1.0
-"""How often the scheduler is asked for its workers."""
+"""Seconds between two questions to the scheduler for its workers."""
 ANSWER_SECONDS = 30.0
 """Workers that are busy for longer than this at the start have no part in choosing the capture's driver."""
 REFUSED_SECONDS = 15.0
-"""How long a capture waits when all workers are refused: a nanny needs a few seconds to start another one."""
+"""Seconds after which a capture ends whose workers are all refused; dask replaces a dead one in less."""
 
 _log = logging.getLogger("firefly_sample")
 

@@ -31,7 +31,7 @@ class Refused:
 
 
 class _Kind(NamedTuple):
-    """What an `Artist` is made for."""
+    """The properties of a job for which its `Artist` was made; another job with the same ones can use it."""
 
     size: tuple[int, int]
     device: int | None

@@ -19,7 +19,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Limits:
-    """How far images may differ and count as the same; by default not at all.
+    """The largest differences with which two images still count as the same; by default there are none.
 
     A pixel is over the limit if any of its channels is. Two numbers are needed, because drivers differ in two
     ways: the last digits of many pixels, and whole values of the few pixels at edges.

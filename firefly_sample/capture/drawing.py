@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from firefly_sample.scene.scene import Scene, ScenePlugin
 
 _OF_SCENES = (Exception, SystemExit, GeneratorExit)
-"""What a plugin may raise that is its own fault."""
+"""Exceptions that count as errors of the scene: they make its frame a failed one."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -10,11 +9,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple, Protocol
 
 from firefly_sample.capture.drawing import Artist, Drawn, Encoded, Failed, as_drawn, encode
+from firefly_sample.capture.files import thread_count
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.frame import Frame
-
-MOST_THREADS = 4
-"""More threads would save little time, and take the memory of more frames."""
 
 
 class Engine(Protocol):
@@ -46,7 +43,7 @@ class HereEngine:
         self._job = job
         self._artist: Artist | None = None
         self._caught: list[warnings.WarningMessage] = []
-        self._threads = min(os.cpu_count() or 1, MOST_THREADS)
+        self._threads = thread_count()
         self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="encoder")
 
     @property

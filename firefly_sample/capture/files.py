@@ -32,6 +32,14 @@ def pixel_hash(image: Image) -> str:
     return hashlib.sha256(little.data).hexdigest()
 
 
+def thread_count() -> int:
+    """Return the number of threads that encode, write or hash files: one for each core, at most four.
+
+    More would save little time, and take the memory of more frames.
+    """
+    return min(os.cpu_count() or 1, 4)
+
+
 _NAME = re.compile(r"([a-z_]+)_(\d{6})\.(png|npz)")
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from firefly_sample.capture.comparing import Limits
+from firefly_sample.capture.files import thread_count
 from firefly_sample.capture.folder import journals
 from firefly_sample.capture.job import differences as description_differences
 from firefly_sample.capture.manifest import MANIFEST
@@ -28,7 +29,6 @@ from firefly_sample.capture.stored import (
 )
 from firefly_sample.errors import FireflyError
 
-_MOST_THREADS = 4
 _NOT_DESCRIBED = ("frames", "failed", "warnings", "id_names", "folder", "values", "captures", "sweep")
 _SHOWN_FILES = 3
 
@@ -329,7 +329,7 @@ def _picture_folder(folder: Path) -> Path:
 
 def _in_threads(items: Iterable[Any], work: Callable[[Any], Any]) -> Iterator[Any]:
     """Yield the result of `work` for each item, in order; few items are under way at a time."""
-    threads = min(os.cpu_count() or 1, _MOST_THREADS)
+    threads = thread_count()
     waiting: deque[Future[Any]] = deque()
     with ThreadPoolExecutor(threads, thread_name_prefix="verify") as pool:
         try:

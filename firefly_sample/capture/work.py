@@ -9,12 +9,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.files import file_name, hash_file
+from firefly_sample.capture.files import file_name, hash_file, thread_count
 from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.job import Driver, Job, Task, differences, key_of
 from firefly_sample.errors import FireflyError
 
-_THREADS = 4
 _BATCH = 256
 _CHANGED, _FAILED = "of other settings", "that failed before"
 _LISTED = 4
@@ -94,7 +93,7 @@ class Work:
         records = self._folder.records
         whole, wrong, changed = 0, Counter[str](), dict[str, None]()
         recorded = self._recorded(everything)
-        with ThreadPoolExecutor(_THREADS) as pool:
+        with ThreadPoolExecutor(thread_count()) as pool:
             while batch := list(islice(recorded, _BATCH)):
                 frames = [records.frame(part.job.folder, index) for part, index in batch]
                 faults = pool.map(self._fault, [part for part, _ in batch], frames)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
@@ -10,12 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from firefly_sample.capture.drawing import Drawn
-from firefly_sample.capture.files import open_whole, sync_folder
+from firefly_sample.capture.files import open_whole, sync_folder, thread_count
 from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.work import Part, file_path
 from firefly_sample.errors import FireflyError
-
-_MOST_THREADS = 4
 
 
 class FrameWriter:
@@ -27,7 +24,7 @@ class FrameWriter:
     """
 
     def __init__(self, folder: CaptureFolder) -> None:
-        threads = min(os.cpu_count() or 1, _MOST_THREADS)
+        threads = thread_count()
         self._bound = threads + 1
         self._folder = folder
         self._writing: deque[tuple[Part, dict[str, Any], Future[None]]] = deque()

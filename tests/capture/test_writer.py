@@ -138,7 +138,7 @@ def test_after_an_error_elsewhere_all_is_recorded_and_after_ctrl_c_only_what_was
         write(contents, place)
 
     monkeypatch.setattr(module, "_write", later)
-    monkeypatch.setattr(module.os, "cpu_count", lambda: 1)
+    monkeypatch.setattr(module, "thread_count", lambda: 1)
 
     def run():
         with FrameWriter(folder) as writer:
