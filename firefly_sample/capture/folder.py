@@ -270,7 +270,6 @@ class CaptureFolder:
         if self._journal is not None:
             self._journal.close()
             self._journal = None
-        self.records.close()
         for path in (self.path / PREVIOUS, *journals(self.path)):
             self._remove(path)
         if self._lock.become_exclusive():  # the locks of shards that were killed are nobody's

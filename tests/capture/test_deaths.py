@@ -45,6 +45,12 @@ def test_signals_one_after_the_other(stage: Stage) -> None:
     assert [death.whole for death in stage.deaths][3:] == [8, 8, 8]
 
 
+def test_a_signal_while_the_journal_is_removed(stage: Stage) -> None:
+    """All frames are whole, and the message counts them although the capture has ended."""
+    kill.at_operations(stage, [((r"os.remove journal", 1), HUP)])
+    assert [death.whole for death in stage.deaths] == [8]
+
+
 def test_another_capture_is_overwritten(stage: Stage) -> None:
     moments = [((r"os.remove color", 4), KILL), ((r"os.rename \.color", 2), TERM)]
     kill.at_operations(stage, moments, over=True)
