@@ -1,0 +1,1 @@
+"""Images as the content of files, and back: pictures, data, and films."""
