@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.files import sync_folder
-from firefly_sample.capture.manifest import FrameEntry, write_manifest
+from firefly_sample.capture.files import hash_file, sync_folder
+from firefly_sample.capture.manifest import MANIFEST, FrameEntry, write_manifest
 from firefly_sample.capture.records import Records
 
 OWN = ("folder", "values", "sources", "parameters", "settings", "exposure", "seed")
@@ -32,14 +32,14 @@ def write_records(path: Path, records: Records, descriptions: Sequence[Mapping[s
     if is_sweep:
         head = {name: value for name, value in descriptions[0].items() if name not in OWN}
         head["sweep"] = _axes(descriptions)
-    parts = (_part(records, description, is_sweep) for description in descriptions)
-    write_manifest(path, head, parts, sweep=is_sweep)
+    parts = (_part(path, records, description, is_sweep) for description in descriptions)
+    write_manifest(path / MANIFEST, head, parts, sweep=is_sweep)
     sync_folder(path)
 
 
 def _part(
-    records: Records, description: Mapping[str, Any], is_sweep: bool
-) -> tuple[dict[str, Any], Iterator[FrameEntry]]:
+    path: Path, records: Records, description: Mapping[str, Any], is_sweep: bool
+) -> tuple[dict[str, Any], Iterable[FrameEntry]]:
     folder = description["folder"]
     left_out = () if is_sweep else ("folder", "values")
     keys = {
@@ -60,10 +60,35 @@ def _part(
     if id_names is not None:
         keys["id_names"] = id_names
     keys["failed"] = failed
-    return keys, _frames(records, folder, id_names)
+    frames = _Frames(records, folder, id_names)
+    if description.get("dataset") is not None:
+        keys["documents"] = _write_documents(path, description, frames)
+    return keys, frames
 
 
-def _frames(records: Records, folder: str, id_names: list[str] | None) -> Iterator[FrameEntry]:
+class _Frames:
+    """The entries of the frames of a folder, read from the records as often as they are asked for."""
+
+    def __init__(self, records: Records, folder: str, id_names: list[str] | None) -> None:
+        self._arguments = records, folder, id_names
+
+    def __iter__(self) -> Iterator[FrameEntry]:
+        return _entries(*self._arguments)
+
+
+def _write_documents(
+    path: Path, description: Mapping[str, Any], frames: Iterable[FrameEntry]
+) -> dict[str, str]:
+    """Write what makes the files of a folder a data set; return the SHA-256 of each document, by its path."""
+    from firefly_sample.capture.datasets import DATASETS
+
+    folder = description["folder"]
+    names = DATASETS[description["dataset"]].write(path, description, frames)
+    sync_folder(path / folder)
+    return {name: hash_file(path / name) or "" for name in names}
+
+
+def _entries(records: Records, folder: str, id_names: list[str] | None) -> Iterator[FrameEntry]:
     for index in records.indices(folder):
         frame = records.frame(folder, index)
         if "error" in frame:
@@ -72,10 +97,15 @@ def _frames(records: Records, folder: str, id_names: list[str] | None) -> Iterat
             "index": index,
             "time": frame["time"],
             "lights": frame["lights"],
+            "camera": frame["camera"],
             "files": frame["files"],
             "sha256": frame["sha256"],
             "file_sha256": frame["file_sha256"],
         }
+        if "view" in frame:
+            entry["view"] = frame["view"]
+        if "instances" in frame:
+            entry["instances"] = frame["instances"]
         if "id_names" in frame and frame["id_names"] != id_names:
             entry["id_names"] = frame["id_names"]
         yield entry

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from firefly_sample.capture.cluster_client import LOCAL, connected
 from firefly_sample.capture.cluster_roster import POLL_SECONDS, Roster
 from firefly_sample.capture.cluster_worker import Refused, draw, free
-from firefly_sample.capture.drawing import Drawn, Failed
+from firefly_sample.capture.drawn import Drawn, Failed
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.errors import FireflyError, SoftwareDriverWarning
 from firefly_sample.gpu.driver_checks import software_warning

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from firefly_sample import __version__
-from firefly_sample.capture.drawing import Artist, Drawn, Failed
+from firefly_sample.capture.drawing import Artist
+from firefly_sample.capture.drawn import Drawn, Failed
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.errors import FireflyError, ModelError, SoftwareDriverWarning
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.capture.comparing import Difference, absolute_difference
-from firefly_sample.frame import OUTPUTS, Image
+from firefly_sample.frame import Image, known_output
 
 Picture = NDArray[np.uint8]
 _NARROWEST = 320
@@ -98,7 +98,7 @@ def _amplified(
 ) -> tuple[Picture, tuple[str, str]]:
     """Return the difference as a picture, and two lines about it."""
     share = f"{difference.pixels:,} of {difference.of:,} pixels ({share_text(difference)})"
-    if OUTPUTS[output].dtype == "int32":
+    if known_output(output).dtype == "int32":
         white = np.where(difference.over[..., None], 255, 0) * np.ones(3)
         return white.astype(np.uint8), ("difference: pixels that are not equal", share)
     away = absolute_difference(expected, actual)
@@ -112,7 +112,7 @@ def _amplified(
     picture = np.round(away * (255.0 / largest if largest else 0.0)).astype(np.uint8)
     picture[difference.over] = np.maximum(picture[difference.over], _FAINTEST)
     picture[one_sided.any(axis=2) if one_sided.ndim == 3 else one_sided] = _ONE_SIDED
-    if OUTPUTS[output].dtype == "uint8":
+    if known_output(output).dtype == "uint8":
         title = f"difference x{255.0 / largest:.3g}" if largest else "difference"
         return picture, (f"{title}, largest {largest:g} codes", share)
     one_only = ", magenta is in one image only" if one_sided.any() else ""
@@ -127,7 +127,7 @@ def share_text(difference: Difference) -> str:
 
 def _shown(output: str, expected: Image, actual: Image) -> tuple[Picture, Picture]:
     """Return two images as pictures, by the same scale."""
-    info = OUTPUTS[output]
+    info = known_output(output)
     if info.dtype == "uint8":
         return _opaque(expected), _opaque(actual)
     if info.dtype == "int32":
@@ -163,6 +163,8 @@ def _range(unit: str, both: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
 
 def _opaque(image: Image) -> Picture:
     """Return a picture; one with alpha over grey squares."""
+    if image.ndim == 2:
+        image = np.repeat(image[..., None], 3, axis=2)
     if image.shape[2] == 3:
         return image.astype(np.uint8)
     rows, columns = np.indices(image.shape[:2]) // 8

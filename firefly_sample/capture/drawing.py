@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
 import warnings
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from firefly_sample.capture.files import encode_image, pixel_hash
+from firefly_sample.capture.annotations import annotate, needed_outputs
+from firefly_sample.capture.drawn import Drawn, Failed, Sight, as_drawn, encode
 from firefly_sample.capture.job import Driver, Job, Task
+from firefly_sample.capture.views import ViewedScene
 from firefly_sample.errors import FireflyError, SoftwareDriverWarning
-from firefly_sample.frame import Frame, Image
 from firefly_sample.settings import to_number
 
 if TYPE_CHECKING:
@@ -21,93 +21,6 @@ if TYPE_CHECKING:
 
 _OF_SCENES = (Exception, SystemExit, GeneratorExit)
 """Exceptions that count as errors of the scene: they make its frame a failed one."""
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """A frame that was drawn and encoded. It can be pickled.
-
-    Attributes
-    ----------
-    index : int
-    time : float
-        Seconds.
-    exposure : float
-        As a number: measured, if the settings say "auto".
-    lights : dict of str to int
-        Counts: in_scene, in_view, dropped.
-    files : dict of str to bytes
-        By output: the content of its file.
-    sha256, file_sha256 : dict of str to str
-        By output: the `pixel_hash` of the image, and the SHA-256 of the file.
-    warnings : tuple of str
-        Those of the frame.
-    id_names : tuple of str
-        The name of each value of the output "id"; empty without that output.
-    said : tuple of str
-        What was warned of while the scene was built, in another process.
-    """
-
-    index: int
-    time: float
-    exposure: float
-    lights: dict[str, int]
-    files: dict[str, bytes]
-    sha256: dict[str, str]
-    file_sha256: dict[str, str]
-    warnings: tuple[str, ...] = ()
-    id_names: tuple[str, ...] = ()
-    said: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Failed:
-    """A frame that could not be drawn. It can be pickled.
-
-    Attributes
-    ----------
-    index : int
-    error : FireflyError
-    whole_job : bool
-        True if no frame of its job can be drawn, because the scene cannot be built.
-    """
-
-    index: int
-    error: FireflyError
-    whole_job: bool = False
-    said: tuple[str, ...] = ()
-
-
-class Encoded(NamedTuple):
-    """The content of one file, its SHA-256, and the `pixel_hash` of the image in it."""
-
-    content: bytes
-    file_sha256: str
-    sha256: str
-
-
-def encode(output: str, image: Image) -> Encoded:
-    """Return an image as the content of its file, with both hashes."""
-    content = encode_image(output, image)
-    return Encoded(content, hashlib.sha256(content).hexdigest(), pixel_hash(image))
-
-
-def as_drawn(
-    index: int, frame: Frame, exposure: float, encoded: Mapping[str, Encoded], said: tuple[str, ...] = ()
-) -> Drawn:
-    """Return a frame whose images were encoded, by output."""
-    return Drawn(
-        index=index,
-        time=frame.time,
-        exposure=exposure,
-        lights=asdict(frame.lights),
-        files={output: one.content for output, one in encoded.items()},
-        sha256={output: one.sha256 for output, one in encoded.items()},
-        file_sha256={output: one.file_sha256 for output, one in encoded.items()},
-        warnings=tuple(frame.warnings),
-        id_names=tuple(frame.id_names) if "id" in frame.images else (),
-        said=said,
-    )
 
 
 class Artist:
@@ -147,14 +60,18 @@ class Artist:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             warnings.simplefilter("ignore", SoftwareDriverWarning)
-            ((_, frame),) = self.draw([task])
+            ((_, sight),) = self.draw([task])
         said = tuple(dict.fromkeys(str(one.message) for one in caught))
-        if isinstance(frame, Failed):
-            return replace(frame, said=said)
-        encoded = {output: encode(output, image) for output, image in frame.images.items()}
-        return as_drawn(task.index, frame, self.exposure, encoded, said)
+        if isinstance(sight, Failed):
+            return replace(sight, said=said)
+        encoding = task.job.encoding
+        try:
+            encoded = {key: encode(encoding, key, sight.frame.images) for key in encoding.files()}
+        except FireflyError as error:
+            return Failed(task.index, error, said=said)
+        return as_drawn(task, sight, encoded, said)
 
-    def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Frame | Failed]]:
+    def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Sight | Failed]]:
         """Draw frames in the given order; each is read back while the next one is drawn.
 
         A frame that cannot be drawn is given as `Failed`, and those after it are drawn all the same.
@@ -166,12 +83,12 @@ class Artist:
                 yield todo.take(), Failed(first.index, scene, whole_job=True)
                 continue
             drawing: deque[Task] = deque()
-            times = _times(first.job, todo, drawing)
-            frames = self._renderer.render_many(scene, times, first.job.outputs)
+            times = _times(first.job, scene, todo, drawing)
+            sights = self._sights(first.job, scene, times)
             while True:
-                result: Frame | Failed
+                result: Sight | Failed
                 try:
-                    result = next(frames)
+                    result = next(sights)
                 except StopIteration:
                     break
                 except MemoryError:
@@ -184,6 +101,16 @@ class Artist:
                 del result
             todo.put_back(drawing)  # those that had begun when one of them failed
 
+    def _sights(self, job: Job, scene: Scene, times: Iterable[float]) -> Iterator[Sight]:
+        """Draw a scene at each of some times, with what the job's data set needs to know of it."""
+        if not needed_outputs(job.dataset):
+            for frame in self._renderer.render_many(scene, times, job.outputs):
+                yield Sight(frame, self.exposure)
+            return
+        for time in times:  # the scene must be as it was drawn while its instances are found
+            frame = self._renderer.render(scene, time, job.outputs)
+            yield Sight(frame, self.exposure, annotate(self._renderer, scene, job.dataset, frame))
+
     def _scene_of(self, job: Job) -> Scene | FireflyError:
         """Return the scene of a job, or the error that keeps it from being built; the last is kept."""
         from firefly_sample.plan.exposure import with_exposure_at
@@ -195,6 +122,8 @@ class Artist:
                 self._plugin = find_scene(job.scene)
                 self._scene = build_scene(self._plugin, **job.parameters)
                 self._renderer.settings = with_exposure_at(self._scene, job.exposed, job.start)
+                if job.views is not None:
+                    self._scene = ViewedScene(self._scene, job.views, job.size)
             except MemoryError:
                 raise
             except _OF_SCENES as error:
@@ -207,7 +136,8 @@ class Artist:
 
         if isinstance(error, FireflyError):
             return error
-        modules = {type(self._scene).__module__}
+        scene = self._scene.scene if isinstance(self._scene, ViewedScene) else self._scene
+        modules = {type(scene).__module__}
         named: FireflyError | None = None
         if self._plugin is not None:
             named = scene_error(self._plugin, error, modules)
@@ -249,8 +179,14 @@ class _Queue:
         self._front.extendleft(reversed(list(tasks)))
 
 
-def _times(job: Job, todo: _Queue, drawing: deque[Task]) -> Iterator[float]:
-    """Take the tasks of a job up to the first of another one; put each in `drawing`, and give its time."""
+def _times(job: Job, scene: Scene, todo: _Queue, drawing: deque[Task]) -> Iterator[float]:
+    """Take the tasks of a job up to the first of another one; put each in `drawing`, and give its time.
+
+    The scene is seen from each frame's view, because a frame is planned as soon as its time is given.
+    """
     while (task := todo.first()) is not None and (task.job is job or task.job == job):
         drawing.append(todo.take())
+        view = job.view(task.index)
+        if view is not None and isinstance(scene, ViewedScene):
+            scene.view = view
         yield job.time(task.index)

@@ -8,10 +8,11 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple, Protocol
 
-from firefly_sample.capture.drawing import Artist, Drawn, Encoded, Failed, as_drawn, encode
+from firefly_sample.capture.drawing import Artist
+from firefly_sample.capture.drawn import Drawn, Encoded, Failed, Sight, as_drawn, encode
 from firefly_sample.capture.files import thread_count
 from firefly_sample.capture.job import Driver, Job, Task
-from firefly_sample.frame import Frame
+from firefly_sample.errors import FireflyError
 
 
 class Engine(Protocol):
@@ -55,19 +56,21 @@ class HereEngine:
     def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Drawn | Failed]]:
         """Draw frames in their order: see `Engine.draw`."""
         assert self._artist is not None
-        encoding: deque[_Encoding] = deque()
-        for task, frame in self._artist.draw(tasks):
-            if not isinstance(frame, Failed):
-                self._warn()
+        waiting: deque[_Encoding] = deque()
+        for task, sight in self._artist.draw(tasks):
             # one frame more than threads, so that no thread idles
-            while encoding and (len(encoding) > self._threads or encoding[0].is_done()):
-                yield encoding.popleft().result()
-            images = {} if isinstance(frame, Failed) else frame.images
-            futures = {output: self._pool.submit(encode, output, image) for output, image in images.items()}
-            encoding.append(_Encoding(task, frame, self._artist.exposure, futures))
-            del frame, images
-        while encoding:
-            yield encoding.popleft().result()
+            while waiting and (len(waiting) > self._threads or waiting[0].is_done()):
+                yield waiting.popleft().result()
+            futures = {}
+            if not isinstance(sight, Failed):
+                self._warn()
+                encoding, images = task.job.encoding, sight.frame.images
+                futures = {key: self._pool.submit(encode, encoding, key, images) for key in encoding.files()}
+                del images
+            waiting.append(_Encoding(task, sight, futures))
+            del sight
+        while waiting:
+            yield waiting.popleft().result()
 
     def _warn(self) -> None:
         """Warn of what was warned of while the renderer was made."""
@@ -92,16 +95,18 @@ class _Encoding(NamedTuple):
     """A frame whose images are being encoded."""
 
     task: Task
-    frame: Frame | Failed
-    exposure: float
+    sight: Sight | Failed
     futures: dict[str, Future[Encoded]]
 
     def is_done(self) -> bool:
         return all(future.done() for future in self.futures.values())
 
     def result(self) -> tuple[Task, Drawn | Failed]:
-        """Wait until all images are encoded."""
-        if isinstance(self.frame, Failed):
-            return self.task, self.frame
-        encoded = {output: future.result() for output, future in self.futures.items()}
-        return self.task, as_drawn(self.task.index, self.frame, self.exposure, encoded)
+        """Wait until all files are encoded."""
+        if isinstance(self.sight, Failed):
+            return self.task, self.sight
+        try:
+            encoded = {key: future.result() for key, future in self.futures.items()}
+        except FireflyError as error:
+            return self.task, Failed(self.task.index, error)
+        return self.task, as_drawn(self.task, self.sight, encoded)

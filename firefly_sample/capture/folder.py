@@ -11,14 +11,16 @@ import logging
 import os
 import re
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack, suppress
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.files import named_frame, output_folder, remove_unfinished, sync_folder
+from firefly_sample.capture.files import output_folder, remove_unfinished, sync_folder
 from firefly_sample.capture.frames import Shard
 from firefly_sample.capture.journal import Asked, Journal
+from firefly_sample.capture.layout import LAYOUTS, Layout, layout_of, names_in
 from firefly_sample.capture.lock import Lock
 from firefly_sample.capture.manifest import MANIFEST
 from firefly_sample.capture.records import Records
@@ -140,8 +142,11 @@ class CaptureFolder:
             raise FireflyError(f"cannot write into {self.path} ({reason}): choose another folder") from error
 
     def _remove_unfinished(self) -> None:
+        inner = {name for layout in LAYOUTS for name in layout.folders()}
         for folder in (self.path, *self._swept_folders()):
-            remove_unfinished(folder)
+            for path in (folder, *(folder / name for name in inner)):
+                if path.is_dir():
+                    remove_unfinished(path)
 
     def _swept_folders(self) -> list[Path]:
         """Return the folders that a sweep may have made, and not those with a capture of their own."""
@@ -169,7 +174,7 @@ class CaptureFolder:
         else:
             used = bool(self.records.folders())
             used = used or any((self.path / name).exists() for name in (MANIFEST, PREVIOUS))
-            strays = [] if used else sorted(filter(named_frame, os.listdir(self.path)))
+            strays = [] if used else sorted(self._frames_in("", layout_of(None)))
             if strays:
                 raise OutputError(
                     f"there are files in {self.path} that are named like frames, for example {strays[0]}: "
@@ -228,32 +233,39 @@ class CaptureFolder:
             earlier = Records([], journals(self.path))
         with earlier:
             folders = {"", *earlier.folders()}
+            datasets = {description.get("dataset") for description in earlier.descriptions.values()}
         for folder in folders:
-            for name in self._frames_in(folder):
-                self._remove(self.path / folder / name)
-            if folder:
-                with suppress(OSError):  # there are other files in it
-                    (self.path / folder).rmdir()
+            for layout in map(layout_of, {None, *datasets}):
+                for name in self._frames_in(folder, layout):
+                    self._remove(self.path / name)
+                made = [self.path / folder / inner for inner in layout.folders()]
+                for path in (*made, self.path / folder):
+                    if path != self.path:
+                        with suppress(OSError):  # there are other files in it, or it is not there
+                            path.rmdir()
         for path in described:
             self._remove(path)
 
-    def _frames_in(self, folder: str) -> dict[str, tuple[str, int]]:
-        """Return the files that have names of frames, each with its output and frame."""
-        if not (self.path / folder).is_dir():  # none of its frames could be drawn
-            return {}
-        with os.scandir(self.path / folder) as entries:
-            named = {entry.name: named_frame(entry.name) for entry in entries if not entry.is_dir()}
-        return {name: found for name, found in named.items() if found is not None}
+    def _frames_in(self, folder: str, layout: Layout) -> dict[str, int]:
+        """Return the files that have names of frames, relative to the capture's folder, each with its frame."""
+        found: dict[str, int] = {}
+        for name in names_in(self.path / folder, layout):
+            named = layout.parse(name)
+            if named is not None:
+                found[f"{folder}/{name}" if folder else name] = named[1]
+        return found
 
-    def remove_strays(self, outputs: Iterable[str]) -> None:
-        """Remove files with names of frames that have no record, or of other outputs, and log their names."""
-        kept, removed = set(outputs), list[str]()
+    def remove_strays(self, layout: Layout) -> None:
+        """Remove files with names of frames that no record has, and log their names."""
+        removed = list[str]()
         for folder in ("", *self.records.folders()):
-            for name, (output, index) in self._frames_in(folder).items():
-                known = self.records.has(folder, index)
-                if not known or output not in kept or "error" in self.records.frame(folder, index):
-                    self._remove(self.path / folder / name)
-                    removed.append(f"{folder}/{name}" if folder else name)
+            found = sorted(self._frames_in(folder, layout).items(), key=lambda one: one[1])
+            for index, names in groupby(found, key=lambda one: one[1]):
+                frame = self.records.frame(folder, index) if self.records.has(folder, index) else {}
+                kept = set(frame.get("files", {}).values())
+                for name in (name for name, _ in names if name not in kept):
+                    self._remove(self.path / name)
+                    removed.append(name)
         if removed:
             listed = ", ".join(sorted(removed)[:_LISTED]) + (", ..." if len(removed) > _LISTED else "")
             log.info("removed from %s, because no frame has them: %s (%d)", self.path, listed, len(removed))

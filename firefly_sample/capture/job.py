@@ -8,6 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from firefly_sample.capture.names import FileNames
+from firefly_sample.capture.views import Views
+from firefly_sample.encoding.formats import Encoding
 from firefly_sample.settings import Settings
 
 
@@ -37,7 +40,13 @@ class Job:
         Width and height in pixels.
     outputs : tuple of str
     fps, start : float
-        Frame i is drawn at the time ``start + i / fps`` in seconds.
+        Moment i is at the time ``start + i / fps`` in seconds.
+    views : Views, optional
+        The cameras that see each moment; only the scene's own when absent.
+    encoding : Encoding, optional
+        The formats of the files; PNG and ``.npz`` when absent.
+    dataset : str, optional
+        The data set that the capture is to be: a name of `firefly_sample.capture.datasets`.
     device, require_gpu
         See `firefly_sample.Renderer`; they change no pixel, because the driver is described by its name.
     sources : dict of str to str
@@ -56,15 +65,40 @@ class Job:
     outputs: tuple[str, ...]
     fps: float
     start: float
+    views: Views | None = None
+    encoding: Encoding = field(default_factory=Encoding)
+    dataset: str | None = None
     device: int | None = None
     require_gpu: bool = False
     sources: Mapping[str, str] = field(default_factory=dict)
     folder: str = ""
     values: Mapping[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        if not self.encoding.formats:
+            object.__setattr__(self, "encoding", Encoding.of(self.outputs))
+
     def time(self, index: int) -> float:
         """Return the time of a frame in seconds."""
-        return self.start + index / self.fps
+        return self.start + self.moment(index) / self.fps
+
+    def moment(self, index: int) -> int:
+        """Return the moment that a frame shows; with one view, this is the number of the frame itself."""
+        return index // self.view_count
+
+    def view(self, index: int) -> int | None:
+        """Return the number of a frame's view; None if there is only the scene's own camera."""
+        return None if self.views is None else index % self.view_count
+
+    @property
+    def view_count(self) -> int:
+        """The number of frames of each moment."""
+        return 1 if self.views is None else len(self.views)
+
+    @property
+    def names(self) -> FileNames:
+        """The names of the files."""
+        return FileNames(self.encoding, self.dataset, self.folder)
 
     @property
     def exposed(self) -> Settings:
@@ -86,8 +120,12 @@ class Job:
             "sources": dict(self.sources),
             "size": list(self.size),
             "outputs": list(self.outputs),
+            **{"quality": None, "depth_scale": None},
+            **self.encoding.as_json(),
+            "dataset": self.dataset,
             "fps": self.fps,
             "time": self.start,
+            "views": None if self.views is None else self.views.as_json(),
             "driver": driver.name,
             "driver_version": driver.version,
             "software": driver.software,

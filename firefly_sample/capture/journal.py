@@ -27,9 +27,10 @@ SHARED = ("warnings", "id_names")
 
 
 class Asked(TypedDict):
-    """The frames that a run is to draw: a range as (first, end, step), the number of jobs, and the shard."""
+    """What a run is to draw: moments as (first, end, step), views of each, the number of jobs, and the shard."""
 
     frames: tuple[int, int, int]
+    views: int
     jobs: int
     shard: str
 

@@ -29,8 +29,15 @@ class FrameEntry(TypedDict):
         Seconds.
     lights : dict of str to int
         Counts: in_scene, in_view, dropped.
+    camera : dict
+        Intrinsics, and the camera's pose in three conventions: see `FrameCamera.as_dict`.
     files, sha256, file_sha256 : dict of str to str
-        By output: its path, relative to the manifest; the `pixel_hash` of its image; the hash of the file.
+        By output: its path, relative to the manifest; the `pixel_hash` of the image in it; the hash of the
+        file. Of a data set also by the masks' names.
+    view : int
+        Only with views: the number of the camera.
+    instances : list of dict
+        Only of data sets that need them: what is in the picture, see ``docs/datasets.md``.
     id_names : list of str
         Only if they differ from the manifest's own.
     """
@@ -38,9 +45,12 @@ class FrameEntry(TypedDict):
     index: int
     time: float
     lights: dict[str, int]
+    camera: dict[str, Any]
     files: dict[str, str]
     sha256: dict[str, str]
     file_sha256: dict[str, str]
+    view: NotRequired[int]
+    instances: NotRequired[list[dict[str, Any]]]
     id_names: NotRequired[list[str]]
 
 
@@ -72,8 +82,18 @@ class Manifest(Mapping[str, Any]):
     size : [int, int]
         Width and height in pixels.
     outputs : list of str
+    formats : dict of str to str
+        The format of each output's file.
+    quality : int or None
+        Of JPEG or WebP, if it was given.
+    depth_scale : float or None
+        Scene units of one code of a 16-bit depth; None if there is none.
+    dataset : str or None
     fps, time : float
-        Frame i shows the time ``time + i / fps`` in seconds.
+        Frame i shows the time ``time + i / fps`` in seconds; with n views, this is so for the frames n * i to
+        n * i + n - 1.
+    views : dict or None
+        The cameras that see each moment, if there are others than the scene's own.
     driver, driver_version : str
         The GL renderer and version strings; the version is that of Mesa or of the GPU's driver. Machines with
         the same two strings draw the same bytes.
@@ -87,6 +107,10 @@ class Manifest(Mapping[str, Any]):
         Only with the output "id": the name of each value.
     failed : list of FailedEntry
         The frames that could not be drawn.
+    documents : dict of str to str
+        Only of a data set: the SHA-256 of each file that describes it, by its path.
+    file : dict
+        Only of a single file, such as a film: its "name", "sha256", and how it was written.
     frames : sequence of FrameEntry
         By index.
     sweep : dict of str to list
@@ -219,23 +243,23 @@ def read_manifest(folder: str | Path) -> Manifest:
 
 
 def write_manifest(
-    folder: Path,
+    path: Path,
     head: Mapping[str, Any],
     parts: Iterable[tuple[Mapping[str, Any], Iterable[FrameEntry]]],
     sweep: bool = False,
 ) -> None:
-    """Write ``manifest.json``, whole or not at all, frame by frame.
+    """Write a manifest, whole or not at all, frame by frame.
 
     Parameters
     ----------
-    folder : Path
+    path : Path
     head : mapping
         What comes first.
     parts : iterable of (mapping, iterable of FrameEntry)
         The captures: one, whose keys follow those of `head`, or those of a sweep.
     sweep : bool
     """
-    with open_whole(folder / MANIFEST, sync=True) as file:
+    with open_whole(path, sync=True) as file:
 
         def write(text: str) -> None:
             file.write(text.encode())

@@ -10,8 +10,10 @@ from typing import Any
 from firefly_sample.capture.closing import OWN, write_records
 from firefly_sample.capture.files import as_folder
 from firefly_sample.capture.folder import CaptureFolder
+from firefly_sample.capture.frames import asked_numbers
 from firefly_sample.capture.job import differences
 from firefly_sample.capture.manifest import MANIFEST, Manifest, read_manifest
+from firefly_sample.capture.names import FileNames
 from firefly_sample.capture.records import Records
 from firefly_sample.capture.work import fault_of
 from firefly_sample.errors import FireflyError, OutputError
@@ -34,7 +36,7 @@ def merge_capture(folder: str | Path) -> Manifest:
     path = as_folder(folder)
     if not path.is_dir():
         raise OutputError(f"there is no folder {path}")
-    with CaptureFolder(path, {"frames": (0, 0, 1), "jobs": 0, "shard": ""}) as place:
+    with CaptureFolder(path, {"frames": (0, 0, 1), "views": 1, "jobs": 0, "shard": ""}) as place:
         records = place.records
         if not records.asked:
             if not (path / MANIFEST).exists():
@@ -46,7 +48,7 @@ def merge_capture(folder: str | Path) -> Manifest:
         for description in descriptions:
             _check_files(path, records, description)
         if descriptions:
-            place.remove_strays(descriptions[0]["outputs"])
+            place.remove_strays(FileNames.of(descriptions[0]).layout)
         write_records(path, records, descriptions)
         place.end()
     return read_manifest(path)
@@ -91,7 +93,7 @@ def _check_alike(path: Path, descriptions: list[Mapping[str, Any]]) -> None:
 
 def _check_complete(path: Path, records: Records, descriptions: list[Mapping[str, Any]]) -> None:
     """Raise an error if frames that were asked for have no record."""
-    asked = dict.fromkeys(index for run in records.asked for index in range(*run["frames"]))
+    asked = dict.fromkeys(index for run in records.asked for index in asked_numbers(run))
     jobs = max(run["jobs"] for run in records.asked)
     if len(descriptions) < jobs:
         raise OutputError(
@@ -115,10 +117,10 @@ def _check_complete(path: Path, records: Records, descriptions: list[Mapping[str
 
 def _check_files(path: Path, records: Records, description: Mapping[str, Any]) -> None:
     """Raise an error if a file is not as it was written."""
-    folder = description["folder"]
+    folder, names = description["folder"], FileNames.of(description)
     for index in records.indices(folder):
         frame = records.frame(folder, index)
-        fault = fault_of(path, folder, frame, description["outputs"])
+        fault = fault_of(path, names, frame)
         if fault is not None and "error" not in frame:
             raise FireflyError(
                 f"frame {index} in {path / folder} is {fault}: the same command with --resume draws it again"

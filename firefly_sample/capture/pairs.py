@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 from firefly_sample.capture.comparing import Limits, by_name, measure
 from firefly_sample.capture.difference_picture import difference_picture, share_text
-from firefly_sample.capture.files import decode_image, open_whole
-from firefly_sample.capture.stored import Checked, StoredFrame, check_file
+from firefly_sample.capture.files import open_whole
+from firefly_sample.capture.stored import Checked, StoredFile, StoredFrame, check_file
 from firefly_sample.errors import FireflyError
-from firefly_sample.frame import OUTPUTS, Image
+from firefly_sample.frame import Image, output_info
 
 
 class Pair(NamedTuple):
@@ -70,7 +70,9 @@ def _compare_images(
         return
     if hashes[0] == hashes[1] and not (renamed or changed):
         return
-    first, second = (_decoded(output, one.content) for one in checked)
+    first, second = (
+        _decoded(output, frame.files[output], one.content) for frame, one in zip(pair, checked, strict=True)
+    )
     if first is None or second is None:
         text = "has other pixels, and this version cannot read it to say how many"
         found.different.append(Different("different", output, text))
@@ -87,7 +89,7 @@ def _compare_images(
         return
     picture = None
     if pictures is not None:
-        path = pictures / f"difference_{output}_{pair.expected.index:06d}.png"
+        path = pictures / f"difference_{output.replace('/', '_')}_{pair.expected.index:06d}.png"
         captions = tuple(str(frame.files[output].path) for frame in pair)
         _write(path, difference_picture(output, first, second, difference, (captions[0], captions[1])))
         picture = str(path)
@@ -96,11 +98,11 @@ def _compare_images(
     found.different.append(Different("different", output, text, figures, picture))
 
 
-def _decoded(output: str, content: bytes | None) -> Image | None:
-    if content is None or output not in OUTPUTS:
+def _decoded(output: str, file: StoredFile, content: bytes | None) -> Image | None:
+    if content is None or output_info(output) is None:
         return None
     try:
-        return decode_image(output, content)
+        return file.decode(output, content)
     except Exception:  # noqa: BLE001 - a decoder may raise anything; the hashes of the files are right
         return None
 

@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection, Pipe, wait
 from pathlib import Path
 from typing import Any, Literal
 
-from firefly_sample.capture.drawing import Drawn, Failed
+from firefly_sample.capture.drawn import Drawn, Failed
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.capture.machine import usable_cores, usable_memory
 from firefly_sample.capture.worker import Ended, Started

@@ -218,7 +218,8 @@ class Records:
 
 _DESCRIBED = (
     *("folder", "values", "scene", "parameters", "settings", "exposure", "seed", "sources"),
-    *("size", "outputs", "fps", "time", "driver", "driver_version", "software", "version"),
+    *("size", "outputs", "formats", "quality", "depth_scale", "dataset", "fps", "time", "views"),
+    *("driver", "driver_version", "software", "version"),
 )
 """The members of a `Job.description`."""
 

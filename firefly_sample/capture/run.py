@@ -7,9 +7,10 @@ import warnings
 from collections.abc import Callable, Iterable
 
 from firefly_sample.capture.closing import write_records
-from firefly_sample.capture.drawing import Failed
+from firefly_sample.capture.drawn import Failed
 from firefly_sample.capture.engine import Engine
 from firefly_sample.capture.folder import CaptureFolder
+from firefly_sample.capture.frames import FrameNumbers
 from firefly_sample.capture.job import Task
 from firefly_sample.capture.journal import Asked
 from firefly_sample.capture.manifest import Manifest, read_manifest
@@ -32,7 +33,7 @@ class Run:
         self,
         folder: CaptureFolder,
         parts: list[Part],
-        frames: range,
+        frames: FrameNumbers,
         engine: Engine,
         fail_fast: bool,
         alike: Asked | None,
@@ -87,7 +88,7 @@ class Run:
                 self._advance(writer.put(part, drawn))
             self._advance(writer.finish())
         if self._failures and not self._done and self._folder.shard is None:
-            raise self._failures[0][1].error
+            raise _named(self._failures[0][1])
         for task, failed in self._failures:
             self._record_failure(task, failed)
         self._failures.clear()
@@ -107,7 +108,7 @@ class Run:
         """Keep a failure until a frame is whole: a capture of which none can be drawn changes nothing."""
         error = failed.error
         if self._fail_fast or (failed.whole_job and len(self._parts) == 1):
-            raise error if failed.whole_job else type(error)(f"frame {failed.index}: {error}") from error
+            raise _named(failed)
         told = len(self._failures)
         if told < _TOLD:
             where = f" of {task.job.folder}" if task.job.folder else ""
@@ -141,8 +142,18 @@ class Run:
             self._draw()
         else:
             raise FireflyError(f"files in {self._folder.path} are changed by another program all the time")
-        self._folder.remove_strays(self._parts[0].job.outputs)
+        self._folder.remove_strays(self._parts[0].job.names.layout)
         descriptions = [part.description for part in self._parts]
         write_records(self._folder.path, self._folder.records, descriptions)
         self._folder.end()
         return read_manifest(self._folder.path)
+
+
+def _named(failed: Failed) -> FireflyError:
+    """Return the error of a frame, with its number unless all frames have it."""
+    error = failed.error
+    if failed.whole_job:
+        return error
+    named = type(error)(f"frame {failed.index}: {error}")
+    named.__cause__ = error
+    return named

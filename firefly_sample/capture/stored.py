@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
 import stat
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.files import decode_image, is_unfinished, named_frame, pixel_hash
+from firefly_sample.capture.annotations import read_mask
+from firefly_sample.capture.files import is_unfinished, pixel_hash
+from firefly_sample.capture.layout import names_in
 from firefly_sample.capture.manifest import MANIFEST, FrameLines, Manifest, read_manifest
+from firefly_sample.capture.names import FileNames
 from firefly_sample.errors import FireflyError
-from firefly_sample.frame import OUTPUTS, Image
+from firefly_sample.frame import Image, output_info
 from firefly_sample.settings import to_whole
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
@@ -25,13 +26,21 @@ _DIGEST = re.compile(r"[0-9a-f]{64}")
 class StoredFile(NamedTuple):
     """A file of a frame: its path, as in the manifest and in full, and the hashes in the manifest.
 
-    Manifests of version 0.1.0 have no hash of the file.
+    Manifests of version 0.1.0 have no hash of the file. `names` tell how it is decoded.
     """
 
     name: str
     path: Path
     pixels: str
     file: str | None
+    names: FileNames
+
+    def decode(self, output: str, content: bytes) -> Image:
+        """Return an image in the file; raise any exception if the file is damaged."""
+        key = self.names.key_of(output)
+        if key not in self.names.encoding.files():
+            return read_mask(content)
+        return self.names.encoding.decode(key, content)[output]
 
 
 @dataclass(frozen=True)
@@ -57,12 +66,15 @@ class StoredCapture:
         What the manifest says of it.
     errors : list of str
         What is wrong with the frames of the manifest, as far as they were read.
+    names : FileNames
+        Those of its files.
     """
 
     root: Path
     folder: str
     keys: Mapping[str, Any]
     errors: list[str]
+    names: FileNames
 
     def __len__(self) -> int:
         return len(self.keys["frames"])
@@ -108,7 +120,9 @@ class StoredCapture:
             if not _DIGEST.fullmatch(digest):
                 raise ValueError(f"frame {index}: {digest[:80]!r} is not a SHA-256")
         files = {
-            output: StoredFile(name, path_inside(self.root, name), pixels[output], hashes.get(output))
+            output: StoredFile(
+                name, path_inside(self.root, name), pixels[output], hashes.get(output), self.names
+            )
             for output, name in names.items()
         }
         id_names = entry.get("id_names", self.keys.get("id_names", []))
@@ -162,7 +176,14 @@ def stored_captures(folder: str | Path) -> list[StoredCapture]:
                 raise ValueError("a capture of a sweep has no 'folder'")
         except ValueError as error:
             raise FireflyError(f"{manifest.path} is damaged: {error}") from error
-        found.append(StoredCapture(manifest.path.parent, inside, keys, []))
+        try:
+            names = FileNames.of(keys)
+        except FireflyError as error:
+            raise FireflyError(f"{manifest.path}: {error}") from error
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            what = f"{type(error).__name__}: {error}"
+            raise FireflyError(f"{manifest.path} is damaged: {what}") from error
+        found.append(StoredCapture(manifest.path.parent, inside, keys, [], names))
     return found
 
 
@@ -175,39 +196,36 @@ def _parts(manifest: Manifest) -> list[Mapping[str, Any]]:
     return captures
 
 
-def _names(folder: Path) -> Iterator[str]:
-    with suppress(OSError), os.scandir(folder) as entries:
-        for entry in entries:
-            yield entry.name
-
-
 class Listed:
     """The files that a manifest lists, in little memory: one byte for each frame's usual file."""
 
-    def __init__(self) -> None:
-        self._usual: dict[str, bytearray] = {}
+    def __init__(self, names: FileNames) -> None:
+        self._layout = names.layout
+        self._usual: dict[tuple[str, str], bytearray] = {}
         self._others: set[str] = set()
 
-    def add(self, output: str, index: int, name: str) -> None:
+    def add(self, name: str) -> None:
         """Add a file, by its path relative to the folder of its capture."""
-        if named_frame(name) == (output, index):
-            marks = self._usual.setdefault(output, bytearray())
-            marks.extend(bytes(max(0, index + 1 - len(marks))))
-            marks[index] = 1
-        else:
+        named = self._layout.parse(name)
+        if named is None:
             self._others.add(name)
+            return
+        key, index = named
+        marks = self._usual.setdefault((key, PurePosixPath(name).suffix), bytearray())
+        marks.extend(bytes(max(0, index + 1 - len(marks))))
+        marks[index] = 1
 
     def stale(self, folder: Path) -> list[str]:
         """Return the files in `folder` that have names as captures give them, and are not listed."""
         found = []
-        for name in _names(folder):
-            named = named_frame(name)
+        for name in names_in(folder, self._layout):
+            named = self._layout.parse(name)
             if named is None:
-                if is_unfinished(name):
+                if is_unfinished(PurePosixPath(name).name):
                     found.append(name)
                 continue
-            output, index = named
-            marks = self._usual.get(output, b"")
+            key, index = named
+            marks = self._usual.get((key, PurePosixPath(name).suffix), b"")
             if not (index < len(marks) and marks[index]) and name not in self._others:
                 found.append(name)
         return sorted(found)
@@ -238,12 +256,12 @@ def check_file(output: str, file: StoredFile) -> Checked:
         return Checked("missing", f"cannot be read: {error.strerror or error}", None)
     if file.file is not None and hashlib.sha256(content).hexdigest() == file.file:
         return Checked("", "", content)
-    if output not in OUTPUTS:
+    if output_info(output) is None:
         return Checked("unknown", f"cannot be checked: this version has no output {output!r}", None)
     if not content:
         return Checked("damaged", "is damaged: it is empty", None)
     try:
-        image = decode_image(output, content)
+        image = file.decode(output, content)
     except Exception:  # noqa: BLE001 - a decoder may raise anything
         return Checked("damaged", "is damaged: it cannot be decoded", None)
     if not _fits(output, image) or pixel_hash(image) != file.pixels:
@@ -252,6 +270,11 @@ def check_file(output: str, file: StoredFile) -> Checked:
 
 
 def _fits(output: str, image: Image) -> bool:
-    info = OUTPUTS[output]
+    info = output_info(output)
     channels = image.shape[2] if image.ndim == 3 else 1
-    return image.dtype.newbyteorder("=") == info.dtype and image.ndim in (2, 3) and channels == info.channels
+    return (
+        info is not None
+        and image.dtype.newbyteorder("=") == info.dtype
+        and image.ndim in (2, 3)
+        and channels == info.channels
+    )

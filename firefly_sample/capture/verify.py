@@ -191,7 +191,7 @@ class _Side:
     def __init__(self, capture: StoredCapture, report: Report) -> None:
         self.capture, self.report = capture, report
         self.folder = capture.root / capture.folder
-        self.listed, self.rewritten = Listed(), list[str]()
+        self.listed, self.rewritten = Listed(capture.names), list[str]()
         self.failed = capture.failed()
         for index, error in self.failed.items():
             text = f"{self.folder}: frame {index} could not be drawn: {error}"
@@ -200,9 +200,8 @@ class _Side:
     def frames(self) -> Iterator[StoredFrame]:
         """Read the frames, and keep which files they have."""
         for frame in self.capture.frames():
-            for output, file in frame.files.items():
-                name = os.path.relpath(file.path, self.folder)
-                self.listed.add(output, frame.index, name)
+            for file in frame.files.values():
+                self.listed.add(os.path.relpath(file.path, self.folder))
             yield frame
 
     def take(self, frame: StoredFrame, output: str, file: StoredFile, checked: Checked) -> None:

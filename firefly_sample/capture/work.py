@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.files import file_name, hash_file, thread_count
+from firefly_sample.capture.files import hash_file, thread_count
 from firefly_sample.capture.folder import CaptureFolder
+from firefly_sample.capture.frames import FrameNumbers, asked_numbers
 from firefly_sample.capture.job import Driver, Job, Task, differences, key_of
+from firefly_sample.capture.names import FileNames
 from firefly_sample.errors import FireflyError
 
 _BATCH = 256
@@ -76,11 +78,11 @@ class Work:
     folder : CaptureFolder
     parts : list of Part
         Those that are asked for, and those of earlier runs.
-    frames : range
+    frames : FrameNumbers
         The frames that are asked for.
     """
 
-    def __init__(self, folder: CaptureFolder, parts: list[Part], frames: range) -> None:
+    def __init__(self, folder: CaptureFolder, parts: list[Part], frames: FrameNumbers) -> None:
         self._folder, self._parts, self._frames = folder, parts, frames
         self._again: dict[tuple[str, int], Task] = {}
 
@@ -118,7 +120,7 @@ class Work:
         """Return what is wrong with a recorded frame, or None."""
         if frame["about"] != part.key:
             return _CHANGED
-        return fault_of(self._folder.path, part.job.folder, frame, part.job.outputs)
+        return fault_of(self._folder.path, part.job.names, frame)
 
     def _recorded(self, everything: bool) -> Iterator[tuple[Part, int]]:
         for part in self._parts:
@@ -162,7 +164,7 @@ class Work:
         if self._folder.shard is not None:
             return 0
         records = self._folder.records
-        earlier = {index for run in records.asked for index in range(*run["frames"])}.difference(self._frames)
+        earlier = {index for run in records.asked for index in asked_numbers(run)}.difference(self._frames)
         parts = [part for part in self._parts if part.place is not None]
         return sum(not records.has(part.job.folder, index) for part in parts for index in earlier)
 
@@ -185,32 +187,26 @@ class Work:
         )
 
 
-def fault_of(path: Path, folder: str, frame: Mapping[str, Any], outputs: Iterable[str]) -> str | None:
+def fault_of(path: Path, names: FileNames, frame: Mapping[str, Any]) -> str | None:
     """Return what is wrong with a recorded frame, or None; its files are read and hashed.
 
     Parameters
     ----------
     path : Path
         The folder of the manifest.
-    folder : str
-        That of the frame's job, relative to it.
+    names : FileNames
+        Those that its files must have.
     frame : mapping
-    outputs : iterable of str
-        Those that it must have.
     """
     if "error" in frame:
         return _FAILED
-    for output in outputs:
-        name = file_path(folder, output, frame["index"])
-        digest = hash_file(path / name)
-        if digest is None:
+    digests: dict[str, str | None] = {}
+    for output in dict.fromkeys((*names.encoding.outputs, *frame["files"])):
+        name = names.path(names.key_of(output), frame["index"])
+        if name not in digests:
+            digests[name] = hash_file(path / name)
+        if digests[name] is None:
             return "missing"
-        if digest != frame["file_sha256"].get(output) or name != frame["files"].get(output):
+        if digests[name] != frame["file_sha256"].get(output) or name != frame["files"].get(output):
             return "damaged"
     return None
-
-
-def file_path(folder: str, output: str, index: int) -> str:
-    """Return the path of a frame's file in a job's folder, relative to the manifest."""
-    name = file_name(output, index)
-    return f"{folder}/{name}" if folder else name

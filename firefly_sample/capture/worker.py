@@ -19,7 +19,8 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
-from firefly_sample.capture.drawing import Artist, Failed
+from firefly_sample.capture.drawing import Artist
+from firefly_sample.capture.drawn import Failed
 from firefly_sample.capture.job import Driver, Job
 from firefly_sample.errors import FireflyError, SoftwareDriverWarning
 

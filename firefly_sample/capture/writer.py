@@ -8,10 +8,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.drawing import Drawn
+from firefly_sample.capture.drawn import Drawn
 from firefly_sample.capture.files import open_whole, sync_folder, thread_count
 from firefly_sample.capture.folder import CaptureFolder
-from firefly_sample.capture.work import Part, file_path
+from firefly_sample.capture.work import Part
 from firefly_sample.errors import FireflyError
 
 
@@ -27,6 +27,7 @@ class FrameWriter:
         threads = thread_count()
         self._bound = threads + 1
         self._folder = folder
+        self._made: set[Path] = set()
         self._writing: deque[tuple[Part, dict[str, Any], Future[None]]] = deque()
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="frame writer")
 
@@ -39,21 +40,27 @@ class FrameWriter:
         while self._writing and (len(self._writing) >= self._bound or self._writing[0][2].done()):
             recorded += self._record_first()
         self._folder.begin()
-        paths = {output: file_path(part.job.folder, output, drawn.index) for output in drawn.files}
+        paths = {key: part.job.names.path(key, drawn.index) for key in drawn.files}
         frame: dict[str, Any] = {
             "index": drawn.index,
             "time": drawn.time,
             "lights": drawn.lights,
-            "files": paths,
+            "camera": drawn.camera,
+            "files": {output: paths[key] for output, key in drawn.keys.items()},
             "sha256": drawn.sha256,
             "file_sha256": drawn.file_sha256,
         }
+        if part.job.views is not None:
+            frame["view"] = part.job.view(drawn.index)
+        if drawn.instances is not None:
+            frame["instances"] = drawn.instances
         if drawn.warnings:
             frame["warnings"] = list(drawn.warnings)
-        if "id" in drawn.files:
+        if "id" in drawn.keys:
             frame["id_names"] = list(drawn.id_names)
-        self._make(part.job.folder)
-        contents = {self._folder.path / paths[output]: drawn.files[output] for output in drawn.files}
+        contents = {self._folder.path / paths[key]: drawn.files[key] for key in drawn.files}
+        for path in contents:
+            self._make(path.parent)
         self._writing.append((part, frame, self._pool.submit(_write, contents, self._folder)))
         return recorded
 
@@ -64,14 +71,16 @@ class FrameWriter:
             recorded += self._record_first()
         return recorded
 
-    def _make(self, folder: str) -> None:
-        path = self._folder.path / folder
-        if folder and not path.is_dir():
+    def _make(self, path: Path) -> None:
+        """Make a folder below the capture's own, which is there."""
+        if path != self._folder.path and path not in self._made:
+            self._make(path.parent)
             try:
-                path.mkdir()
-                sync_folder(self._folder.path)
+                path.mkdir(exist_ok=True)
+                sync_folder(path.parent)
             except OSError as error:
                 raise FireflyError(f"cannot make {path}: {error.strerror or error}") from error
+            self._made.add(path)
 
     def _record_first(self) -> int:
         part, frame, written = self._writing[0]

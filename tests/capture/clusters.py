@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.drawing import Drawn, Failed
+from firefly_sample.capture.drawn import Drawn, Failed
 from firefly_sample.capture.engine import Engine, HereEngine
 from firefly_sample.capture.job import Job, Task
 from firefly_sample.settings import Settings

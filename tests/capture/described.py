@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from typing import Any
 
-from firefly_sample.capture.drawing import Drawn
+from firefly_sample.capture.drawn import Drawn
 from firefly_sample.capture.files import file_name
 from firefly_sample.capture.job import Driver, Job
 from firefly_sample.settings import Settings

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from firefly_sample.capture.cluster import ClusterEngine
-from firefly_sample.capture.drawing import Drawn, Failed
+from firefly_sample.capture.drawn import Drawn, Failed
 from tests.capture.clusters import draw_all, job_of
 from tests.capture.test_cluster import engine, psutil  # noqa: F401 (a fixture)
 from tests.cli.command import environment

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from firefly_sample.capture.cluster import ClusterEngine
-from firefly_sample.capture.drawing import Drawn
+from firefly_sample.capture.drawn import Drawn
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.errors import FireflyError, GpuError
 from tests.capture.clusters import Processes, draw_all, draw_here, job_of, with_version, without_package

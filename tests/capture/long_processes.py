@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 
-from firefly_sample.capture.drawing import Drawn
+from firefly_sample.capture.drawn import Drawn
 from firefly_sample.capture.job import Task
 from firefly_sample.capture.processes import MOST_DEATHS, ProcessEngine
 from tests.capture.hazards import job

@@ -9,7 +9,7 @@ import pytest
 
 from firefly_sample.capture.cluster import ClusterEngine
 from firefly_sample.capture.cluster_client import close
-from firefly_sample.capture.drawing import Drawn
+from firefly_sample.capture.drawn import Drawn
 from firefly_sample.capture.job import Task
 from firefly_sample.errors import FireflyError, MissingPackageError
 from tests.capture.clusters import draw_all, draw_here, job_of, wait_for

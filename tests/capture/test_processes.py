@@ -11,7 +11,8 @@ import pytest
 
 from firefly_sample import SoftwareDriverWarning
 from firefly_sample.capture import processes
-from firefly_sample.capture.drawing import Artist, Drawn, Failed
+from firefly_sample.capture.drawing import Artist
+from firefly_sample.capture.drawn import Drawn, Failed
 from firefly_sample.capture.engine import HereEngine
 from firefly_sample.capture.job import Task
 from firefly_sample.capture.processes import IN_FLIGHT, ProcessEngine
