@@ -10,6 +10,7 @@ from typing import Any
 from firefly_sample.capture.closing import OWN, write_records
 from firefly_sample.capture.files import as_folder
 from firefly_sample.capture.folder import CaptureFolder
+from firefly_sample.capture.frames import asked_numbers
 from firefly_sample.capture.job import differences
 from firefly_sample.capture.manifest import MANIFEST, Manifest, read_manifest
 from firefly_sample.capture.records import Records
@@ -91,7 +92,7 @@ def _check_alike(path: Path, descriptions: list[Mapping[str, Any]]) -> None:
 
 def _check_complete(path: Path, records: Records, descriptions: list[Mapping[str, Any]]) -> None:
     """Raise an error if frames that were asked for have no record."""
-    asked = dict.fromkeys(index for run in records.asked for index in range(*run["frames"]))
+    asked = dict.fromkeys(index for run in records.asked for index in asked_numbers(run))
     jobs = max(run["jobs"] for run in records.asked)
     if len(descriptions) < jobs:
         raise OutputError(

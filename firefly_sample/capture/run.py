@@ -10,6 +10,7 @@ from firefly_sample.capture.closing import write_records
 from firefly_sample.capture.drawing import Failed
 from firefly_sample.capture.engine import Engine
 from firefly_sample.capture.folder import CaptureFolder
+from firefly_sample.capture.frames import FrameNumbers
 from firefly_sample.capture.job import Task
 from firefly_sample.capture.journal import Asked
 from firefly_sample.capture.manifest import Manifest, read_manifest
@@ -32,7 +33,7 @@ class Run:
         self,
         folder: CaptureFolder,
         parts: list[Part],
-        frames: range,
+        frames: FrameNumbers,
         engine: Engine,
         fail_fast: bool,
         alike: Asked | None,

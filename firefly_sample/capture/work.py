@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from firefly_sample.capture.files import file_name, hash_file, thread_count
 from firefly_sample.capture.folder import CaptureFolder
+from firefly_sample.capture.frames import FrameNumbers, asked_numbers
 from firefly_sample.capture.job import Driver, Job, Task, differences, key_of
 from firefly_sample.errors import FireflyError
 
@@ -76,11 +77,11 @@ class Work:
     folder : CaptureFolder
     parts : list of Part
         Those that are asked for, and those of earlier runs.
-    frames : range
+    frames : FrameNumbers or range
         The frames that are asked for.
     """
 
-    def __init__(self, folder: CaptureFolder, parts: list[Part], frames: range) -> None:
+    def __init__(self, folder: CaptureFolder, parts: list[Part], frames: FrameNumbers | range) -> None:
         self._folder, self._parts, self._frames = folder, parts, frames
         self._again: dict[tuple[str, int], Task] = {}
 
@@ -162,7 +163,7 @@ class Work:
         if self._folder.shard is not None:
             return 0
         records = self._folder.records
-        earlier = {index for run in records.asked for index in range(*run["frames"])}.difference(self._frames)
+        earlier = {index for run in records.asked for index in asked_numbers(run)}.difference(self._frames)
         parts = [part for part in self._parts if part.place is not None]
         return sum(not records.has(part.job.folder, index) for part in parts for index in earlier)
 
