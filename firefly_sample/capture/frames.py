@@ -1,10 +1,12 @@
-"""Numbers of frames: ranges and their texts, times, and the shares of shards."""
+"""Numbers of frames: ranges and their texts, views of a moment, times, and the shares of shards."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, overload
 
 from firefly_sample.errors import OutputError
 from firefly_sample.settings import to_number, to_whole
@@ -75,6 +77,76 @@ def parse_frames(frames: str | int | range) -> range:
     if min(numbers[0], numbers[-1]) < 0 or max(numbers[0], numbers[-1]) >= MAX_FRAMES:
         raise OutputError(f"frames must be between 0 and {MAX_FRAMES - 1}, got {frames!r}")
     return numbers
+
+
+@dataclass(frozen=True)
+class FrameNumbers(Sequence[int]):
+    """The numbers of the frames that show some moments, each from all of its views; ordered by moment.
+
+    Frame ``moment * views + view`` shows a moment from a view. With one view the numbers are the moments.
+
+    Attributes
+    ----------
+    moments : range
+    views : int
+        1 or more.
+    """
+
+    moments: range
+    views: int = 1
+
+    def __len__(self) -> int:
+        return len(self.moments) * self.views
+
+    def __iter__(self) -> Iterator[int]:
+        for moment in self.moments:
+            yield from range(moment * self.views, (moment + 1) * self.views)
+
+    def __contains__(self, number: object) -> bool:
+        return isinstance(number, int) and number // self.views in self.moments
+
+    @overload
+    def __getitem__(self, place: int) -> int: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[int]: ...
+    def __getitem__(self, place: int | slice) -> int | list[int]:
+        if isinstance(place, slice):
+            return [self[one] for one in range(*place.indices(len(self)))]
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"place {place} of {len(self)} frames")
+        turn, view = divmod(place % len(self), self.views)
+        return self.moments[turn] * self.views + view
+
+    def index(self, number: int, start: int = 0, stop: int | None = None) -> int:
+        """Return the place of a number; raise a ValueError if it is not among those from start to stop."""
+        moment, view = divmod(number, self.views)
+        if moment in self.moments:
+            place = self.moments.index(moment) * self.views + view
+            if place in range(*slice(start, stop).indices(len(self))):
+                return place
+        raise ValueError(f"frame {number} is not among these frames")
+
+    def __str__(self) -> str:
+        text = f"{self.moments.start}:{self.moments.stop}:{self.moments.step}"
+        return text if self.views == 1 else f"{text} from {self.views} views"
+
+
+def frame_numbers(frames: str | int | range, views: int = 1) -> FrameNumbers:
+    """Return the numbers of frames of a range of moments, see `parse_frames`, from this many views."""
+    moments = parse_frames(frames)
+    last = (max(moments[0], moments[-1]) + 1) * views - 1
+    if last >= MAX_FRAMES:
+        raise OutputError(
+            f"frames {frames!r} from {views:,} views each have numbers up to {last:,} "
+            f"({max(moments[0], moments[-1]):,} x {views:,} + {views - 1:,}), and they must be below "
+            f"{MAX_FRAMES:,}: capture fewer frames or fewer views"
+        )
+    return FrameNumbers(moments, views)
+
+
+def asked_numbers(run: Mapping[str, Any]) -> FrameNumbers:
+    """Return the frames that a run was asked for: see `firefly_sample.capture.journal.Asked`."""
+    return FrameNumbers(range(*run["frames"]), run.get("views", 1))
 
 
 def frame_times(frames: str | int | range, fps: float, time: float) -> tuple[float, ...]:

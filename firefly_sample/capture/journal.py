@@ -17,7 +17,7 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 from firefly_sample.capture.job import key_of
 from firefly_sample.errors import FireflyError
@@ -27,10 +27,22 @@ SHARED = ("warnings", "id_names")
 
 
 class Asked(TypedDict):
-    """What a run is to draw: moments as (first, end, step), views of each, the number of jobs, and the shard."""
+    """The frames that a run is to draw: see `firefly_sample.capture.frames.asked_numbers`.
+
+    Attributes
+    ----------
+    frames : (int, int, int)
+        The range of moments: first, end, step.
+    views : int
+        The number of views of each moment; 1 when absent.
+    jobs : int
+        How many combinations of a sweep there are.
+    shard : str
+        As "2/8"; empty if there are no shards.
+    """
 
     frames: tuple[int, int, int]
-    views: int
+    views: NotRequired[int]
     jobs: int
     shard: str
 

@@ -243,7 +243,9 @@ def _is_run(line: Mapping[str, Any]) -> bool:
     """Return whether a line of a journal is the first one of a run."""
     frames = line.get("frames")
     numbers = [line.get("run"), line.get("jobs"), *(frames if isinstance(frames, list) else ())]
-    return len(numbers) == 5 and all(type(number) is int for number in numbers) and numbers[-1] != 0
+    whole = len(numbers) == 5 and all(type(number) is int for number in numbers) and numbers[-1] != 0
+    views = line.get("views", 1)
+    return whole and type(views) is int and views >= 1
 
 
 def _is_description(line: Mapping[str, Any]) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from firefly_sample.capture.engine import Engine, HereEngine
 from firefly_sample.capture.files import as_folder
 from firefly_sample.capture.folder import CaptureFolder
-from firefly_sample.capture.frames import parse_frames, parse_shard
+from firefly_sample.capture.frames import frame_numbers, parse_shard
 from firefly_sample.capture.job import Driver, Job
 from firefly_sample.capture.journal import Asked
 from firefly_sample.capture.manifest import Manifest
@@ -123,7 +123,7 @@ def capture_frames(
 
     if resume and overwrite:
         raise OutputError("resume goes on with a capture and overwrite replaces it: choose one of them")
-    numbers = parse_frames(frames)
+    numbers = frame_numbers(frames)
     share = parse_shard(shard) if shard is not None else None
     if share is not None and overwrite:
         raise OutputError(
@@ -142,7 +142,8 @@ def capture_frames(
         log.info("there are fewer frames than shards: shard %s has none", share)
         return Share(0, 0)
     asked: Asked = {
-        "frames": (numbers.start, numbers.stop, numbers.step),
+        "frames": (numbers.moments.start, numbers.moments.stop, numbers.moments.step),
+        "views": numbers.views,
         "jobs": len(jobs),
         "shard": str(share or ""),
     }

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from firefly_sample.capture.folder import CaptureFolder
-from firefly_sample.capture.frames import check_clock
+from firefly_sample.capture.frames import asked_numbers, check_clock
 from firefly_sample.capture.job import Driver, Job, differences
 from firefly_sample.capture.journal import Asked
 from firefly_sample.capture.sources import hash_sources
@@ -129,8 +129,8 @@ def check_same(folder: CaptureFolder, parts: Sequence[Part], asked: Asked) -> No
     by_folder = {part.job.folder: part for part in parts}
     changed: list[str] = []
     for other in folder.records.asked:
-        if tuple(other["frames"]) != asked["frames"]:
-            before, now = (":".join(map(str, each["frames"])) for each in (other, asked))
+        before, now = asked_numbers(other), asked_numbers(asked)
+        if before != now:
             changed.append(f"frames: {before}, now {now}")
         elif other["jobs"] != asked["jobs"]:
             changed.append(f"combinations: {other['jobs']}, now {asked['jobs']}")

@@ -78,11 +78,11 @@ class Work:
     folder : CaptureFolder
     parts : list of Part
         Those that are asked for, and those of earlier runs.
-    frames : FrameNumbers
+    frames : FrameNumbers or range
         The frames that are asked for.
     """
 
-    def __init__(self, folder: CaptureFolder, parts: list[Part], frames: FrameNumbers) -> None:
+    def __init__(self, folder: CaptureFolder, parts: list[Part], frames: FrameNumbers | range) -> None:
         self._folder, self._parts, self._frames = folder, parts, frames
         self._again: dict[tuple[str, int], Task] = {}
 

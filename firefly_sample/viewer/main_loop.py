@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 from firefly_sample.frame import check_size
 from firefly_sample.plan.exposure import with_exposure_at
 from firefly_sample.renderer import Renderer
+from firefly_sample.scene.other_camera import SceneWithCamera
 from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.scenes.plugin import scene_settings
 from firefly_sample.settings import Settings
-from firefly_sample.viewer.orbit import OrbitCamera, SceneWithCamera
+from firefly_sample.viewer.orbit import OrbitCamera
 from firefly_sample.viewer.performance import PerformanceResult, PerformanceTest, check_seconds
 from firefly_sample.viewer.shown_scene import Clock, ShownScene
 from firefly_sample.viewer.viewer import Viewer

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.lens import OrthographicLens
 from firefly_sample.scene.lens_constants import LensConstants
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.other_camera import focus_of, pivot_distance
 from firefly_sample.scene.scene import Camera, Scene
 from firefly_sample.scene.transforms import rows_from_hpr
 
@@ -21,19 +20,6 @@ ZOOM = 0.9
 """Factor of the distance per step of the wheel."""
 RANGE = 1e4
 """The largest factor by which zooming can change the first distance."""
-
-
-class SceneWithCamera(Scene):
-    """A scene with a camera in place of its own, which its `update` may continue to move."""
-
-    def __init__(self, scene: Scene, camera: NodePath) -> None:
-        super().__init__(scene.root, camera, scene.background, scene.exposure, scene.focus)
-        self._scene = scene
-
-    def update(self, time: float) -> None:
-        """Update the original scene."""
-        self._scene.update(time)
-        self.background, self.exposure = self._scene.background, self._scene.exposure
 
 
 class OrbitCamera:
@@ -56,7 +42,7 @@ class OrbitCamera:
         self.path = NodePath(Camera("orbit camera", self._lens))
         self._heading, self._pitch, self._roll = net.get_hpr()
         eye, forward = np.array(net.get_pos()), self._axes()[1]
-        self._first_distance = _pivot_distance(scene, eye, forward)
+        self._first_distance = pivot_distance(scene, focus_of(scene), eye, forward)
         self._zoom = 1.0
         self.pivot: Float64 = eye + self._first_distance * forward
         self._place()
@@ -104,16 +90,3 @@ class OrbitCamera:
     def _place(self) -> None:
         self.path.set_hpr(self._heading, self._pitch, self._roll)
         self.path.set_pos(self.pivot - self.distance * self._axes()[1])
-
-
-def _pivot_distance(scene: Scene, eye: Float64, forward: Float64) -> float:
-    """Return the distance of the focus or centre along the view axis, or a guess if it is not in front."""
-    near, far = scene.lens.get_near(), scene.lens.get_far()
-    bounds = scene.root.get_tight_bounds() if scene.focus is None else (scene.focus, scene.focus)
-    if bounds is not None:
-        ahead = float((0.5 * (np.asarray(bounds[0]) + np.asarray(bounds[1])) - eye) @ forward)
-        if ahead > max(near, 0.0):
-            return ahead
-    if scene.lens.is_perspective():
-        return math.sqrt(near * min(far, 1e3 * near))
-    return scene.lens.get_film_size()[1]

@@ -13,12 +13,13 @@ from firefly_sample.frame import Frame
 from firefly_sample.gpu.presenter import Layer
 from firefly_sample.renderer import Renderer
 from firefly_sample.scene.lens_constants import LensConstants
+from firefly_sample.scene.other_camera import SceneWithCamera
 from firefly_sample.scene.parameter import KeyStep, Parameter
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scenes.plugin import folder_name
 from firefly_sample.viewer.buffer_pictures import Pixels
 from firefly_sample.viewer.controls import Binding, help_plate, parameter_bindings
-from firefly_sample.viewer.orbit import OrbitCamera, SceneWithCamera
+from firefly_sample.viewer.orbit import OrbitCamera
 from firefly_sample.viewer.overlay import Rows, rows_plate, text_plate
 from firefly_sample.viewer.performance import SECONDS, PerformanceResult, PerformanceTest, RateMeter
 from firefly_sample.viewer.shown_scene import Clock, ShownScene

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from firefly_sample.scene.other_camera import SceneWithCamera
 from firefly_sample.scene.scene import Scene
-from firefly_sample.viewer.orbit import RANGE, TURN, OrbitCamera, SceneWithCamera
+from firefly_sample.viewer.orbit import RANGE, TURN, OrbitCamera
 from tests.scenes import ball_scene, orthographic_wall
 
 WINDOW = (640, 480)
