@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
 from typing import Protocol
 
 from firefly_sample.frame import OUTPUTS
@@ -96,3 +99,21 @@ def _checked(layout: Layout, path: str, key: str, digits: str, suffix: str) -> t
     if not known or suffix not in SUFFIXES or layout.path(key, int(digits), suffix) != path:
         return None
     return key, int(digits)
+
+
+LAYOUTS: tuple[Layout, ...] = (FlatLayout(), BopLayout())
+"""All layouts, the usual one first."""
+
+
+def layout_of(dataset: str | None) -> Layout:
+    """Return the layout of a data set's captures, or of a capture that is none."""
+    return LAYOUTS[1] if dataset == "bop" else LAYOUTS[0]
+
+
+def names_in(folder: Path, layout: Layout) -> Iterator[str]:
+    """Yield the files that are where a layout puts files, as paths from a capture's folder."""
+    for inner in layout.folders():
+        with suppress(OSError), os.scandir(folder / inner) as entries:
+            for entry in entries:
+                if not entry.is_dir():
+                    yield f"{inner}/{entry.name}" if inner else entry.name

@@ -67,11 +67,11 @@ class OneFile:
                 f"({', '.join(FILMS)})"
             )
 
-    def encoding(self, outputs: tuple[str, ...], given: Encoding) -> Encoding:
-        """Return the formats of the frames: that of the still; of a film, PNG."""
-        if self._still is None:
-            return Encoding.of(outputs)
-        return Encoding.of(outputs, {output: self._still.name for output in outputs}, **given.given)
+    def formats(self, outputs: tuple[str, ...], given: object) -> dict[str, str]:
+        """Return the formats of the frames: of a still its own, of a film PNG; nobody else chooses them."""
+        if given is not None:
+            raise OutputError(f"the ending of {self.path} says its format: leave the formats out")
+        return dict.fromkeys(outputs, "png" if self._still is None else self._still.name)
 
     def check(self, job: Job) -> None:
         """Raise an OutputError if the file cannot hold the outputs of a job, or frames of its size."""

@@ -13,10 +13,14 @@ from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.frames import frame_numbers, parse_shard
 from firefly_sample.capture.job import Driver, Job
 from firefly_sample.capture.journal import Asked
+from firefly_sample.capture.datasets import DATASETS, find_dataset
 from firefly_sample.capture.manifest import Manifest
+from firefly_sample.capture.one_file import OneFile, film_choices, is_one_file
 from firefly_sample.capture.run import Run
 from firefly_sample.capture.template import Template, check_same, parts_of
+from firefly_sample.capture.views import Views, parse_views
 from firefly_sample.capture.work import Share
+from firefly_sample.encoding.formats import Encoding
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import check_outputs
 from firefly_sample.settings import Settings
@@ -31,9 +35,16 @@ def capture_frames(
     frames: str | int | range = "0:1",
     fps: float = 24.0,
     time: float | None = None,
+    views: str | Views | None = None,
     size: tuple[int, int] = (800, 600),
     settings: Settings | None = None,
-    outputs: Iterable[str] = ("color",),
+    outputs: Iterable[str] | None = None,
+    formats: str | Iterable[str] | Mapping[str, str] | None = None,
+    quality: int | None = None,
+    depth_scale: float | None = None,
+    crf: int | None = None,
+    pad: bool = False,
+    dataset: str | None = None,
     parameters: Mapping[str, Any] | None = None,
     sweep: Mapping[str, Any] | Iterable[str] | None = None,
     resume: bool = False,
@@ -57,7 +68,8 @@ def capture_frames(
     scene : str
         Name of a scene plugin, "package.module:object", or a model's file: see `find_scene`.
     folder : path, optional
-        Made if need be; `default_folder` when absent.
+        Made if need be; `default_folder` when absent. A path that ends like a film or a picture
+        (``clip.mp4``, ``frame.png``: see `firefly_sample.capture.one_file`) becomes that one file.
     frames : str, int or range
         "FIRST:END" or "FIRST:END:STEP", END not included, or the number of one frame.
     fps : float
@@ -65,13 +77,29 @@ def capture_frames(
     time : float
         Seconds at frame 0: frame i shows ``time + i / fps``. When absent, the scene's `start_time`: 0 for
         model files, 5 for scenes that say nothing else.
+    views : str or Views, optional
+        The cameras that see each moment: "orbit:24" for 24 around the scene, or a JSON file of poses. With n
+        views, frame ``n * i + k`` shows moment i from view k.
     size : (int, int)
         Width and height in pixels.
     settings : Settings, optional
         `capture_settings` of the outputs, with the scene's own settings, when absent. An exposure of "auto"
         is measured once, at the time of frame 0, whatever the range of frames.
-    outputs : iterable of str
-        Names from `firefly_sample.frame.OUTPUTS`; pictures become PNG, data ``.npz``.
+    outputs : iterable of str, optional
+        Names from `firefly_sample.frame.OUTPUTS`; when absent, those of the data set, or "color".
+    formats : str, iterable of str, or mapping, optional
+        The formats of the files: names for all outputs that they suit ("webp"), or for one ("depth=exr"); see
+        `firefly_sample.encoding.formats.FORMATS`. Pictures are PNG and data ``.npz`` when absent.
+    quality : int, optional
+        1 to 100, of JPEG (95 when absent) and WebP (without loss when absent).
+    depth_scale : float, optional
+        Scene units of one code of a 16-bit depth; 0.001 when absent.
+    crf : int, optional
+        The quality of MP4 and WebM, 0 (without loss) to 51 or 63.
+    pad : bool
+        Enlarge a film's pictures to a size that its codec takes.
+    dataset : str, optional
+        Make a data set of it: "nerf", "bop" or "coco".
     parameters : mapping, optional
         The scene's parameters; those left out have their defaults.
     sweep : mapping, or iterable of str, optional
@@ -123,7 +151,8 @@ def capture_frames(
 
     if resume and overwrite:
         raise OutputError("resume goes on with a capture and overwrite replaces it: choose one of them")
-    numbers = frame_numbers(frames)
+    seen = parse_views(views) if views is not None else None
+    numbers = frame_numbers(frames, 1 if seen is None else len(seen))
     share = parse_shard(shard) if shard is not None else None
     if share is not None and overwrite:
         raise OutputError(
@@ -131,12 +160,32 @@ def capture_frames(
             "or use resume"
         )
     plugin = find_scene(scene)
-    names = check_outputs(outputs)
+    path = as_folder(folder) if folder is not None else default_folder(scene)
+    names = check_outputs(outputs if outputs is not None else default_outputs(path, dataset))
     if settings is None:
         settings = capture_settings(names, **scene_settings(plugin))
-    template = Template(plugin, scene, size, settings, names, fps, time, parameters, device, require_gpu)
+    choices = film_choices(path, fps, crf, quality, pad)
+    one = None
+    if is_one_file(path):
+        if sweep is not None or dataset is not None:
+            what = "a sweep" if sweep is not None else f"the data set {dataset}"
+            raise OutputError(f"{what} has many files, and {path} is one: name a folder")
+        one = OneFile(path, len(numbers), choices)
+        formats, path = one.formats(names, formats), one.folder
+    encoding = Encoding.of(names, formats_for(dataset, formats), quality, depth_scale)
+    template = Template(
+        *(plugin, scene, size, settings, names, encoding, dataset),
+        *(fps, time, seen, parameters, device, require_gpu),
+    )
     jobs = list(template.jobs(sweep))
-    path = as_folder(folder) if folder is not None else default_folder(scene)
+    if dataset is not None:
+        DATASETS[dataset].check(jobs[0])
+    if one is not None:
+        one.check(jobs[0])
+        if not (resume or overwrite):
+            one.check_free()
+        elif resume and (finished := one.finished(jobs[0], numbers)) is not None:
+            return finished
     if share is not None and not resume and share.number > len(jobs) * len(numbers):
         # the others may have finished the capture already, because they need not wait for this one
         log.info("there are fewer frames than shards: shard %s has none", share)
@@ -157,7 +206,12 @@ def capture_frames(
             alike = asked if share is not None and not resume else None
             if alike is not None:
                 check_same(place, parts, alike)
-            return Run(place, parts, numbers, engine, fail_fast, alike, progress).finish()
+            result = Run(place, parts, numbers, engine, fail_fast, alike, progress).finish()
+        if one is None or not isinstance(result, Manifest) or result["failed"]:
+            return result
+        result = one.bind(result)
+    one.remove_folder()
+    return result
 
 
 def _engine(
@@ -187,6 +241,14 @@ def capture_settings(outputs: Iterable[str], **changes: Any) -> Settings:
     """
     supersample = 2 if {"color", "color_alpha"}.issuperset(outputs) else 1
     return Settings().with_changes(**({"supersample": supersample} | changes))
+
+
+def default_outputs(folder: Path | None, dataset: str | None) -> tuple[str, ...]:
+    """Return the outputs of a capture that names none: those of its data set, or one that its file can hold."""
+    if dataset is not None:
+        return find_dataset(dataset).outputs
+    suffix = folder.suffix.lower() if folder is not None and is_one_file(folder) else ""
+    return {".exr": ("radiance",), ".npz": ("depth",)}.get(suffix, ("color",))
 
 
 def default_folder(scene: str) -> Path:

@@ -11,7 +11,9 @@ from firefly_sample.capture.frames import asked_numbers, check_clock
 from firefly_sample.capture.job import Driver, Job, differences
 from firefly_sample.capture.journal import Asked
 from firefly_sample.capture.sources import hash_sources
+from firefly_sample.capture.views import Views
 from firefly_sample.capture.work import Part
+from firefly_sample.encoding.formats import Encoding
 from firefly_sample.errors import OutputError
 from firefly_sample.frame import check_outputs, check_size
 from firefly_sample.settings import Settings
@@ -29,9 +31,12 @@ class Template:
         scene: str,
         size: tuple[int, int],
         settings: Settings,
-        outputs: Iterable[str],
+        outputs: tuple[str, ...],
+        encoding: Encoding,
+        dataset: str | None,
         fps: float,
         time: float | None,
+        views: Views | None,
         parameters: Mapping[str, Any] | None,
         device: int | None,
         require_gpu: bool,
@@ -49,9 +54,12 @@ class Template:
             settings=settings,
             exposure=None,
             size=check_size(size),
-            outputs=check_outputs(outputs),
+            outputs=outputs,
             fps=float(fps),
             start=float(start),
+            views=views,
+            encoding=encoding,
+            dataset=dataset,
             device=device,
             require_gpu=require_gpu,
         )

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from firefly_sample.capture.frames import frame_times
 from firefly_sample.capture.manifest import Manifest
-from firefly_sample.capture.sequence import capture_frames, capture_settings, default_folder
+from firefly_sample.capture.sequence import (
+    capture_frames,
+    capture_settings,
+    default_folder,
+    default_outputs,
+)
 from firefly_sample.commands.choosing import BudgetMs, MaxCodes, MaxError, settings_within
 from firefly_sample.commands.options import (
     DEFAULT_SCENE,
     Device,
     Flag,
-    Folder,
+    FolderOrFile,
+    Names,
     Outputs,
     RequireGpu,
     SceneName,
     Size,
     StartTime,
     Sweep,
+    Whole,
     Workers,
 )
 from firefly_sample.commands.terminal import (
@@ -43,14 +50,21 @@ def capture(
     scene: SceneName = DEFAULT_SCENE,
     *,
     output: Annotated[
-        Folder | None,
+        FolderOrFile | None,
         Parameter(name=["--output", "-o"], show_default=lambda _: "captures/SCENE"),
     ] = None,
     frames: Annotated[str, Parameter(metavar="A:B[:STEP]", allow_leading_hyphen=True)] = "0:1",
     fps: float = 24.0,
     time: StartTime = None,
+    views: Annotated[str | None, Parameter(metavar="orbit:N|FILE")] = None,
     size: Size = (800, 600),
-    outputs: Outputs = ("color",),
+    outputs: Annotated[Outputs | None, Parameter(show_default=lambda _: "color")] = None,
+    format: Annotated[Names | None, Parameter(show_default=lambda _: "png,npz")] = None,
+    quality: Whole | None = None,
+    depth_scale: Annotated[float | None, Parameter(metavar="UNITS", show_default=lambda _: "0.001")] = None,
+    crf: Whole | None = None,
+    pad: Flag = False,
+    dataset: Annotated[Literal["nerf", "bop", "coco"] | None, Parameter()] = None,
     sweep: Sweep = (),
     resume: Flag = False,
     overwrite: Flag = False,
@@ -68,7 +82,7 @@ def capture(
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Render frames of a scene to files: PNG pictures, npz data, and manifest.json.
+    """Render frames of a scene to files: PNG pictures, npz data and manifest.json, or one film.
 
     Options are also read from the environment (FIREFLY_CAPTURE_SIZE=320x240), and then, in the current
     folder, from the tables [firefly.capture] of firefly.toml and [tool.firefly.capture] of pyproject.toml.
@@ -76,13 +90,27 @@ def capture(
     Parameters
     ----------
     output
-        Folder for the files.
+        Folder for the files; or one file: .mp4, .webm, .webp, .apng, .gif, or for one frame .png, .jpg, .exr.
     frames
         Frames A to B - 1, or one number.
     fps
         Frame k is drawn at TIME + k / FPS.
     time
         The time of frame 0 in the scene.
+    views
+        See each moment from N cameras around the scene, or from the poses in a JSON file.
+    format
+        Formats of the files, for all outputs or for one: png, webp, jpeg, npz, png16, exr, exr16; depth=png16.
+    quality
+        Of JPEG (95 when absent) and WebP (without loss when absent), 1 to 100.
+    depth_scale
+        Scene units of one code of a 16-bit depth: 0.001 for millimetres, where a unit is a metre.
+    crf
+        The quality of MP4 and WebM: 0 without loss, 18 hardly visible loss, more is smaller.
+    pad
+        Enlarge a film's pictures to even sizes, where its codec needs them.
+    dataset
+        Make a data set: nerf (transforms.json), bop (a scene of BOP), coco (instances with masks).
     sweep
         Capture every combination of such values, of parameters and settings; may be repeated.
     resume
@@ -105,6 +133,8 @@ def capture(
     if time is None:
         time = start_time(find_scene(scene))
     folder = output if output is not None else default_folder(scene)
+    if outputs is None:
+        outputs = default_outputs(folder, dataset)
     asked = capture_settings(outputs, **settings)
     check_outputs(outputs, asked.supersample)  # before the settings are chosen, which takes long
     settings = settings_within(
@@ -128,9 +158,16 @@ def capture(
             frames=frames,
             fps=fps,
             time=time,
+            views=views,
             size=size,
             settings=capture_settings(outputs, **settings),
             outputs=outputs,
+            formats=format,
+            quality=quality,
+            depth_scale=depth_scale,
+            crf=crf,
+            pad=pad,
+            dataset=dataset,
             parameters=parameters,
             sweep=sweep or None,
             resume=resume,

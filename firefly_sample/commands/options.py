@@ -32,14 +32,15 @@ COMMAND_OPTIONS = frozenset(
         *("help_all", "json", "longest", "max_codes", "max_error", "methods", "o", "output", "outputs"),
         *("performance_test", "preset", "q", "quiet", "require_gpu", "rounds", "scene", "seconds", "seeds"),
         *("size", "sizes", "time", "version"),
-        *("resume", "overwrite", "fail_fast", "workers", "cluster", "shard", "sweep"),
+        *("resume", "overwrite", "fail_fast", "workers", "cluster", "shard", "sweep", "views", "dataset"),
+        *("format", "quality", "depth_scale", "crf", "pad"),
     }
 )
 """Names of the options of all commands that take a scene, without those of settings."""
 _ONLY_IN_FULL_HELP = frozenset(
     {
         *("budget_ms", "cluster", "device", "fail_fast", "max_codes", "max_error", "require_gpu", "shard"),
-        "sweep",
+        *("sweep", "quality", "depth_scale", "crf", "pad"),
     }
 )
 """Options of commands that only --help-all shows, as it does those of settings."""
@@ -79,6 +80,13 @@ def _to_folder(text: str) -> Path:
             f"it must name a folder, whose files get names of their own; {text!r} looks like a file"
         )
     return folder
+
+
+def _to_folder_or_file(text: str) -> Path:
+    from firefly_sample.capture.one_file import is_one_file
+
+    path = Path(text)
+    return path if path.name and "\0" not in text and is_one_file(path) else _to_folder(text)
 
 
 def _to_whole(text: str) -> int:
@@ -161,6 +169,7 @@ Sizes = Annotated[
     ),
 ]
 Folder = Annotated[Path, Parameter(converter=_one(_to_folder), metavar="DIR")]
+FolderOrFile = Annotated[Path, Parameter(converter=_one(_to_folder_or_file), metavar="DIR|FILE")]
 Whole = Annotated[int, Parameter(converter=_one(_to_whole), metavar="INT")]
 Wholes = Annotated[tuple[int, ...], Parameter(converter=_list(_to_whole), n_tokens=1, metavar="INTS")]
 Patterns = Annotated[
