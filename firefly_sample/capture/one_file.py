@@ -36,6 +36,28 @@ def is_one_file(path: Path) -> bool:
     return path.suffix.lower() in (*STILLS, *FILMS) and not path.is_dir()
 
 
+def manifest_of(path: Path) -> Path:
+    """Return the manifest of a file that a capture has become, ``clip.mp4.json``."""
+    return path.with_name(f"{path.name}.json")
+
+
+def film_choices(
+    path: Path, fps: float, crf: int | None, quality: int | None, pad: bool
+) -> FilmChoices | None:
+    """Return how a film is written; None if a path names none.
+
+    Raises an OutputError if a choice makes no sense there.
+    """
+    if is_one_file(path) and path.suffix.lower() in FILMS:
+        return FilmChoices(fps, crf, quality, pad)
+    if crf is not None or pad:
+        raise OutputError(
+            f"{'--crf' if crf is not None else '--pad'} is for films: name one as the output, for example "
+            "-o clip.mp4"
+        )
+    return None
+
+
 class OneFile:
     """The file that a capture becomes.
 
@@ -45,8 +67,8 @@ class OneFile:
         See `is_one_file`.
     count : int
         The number of frames.
-    choices : FilmChoices
-        They count for films only.
+    choices : FilmChoices, optional
+        How a film is written.
 
     Attributes
     ----------
@@ -54,10 +76,10 @@ class OneFile:
         Where the frames are until the file is whole.
     """
 
-    def __init__(self, path: Path, count: int, choices: FilmChoices) -> None:
+    def __init__(self, path: Path, count: int, choices: FilmChoices | None) -> None:
         self.path, self._count, self._choices = path, count, choices
         self.folder = path.with_name(f"{path.name}.frames")
-        self._manifest = path.with_name(f"{path.name}.json")
+        self._manifest = manifest_of(path)
         suffix = path.suffix.lower()
         still = format_of_path(path)
         self._still = still if suffix in STILLS or (count == 1 and still is not None) else None
@@ -82,6 +104,7 @@ class OneFile:
                 "them, or a folder"
             )
         if self._still is None:
+            assert self._choices is not None
             check_film(self.path.suffix.lower(), job.outputs[0], job.size, self._count, self._choices)
 
     def check_free(self) -> None:
@@ -133,6 +156,7 @@ class OneFile:
             with open_whole(self.path, sync=True) as file:
                 file.write(content)
         else:
+            assert self._choices is not None
             names = FileNames.of(manifest)
             with open_whole(self.path, sync=True) as file:
                 write_film(
@@ -150,7 +174,7 @@ class OneFile:
         return read_manifest(self._manifest)
 
     def _film_facts(self) -> dict[str, Any]:
-        return {} if self._still is not None else self._choices.as_json()
+        return {} if self._still is not None or self._choices is None else self._choices.as_json()
 
     def _entry(self, entry: FrameEntry) -> FrameEntry:
         """Return a frame's entry in the file's own manifest."""

@@ -77,25 +77,42 @@ def _compare_images(
         text = "has other pixels, and this version cannot read it to say how many"
         found.different.append(Different("different", output, text))
         return
-    if first.shape != second.shape or first.dtype != second.dtype:
-        text = f"has {_form(first)}, now {_form(second)}"
-        found.different.append(Different("size", output, text))
-        return
-    if renamed:
+    if renamed and first.shape == second.shape:
         first, second = by_name(first, pair.expected.id_names, second, pair.actual.id_names)
+    captions = (str(pair.expected.files[output].path), str(pair.actual.files[output].path))
+    result = compare_images(output, (first, second), captions, pair.expected.index, limits, pictures)
+    if isinstance(result, Different):
+        found.different.append(result)
+    else:
+        found.within += result
+
+
+def compare_images(
+    output: str,
+    images: tuple[Image, Image],
+    captions: tuple[str, str],
+    index: int,
+    limits: Limits,
+    pictures: Path | None,
+) -> Different | bool:
+    """Return how two images of a frame differ; True if they do within the limits, False if they do not.
+
+    A picture of the difference, with these captions, goes into the folder `pictures`.
+    """
+    first, second = images
+    if first.shape != second.shape or first.dtype != second.dtype:
+        return Different("size", output, f"has {_form(first)}, now {_form(second)}")
     difference = measure(output, first, second, limits)
     if difference.is_within(limits):
-        found.within += difference.largest not in (None, 0.0) or difference.pixels > 0
-        return
+        return difference.largest not in (None, 0.0) or difference.pixels > 0
     picture = None
     if pictures is not None:
-        path = pictures / f"difference_{output.replace('/', '_')}_{pair.expected.index:06d}.png"
-        captions = tuple(str(frame.files[output].path) for frame in pair)
-        _write(path, difference_picture(output, first, second, difference, (captions[0], captions[1])))
+        path = pictures / f"difference_{output.replace('/', '_')}_{index:06d}.png"
+        _write(path, difference_picture(output, first, second, difference, captions))
         picture = str(path)
     figures = {name: getattr(difference, name) for name in ("pixels", "of", "largest", "mean", "scale")}
     text = f"differs in {difference.pixels:,} pixels ({share_text(difference)})"
-    found.different.append(Different("different", output, text, figures, picture))
+    return Different("different", output, text, figures, picture)
 
 
 def _decoded(output: str, file: StoredFile, content: bytes | None) -> Image | None:

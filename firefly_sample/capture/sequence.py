@@ -172,7 +172,7 @@ def capture_frames(
             raise OutputError(f"{what} has many files, and {path} is one: name a folder")
         one = OneFile(path, len(numbers), choices)
         formats, path = one.formats(names, formats), one.folder
-    encoding = Encoding.of(names, formats_for(dataset, formats), quality, depth_scale)
+    encoding = Encoding.of(names, formats_for(dataset, formats), quality if choices is None else None, depth_scale)
     template = Template(
         *(plugin, scene, size, settings, names, encoding, dataset),
         *(fps, time, seen, parameters, device, require_gpu),

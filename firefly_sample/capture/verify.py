@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from firefly_sample.capture.comparing import Limits
-from firefly_sample.capture.files import thread_count
+from firefly_sample.capture.files import hash_file, thread_count
 from firefly_sample.capture.folder import journals
 from firefly_sample.capture.job import differences as description_differences
 from firefly_sample.capture.manifest import MANIFEST
 from firefly_sample.capture.pairs import Found, Pair, compare_files
+from firefly_sample.capture.one_file import manifest_of
 from firefly_sample.capture.report import Report
 from firefly_sample.capture.stored import (
     Checked,
@@ -25,11 +26,16 @@ from firefly_sample.capture.stored import (
     StoredFile,
     StoredFrame,
     check_file,
+    path_inside,
     stored_captures,
 )
+from firefly_sample.capture.stored_film import check_film, compare_films, film_of
 from firefly_sample.errors import FireflyError
 
-_NOT_DESCRIBED = ("frames", "failed", "warnings", "id_names", "folder", "values", "captures", "sweep")
+_NOT_DESCRIBED = (
+    *("frames", "failed", "warnings", "id_names", "folder", "values", "captures", "sweep"),
+    *("documents", "file"),
+)
 _SHOWN_FILES = 3
 
 Progress = Callable[[int, int], None]
@@ -72,7 +78,22 @@ def verify_capture(folder: str | Path, progress: Progress | None = None) -> Repo
             if progress is not None:
                 progress(done, total)
         side.finish()
+        check_film(capture, report)
+        _check_documents(capture, report)
     return report
+
+
+def _check_documents(capture: StoredCapture, report: Report) -> None:
+    """Report which documents of a data set are not as they were written."""
+    documents = capture.keys.get("documents")
+    for name, digest in (documents if isinstance(documents, dict) else {}).items():
+        report.files += 1
+        path = path_inside(capture.root, name)
+        found = hash_file(path)
+        if found is None:
+            report.add("missing", f"{path} is missing", file=str(path), capture=capture.folder)
+        elif found != digest:
+            report.add("changed", f"{path} has been changed", file=str(path), capture=capture.folder)
 
 
 def _check_frame(frame: StoredFrame) -> tuple[StoredFrame, dict[str, Checked]]:
@@ -129,6 +150,11 @@ def compare_captures(
             continue
         _describe(ours[name], theirs[name], report)
         pictures = None if differences is None else _picture_folder(Path(differences) / name)
+        if film_of(ours[name]) or film_of(theirs[name]):
+            for one in (ours[name], theirs[name]):
+                check_film(one, report)
+            compare_films(ours[name], theirs[name], limits, pictures, report)
+            continue
         sides = _Side(ours[name], report), _Side(theirs[name], report)
         only = _Only(name, (str(folder), str(other)), report)
         within = 0
@@ -150,6 +176,8 @@ def compare_captures(
 
 def _captures(folder: Path, report: Report) -> list[StoredCapture]:
     """Return the captures of a folder; report that it is unfinished."""
+    if not folder.is_dir() and manifest_of(folder).is_file():
+        folder = manifest_of(folder)  # of a film, or another single file
     found = journals(folder)
     manifest = folder / MANIFEST if folder.is_dir() else folder
     if found:
@@ -225,7 +253,8 @@ class _Side:
         for text in self.capture.errors:
             place = f"{manifest}: {_named(self.capture.folder)}"
             self.report.add("manifest", place + text, file=str(manifest), capture=self.capture.folder)
-        stale = [str(self.folder / name) for name in self.listed.stale(self.folder)]
+        alone = "file" in self.capture.keys  # the other files in its folder are not its own
+        stale = [] if alone else [str(self.folder / name) for name in self.listed.stale(self.folder)]
         for kind, files, text in (
             ("rewritten", self.rewritten, "written anew by another program, with the same pixels"),
             ("stale", stale, f"not in the manifest of {self.folder}"),
