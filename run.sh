@@ -5,12 +5,11 @@
 # The locks are made with uv; hatchling and editables are what an editable install is built with:
 #   lock="uv pip compile --universal --generate-hashes --no-header --no-annotate --python-version 3.11"
 #   printf 'hatchling>=1.27\neditables\n' | $lock pyproject.toml - -o requirements.lock
-#   for extra in window measure cluster formats; do
+#   for extra in window measure cluster formats video exr datasets; do
 #       $lock --extra $extra pyproject.toml requirements.lock -o requirements-$extra.lock
 #   done
-#   $lock --extra window --extra measure --extra cluster --extra formats --group test pyproject.toml \
-#       requirements.lock requirements-window.lock requirements-measure.lock requirements-cluster.lock \
-#       requirements-formats.lock -o requirements-test.lock
+#   extras="--extra window --extra measure --extra cluster --extra formats --extra video --extra exr --extra datasets"
+#   $lock $extras --group test pyproject.toml $(ls requirements*.lock | grep -v test) -o requirements-test.lock
 set -eu
 
 script=$(readlink -f -- "$0") # the checkout is where the file is, not where a link to it is
@@ -40,8 +39,8 @@ Usage: sh run.sh COMMAND [OPTIONS]
   COMMAND     any other command of firefly: scenes, plan, measure, doctor, ...
 
 What is missing is installed first: Debian packages, then Python packages into .venv. `run` needs one more
-than `capture`; `measure`, --max-error, --max-codes, --budget-ms, --cluster and models such as .dae, .3mf and
-.step need more, and `test` needs most.
+than `capture`; `measure`, --max-error, --max-codes, --budget-ms, --cluster, films (.mp4, .webm), .exr, --dataset
+and models such as .dae, .3mf and .step need more, and `test` needs most.
 sh run.sh COMMAND --help lists a command's options.
 END
 }
@@ -138,13 +137,16 @@ contents() {
     measure) echo "to measure: embreex, matplotlib, flip-evaluator and others (about 105 MB)" ;;
     cluster) echo "for a cluster: distributed, dask, tornado and others (about 19 MB)" ;;
     formats) echo "to read more model formats: cascadio, lxml, pycollada and others (about 145 MB)" ;;
+    video) echo "for films: av (about 104 MB)" ;;
+    exr) echo "for OpenEXR: OpenEXR (about 5 MB)" ;;
+    datasets) echo "for data sets: pycocotools (about 2 MB)" ;;
     test) echo "to test: panda3d, scipy, mypy and others (about 750 MB, less what is there already)" ;;
     esac
 }
 
 # Sees to it that .venv has requirements.lock ("base"), or requirements-NAME.lock for another name; the lock of the
 # tests holds all others.
-need_venv() { # base | window | measure | cluster | formats | test ...
+need_venv() { # base | window | measure | cluster | formats | video | exr | datasets | test ...
     ! is_whole "$@" || return 0
     has_python || die "needs Python 3.11 or newer with venv; if it is not python3, say which: PYTHON=/path/to/python3 sh run.sh"
     take_turn
@@ -225,6 +227,15 @@ test)
     esac
     case " $*" in
     *" --cluster"*) locks="$locks cluster" ;;
+    esac
+    case " $* " in
+    *.mp4\ * | *.webm\ *) locks="$locks video" ;;
+    esac
+    case " $*" in
+    *.exr* | *" --format"*exr*) locks="$locks exr" ;;
+    esac
+    case " $*" in
+    *" --dataset"*) locks="$locks datasets" ;;
     esac
     case " $* " in # models that need more packages
     *.dae\ * | *.zae\ * | *.3mf\ * | *.3dxml\ * | *.xaml\ * | *.step\ * | *.stp\ * | *.ctm\ *) locks="$locks formats" ;;
