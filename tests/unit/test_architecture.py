@@ -24,6 +24,8 @@ LAYERS = (
             "settings",
             "assets",
             "frame",
+            "encoding",
+            "whole_files",
             "columns",
             "srgb",
             "compositing",
@@ -66,6 +68,7 @@ HOMES = {
     "embreex": {"lab"},
     "distributed": {"capture"},
     "dask": {"capture"},
+    "OpenEXR": {"encoding"},
 }
 """Who may import a library at all."""
 
