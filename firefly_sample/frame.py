@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -237,6 +238,37 @@ class Frame:
         if name in OUTPUTS:
             return self[name]
         raise AttributeError(f"a frame has no attribute {name!r}{did_you_mean(name, OUTPUTS)}")
+
+    def save(
+        self,
+        path: str | Path,
+        output: str | None = None,
+        *,
+        quality: int | None = None,
+        depth_scale: float | None = None,
+    ) -> None:
+        """Write the frame to a file, whole or not at all; the suffix decides on the format.
+
+        Parameters
+        ----------
+        path : str or Path
+            ``.png``, ``.webp``, ``.jpg`` and ``.jpeg`` hold one 8-bit picture, and ``.png`` also the output
+            "depth" or "id" with 16 bits. ``.npz`` and ``.exr`` hold any number of the other outputs.
+        output : str or None
+            The output to write; None for the picture, or for all that ``.npz`` and ``.exr`` are for.
+        quality : int or None
+            1 to 100, of JPEG and WebP; None for JPEG's 95, and for WebP without loss.
+        depth_scale : float or None
+            Scene units of one code of a 16-bit depth; None for a thousandth.
+
+        Raises
+        ------
+        OutputError
+            If the format cannot hold the output or one of its values; the message says which one can.
+        """
+        from firefly_sample.encoding.saving import save_frame
+
+        save_frame(self, path, output, quality, depth_scale)
 
 
 def check_outputs(outputs: Iterable[str], supersample: int = 1) -> tuple[str, ...]:

@@ -11,16 +11,14 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS, Image
-
-_UNFINISHED = re.compile(r"\..+\.\d+(-\d+)?\.part")
-"""The names that `open_whole` gives until a file is complete."""
-_numbers = itertools.count()
+from firefly_sample.whole_files import is_unfinished as is_unfinished
+from firefly_sample.whole_files import open_whole as open_whole
 
 
 def pixel_hash(image: Image) -> str:
@@ -143,30 +141,6 @@ def save_screenshot(folder: Path, name: str, picture: Image) -> Path:
     return path
 
 
-@contextmanager
-def open_whole(path: Path, sync: bool = False) -> Iterator[IO[bytes]]:
-    """Open a file for writing that gets its name only when it is complete; raise a FireflyError if it fails.
-
-    It has a temporary name in the same folder until then, because renaming within a folder is atomic. With
-    `sync` all of its content is on the disk before it gets its name, which is there after `sync_folder`.
-    """
-    # two threads may write the same file
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}-{next(_numbers)}.part")
-    try:
-        with unfinished.open("wb") as file:
-            yield file
-            if sync:
-                file.flush()
-                os.fsync(file.fileno())
-        unfinished.replace(path)
-    except BaseException as error:
-        with suppress(OSError):
-            unfinished.unlink()
-        if isinstance(error, OSError):
-            raise FireflyError(f"cannot write {path}: {error.strerror or error}") from error
-        raise
-
-
 def sync_folder(folder: Path) -> None:
     """Wait until the names of the files in a folder are on the disk."""
     handle = os.open(folder, os.O_RDONLY)
@@ -174,11 +148,6 @@ def sync_folder(folder: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
-
-
-def is_unfinished(name: str) -> bool:
-    """Return whether a file has a name that `open_whole` gives until it is complete."""
-    return _UNFINISHED.fullmatch(name) is not None
 
 
 def remove_unfinished(folder: Path) -> None:

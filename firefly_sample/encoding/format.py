@@ -54,6 +54,14 @@ class Format(ABC):
         """Return whether an output's decoded image has the same bits as the encoded one."""
         return True
 
+    def choices_for(self, output: str) -> frozenset[str]:
+        """Return the names of the `Choices` that an output's file depends on."""
+        return frozenset()
+
+    def require(self) -> None:
+        """Raise a MissingPackageError if a package that it needs is not installed."""
+        return
+
     @abstractmethod
     def encode(self, images: Mapping[str, Image], choices: Choices) -> bytes:
         """Return the content of a file; the same images and choices give the same bytes.

@@ -23,6 +23,7 @@ LAYERS = (
             "extras",
             "settings",
             "assets",
+            "whole_files",
             "columns",
             "srgb",
             "compositing",
@@ -36,7 +37,7 @@ LAYERS = (
         },
     ),
     ({"scene"},),
-    ({"camera", "frame"},),
+    ({"camera", "frame", "encoding"},),
     ({"model"},),
     ({"scenes"}, {"plan"}),
     ({"gpu"}, {"packing"}),
@@ -66,6 +67,7 @@ HOMES = {
     "embreex": {"lab"},
     "distributed": {"capture"},
     "dask": {"capture"},
+    "OpenEXR": {"encoding"},
 }
 """Who may import a library at all."""
 
