@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, did_you_mean
 from firefly_sample.settings import to_whole
+from firefly_sample.showing import png_bytes, show_picture
+
+if TYPE_CHECKING:
+    from firefly_sample.camera import FrameCamera
 
 Image = NDArray[np.uint8] | NDArray[np.int32] | NDArray[np.float32]
 
@@ -204,6 +209,9 @@ class Frame:
         The GL renderer string.
     software : bool
         True if that is a software rasteriser.
+    camera : FrameCamera
+        The camera that the picture was drawn with: intrinsics and pose. With the output "depth" it gives
+        points of the world: ``frame.camera.world_points(frame.depth)``.
     draw_calls : int
         The number of draw calls.
     id_names : tuple of str
@@ -220,10 +228,53 @@ class Frame:
     lights: LightCounts
     driver: str
     software: bool
+    camera: FrameCamera = field(kw_only=True)
     shaded: int | None = None
     draw_calls: int = 0
     id_names: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        images = ", ".join(f"{name} {image.dtype} {image.shape}" for name, image in self.images.items())
+        return (
+            f"<Frame {self.size[0]}x{self.size[1]} at {self.time:g} s: {images or 'no images'};\n"
+            f" {self.lights.in_view} of {self.lights.in_scene} lights in view; {self.driver}>"
+        )
+
+    def _repr_png_(self) -> bytes | None:
+        """Return the picture as PNG, which notebooks show; None if all outputs are data."""
+        output = self._picture()
+        return None if output is None else png_bytes(self.images[output].astype(np.uint8, copy=False))
+
+    def show(self, output: str | None = None) -> None:
+        """Show the picture in the notebook, or with the desktop's program for pictures.
+
+        Parameters
+        ----------
+        output : str, optional
+            "color" when absent, or else "color_alpha", or else the first output of 8 bits. Outputs of other
+            dtypes are data: ``matplotlib.pyplot.imshow(frame.depth)`` scales them.
+
+        Raises
+        ------
+        OutputError
+            If the frame does not have the output, or it is not a picture.
+        ViewerError
+            If the process has no display.
+        """
+        name = output if output is not None else self._picture() or "color"
+        image = self[name]
+        if image.dtype != np.uint8:
+            raise OutputError(
+                f"output {name!r} is {image.dtype} data and not a picture: show 'color', or scale it with "
+                f"matplotlib.pyplot.imshow(frame.{name})"
+            )
+        show_picture(image.astype(np.uint8, copy=False), f"{name} at {self.time:g} s")
+
+    def _picture(self) -> str | None:
+        """Return the name of the output that shows what was drawn, or None if all are data."""
+        shown = [name for name, image in self.images.items() if image.dtype == np.uint8]
+        return next((name for name in ("color", "color_alpha", *shown) if name in shown), None)
 
     def __getitem__(self, output: str) -> Image:
         if output not in self.images:

@@ -28,6 +28,7 @@ LAYERS = (
             "srgb",
             "compositing",
             "planar",
+            "showing",
             "mipmaps",
             "disk_cache",
             "memo",
