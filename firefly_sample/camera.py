@@ -1,4 +1,4 @@
-"""Poses of cameras in three conventions, to and from the matrices of the scene graph.
+"""The camera of a picture: intrinsics and pose, to turn a depth image into points of the world.
 
 A pose is a rigid 4x4 matrix from the camera's space to the world, for column vectors: ``world = pose @ (x, y,
 z, 1)``. The world is the scene's, with Z up, in all three; they differ in the axes of the camera:
@@ -17,13 +17,17 @@ numbers and change their signs, so nothing is rounded.
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from firefly_sample.errors import SceneError, did_you_mean
-from firefly_sample.scene.arrays import Float64, as_numbers
+from firefly_sample.scene.arrays import Float64, ReadOnlyArrays, as_numbers, read_only
+from firefly_sample.scene.intrinsics import Intrinsics
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens, lens_from_intrinsics
 
 Convention = Literal["panda3d", "opengl", "opencv"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
@@ -36,6 +40,122 @@ _AXES: dict[Convention, tuple[tuple[int, float], ...]] = {
     "opencv": ((0, 1.0), (2, -1.0), (1, 1.0)),
 }
 """X, Y and Z of a camera by convention: each is an axis of Panda3D's camera, times a sign."""
+_POSES = "camera_to_world"
+"""The key of the poses in `FrameCamera.as_dict`."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameCamera(ReadOnlyArrays):
+    """The camera that one picture was drawn with.
+
+    Attributes
+    ----------
+    intrinsics : Intrinsics
+        For the picture's size in pixels.
+    view_to_world : ndarray of float64, shape (4, 4)
+        Rigid, read-only, for row vectors, with Panda3D's axes of the camera: ``path.set_mat(view_to_world)``
+        puts a camera below the scene's root there. Its rows are right, forward, up and the position.
+
+    Raises
+    ------
+    SceneError
+        If the matrix is not rigid.
+    """
+
+    intrinsics: Intrinsics
+    view_to_world: Float64
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.intrinsics, Intrinsics):
+            raise SceneError(f"a FrameCamera takes Intrinsics, got {self.intrinsics!r}")
+        matrix = as_numbers("view_to_world", self.view_to_world, SceneError, "a 4x4 matrix of numbers")
+        check_rigid("view_to_world, transposed,", matrix.T)
+        object.__setattr__(self, "view_to_world", read_only(matrix))
+
+    def pose(self, convention: str) -> Float64:
+        """Return the pose, camera to world for column vectors, shape (4, 4).
+
+        Parameters
+        ----------
+        convention : {"panda3d", "opengl", "opencv"}
+            The camera's axes: see the table of this module.
+        """
+        return pose_from_matrix(self.view_to_world, convention)
+
+    def lens(self) -> PerspectiveLens | OrthographicLens:
+        """Return a lens that draws this picture, for a `Camera` node of a scene."""
+        return lens_from_intrinsics(self.intrinsics)
+
+    def world_points(self, depth: ArrayLike) -> Float64:
+        """Return the point of the world in each pixel's centre.
+
+        Parameters
+        ----------
+        depth : array of shape (height, width)
+            Distance along the view axis in scene units, as in the output "depth"; the first row is the top.
+
+        Returns
+        -------
+        ndarray of float64, shape (height, width, 3)
+            NaN where the depth is not finite, that is where nothing was drawn.
+        """
+        return np.asarray(
+            self.intrinsics.view_points(depth) @ self.view_to_world[:3, :3] + self.view_to_world[3, :3]
+        )
+
+    def project(self, points: ArrayLike) -> tuple[Float64, Float64, Float64]:
+        """Return u, v and the distance along the view axis of points of the world.
+
+        Parameters
+        ----------
+        points : array of shape (..., 3)
+
+        Returns
+        -------
+        tuple of three arrays of float64, shape (...)
+            Image coordinates to the right and downwards, NaN where a perspective camera has the point at or
+            behind its eye, and the distance. The nearest pixel has the column
+            ``round(u - pixel_center)`` and the row ``round(v - pixel_center)``, which may be off the picture.
+        """
+        given = as_numbers("points", points, SceneError)
+        if given.ndim == 0 or given.shape[-1] != 3:
+            raise SceneError(f"points must have shape (..., 3), got {given.shape}")
+        # the position first: the difference of near numbers loses nothing
+        turned = (given - self.view_to_world[3, :3]) @ np.linalg.inv(self.view_to_world[:3, :3])
+        return self.intrinsics.project(turned)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as a dict for JSON: the intrinsics' keys, and the poses in all conventions.
+
+        ``camera_to_world`` has a matrix for column vectors, a list of rows, for each convention.
+        """
+        poses = {name: self.pose(name).tolist() for name in CONVENTIONS}
+        return self.intrinsics.as_dict() | {_POSES: poses}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> FrameCamera:
+        """Return the camera that `as_dict` wrote; SceneError names a key that is missing or wrong.
+
+        One pose is enough. Poses that contradict each other by more than 1e-5, or by more than 1e-5 of the
+        distance from the origin, are refused.
+        """
+        if not isinstance(values, Mapping):
+            raise SceneError(f"a camera must be a dict, got {values!r}")
+        poses = values.get(_POSES)
+        if not isinstance(poses, Mapping) or not poses:
+            raise SceneError(
+                f"a camera needs {_POSES!r}, a dict with a pose by the name of its convention "
+                f"({', '.join(CONVENTIONS)}), got {poses!r}"
+            )
+        matrices = {name: matrix_from_pose(pose, name) for name, pose in poses.items()}
+        (first, matrix), *others = matrices.items()
+        for other, same in others:
+            allowed = np.full((4, 1), _RIGID)
+            allowed[3] *= max(1.0, np.abs(matrix[3]).max())
+            if not (np.abs(same - matrix) <= allowed).all():
+                raise SceneError(f"{_POSES}: the {other} pose contradicts the {first} pose")
+        rest = {key: value for key, value in values.items() if key != _POSES}
+        return cls(Intrinsics.from_dict(rest), matrix)
 
 
 def matrix_from_pose(pose: ArrayLike, convention: str) -> Float64:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, did_you_mean
 from firefly_sample.settings import to_whole
+
+if TYPE_CHECKING:
+    from firefly_sample.camera import FrameCamera
 
 Image = NDArray[np.uint8] | NDArray[np.int32] | NDArray[np.float32]
 
@@ -188,6 +192,9 @@ class Frame:
         The GL renderer string.
     software : bool
         True if that is a software rasteriser.
+    camera : FrameCamera
+        The camera that the picture was drawn with: intrinsics and pose. With the output "depth" it gives
+        points of the world: ``frame.camera.world_points(frame.depth)``.
     draw_calls : int
         The number of draw calls.
     id_names : tuple of str
@@ -204,10 +211,36 @@ class Frame:
     lights: LightCounts
     driver: str
     software: bool
+    camera: FrameCamera = field(kw_only=True)
     shaded: int | None = None
     draw_calls: int = 0
     id_names: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        images = ", ".join(f"{name} {image.dtype} {image.shape}" for name, image in self.images.items())
+        return (
+            f"<Frame {self.size[0]}x{self.size[1]} at {self.time:g} s: {images or 'no images'};\n"
+            f" {self.lights.in_view} of {self.lights.in_scene} lights in view; {self.driver}>"
+        )
+
+    def _repr_png_(self) -> bytes | None:
+        """Return the picture as PNG, which notebooks show; None if there is no output of 8 bits."""
+        output = self._picture()
+        if output is None:
+            return None
+        import io
+
+        from PIL import Image
+
+        file = io.BytesIO()
+        Image.fromarray(self.images[output]).save(file, format="PNG")
+        return file.getvalue()
+
+    def _picture(self) -> str | None:
+        """Return the output that shows what was drawn, or None if all are data."""
+        shown = [name for name in self.images if OUTPUTS[name].dtype == "uint8"]
+        return next((name for name in ("color", "color_alpha", *shown) if name in self.images), None)
 
     def __getitem__(self, output: str) -> Image:
         if output not in self.images:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from firefly_sample.camera import FrameCamera
 from firefly_sample.frame import Frame
 from firefly_sample.gpu.gpu import Gpu
 from firefly_sample.gpu.pixel_buffers import Copies
@@ -15,6 +16,7 @@ from firefly_sample.passes.lights import LIGHT_PASSES
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.plan.lights.clusters import list_lengths
 from firefly_sample.readback import Surface, read_images, targets_read
+from firefly_sample.scene.intrinsics import Intrinsics
 
 
 @dataclass(eq=False)
@@ -55,6 +57,7 @@ class PendingFrame:
             lights=counts,
             driver=gpu.device.renderer,
             software=gpu.device.software,
+            camera=camera_of(plan),
             shaded=shaded,
             draw_calls=self.draw_calls,
             id_names=plan.id_names,
@@ -67,6 +70,12 @@ class PendingFrame:
         if self.copies is not None:
             gpu.pixels.give_back(self.copies)
             self.copies = None
+
+
+def camera_of(plan: FramePlan) -> FrameCamera:
+    """Return the camera of a plan, for the pixels of its picture, which may average several samples each."""
+    view = plan.view
+    return FrameCamera(Intrinsics.of(view.lens, plan.size, (view.near, view.far)), view.view_to_world)
 
 
 def count_walked(plan: FramePlan, gpu: Gpu) -> int:

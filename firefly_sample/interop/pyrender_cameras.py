@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import LensError
 from firefly_sample.losses import Losses
-from firefly_sample.plan.view import lens_for_picture
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
+from firefly_sample.scene.lens_shape import lens_for_picture
 
 Float64 = NDArray[np.float64]
 Size = tuple[int, int]

@@ -12,6 +12,7 @@ from firefly_sample.plan.frustum import frustum_corners
 from firefly_sample.scene.arrays import LARGEST, Float64
 from firefly_sample.scene.lens_base import Lens
 from firefly_sample.scene.lens_constants import LensConstants
+from firefly_sample.scene.lens_shape import lens_for_picture, reshaped
 from firefly_sample.scene.scene import Scene
 
 NEAREST = 1e-37
@@ -74,20 +75,6 @@ def eye_state(scene: Scene, size: tuple[int, int]) -> tuple[Any, ...]:
     return lens, lens.revision, size, scene.camera.get_net_transform().get_mat().tobytes()
 
 
-def lens_for_picture(lens: Lens, size: tuple[int, int]) -> tuple[Lens, str]:
-    """Return the lens that a picture of a size is drawn with, and how it contradicts the picture's shape.
-
-    If two of the lens's numbers contradict it, one is kept, as in Panda3D's window; a lens of intrinsics is a
-    `LensError`. The text begins with "its"; it is empty if there is no contradiction.
-    """
-    shape = lens.shape
-    if not shape.fixed_by or shape.fits(*size):
-        return lens.for_picture(*size), ""
-    if shape.calibrated:
-        raise LensError(shape.refusal(*size))
-    return _shaped(lens, size), shape.refusal(*size)
-
-
 def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, tuple[str, ...]]:
     """Return the camera's lens for a picture of a size, and warnings about its shape."""
     lens, shape = scene.lens, scene.lens.shape
@@ -97,7 +84,7 @@ def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, 
             f"the camera's {shape.fixed_by} fixes the picture's aspect ratio at {shape.picture:.5g} and the "
             "window has another, so it shows more or less than the lens says"
         )
-        return _shaped(lens, size), (warning,)
+        return reshaped(lens, size), (warning,)
     try:
         lens, contradiction = lens_for_picture(lens, size)
     except LensError as error:
@@ -105,13 +92,6 @@ def _lens_for(scene: Scene, size: tuple[int, int], window: bool) -> tuple[Lens, 
     if not contradiction:
         return lens, ()
     return lens, (f"camera {scene.camera}: {contradiction}; it is drawn with the picture's aspect ratio",)
-
-
-def _shaped(lens: Lens, size: tuple[int, int]) -> Lens:
-    """Return a copy of a lens that takes a picture's shape, whatever fixed its own."""
-    lens = lens.make_copy()
-    lens.set_aspect_ratio(None)
-    return lens.for_picture(*size)
 
 
 def camera_matrices(scene: Scene) -> CameraMatrices:

@@ -11,7 +11,10 @@ import math
 from typing import Self
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.lens_base import Lens, Shape, finite, number
+from firefly_sample.scene.intrinsics import Intrinsics
+from firefly_sample.scene.lens_base import Lens
+from firefly_sample.scene.lens_numbers import finite, number
+from firefly_sample.scene.lens_shape import Shape
 
 
 class PerspectiveLens(Lens):
@@ -109,20 +112,16 @@ class PerspectiveLens(Lens):
             Image coordinate of the first pixel's centre: 0 in OpenCV, where (u, v) are a pixel's column and
             row; 0.5 in COLMAP, OpenGL and pyrender, where (0, 0) is the picture's corner.
         """
-        fx, fy = finite("fx", fx, above=0.0), finite("fy", fy, above=0.0)
-        width, height = _pixels("width", width), _pixels("height", height)
-        corner = 0.5 - finite("pixel_center", pixel_center)
-        cx, cy = finite("cx", cx) + corner, finite("cy", cy) + corner
-        pixel_height = fx / fy  # the film is measured in widths of a pixel
+        given = Intrinsics("perspective", width, height, fx, fy, cx, cy, 1.0, 2.0, pixel_center)
+        pixel_height = given.fx / given.fy  # the film is measured in widths of a pixel
         lens = cls(
             near=near,
             far=far,
-            film_size=(width, height * pixel_height),
-            film_offset=(0.5 * width - cx, (cy - 0.5 * height) * pixel_height),
-            focal_length=fx,
+            film_size=(given.width, given.height * pixel_height),
+            film_offset=(given.offset[0], given.offset[1] * pixel_height),
+            focal_length=given.fx,
         )
-        fixed_by = f"calibration for pictures of {width}x{height}"
-        lens._shape = Shape(lens.shape.ratio, fixed_by, 1.0 / pixel_height, calibrated=True)
+        lens._shape = _calibrated(lens, given)
         return lens
 
     def set_fov(self, horizontal: float, vertical: float | None = None) -> None:
@@ -236,6 +235,40 @@ class OrthographicLens(Lens):
             near, far, film_offset, film_size=film_size, film_height=film_height, aspect_ratio=aspect_ratio
         )
 
+    @classmethod
+    def from_intrinsics(
+        cls,
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        width: int,
+        height: int,
+        near: float | None = None,
+        far: float | None = None,
+        *,
+        pixel_center: float = 0.0,
+    ) -> Self:
+        """Return the lens of a calibrated camera with parallel rays.
+
+        A view-space point (x, y, z), y forward and z up, has the image coordinates u = fx * x + cx to the
+        right and v = cy - fy * z downwards. The lens fits pictures of this size and, at a different
+        resolution, of this shape.
+
+        Parameters
+        ----------
+        fx, fy : float
+            Pixels per scene unit, across and down.
+        cx, cy, width, height, pixel_center
+            As for `PerspectiveLens.from_intrinsics`.
+        near, far : float, optional
+            As for `OrthographicLens`.
+        """
+        given = Intrinsics("orthographic", width, height, fx, fy, cx, cy, 1.0, 2.0, pixel_center)
+        lens = cls(given.film_size, near=near, far=far, film_offset=given.film_offset or (0.0, 0.0))
+        lens._shape = _calibrated(lens, given)
+        return lens
+
     def set_film_height(self, height: float) -> None:
         """Set the height of the view in scene units, kept for every aspect ratio; not in Panda3D."""
         self._set_measure("film_height", finite("film height", height, above=0.0))
@@ -248,6 +281,19 @@ class OrthographicLens(Lens):
     def _scales(self) -> tuple[float, float]:
         width, height = self.get_film_size()
         return 2.0 / width, 2.0 / height
+
+
+def lens_from_intrinsics(intrinsics: Intrinsics) -> PerspectiveLens | OrthographicLens:
+    """Return the lens of these intrinsics: the inverse of `Lens.intrinsics`, to a few roundings."""
+    made = PerspectiveLens if intrinsics.is_perspective() else OrthographicLens
+    i = intrinsics
+    return made.from_intrinsics(i.fx, i.fy, i.cx, i.cy, *i.size, i.near, i.far, pixel_center=i.pixel_center)
+
+
+def _calibrated(lens: Lens, given: Intrinsics) -> Shape:
+    """Return the shape of a lens that was made from intrinsics."""
+    fixed_by = f"calibration for pictures of {given.width}x{given.height}"
+    return Shape(lens.shape.ratio, fixed_by, given.fy / given.fx, calibrated=True)
 
 
 def _cot_half(name: str, degrees: float) -> float:
@@ -263,11 +309,3 @@ def _cot_half(name: str, degrees: float) -> float:
         return math.tan(math.radians(180.0 - degrees) / 2.0)
     tangent = math.tan(math.radians(degrees) / 2.0)
     return 1.0 / tangent if tangent > 0.0 else math.inf
-
-
-def _pixels(name: str, value: int) -> int:
-    """Return `value` as a whole number of 1 or more."""
-    found = finite(name, value, above=0.0)
-    if found != int(found):
-        raise LensError(f"{name} must be a whole number of pixels, got {found:g}")
-    return int(found)

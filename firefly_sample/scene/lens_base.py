@@ -10,49 +10,20 @@ from __future__ import annotations
 import copy
 import math
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LensError
 from firefly_sample.scene.arrays import Float64, as_numbers
+from firefly_sample.scene.intrinsics import Intrinsics
 from firefly_sample.scene.lens_constants import Clip, LensConstants
-from firefly_sample.settings import number_or_none
+from firefly_sample.scene.lens_numbers import finite, number, pixels, planes
+from firefly_sample.scene.lens_shape import Shape, lens_for_picture
 
 _SAME_SHAPE = 1e-5
 """Relative difference up to which a lens keeps its aspect ratio: two angles may have been rounded."""
-
-
-class Shape(NamedTuple):
-    """Width over height of a lens's film, and the setting that fixed it."""
-
-    ratio: float = 1.0
-    fixed_by: str = ""  # in words; empty if each picture's shape decides
-    pixel: float = 1.0  # width over height of one pixel on the film
-    calibrated: bool = False  # True for intrinsics, which are meaningless for a picture of a different shape
-    measure: str = ""  # the measure that `fixed_by` quotes: the words are true as long as it stays
-
-    @property
-    def picture(self) -> float:
-        """Width over height, in pixels, of the pictures that it fits."""
-        return self.ratio / self.pixel
-
-    def fits(self, width: int, height: int) -> bool:
-        """Return True if a picture of this size has this shape, rounded to whole pixels."""
-        picture = self.picture
-        return min(abs(width / picture - height), abs(height * picture - width)) <= 0.5 + 1e-9
-
-    def refusal(self, width: int, height: int) -> str:
-        """Return the message for a picture of a different shape, with both shapes and the way out."""
-        picture = self.picture
-        size = (width, width / picture) if width >= picture else (height * picture, height)
-        draw = f"draw {round(size[0])}x{round(size[1])}, or " if max(size) <= 1e9 else ""
-        return (
-            f"its {self.fixed_by} fixes the picture's aspect ratio at {picture:.5g}, but a picture of "
-            f"{width}x{height} has {width / height:.5g}: {draw}let the picture decide by one angle or one "
-            "film size alone, or set_aspect_ratio(None)"
-        )
 
 
 class Lens(ABC):
@@ -237,23 +208,9 @@ class Lens(ABC):
 
     def _set_planes(self, near_given: float | None, far_given: float | None) -> None:
         """Set the planes that are given; None leaves one as it is."""
-        near = self._near if near_given is None else finite("near", near_given)
-        far = self._far if far_given is None else number("far", far_given)
-        if not far > near:
-            raise LensError(
-                f"far must be beyond near, got near {near:g} and far {far:g}: "
-                "set both at once with set_near_far(near, far)"
-            )
-        if self._PERSPECTIVE and near <= 0.0:
-            raise LensError(
-                f"near of a perspective lens must be above 0, got {near:g}: move the near plane in front "
-                "of the eye, or use an OrthographicLens"
-            )
-        if not self._PERSPECTIVE and not math.isfinite(far - near):
-            raise LensError(
-                "the depth of an orthographic lens is linear from near to far, so both must be finite; got "
-                f"near {near:g} and far {far:g}: give a finite far"
-            )
+        near = self._near if near_given is None else near_given
+        far = self._far if far_given is None else far_given
+        near, far = planes(self._PERSPECTIVE, near, far)
         self._near, self._far = near, far
         self.near_given |= near_given is not None
         self.far_given |= far_given is not None
@@ -296,6 +253,22 @@ class Lens(ABC):
         offsets = (0.0 - 2.0 * x / width, 0.0 - 2.0 * y / height)
         planes = self._near, self._far
         return LensConstants.of(self._PERSPECTIVE, self._scales(), offsets, planes, clip, reverse)
+
+    def intrinsics(self, size: tuple[int, int], pixel_center: float = 0.0) -> Intrinsics:
+        """Return focal lengths and principal point in pixels, as a picture of `size` is drawn.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height of the picture in pixels. As when it is drawn, a picture of a shape that the lens
+            does not fit takes one of the lens's two angles or film sizes; a lens of intrinsics refuses it.
+        pixel_center : float
+            Image coordinate of the first pixel's centre: 0 in OpenCV, 0.5 in COLMAP, OpenGL and pyrender.
+        """
+        width, height = _pair("size", size)
+        size = pixels("width", width), pixels("height", height)
+        lens, _ = lens_for_picture(self, size)
+        return Intrinsics.of(lens.constants(), size, (self._near, self._far), pixel_center)
 
     def get_projection_mat(self, clip: Clip = "gl", reverse: bool = False) -> Float64:
         """Return the 4x4 matrix from view to clip space for row vectors; the default is Panda3D's."""
@@ -345,10 +318,10 @@ class Lens(ABC):
         Rows (nx, ny, nz, d), shape (6, 4) or (5, 4), with a unit normal; inside, in view space,
         nx*x + ny*y + nz*z + d >= 0.
         """
-        planes = [*self.constants().side_planes(), (0.0, 1.0, 0.0, -self._near)]
+        found = [*self.constants().side_planes(), (0.0, 1.0, 0.0, -self._near)]
         if math.isfinite(self._far):
-            planes.append((0.0, -1.0, 0.0, self._far))
-        return np.array(planes)
+            found.append((0.0, -1.0, 0.0, self._far))
+        return np.array(found)
 
     def make_copy(self) -> Self:
         """Return an independent lens with the same values."""
@@ -373,21 +346,3 @@ def _pair(name: str, value: Any) -> tuple[Any, Any]:
     except (TypeError, ValueError):
         raise LensError(f"{name} must be two numbers, got {value!r}") from None
     return first, second
-
-
-def number(name: str, value: float) -> float:
-    """Return `value` as a float, which may be infinite or NaN."""
-    found = number_or_none(value)
-    if found is None:
-        raise LensError(f"{name} must be a number, got {value!r}")
-    return found
-
-
-def finite(name: str, value: float, above: float = -math.inf) -> float:
-    """Return `value` as a finite float above a bound."""
-    found = number(name, value)
-    if not math.isfinite(found):
-        raise LensError(f"{name} must be a finite number, got {found:g}")
-    if found <= above:
-        raise LensError(f"{name} must be above {above:g}, got {found:g}")
-    return found
