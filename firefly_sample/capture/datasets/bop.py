@@ -109,7 +109,7 @@ def _pose(instance: Mapping[str, Any], numbers: Mapping[str, int]) -> dict[str, 
 def _pixels(instance: Mapping[str, Any]) -> dict[str, Any]:
     """Return an entry of ``scene_gt_info.json``.
 
-    The depth is valid wherever an instance would be in the picture: it is drawn there, or something before it.
+    Wherever it would be in the picture, it or something before it is drawn, so the depth there is valid.
     """
     visible, whole = instance["visible"], instance["whole"]
     seen = visible["pixels"]
