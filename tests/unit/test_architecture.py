@@ -66,6 +66,7 @@ HOMES = {
     "embreex": {"lab"},
     "distributed": {"capture"},
     "dask": {"capture"},
+    "pycocotools": {"capture"},
 }
 """Who may import a library at all."""
 
