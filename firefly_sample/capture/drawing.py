@@ -9,10 +9,10 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from firefly_sample.capture.annotations import annotate, needed_outputs
+from firefly_sample.capture.annotations import draw_annotated, is_annotated
 from firefly_sample.capture.drawn import Drawn, Failed, Sight, as_drawn, encode
 from firefly_sample.capture.job import Driver, Job, Task
-from firefly_sample.capture.views import ViewedScene
+from firefly_sample.capture.viewed_scene import ViewedScene
 from firefly_sample.errors import FireflyError, SoftwareDriverWarning
 from firefly_sample.settings import to_number
 
@@ -103,13 +103,14 @@ class Artist:
 
     def _sights(self, job: Job, scene: Scene, times: Iterable[float]) -> Iterator[Sight]:
         """Draw a scene at each of some times, with what the job's data set needs to know of it."""
-        if not needed_outputs(job.dataset):
+        dataset = job.dataset
+        if dataset is None or not is_annotated(dataset):
             for frame in self._renderer.render_many(scene, times, job.outputs):
                 yield Sight(frame, self.exposure)
             return
         for time in times:  # the scene must be as it was drawn while its instances are found
-            frame = self._renderer.render(scene, time, job.outputs)
-            yield Sight(frame, self.exposure, annotate(self._renderer, scene, job.dataset, frame))
+            frame, annotations = draw_annotated(self._renderer, scene, time, job.outputs, dataset)
+            yield Sight(frame, self.exposure, annotations)
 
     def _scene_of(self, job: Job) -> Scene | FireflyError:
         """Return the scene of a job, or the error that keeps it from being built; the last is kept."""
@@ -123,7 +124,7 @@ class Artist:
                 self._scene = build_scene(self._plugin, **job.parameters)
                 self._renderer.settings = with_exposure_at(self._scene, job.exposed, job.start)
                 if job.views is not None:
-                    self._scene = ViewedScene(self._scene, job.views, job.size)
+                    self._scene = ViewedScene(self._scene, job.views, job.size, job.start)
             except MemoryError:
                 raise
             except _OF_SCENES as error:

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.annotations import Annotations, mask_file
+from firefly_sample.capture.annotations import Annotations
 from firefly_sample.capture.files import pixel_hash
 from firefly_sample.capture.job import Task
+from firefly_sample.capture.masks import mask_png
 from firefly_sample.encoding.formats import Encoding
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame, Image
@@ -111,7 +112,7 @@ def as_drawn(task: Task, sight: Sight, encoded: Mapping[str, Encoded], said: tup
     made = dict(encoded)
     if annotations is not None:
         for key, mask in annotations.masks.items():
-            content = mask_file(mask)
+            content = mask_png(mask)
             made[key] = Encoded(content, hashlib.sha256(content).hexdigest(), {key: pixel_hash(mask)})
     keys = {output: key for key, one in made.items() for output in one.sha256}
     return Drawn(
@@ -126,6 +127,6 @@ def as_drawn(task: Task, sight: Sight, encoded: Mapping[str, Encoded], said: tup
         file_sha256={output: made[key].file_sha256 for output, key in keys.items()},
         instances=None if annotations is None else annotations.instances,
         warnings=tuple(frame.warnings),
-        id_names=tuple(frame.id_names) if "id" in frame.images else (),
+        id_names=tuple(frame.id_names) if "id" in keys else (),
         said=said,
     )

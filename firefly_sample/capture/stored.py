@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.annotations import read_mask
 from firefly_sample.capture.files import is_unfinished, pixel_hash
 from firefly_sample.capture.layout import names_in
+from firefly_sample.capture.masks import read_mask
 from firefly_sample.capture.manifest import MANIFEST, FrameLines, Manifest, read_manifest
 from firefly_sample.capture.names import FileNames
 from firefly_sample.errors import FireflyError

@@ -196,6 +196,7 @@ class Planner:
             counts=LightCounts(lighting.in_scene, sum(map(len, lighting.sets)), 0),
             id_names=snapshot.id_names,
             warnings=warnings,
+            snapshot=snapshot,
             blended=mixed,
         )
 

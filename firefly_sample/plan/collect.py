@@ -27,7 +27,7 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.texture import Texture
-from firefly_sample.scene.traversal import Visit, iter_visible
+from firefly_sample.scene.traversal import InstanceRoot, Visit, iter_visible
 
 SMOOTHEST = 1.0 / 32.0
 """Roughness below which a material is drawn as if it had this one: ``shaders/include/metallic.glsl``."""
@@ -224,6 +224,8 @@ class Snapshot:
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()  # path of each geometry instance, by id
+    instance_roots: tuple[InstanceRoot, ...] = ()
+    """By id, the node at which its instance of a data set begins; one object for all ids of an instance."""
     warnings: tuple[str, ...] = ()
     """The warnings of all nodes, each line once."""
     watched: list[tuple[Any, int]] = field(default_factory=list)
@@ -266,6 +268,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     found: dict[tuple[Any, ...], _Found] = {}
     looks: _Looks = {}
     names: list[str] = []
+    roots: list[InstanceRoot] = []
     warnings: dict[str, None] = {}
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
         for visit in iter_visible(root, camera_mask):
@@ -275,6 +278,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if isinstance(node, GeomNode):
                 _add_geoms(found, looks, node, visit, len(names))
                 names.append(visit.path)
+                roots.append(visit.instance or InstanceRoot(visit.path, visit.net, node.name, False))
             elif isinstance(node, LightNode):
                 snapshot.lights.append((node, visit.net))
                 if isinstance(node, Spotlight):
@@ -297,6 +301,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
                 _refuse(node.name)
     snapshot.looks = list(looks.values())
     snapshot.id_names = tuple(names)
+    snapshot.instance_roots = tuple(roots)
     snapshot.warnings = tuple(warnings)
     return snapshot
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import PlanError
 from firefly_sample.frame import LightCounts
-from firefly_sample.plan.collect import Factors
+from firefly_sample.plan.collect import Factors, Snapshot
 from firefly_sample.plan.lights.clusters import Clusters
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
@@ -198,6 +198,9 @@ class FramePlan:
         The targets that each output is decoded from; none where the frame has nothing for it.
     id_names : tuple of str
         Path of each geometry instance, by id.
+    snapshot : Snapshot
+        Everything that the camera's mask lets through, also outside the view: no pass needs it, but what
+        data sets say of a frame is made from it.
     blended : Blended or None
         What is blended over the other surfaces; `batches` does not hold it.
     """
@@ -224,6 +227,7 @@ class FramePlan:
     counts: LightCounts
     id_names: tuple[str, ...]
     warnings: tuple[str, ...]
+    snapshot: Snapshot
     blended: Blended | None = None
 
     def target(self, name: str) -> Target | None:

@@ -11,6 +11,18 @@ from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transform_state import IDENTITY
 
+CATEGORY = "category"
+"""The tag of a node at which an instance of a data set begins: what is at and below it is one object."""
+
+
+class InstanceRoot(NamedTuple):
+    """The node at which an instance of a data set begins, as reached by one path."""
+
+    path: str  # as `Visit.path`
+    net: Float64  # shape (4, 4), from the node's space to the root's
+    category: str  # the node's tag, or its name where that is empty
+    tagged: bool  # False of a geometry node at or above which no node has the tag
+
 
 class Visit(NamedTuple):
     """A node that a camera sees, once for each path down to it.
@@ -26,6 +38,9 @@ class Visit(NamedTuple):
     color: Color | None
     material: Material | None
     path: str
+    instance: InstanceRoot | None = (
+        None  # of the nearest node at or above this one that has the tag `CATEGORY`
+    )
 
 
 def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Visit]:
@@ -34,7 +49,7 @@ def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
     Transforms, colours, materials and masks above `root`, which must not be empty, are inherited.
     """
     top = root.node()
-    above = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
+    above = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "", None)
     for path in reversed(root.get_ancestors()[1:]):
         above = _enter(above, path.node(), path.get_name())
     waiting = [(top, above, top.name)]
@@ -42,7 +57,7 @@ def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Vis
         node, above, label = waiting.pop()
         here = _enter(above, node, label)
         if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
-            yield Visit(node, here.net, here.color, here.material, here.path)
+            yield Visit(node, here.net, here.color, here.material, here.path, here.instance)
         elif not any(below.draw_control & below.draw_show for below in node.iter_descendants()):
             continue  # `show_through` was called for none of them
         if children := node.children:
@@ -60,10 +75,11 @@ class _State(NamedTuple):
     material: Material | None
     material_priority: int
     path: str
+    instance: InstanceRoot | None
 
 
 def _enter(above: _State, node: PandaNode, label: str) -> _State:
-    net, mask, color, color_priority, material, material_priority, path = above
+    net, mask, color, color_priority, material, material_priority, path, instance = above
     if not node.transform.is_identity:
         net = node.transform.get_mat() @ net
     if node.draw_control:
@@ -75,7 +91,9 @@ def _enter(above: _State, node: PandaNode, label: str) -> _State:
             material, material_priority, node.material, node.material_priority
         )
     path = f"{path}/{label}" if path else label
-    return _State(net, mask, color, color_priority, material, material_priority, path)
+    if CATEGORY in node.tags:
+        instance = InstanceRoot(path, net, node.tags[CATEGORY] or node.name, True)
+    return _State(net, mask, color, color_priority, material, material_priority, path, instance)
 
 
 def _labels(children: Sequence[PandaNode]) -> list[str]:

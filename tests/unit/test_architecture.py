@@ -69,6 +69,7 @@ HOMES = {
     "distributed": {"capture"},
     "dask": {"capture"},
     "OpenEXR": {"encoding"},
+    "pycocotools": {"capture"},
 }
 """Who may import a library at all."""
 
