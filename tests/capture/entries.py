@@ -81,11 +81,10 @@ def two_frames(dataset: str) -> list[dict[str, Any]]:
     cup, away = instance("cup", block(0, 1, 5, 1), [0, 1, 5, 1]), block(0, 0, 0, 0)
     box = instance("box", block(6, 3, 2, 3), [6, 3, 2, 3])
     hidden = instance("box", away, [0, 0, 0, 0])
+    other = camera(LOOKS_ALONG_MINUS_X)
     return [
-        entry(4, layout, outputs, instances=[cup, box], **changes),
-        entry(
-            7, layout, outputs, instances=[hidden, dict(cup)], camera=camera(LOOKS_ALONG_MINUS_X), **changes
-        ),
+        entry(4, layout, outputs, instances=[cup, box]),
+        entry(7, layout, outputs, instances=[hidden, dict(cup)], camera=other),
     ]
 
 
