@@ -19,17 +19,9 @@ NAMES = pytest.mark.parametrize("name", DATASETS)
 @NAMES
 def test_a_data_set_accepts_what_it_draws_by_itself(name):
     dataset = find_dataset(name)
-    formats = {output: PNG[output] for output in dataset.outputs}
-    assert dataset.choose_formats(dataset.outputs, {"color": "jpeg"})["color"] == "jpeg"
-    dataset.check(dataset.outputs, formats | dataset.choose_formats(dataset.outputs, {}))
+    usual = {"color": "png", "depth": "npz"} | dict(dataset.formats)
+    dataset.check(dataset.outputs, {output: usual[output] for output in dataset.outputs})
     dataset.check_camera(camera())
-
-
-def test_depth_is_png_where_readers_want_it():
-    assert DATASETS["bop"].choose_formats(("color", "depth"), {}) == {"depth": "png16"}
-    assert DATASETS["nerf"].choose_formats(("color", "depth"), {}) == {"depth": "png16"}
-    assert DATASETS["nerf"].choose_formats(("color",), {}) == {}
-    assert DATASETS["coco"].choose_formats(("color", "depth"), {}) == {}
 
 
 @pytest.mark.parametrize(

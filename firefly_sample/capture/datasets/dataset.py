@@ -61,11 +61,6 @@ class Dataset(ABC):
         """The names of its files."""
         return layout_of(self.name)
 
-    def choose_formats(self, outputs: Iterable[str], chosen: Mapping[str, str]) -> dict[str, str]:
-        """Return the formats of outputs that are chosen, and this data set's own where none is."""
-        own = {output: self.formats[output] for output in outputs if output in self.formats}
-        return own | dict(chosen)
-
     def check(self, outputs: Iterable[str], formats: Mapping[str, str]) -> None:
         """Raise an OutputError if a capture of these outputs, in these formats, cannot be this data set."""
         outputs = tuple(outputs)
