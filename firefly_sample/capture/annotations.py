@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Annotations(NamedTuple):
-    """The instances of a frame, as its record has them, and pictures of masks by key, for example "mask/3"."""
+    """The instances of a frame, as its record has them, and its masks by key, for example "mask/3"."""
 
     instances: list[dict[str, Any]]
     masks: dict[str, Gray]
@@ -60,4 +60,3 @@ def draw_annotated(
             masks[f"mask/{number}"] = as_gray(silhouette.mask())
             masks[f"mask_visib/{number}"] = as_gray(owners == number)
     return frame, Annotations(records, masks)
-

@@ -163,10 +163,9 @@ def _range(unit: str, both: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
 
 def _opaque(image: Image) -> Picture:
     """Return a picture; one with alpha over grey squares."""
-    if image.ndim == 2:
-        image = np.repeat(image[..., None], 3, axis=2)
-    if image.shape[2] == 3:
-        return image.astype(np.uint8)
+    if image.ndim == 2 or image.shape[2] == 3:
+        picture = image.astype(np.uint8)
+        return np.repeat(picture[..., None], 3, axis=2) if image.ndim == 2 else picture
     rows, columns = np.indices(image.shape[:2]) // 8
     squares = np.where((rows + columns) % 2, 96.0, 160.0)[..., None]
     alpha = image[..., 3:] / 255.0

@@ -10,6 +10,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from firefly_sample.capture.annotations import draw_annotated, is_annotated
+from firefly_sample.capture.datasets import find_dataset
 from firefly_sample.capture.drawn import Drawn, Failed, Sight, as_drawn, encode
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.capture.viewed_scene import ViewedScene
@@ -122,6 +123,8 @@ class Artist:
             try:
                 self._plugin = find_scene(job.scene)
                 self._scene = build_scene(self._plugin, **job.parameters)
+                if job.dataset is not None:
+                    find_dataset(job.dataset).check_lens(self._scene.lens)
                 self._renderer.settings = with_exposure_at(self._scene, job.exposed, job.start)
                 if job.views is not None:
                     self._scene = ViewedScene(self._scene, job.views, job.size, job.start)

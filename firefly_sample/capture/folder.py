@@ -247,7 +247,7 @@ class CaptureFolder:
             self._remove(path)
 
     def _frames_in(self, folder: str, layout: Layout) -> dict[str, int]:
-        """Return the files that have names of frames, relative to the capture's folder, each with its frame."""
+        """Return the files with names of frames, by their paths from the capture's folder, with the frame."""
         found: dict[str, int] = {}
         for name in names_in(self.path / folder, layout):
             named = layout.parse(name)

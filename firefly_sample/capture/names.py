@@ -33,7 +33,8 @@ class FileNames:
         Those of earlier versions have no formats. Raises a FireflyError if one is not known.
         """
         outputs = tuple(description["outputs"])
-        encoding = Encoding.from_json(description) if "formats" in description else Encoding.of(outputs)
+        given = {name: description.get(name) for name in ("formats", "quality", "depth_scale")}
+        encoding = Encoding.from_json(given) if "formats" in description else Encoding.of(outputs)
         return cls(encoding, description.get("dataset"), description.get("folder", ""))
 
     @property

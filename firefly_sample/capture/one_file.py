@@ -21,7 +21,7 @@ from firefly_sample.capture.layout import layout_of, names_in
 from firefly_sample.capture.manifest import MANIFEST, FrameEntry, Manifest, read_manifest, write_manifest
 from firefly_sample.capture.names import FileNames
 from firefly_sample.encoding.films import FILMS, FilmChoices, check_film, write_film
-from firefly_sample.encoding.formats import Encoding, format_of_path
+from firefly_sample.encoding.formats import format_of_path
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import Image
 
@@ -206,4 +206,4 @@ def _images(folder: Path, names: FileNames, manifest: Mapping[str, Any]) -> Iter
             content = (folder / name).read_bytes()
             yield names.encoding.decode(names.key_of(output), content)[output]
         except Exception as error:  # a decoder may raise anything
-            raise FireflyError(f"cannot read {folder / name} ({error}): draw it again with --resume") from error
+            raise FireflyError(f"cannot read {folder / name} ({error}): --resume draws it again") from error

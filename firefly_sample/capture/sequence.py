@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
+from firefly_sample.capture.datasets import find_dataset
 from firefly_sample.capture.engine import Engine, HereEngine
 from firefly_sample.capture.files import as_folder
 from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.frames import frame_numbers, parse_shard
 from firefly_sample.capture.job import Driver, Job
 from firefly_sample.capture.journal import Asked
-from firefly_sample.capture.datasets import DATASETS, find_dataset
 from firefly_sample.capture.manifest import Manifest
 from firefly_sample.capture.one_file import OneFile, film_choices, is_one_file
 from firefly_sample.capture.run import Run
@@ -172,14 +172,21 @@ def capture_frames(
             raise OutputError(f"{what} has many files, and {path} is one: name a folder")
         one = OneFile(path, len(numbers), choices)
         formats, path = one.formats(names, formats), one.folder
-    encoding = Encoding.of(names, formats_for(dataset, formats), quality if choices is None else None, depth_scale)
+    encoding = Encoding.of(
+        names,
+        formats,
+        quality if choices is None else None,
+        depth_scale,
+        find_dataset(dataset).formats if dataset is not None else None,
+    )
+    encoding.require()
     template = Template(
         *(plugin, scene, size, settings, names, encoding, dataset),
         *(fps, time, seen, parameters, device, require_gpu),
     )
     jobs = list(template.jobs(sweep))
     if dataset is not None:
-        DATASETS[dataset].check(jobs[0])
+        find_dataset(dataset).check(names, dict(encoding.formats))
     if one is not None:
         one.check(jobs[0])
         if not (resume or overwrite):

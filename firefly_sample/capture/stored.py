@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 from firefly_sample.capture.files import is_unfinished, pixel_hash
 from firefly_sample.capture.layout import names_in
-from firefly_sample.capture.masks import read_mask
 from firefly_sample.capture.manifest import MANIFEST, FrameLines, Manifest, read_manifest
+from firefly_sample.capture.masks import read_mask
 from firefly_sample.capture.names import FileNames
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Image, output_info
@@ -114,6 +114,8 @@ class StoredCapture:
             raise ValueError("it has no 'index'")
         names, pixels = (_texts(entry, key) for key in ("files", "sha256"))
         hashes = _texts(entry, "file_sha256") if "file_sha256" in entry else {}
+        if not names and "file" in self.keys:  # a film
+            pixels = {}
         if names.keys() != pixels.keys() or (hashes and hashes.keys() != names.keys()):
             raise ValueError(f"frame {index}: files and hashes do not have the same outputs")
         for digest in (*pixels.values(), *hashes.values()):

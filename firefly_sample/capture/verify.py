@@ -16,8 +16,8 @@ from firefly_sample.capture.files import hash_file, thread_count
 from firefly_sample.capture.folder import journals
 from firefly_sample.capture.job import differences as description_differences
 from firefly_sample.capture.manifest import MANIFEST
-from firefly_sample.capture.pairs import Found, Pair, compare_files
 from firefly_sample.capture.one_file import manifest_of
+from firefly_sample.capture.pairs import Found, Pair, compare_files
 from firefly_sample.capture.report import Report
 from firefly_sample.capture.stored import (
     Checked,

@@ -59,7 +59,9 @@ def capture(
     views: Annotated[str | None, Parameter(metavar="orbit:N|FILE")] = None,
     size: Size = (800, 600),
     outputs: Annotated[Outputs | None, Parameter(show_default=lambda _: "color")] = None,
-    format: Annotated[Names | None, Parameter(show_default=lambda _: "png,npz")] = None,
+    formats: Annotated[
+        Names | None, Parameter(name=["--format", "--formats"], show_default=lambda _: "png,npz")
+    ] = None,
     quality: Whole | None = None,
     depth_scale: Annotated[float | None, Parameter(metavar="UNITS", show_default=lambda _: "0.001")] = None,
     crf: Whole | None = None,
@@ -99,8 +101,8 @@ def capture(
         The time of frame 0 in the scene.
     views
         See each moment from N cameras around the scene, or from the poses in a JSON file.
-    format
-        Formats of the files, for all outputs or for one: png, webp, jpeg, npz, png16, exr, exr16; depth=png16.
+    formats
+        Formats of the files: png, webp, jpeg, npz, png16, exr, exr16; or of one output, as in depth=png16.
     quality
         Of JPEG (95 when absent) and WebP (without loss when absent), 1 to 100.
     depth_scale
@@ -162,7 +164,7 @@ def capture(
             size=size,
             settings=capture_settings(outputs, **settings),
             outputs=outputs,
-            formats=format,
+            formats=formats,
             quality=quality,
             depth_scale=depth_scale,
             crf=crf,

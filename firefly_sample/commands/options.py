@@ -33,7 +33,7 @@ COMMAND_OPTIONS = frozenset(
         *("performance_test", "preset", "q", "quiet", "require_gpu", "rounds", "scene", "seconds", "seeds"),
         *("size", "sizes", "time", "version"),
         *("resume", "overwrite", "fail_fast", "workers", "cluster", "shard", "sweep", "views", "dataset"),
-        *("format", "quality", "depth_scale", "crf", "pad"),
+        *("format", "formats", "quality", "depth_scale", "crf", "pad"),
     }
 )
 """Names of the options of all commands that take a scene, without those of settings."""

@@ -57,7 +57,7 @@ class Encoding:
         Numbers that some formats need.
     """
 
-    formats: tuple[tuple[str, str], ...]
+    formats: tuple[tuple[str, str], ...] = ()
     choices: Choices = field(default_factory=Choices)
 
     @classmethod
@@ -67,6 +67,7 @@ class Encoding:
         formats: str | Iterable[str] | Mapping[str, str] | None = None,
         quality: int | None = None,
         depth_scale: float | None = None,
+        usual: Mapping[str, str] | None = None,
     ) -> Encoding:
         """Return the encoding that a user asks for, or raise an OutputError.
 
@@ -88,6 +89,7 @@ class Encoding:
         chosen = _paired(names, pairs)
         _spread(names, chosen, bare)
         default = {name: "png" if OUTPUTS[name].dtype == "uint8" else "npz" for name in names}
+        default |= usual or {}
         all_formats = tuple((name, chosen.get(name, default[name])) for name in names)
         return cls(all_formats, _choices(all_formats, quality, depth_scale))
 
@@ -114,6 +116,11 @@ class Encoding:
         """Raise a MissingPackageError if a package that a format needs is not installed."""
         for _, name in self.formats:
             FORMATS[name].require()
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The outputs that have a file."""
+        return tuple(output for output, _ in self.formats)
 
     def files(self) -> dict[str, tuple[str, ...]]:
         """Return the outputs of each of a frame's files.

@@ -12,6 +12,7 @@ from typing import IO, Any, ClassVar, Literal
 
 from firefly_sample.capture.layout import Layout, layout_of
 from firefly_sample.errors import OutputError
+from firefly_sample.scene.lens_base import Lens
 
 Frame = Mapping[str, Any]
 """A `FrameEntry` of a manifest."""
@@ -74,11 +75,11 @@ class Dataset(ABC):
                 f"not open: choose {' or '.join(self.picture_formats)}"
             )
 
-    def check_camera(self, camera: Mapping[str, Any]) -> None:
-        """Raise an OutputError if this data set cannot describe a camera: see `FrameCamera.as_dict`."""
-        if self.pinhole and camera["projection"] != "perspective":
+    def check_lens(self, lens: Lens) -> None:
+        """Raise an OutputError if this data set cannot describe the cameras of a lens."""
+        if self.pinhole and not lens.is_perspective():
             raise OutputError(
-                f"data set {self.name!r} cannot describe an {camera['projection']} lens, because it knows a "
+                f"data set {self.name!r} cannot describe an orthographic lens, because it knows a "
                 "camera by its matrix K: use a perspective lens, or data set 'coco'"
             )
 
