@@ -6,19 +6,16 @@ import hashlib
 import io
 import itertools
 import os
-import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from firefly_sample.errors import FireflyError, OutputError
-from firefly_sample.frame import OUTPUTS, Image
-from firefly_sample.whole_files import is_unfinished as is_unfinished
-from firefly_sample.whole_files import open_whole as open_whole
+from firefly_sample.frame import Image
+from firefly_sample.whole_files import is_unfinished
 
 
 def pixel_hash(image: Image) -> str:
@@ -38,17 +35,6 @@ def thread_count() -> int:
     return min(os.cpu_count() or 1, 4)
 
 
-_NAME = re.compile(r"([a-z_]+)_(\d{6})\.(png|npz)")
-
-
-def named_frame(name: str) -> tuple[str, int] | None:
-    """Return the output and the frame of a file that `file_name` names; None for another file."""
-    match = _NAME.fullmatch(name)
-    if match is None or match[1] not in OUTPUTS or file_name(match[1], int(match[2])) != name:
-        return None
-    return match[1], int(match[2])
-
-
 def hash_file(path: Path) -> str | None:
     """Return the SHA-256 of a file's content; None if there is no such file, or it cannot be read."""
     try:
@@ -58,61 +44,11 @@ def hash_file(path: Path) -> str | None:
         return None
 
 
-def file_name(output: str, index: int) -> str:
-    """Return the file of an output of a frame, for example ``color_000012.png`` or ``depth_000012.npz``."""
-    return f"{output}_{index:06d}.{'png' if OUTPUTS[output].dtype == 'uint8' else 'npz'}"
-
-
 def as_folder(folder: str | Path) -> Path:
     """Return the path of an output folder; raise an OutputError if it is "", which is the working folder."""
     if folder == "":
         raise OutputError("the output folder must have a name, got ''; the working folder is '.'")
     return Path(folder)
-
-
-def encode_image(output: str, image: Image) -> bytes:
-    """Return an image as a file: display codes as PNG, others as compressed ``.npz`` with one array.
-
-    The array is named `output`. The same pixels give the same bytes with the same versions of zlib, Pillow
-    and NumPy.
-    """
-    file = io.BytesIO()
-    if OUTPUTS[output].dtype == "uint8":
-        import PIL.Image
-
-        PIL.Image.fromarray(image).save(file, format="PNG")
-    else:
-        arrays: dict[str, Any] = {output: image}
-        np.savez_compressed(file, **arrays)
-    return file.getvalue()
-
-
-def decode_image(output: str, content: bytes) -> Image:
-    """Return the image in a file that `encode_image` made, or raise any exception if it is damaged."""
-    if OUTPUTS[output].dtype == "uint8":
-        import PIL.Image
-
-        with PIL.Image.open(io.BytesIO(content)) as picture:
-            return _pixels(picture, OUTPUTS[output].channels)
-    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-        image: Image = arrays[output]
-        return image
-
-
-def _pixels(picture: Any, channels: int) -> Image:
-    """Return the pixels of a PNG. Tools that make files smaller store the same pixels in other modes."""
-    wanted = {3: "RGB", 4: "RGBA"}[channels]
-    plain = picture.mode == wanted and "transparency" not in picture.info
-    if plain or picture.mode not in ("1", "L", "LA", "P", "PA", "RGB", "RGBA"):
-        return np.asarray(picture)
-    rgba = np.asarray(picture.convert("RGBA"))
-    return rgba[..., :channels] if (rgba[..., channels:] == 255).all() else rgba
-
-
-def write_image(path: Path, output: str, image: Image) -> None:
-    """Write one image as `encode_image` does."""
-    with open_whole(path) as file:
-        file.write(encode_image(output, image))
 
 
 def save_screenshot(folder: Path, name: str, picture: Image) -> Path:

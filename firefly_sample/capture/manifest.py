@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any, NotRequired, TypedDict, overload
 
-from firefly_sample.capture.files import open_whole
 from firefly_sample.errors import FireflyError
+from firefly_sample.whole_files import open_whole
 
 _Version = tuple[int, int, int]
 MANIFEST = "manifest.json"

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.files import hash_file, open_whole, sync_folder
+from firefly_sample.capture.files import hash_file, sync_folder
 from firefly_sample.capture.folder import journals
 from firefly_sample.capture.frames import FrameNumbers
 from firefly_sample.capture.job import Driver, Job, differences
@@ -24,6 +24,7 @@ from firefly_sample.encoding.films import FILMS, FilmChoices, check_film, write_
 from firefly_sample.encoding.formats import format_of_path
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import Image
+from firefly_sample.whole_files import open_whole
 
 log = logging.getLogger(__name__)
 

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 from firefly_sample.capture.comparing import Limits, by_name, measure
 from firefly_sample.capture.difference_picture import difference_picture, share_text
-from firefly_sample.capture.files import open_whole
 from firefly_sample.capture.stored import Checked, StoredFile, StoredFrame, check_file
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Image, output_info
+from firefly_sample.whole_files import open_whole
 
 
 class Pair(NamedTuple):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.files import is_unfinished, pixel_hash
+from firefly_sample.capture.files import pixel_hash
 from firefly_sample.capture.layout import names_in
 from firefly_sample.capture.manifest import MANIFEST, FrameLines, Manifest, read_manifest
 from firefly_sample.capture.masks import read_mask
@@ -19,6 +19,7 @@ from firefly_sample.capture.names import FileNames
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Image, output_info
 from firefly_sample.settings import to_whole
+from firefly_sample.whole_files import is_unfinished
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 

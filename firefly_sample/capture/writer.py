@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from firefly_sample.capture.drawn import Drawn
-from firefly_sample.capture.files import open_whole, sync_folder, thread_count
+from firefly_sample.capture.files import sync_folder, thread_count
 from firefly_sample.capture.folder import CaptureFolder
 from firefly_sample.capture.work import Part
 from firefly_sample.errors import FireflyError
+from firefly_sample.whole_files import open_whole
 
 
 class FrameWriter:

@@ -16,7 +16,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from firefly_sample.capture.files import as_folder, open_whole, output_folder
+from firefly_sample.capture.files import as_folder, output_folder
 from firefly_sample.disk_cache import VARIABLE
 from firefly_sample.errors import FireflyError, SceneError
 from firefly_sample.extras import install_command
@@ -27,6 +27,7 @@ from firefly_sample.lab.measuring import quartile_spread, write_json
 from firefly_sample.lab.reference.chunks import Progress, Steps
 from firefly_sample.scenes import find_scene
 from firefly_sample.scenes.plugin import start_time
+from firefly_sample.whole_files import open_whole
 
 FEWEST = 4
 """Frames of a capture: the first quarter of them is not in its rate."""

@@ -10,9 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
-from firefly_sample.capture.files import open_whole
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
+from firefly_sample.whole_files import open_whole
 
 _Item = TypeVar("_Item")
 

@@ -12,7 +12,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.files import as_folder, open_whole, output_folder
+from firefly_sample.capture.files import as_folder, output_folder
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.frame import check_size
 from firefly_sample.lab.measuring import require, write_json
@@ -23,6 +23,7 @@ from firefly_sample.renderer import Renderer
 from firefly_sample.scenes import find_scene
 from firefly_sample.scenes.plugin import scene_settings, start_time
 from firefly_sample.settings import Settings
+from firefly_sample.whole_files import open_whole
 
 Size = tuple[int, int]
 

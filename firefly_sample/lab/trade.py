@@ -15,7 +15,9 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.capture.files import as_folder, open_whole, output_folder, write_image
+from firefly_sample.capture.files import as_folder, output_folder
+from firefly_sample.encoding.format import Choices
+from firefly_sample.encoding.formats import FORMATS
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.lab.measuring import logarithmic_axes, pareto_front, require, write_json
 from firefly_sample.lab.reference.cache import with_blended
@@ -29,6 +31,7 @@ from firefly_sample.scene.parameter import resolve_parameters
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.scenes.plugin import folder_name, scene_settings, start_time
 from firefly_sample.settings import Settings
+from firefly_sample.whole_files import open_whole
 
 DIFFERENCES = 4
 """Number of rows whose difference from the reference is saved as a picture."""
@@ -221,7 +224,8 @@ def _write_report(folder: Path, result: dict[str, Any], bench: TradeBench) -> No
         frame = bench.draw(bench.base.with_changes(**row["settings"])).frame
         picture = difference_picture(np.asarray(frame["color"]), bench.reference.color, bench.agreed)
         slug = "".join(c if c.isalnum() else "-" for c in row["name"].lower())
-        write_image(folder / f"difference-{slug}.png", "color", picture)
+        with open_whole(folder / f"difference-{slug}.png") as file:
+            file.write(FORMATS["png"].encode({"color": picture}, Choices()))
 
 
 # --- The report ---

@@ -6,10 +6,12 @@ import hashlib
 from typing import Any
 
 from firefly_sample.capture.drawn import Drawn
-from firefly_sample.capture.files import file_name
 from firefly_sample.capture.job import Driver, Job
 from firefly_sample.settings import Settings
+from tests.capture.usual_files import file_name
 
+CAMERA = {"projection": "perspective", "width": 8, "height": 6}
+"""The start of a camera: nothing here looks into it."""
 DRIVER = Driver("llvmpipe (LLVM 15.0.6, 256 bits)", "4.5 (Core Profile) Mesa 22.3.6", True)
 
 
@@ -44,7 +46,8 @@ def drawn_of(
     hashes = {output: hashlib.sha256(content).hexdigest() for output, content in files.items()}
     lights = {"in_scene": 3, "in_view": 2, "dropped": 0}
     pixels = {output: hashes[output][::-1] for output in outputs}
-    return Drawn(index, index / 24.0, exposure, lights, files, pixels, hashes, **more)
+    keys = {output: output for output in outputs}
+    return Drawn(index, index / 24.0, exposure, lights, CAMERA, files, keys, pixels, hashes, **more)
 
 
 def frame_of(
@@ -57,6 +60,7 @@ def frame_of(
         "index": index,
         "time": drawn.time,
         "lights": drawn.lights,
+        "camera": drawn.camera,
         "files": {output: before + file_name(output, index) for output in outputs},
         "sha256": drawn.sha256,
         "file_sha256": drawn.file_sha256,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 
-from firefly_sample.capture.files import decode_image, encode_image, pixel_hash
+from firefly_sample.capture.files import pixel_hash
+from tests.capture.usual_files import decode_image, encode_image
 
 
 def texts(report):

@@ -13,9 +13,9 @@ import sys
 from pathlib import Path
 from random import Random
 
-from firefly_sample.capture.files import named_frame
 from tests.capture.launch import PATIENCE
 from tests.capture.stage import Stage
+from tests.capture.usual_files import named_frame
 from tests.cli.command import ROOT, environment
 
 _CALLS = "openat,fsync,fdatasync,rename,renameat,renameat2,write,unlink,unlinkat"

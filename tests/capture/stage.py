@@ -10,8 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.files import named_frame
 from tests.capture.launch import Launcher, Run
+from tests.capture.usual_files import named_frame
 
 ROLLING = ("tests.capture.scenes:rolling", "--size", "16x12", "--frames", "0:8", "--outputs", "color,depth")
 GLADE = ("tests.cli.glade:glade", "--size", "16x12", "--frames", "0:24", "--outputs", "color,depth,id")

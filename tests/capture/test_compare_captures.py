@@ -11,10 +11,11 @@ import pytest
 from PIL import Image
 
 from firefly_sample import compare_captures
-from firefly_sample.capture.files import encode_image, pixel_hash
+from firefly_sample.capture.files import pixel_hash
 from firefly_sample.capture.manifest import read_manifest
 from firefly_sample.errors import FireflyError
 from tests.capture.edits import brighten, edit, edit_image, notes, redraw, texts
+from tests.capture.usual_files import encode_image
 
 
 @pytest.fixture

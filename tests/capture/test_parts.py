@@ -9,14 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.capture.files import file_name, hash_file, named_frame, open_whole, remove_unfinished
+from firefly_sample.capture.files import hash_file, remove_unfinished
 from firefly_sample.capture.frames import Shard, parse_shard
 from firefly_sample.capture.job import differences, key_of
 from firefly_sample.capture.sources import hash_sources
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import OUTPUTS
 from firefly_sample.settings import Settings
+from firefly_sample.whole_files import open_whole
 from tests.capture.described import DRIVER, description_of, job_of
+from tests.capture.usual_files import file_name, named_frame
 from tests.cli.permissions import obeyed_permissions
 
 

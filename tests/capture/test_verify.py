@@ -11,9 +11,9 @@ import pytest
 from PIL import Image
 
 from firefly_sample import compare_captures, verify_capture
-from firefly_sample.capture.files import decode_image, encode_image
 from firefly_sample.errors import FireflyError
 from tests.capture.edits import brighten, edit, edit_image, notes, redraw, texts
+from tests.capture.usual_files import decode_image, encode_image
 
 
 @pytest.fixture

@@ -16,8 +16,8 @@ from firefly_sample.capture.datasets.dataset import (
     category_ids,
     write_joined,
 )
-from firefly_sample.capture.files import open_whole
 from firefly_sample.errors import OutputError
+from firefly_sample.whole_files import open_whole
 
 MILLIMETRES = 1000.0
 """BOP's unit in one scene unit, which is a metre."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from firefly_sample.capture.datasets.dataset import Dataset, Frames, as_json, category_ids, write_joined
-from firefly_sample.capture.files import open_whole
+from firefly_sample.whole_files import open_whole
 
 
 class Coco(Dataset):

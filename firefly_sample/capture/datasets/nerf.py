@@ -10,7 +10,7 @@ from typing import Any
 
 from firefly_sample.capture.datasets.dataset import Dataset, Frame, Frames, as_json, write_joined
 from firefly_sample.capture.datasets.surroundings import Surroundings
-from firefly_sample.capture.files import open_whole
+from firefly_sample.whole_files import open_whole
 
 AABB_SCALE = 16
 """Sides of instant-ngp's box: it goes six times as far as the cameras are from what they look at."""
