@@ -12,6 +12,7 @@ from firefly_sample.encoding.png16 import Png16
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import Frame, LightCounts
 from tests.encoding.images import assert_same_bits, image_of
+from tests.scenes import plain_camera
 
 
 def frame_of(*outputs):
@@ -22,6 +23,7 @@ def frame_of(*outputs):
         images=images,
         time=0.0,
         size=(24, 16),
+        camera=plain_camera((24, 16)),
         milliseconds={},
         lights=LightCounts(0, 0, 0),
         driver="none",
