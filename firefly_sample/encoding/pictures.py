@@ -1,7 +1,7 @@
 """PNG, WebP and JPEG by Pillow, for 8-bit pictures.
 
 The codes are sRGB's. The files do not say so, because readers take pictures without a colour profile for sRGB
-(CSS Color 4, section "untagged images"), and because the bytes of PNG files stay those of earlier versions.
+(CSS Color 4 demands it), and because the bytes of PNG files stay those of earlier versions.
 """
 
 from __future__ import annotations

@@ -55,8 +55,10 @@ def _kind(path: Path, outputs: tuple[str, ...], kinds: list[Format]) -> Format:
     for kind in kinds:
         if not any(map(kind.refusal, outputs)):
             return kind
-    name, reason = next((name, kinds[-1].refusal(name)) for name in outputs if kinds[-1].refusal(name))
+    usual = kinds[0]
+    name = next(output for output in outputs if usual.refusal(output))
     suffixes = dict.fromkeys(FORMATS[other].suffixes[0] for other in formats_for(name))
     raise OutputError(
-        f"{path}: {kinds[-1].name} cannot hold the output {name!r}: {reason}; choose {', '.join(suffixes)}"
+        f"{path}: {usual.name} cannot hold the output {name!r}: {usual.refusal(name)}; "
+        f"choose {', '.join(suffixes)}"
     )
