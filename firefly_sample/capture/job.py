@@ -161,7 +161,12 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
         # these three say again what parameters, settings and the driver say
         if name in ("exposure", "seed", "software") or old == new:
             continue
-        if isinstance(old, Mapping) and isinstance(new, Mapping):
+        if name == "formats" and isinstance(old, Mapping) and isinstance(new, Mapping):
+            both = {f"format of {key}": (old[key], new[key]) for key in old if key in new}
+            changed = {key: pair for key, pair in both.items() if pair[0] != pair[1]}
+        elif name == "views" and old is not None and new is not None:
+            changed = {name: (_shown(old), _shown(new))}
+        elif isinstance(old, Mapping) and isinstance(new, Mapping):
             both = {key: (old.get(key), new.get(key)) for key in dict.fromkeys((*old, *new))}
             changed = {key: pair for key, pair in both.items() if pair[0] != pair[1]}
         else:
@@ -171,3 +176,11 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
         else:
             found += [f"{key}: {old}, now {new}" for key, (old, new) in changed.items()]
     return found
+
+
+def _shown(views: Any) -> str:
+    """Return views in few words; their poses would fill pages."""
+    if isinstance(views, Mapping) and "orbit" in views:
+        return f"orbit:{views['orbit']}"
+    digest = hashlib.sha256(json.dumps(views, sort_keys=True).encode()).hexdigest()[:8]
+    return f"{len(views['views'])} poses ({digest})"

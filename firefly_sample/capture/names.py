@@ -32,9 +32,11 @@ class FileNames:
 
         Those of earlier versions have no formats. Raises a FireflyError if one is not known.
         """
-        outputs = tuple(description["outputs"])
         given = {name: description.get(name) for name in ("formats", "quality", "depth_scale")}
-        encoding = Encoding.from_json(given) if "formats" in description else Encoding.of(outputs)
+        if "formats" in description:
+            encoding = Encoding.from_json(given)
+        else:
+            encoding = Encoding.of(description["outputs"]) if "outputs" in description else Encoding()
         return cls(encoding, description.get("dataset"), description.get("folder", ""))
 
     @property

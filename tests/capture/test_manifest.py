@@ -244,7 +244,7 @@ def test_a_folder_without_a_manifest_is_one_line(tmp_path):
 def test_what_json_lacks_is_no_manifest_and_keeps_the_one_before(tmp_path):
     before = plain(tmp_path).as_dict()
     with pytest.raises(ValueError, match="not JSON compliant"):
-        write_manifest(tmp_path, {}, [({"exposure": float("nan")}, [])])
+        write_manifest(tmp_path / "manifest.json", {}, [({"exposure": float("nan")}, [])])
     assert read_manifest(tmp_path) == before
     assert os.listdir(tmp_path) == ["manifest.json"]
 
@@ -259,7 +259,7 @@ def test_any_texts_and_frames_come_back(tmp_path_factory, parameters, indices):
     folder = tmp_path_factory.getbasetemp() / "any"
     folder.mkdir(exist_ok=True)
     entries = [frame_of(index) | {"id_names": list(parameters)} for index in indices]
-    write_manifest(folder, {}, [({"parameters": parameters}, entries)])
+    write_manifest(folder / "manifest.json", {}, [({"parameters": parameters}, entries)])
     manifest = read_manifest(folder)
     assert manifest == {"parameters": parameters, "frames": entries}
 

@@ -124,7 +124,7 @@ def test_names_of_files_and_back(output):
 @pytest.mark.parametrize(
     "name",
     [
-        *("color_12.png", "color_000012.npz", "depth_000012.png", "colour_000012.png", "color_0000012.png"),
+        *("color_12.png", "color_000012.tif", "colour_000012.png", "color_0000012.png"),
         *("color_000012.png.part", "my_color_000012.png", "manifest.json", "color_000012.PNG"),
     ],
 )
