@@ -20,7 +20,8 @@ from firefly_sample.capture.job import Driver, Job, differences
 from firefly_sample.capture.layout import layout_of, names_in
 from firefly_sample.capture.manifest import MANIFEST, FrameEntry, Manifest, read_manifest, write_manifest
 from firefly_sample.capture.names import FileNames
-from firefly_sample.encoding.films import FILMS, FilmChoices, check_film, write_film
+from firefly_sample.encoding.film import FilmChoices
+from firefly_sample.encoding.films import FILMS, check_film, write_film
 from firefly_sample.encoding.formats import format_of_path
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import Image

@@ -251,7 +251,7 @@ def capture_settings(outputs: Iterable[str], **changes: Any) -> Settings:
 
 
 def default_outputs(folder: Path | None, dataset: str | None) -> tuple[str, ...]:
-    """Return the outputs of a capture that names none: those of its data set, or one that its file can hold."""
+    """Return the outputs of a capture that names none: those of its data set, or what its file can hold."""
     if dataset is not None:
         return find_dataset(dataset).outputs
     suffix = folder.suffix.lower() if folder is not None and is_one_file(folder) else ""
