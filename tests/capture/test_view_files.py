@@ -266,6 +266,7 @@ WRONG = {
     "lens": (posed(RIGID, fx=3), "view 1: its lens: intrinsics lack "),
     "negative": (posed(RIGID, **{**FX, "fy": -1}), "view 1: its lens: fy must be above 0, got -1"),
     "width": (posed(RIGID, **{**FX, "width": 1.5}), "view 1: its lens: width must be a whole number"),
+    "extreme": (posed(RIGID, **{**FX, "fx": 1e-320}), "view 1: its lens: this lens is too extreme"),
     "near": (posed(RIGID, **FX, near=1), "view 1: its lens: 'near' without 'far': give both"),
     "planes": (posed(RIGID, **FX, near=2, far=1), "view 1: its lens: far must be beyond near"),
     "projection": (posed(RIGID, **FX, projection="x"), "view 1: its lens: projection must be"),
