@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from firefly_sample.errors import RENAMED
 
 if TYPE_CHECKING:
+    from firefly_sample.camera import FrameCamera
     from firefly_sample.capture.sequence import capture_frames
     from firefly_sample.capture.verify import compare_captures, verify_capture
     from firefly_sample.compositing import composite
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from firefly_sample.pipeline import build_plan
     from firefly_sample.renderer import Renderer
     from firefly_sample.scene.geom import Geom, GeomNode
+    from firefly_sample.scene.intrinsics import Intrinsics
     from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
     from firefly_sample.scene.light import Attenuation
     from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLight, PointLights, Spotlight
@@ -44,8 +46,10 @@ __all__ = [
     "DirectionalLight",
     "FireflyError",
     "Frame",
+    "FrameCamera",
     "Geom",
     "GeomNode",
+    "Intrinsics",
     "KeyStep",
     "Material",
     "NodePath",
@@ -77,6 +81,7 @@ __all__ = [
 ]
 
 _MODULES = {
+    "camera": ("FrameCamera",),
     "capture.sequence": ("capture_frames",),
     "capture.verify": ("compare_captures", "verify_capture"),
     "compositing": ("composite",),
@@ -88,6 +93,7 @@ _MODULES = {
     "pipeline": ("build_plan",),
     "renderer": ("Renderer",),
     "scene.geom": ("Geom", "GeomNode"),
+    "scene.intrinsics": ("Intrinsics",),
     "scene.lens": ("OrthographicLens", "PerspectiveLens"),
     "scene.light": ("Attenuation",),
     "scene.lights": ("AmbientLight", "DirectionalLight", "PointLight", "PointLights", "Spotlight"),

@@ -202,9 +202,9 @@ def check_convention(convention: object) -> Convention:
     for name in CONVENTIONS:
         if convention == name:
             return name
+    hint = did_you_mean(str(convention).lower(), CONVENTIONS)
     raise SceneError(
-        f"there is no convention {convention!r} of poses{did_you_mean(str(convention), CONVENTIONS)}: choose "
-        f"from {', '.join(CONVENTIONS)}"
+        f"there is no convention {convention!r} of poses{hint}: choose from {', '.join(CONVENTIONS)}"
     )
 
 

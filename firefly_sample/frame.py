@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError, did_you_mean
 from firefly_sample.settings import to_whole
+from firefly_sample.showing import png_bytes, show_picture
 
 if TYPE_CHECKING:
     from firefly_sample.camera import FrameCamera
@@ -225,22 +226,39 @@ class Frame:
         )
 
     def _repr_png_(self) -> bytes | None:
-        """Return the picture as PNG, which notebooks show; None if there is no output of 8 bits."""
+        """Return the picture as PNG, which notebooks show; None if all outputs are data."""
         output = self._picture()
-        if output is None:
-            return None
-        import io
+        return None if output is None else png_bytes(self.images[output].astype(np.uint8, copy=False))
 
-        from PIL import Image
+    def show(self, output: str | None = None) -> None:
+        """Show the picture in the notebook, or with the desktop's program for pictures.
 
-        file = io.BytesIO()
-        Image.fromarray(self.images[output]).save(file, format="PNG")
-        return file.getvalue()
+        Parameters
+        ----------
+        output : str, optional
+            "color" when absent, or else "color_alpha", or else the first output of 8 bits. Outputs of other
+            dtypes are data: ``matplotlib.pyplot.imshow(frame.depth)`` scales them.
+
+        Raises
+        ------
+        OutputError
+            If the frame does not have the output, or it is not a picture.
+        ViewerError
+            If the process has no display.
+        """
+        name = output if output is not None else self._picture() or "color"
+        image = self[name]
+        if image.dtype != np.uint8:
+            raise OutputError(
+                f"output {name!r} is {image.dtype} data and not a picture: show 'color', or scale it with "
+                f"matplotlib.pyplot.imshow(frame.{name})"
+            )
+        show_picture(image.astype(np.uint8, copy=False), f"{name} at {self.time:g} s")
 
     def _picture(self) -> str | None:
-        """Return the output that shows what was drawn, or None if all are data."""
-        shown = [name for name in self.images if OUTPUTS[name].dtype == "uint8"]
-        return next((name for name in ("color", "color_alpha", *shown) if name in self.images), None)
+        """Return the name of the output that shows what was drawn, or None if all are data."""
+        shown = [name for name, image in self.images.items() if image.dtype == np.uint8]
+        return next((name for name in ("color", "color_alpha", *shown) if name in shown), None)
 
     def __getitem__(self, output: str) -> Image:
         if output not in self.images:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from firefly_sample.camera import FrameCamera
 from firefly_sample.pipeline import PASSES
 from firefly_sample.plan.build import Planner
 from firefly_sample.scene.geom import Geom, GeomNode
@@ -11,6 +12,11 @@ from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight, PointLights
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.scene import Scene
+
+
+def plain_camera(size=(64, 48)):
+    """The camera of a frame that nobody drew: at the origin, looking along +Y."""
+    return FrameCamera(PerspectiveLens().intrinsics(size), np.eye(4))
 
 
 def geom_node(name, geom, material=None):

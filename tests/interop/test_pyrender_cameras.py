@@ -12,6 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from firefly_sample.camera import FrameCamera
 from firefly_sample.errors import LensError
 from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
 from firefly_sample.losses import ConversionWarning
@@ -42,6 +43,26 @@ def test_projection_matrices_are_the_same(lens):
     camera = to_pyrender(scene, size=SIZE).main_camera_node.camera
     expected = (TO_Z_UP @ lens.get_projection_mat()).T
     np.testing.assert_allclose(camera.get_projection_matrix(*SIZE), expected, rtol=1e-14, atol=1e-15)
+
+
+def test_pyrender_s_intrinsics_and_opengl_pose_are_those_of_a_frame():
+    """pyrender's own matrix of fx, fy, cx and cy, from its picture's corner, and its pose of a camera."""
+    lens = PerspectiveLens.from_intrinsics(70, 75, 20, 33, *SIZE, near=0.5, far=90)
+    intrinsics = lens.intrinsics(SIZE, pixel_center=0.5)
+    path = NodePath("camera")
+    path.set_pos_hpr(3, -4, 5, 20, -30, 10)
+    camera = FrameCamera(intrinsics, path.get_mat())
+    theirs = pyrender.IntrinsicsCamera(
+        intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy, intrinsics.near, intrinsics.far
+    )
+    points = camera.world_points(np.random.default_rng(0).uniform(1, 80, SIZE[::-1]))
+    to_clip = theirs.get_projection_matrix(*SIZE) @ np.linalg.inv(camera.pose("opengl"))
+    clip = np.concatenate([points, np.ones((*SIZE[::-1], 1))], axis=-1) @ to_clip.T
+    ndc = clip[..., :3] / clip[..., 3:]
+    rows, columns = np.mgrid[: SIZE[1], : SIZE[0]] + 0.5
+    np.testing.assert_allclose((ndc[..., 0] + 1) / 2 * SIZE[0], columns, rtol=0, atol=1e-11)
+    np.testing.assert_allclose((1 - ndc[..., 1]) / 2 * SIZE[1], rows, rtol=0, atol=1e-11)
+    assert (np.abs(ndc[..., 2]) < 1).all()
 
 
 def test_kinds_of_cameras():

@@ -27,6 +27,7 @@ LAYERS = (
             "srgb",
             "compositing",
             "planar",
+            "showing",
             "mipmaps",
             "disk_cache",
             "memo",

@@ -18,6 +18,7 @@ from firefly_sample.viewer.controls import Binding, key_label, parameter_binding
 from firefly_sample.viewer.glfw_window import LARGEST, Window, check_display
 from firefly_sample.viewer.performance import PERIOD, RateMeter
 from firefly_sample.viewer.shown_scene import Clock, ShownScene, value_text
+from tests.scenes import plain_camera
 from tests.viewer.lamps import lamps
 
 OWN = [Binding("v", "next view", lambda: None)]
@@ -147,7 +148,7 @@ def test_the_meter_averages():
 
 
 def test_the_corner_says_counts_times_and_values(shown):
-    frame = Frame({}, 12.34, (640, 480), {}, LightCounts(10, 7, 0), "driver", True)
+    frame = Frame({}, 12.34, (640, 480), {}, LightCounts(10, 7, 0), "driver", True, camera=plain_camera())
     assert shown.status_rows(frame, "24 fps", paused=True) == (
         ("time", "12.3 s, paused"),
         ("lights", "7 in view of 10"),
@@ -206,7 +207,7 @@ def test_a_window_larger_than_any_screen():
 def test_the_corner_of_a_scene_with_many_parameters_has_those_that_differ():
     plugin = find_scene("smoke")
     shown = ShownScene(plugin, {p.name: p.default for p in plugin.parameters} | {"particles": 20})
-    frame = Frame({}, 1.0, (64, 48), {}, LightCounts(1, 1, 0), "driver", True)
+    frame = Frame({}, 1.0, (64, 48), {}, LightCounts(1, 1, 0), "driver", True, camera=plain_camera())
     rows = [name for name, _ in shown.status_rows(frame, "24 fps", paused=False)]
     assert rows == ["time", "lights", "frame", "picture", "particles"]
     assert shown.drag(0.1, 0.0)

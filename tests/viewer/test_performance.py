@@ -22,11 +22,12 @@ from firefly_sample.viewer.performance import (
     check_seconds,
 )
 from tests.cli.command import GLADE
-from tests.scenes import ball_scene
+from tests.scenes import ball_scene, plain_camera
 
 
 def frame_of(in_view=7, **milliseconds):
-    return Frame({}, 0.0, (64, 48), milliseconds, LightCounts(10, in_view, 0), "driver", True)
+    lights = LightCounts(10, in_view, 0)
+    return Frame({}, 0.0, (64, 48), milliseconds, lights, "driver", True, camera=plain_camera())
 
 
 def result_of(test):
