@@ -153,6 +153,13 @@ class Task:
     index: int
 
 
+def views_text(said: Mapping[str, Any] | None) -> str:
+    """Return what a description says of views, for people: "none", "orbit:24" or "100 poses"."""
+    if said is None:
+        return "none"
+    return f"orbit:{said['orbit']}" if "orbit" in said else f"{len(said['views'])} poses"
+
+
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """Return how two descriptions differ, for people: for example "exposure: 1.0, now 2.0"."""
     found = []
@@ -161,11 +168,13 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
         # these three say again what parameters, settings and the driver say
         if name in ("exposure", "seed", "software") or old == new:
             continue
+        changed: dict[str, tuple[Any, Any]]
         if name == "formats" and isinstance(old, Mapping) and isinstance(new, Mapping):
             both = {f"format of {key}": (old[key], new[key]) for key in old if key in new}
             changed = {key: pair for key, pair in both.items() if pair[0] != pair[1]}
-        elif name == "views" and old is not None and new is not None:
-            changed = {name: (_shown(old), _shown(new))}
+        elif name == "views":
+            before_text, now_text = views_text(old), views_text(new)
+            changed = {name: (before_text, f"other {now_text}" if before_text == now_text else now_text)}
         elif isinstance(old, Mapping) and isinstance(new, Mapping):
             both = {key: (old.get(key), new.get(key)) for key in dict.fromkeys((*old, *new))}
             changed = {key: pair for key, pair in both.items() if pair[0] != pair[1]}
@@ -176,11 +185,3 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
         else:
             found += [f"{key}: {old}, now {new}" for key, (old, new) in changed.items()]
     return found
-
-
-def _shown(views: Any) -> str:
-    """Return views in few words; their poses would fill pages."""
-    if isinstance(views, Mapping) and "orbit" in views:
-        return f"orbit:{views['orbit']}"
-    digest = hashlib.sha256(json.dumps(views, sort_keys=True).encode()).hexdigest()[:8]
-    return f"{len(views['views'])} poses ({digest})"

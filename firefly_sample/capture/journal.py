@@ -68,6 +68,7 @@ class Journal:
     def __init__(self, path: Path, run: int, asked: Asked) -> None:
         self.path = path
         self._described: set[tuple[str, Any]] = set()
+        self._known: tuple[Mapping[str, Any], str] | None = None
         self._values: dict[str, tuple[Any, int]] = {}
         try:
             self._file = path.open("ab", buffering=0)
@@ -87,7 +88,7 @@ class Journal:
         frame : mapping
             Its first member is "index".
         """
-        key = key_of(description)
+        key = self.key(description)
         if (key, description["exposure"]) not in self._described:
             self._append({"about": key, "is": description})
             self._described.add((key, description["exposure"]))
@@ -96,6 +97,12 @@ class Journal:
             if name in line:
                 line[name] = self._place_of(name, line[name])
         return self._append(line)
+
+    def key(self, description: Mapping[str, Any]) -> str:
+        """Return the `key_of` a description, made anew when it is a different object: views are long."""
+        if self._known is None or self._known[0] is not description:
+            self._known = description, key_of(description)
+        return self._known[1]
 
     def _place_of(self, name: str, value: Any) -> int:
         """Return the place of a value in the file; it is appended unless the frame before had the same."""

@@ -117,7 +117,7 @@ class Records:
                 self._files.append(journal.path.open("rb"))
             except OSError as error:  # it was removed meanwhile
                 raise FireflyError(f"cannot read {journal.path}: {error.strerror or error}") from error
-        self._describe(key_of(description), dict(description))
+        self._describe(journal.key(description), dict(description))
         place = names.index(str(journal.path)) * _OFFSET + offset + 1
         self._places.setdefault(description["folder"], _Places()).put(frame["index"], place)
 

@@ -28,6 +28,7 @@ from firefly_sample.capture.view_lens import ANGLE, LENS_KEYS, ViewLens, lens_of
 from firefly_sample.capture.views import MOST_VIEWS, ListedViews
 from firefly_sample.errors import LensError, OutputError, SceneError, did_you_mean
 from firefly_sample.scene.arrays import LARGEST, Float64
+from firefly_sample.scene.lens import PerspectiveLens
 
 _POSE = "camera_to_world"
 _AGREE = 1e-5
@@ -64,14 +65,18 @@ def read_views(file: str | os.PathLike[str]) -> ListedViews:
 
 def listed_views(content: object, source: str) -> ListedViews:
     """Return the views of such a file's content; errors begin with `source`."""
+    lenses: dict[ViewLens | None, int] = {}
     try:
         cameras = list(_cameras(content))
+        if not 1 <= len(cameras) <= MOST_VIEWS:
+            raise SceneError(f"there must be 1 to {MOST_VIEWS:,} views, got {len(cameras):,}")
+        which = [lenses.setdefault(camera.lens, len(lenses)) for camera in cameras]
+        for lens, index in lenses.items():
+            with _naming(f"view {which.index(index)}"):
+                if lens is not None:
+                    lens.make(PerspectiveLens())  # one that is too extreme for float64 is refused here
     except SceneError as error:
         raise OutputError(f"{source}: {error}") from None
-    if not 1 <= len(cameras) <= MOST_VIEWS:
-        raise OutputError(f"{source}: there must be 1 to {MOST_VIEWS:,} views, got {len(cameras):,}")
-    lenses: dict[ViewLens | None, int] = {}
-    which = [lenses.setdefault(camera.lens, len(lenses)) for camera in cameras]
     matrices = np.array([camera.matrix for camera in cameras])
     return ListedViews(matrices.tobytes(), np.array(which, np.int32).tobytes(), tuple(lenses), source)
 

@@ -191,14 +191,14 @@ def parse_views(views: object) -> Views:
         return _orbit(views["orbit"], views)
     if isinstance(views, Mapping | list | tuple):
         return listed_views(views, "views")
-    if isinstance(views, str) and views.strip().startswith("orbit"):
-        match = re.fullmatch(r"orbit:(\d{1,9})", views.strip(), re.ASCII)
-        return _orbit(int(match[1]) if match else None, views)
-    if isinstance(views, os.PathLike):
+    text = views.strip() if isinstance(views, str) else ""
+    if match := re.fullmatch(r"orbit:(\d{1,9})", text, re.ASCII):
+        return _orbit(int(match[1]), views)
+    if isinstance(views, os.PathLike) or (isinstance(views, str) and text and os.path.exists(views)):
         return read_views(views)
-    if isinstance(views, str) and views.strip() and os.path.exists(views):
-        return read_views(views)
-    missing = ", and there is no such file" if isinstance(views, str) and views.strip() else ""
+    if text.startswith("orbit"):
+        return _orbit(None, views)
+    missing = ", and there is no such file" if text else ""
     raise OutputError(f"views must be {_EXAMPLES}; got {views!r}{missing}")
 
 

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.capture.frames import MAX_FRAMES, FrameNumbers, asked_numbers, frame_numbers
+from firefly_sample.capture.folder import CaptureFolder
+from firefly_sample.capture.frames import MAX_FRAMES, FrameNumbers, Shard, asked_numbers, frame_numbers
+from firefly_sample.capture.merge import merge_capture
+from firefly_sample.capture.records import Records
+from firefly_sample.capture.template import check_same
+from firefly_sample.capture.work import Part, Work
 from firefly_sample.errors import OutputError
+from tests.capture.described import DRIVER, job_of
+from tests.capture.folders import draw
 
 moments = st.builds(range, st.integers(0, 40), st.integers(0, 60), st.integers(1, 7))
 
@@ -77,3 +85,35 @@ def test_numbers_end_below_a_million():
 def test_a_journal_says_which_they_are():
     assert asked_numbers({"frames": [0, 6, 2], "views": 3}) == FrameNumbers(range(0, 6, 2), 3)
     assert asked_numbers({"frames": [0, 6, 1]}) == FrameNumbers(range(6))
+
+
+def test_shards_share_out_the_views_of_a_moment_and_a_merge_misses_them(tmp_path):
+    asked = {"frames": (1, 4, 2), "views": 3, "jobs": 1, "shard": ""}
+    numbers, part = asked_numbers(asked), Part(job_of(), DRIVER, 0)
+    assert list(numbers) == [3, 4, 5, 9, 10, 11]
+    with CaptureFolder(tmp_path, asked, Shard(1, 2)) as place:
+        assert draw(place, [part], numbers) == [3, 5, 10]
+    with pytest.raises(OutputError, match=r"have yet to be drawn in .* \(4, 9, 11\)"):
+        merge_capture(tmp_path)
+    with CaptureFolder(tmp_path, asked, Shard(2, 2)) as place:
+        assert place.records.asked[0]["views"] == 3
+        check_same(place, [part], asked)
+        with pytest.raises(OutputError, match="frames: 1:4:2 from 3 views, now 1:4:2"):
+            check_same(place, [part], asked | {"views": 1})
+        work = Work(place, [part], FrameNumbers(range(1, 2), 3))
+        assert work.count_others() == 1  # frame 4
+        assert draw(place, [part], numbers) == [4, 9, 11]
+    with CaptureFolder(tmp_path, asked) as place:
+        work = Work(place, [part], FrameNumbers(range(3, 4), 3))
+        place.records.forget("", 4)
+        assert work.count_forgotten() == 1
+    assert [frame["index"] for frame in merge_capture(tmp_path)["frames"]] == list(numbers)
+
+
+def test_a_run_without_a_whole_number_of_views_is_none(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    for views, known in ((3, 1), (0, 0), (1.5, 0), ("3", 0), (True, 0), (None, 0)):
+        line = {"run": 1, "frames": [0, 6, 1], "views": views, "jobs": 1, "shard": ""}
+        path.write_text(json.dumps(line) + "\n")
+        with Records([], [path]) as records:
+            assert len(records.asked) == known

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -79,6 +80,18 @@ def test_a_driver_changes_the_key_and_is_named():
     before, now = description_of(), job_of().description(other)
     assert key_of(before) != key_of(now)
     assert differences(before, now) == [f"driver: {DRIVER.name}, now NVIDIA H200"]
+
+
+def test_long_lists_of_poses_are_counted():
+    poses = [{"views": [{"camera_to_world": {"opencv": [[float(shift)] * 4] * 4}}] * 3} for shift in range(2)]
+    stages = [description_of() | {"views": views} for views in (None, {"orbit": 24}, *poses)]
+    found = [differences(*pair) for pair in pairwise(stages)]
+    assert found == [
+        ["views: none, now orbit:24"],
+        ["views: orbit:24, now 3 poses"],
+        ["views: 3 poses, now other 3 poses"],
+    ]
+    assert differences(description_of(), stages[1]) == ["views: none, now orbit:24"]
 
 
 def test_what_changes_no_pixel_does_not_change_the_key():
