@@ -224,8 +224,8 @@ class Snapshot:
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()  # path of each geometry instance, by id
-    instance_roots: tuple[InstanceRoot, ...] = ()
-    """By id, the node at which its instance of a data set begins; one object for all ids of an instance."""
+    visits: tuple[Visit, ...] = ()
+    """The visit of each geometry instance, by id."""
     warnings: tuple[str, ...] = ()
     """The warnings of all nodes, each line once."""
     watched: list[tuple[Any, int]] = field(default_factory=list)
@@ -237,6 +237,13 @@ class Snapshot:
     def instances(self) -> Instances:
         """The instances of all groups."""
         return Instances(self.groups)
+
+    def instance_roots(self) -> tuple[InstanceRoot, ...]:
+        """Return by id the node at which its instance of a data set begins, one object for all its ids."""
+        return tuple(
+            visit.instance or InstanceRoot(visit.path, visit.net, visit.node.name, False)
+            for visit in self.visits
+        )
 
     def ambient_color(self) -> Float64:
         """Return the sum of all ambient lights, linear, shape (3,)."""
@@ -268,7 +275,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     found: dict[tuple[Any, ...], _Found] = {}
     looks: _Looks = {}
     names: list[str] = []
-    roots: list[InstanceRoot] = []
+    visits: list[Visit] = []
     warnings: dict[str, None] = {}
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
         for visit in iter_visible(root, camera_mask):
@@ -278,7 +285,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if isinstance(node, GeomNode):
                 _add_geoms(found, looks, node, visit, len(names))
                 names.append(visit.path)
-                roots.append(visit.instance or InstanceRoot(visit.path, visit.net, node.name, False))
+                visits.append(visit)
             elif isinstance(node, LightNode):
                 snapshot.lights.append((node, visit.net))
                 if isinstance(node, Spotlight):
@@ -301,7 +308,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
                 _refuse(node.name)
     snapshot.looks = list(looks.values())
     snapshot.id_names = tuple(names)
-    snapshot.instance_roots = tuple(roots)
+    snapshot.visits = tuple(visits)
     snapshot.warnings = tuple(warnings)
     return snapshot
 
