@@ -21,7 +21,7 @@ from firefly_sample.frame import Image
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.traversal import CATEGORY, InstanceRoot
+from firefly_sample.scene.traversal import CATEGORY, InstanceRoot, Visit
 
 VIEW_TO_OPENCV = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """From X right, Y forward, Z up to X right, Y down, Z forward, for column vectors."""
@@ -76,7 +76,7 @@ def find_instances(plan: FramePlan) -> tuple[Instance, ...]:
     snapshot = plan.snapshot
     groups: dict[int, list[int]] = {}
     roots: dict[int, InstanceRoot] = {}
-    found = snapshot.instance_roots()
+    found = [_root_of(visit) for visit in snapshot.visits]
     tagged = any(root.tagged for root in found) or _has_tags(snapshot)
     for number, root in enumerate(found):
         if root.tagged or not tagged:
@@ -92,6 +92,11 @@ def find_instances(plan: FramePlan) -> tuple[Instance, ...]:
             groups, matrices, *split_linear(matrices[:, :3, :3]), strict=True
         )
     )
+
+
+def _root_of(visit: Visit) -> InstanceRoot:
+    """Return the node at which the instance of a geometry node begins; one object for all of an instance."""
+    return visit.instance or InstanceRoot(visit.path, visit.net, visit.node.name, tagged=False)
 
 
 def _has_tags(snapshot: Snapshot) -> bool:

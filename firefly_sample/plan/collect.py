@@ -27,7 +27,7 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.texture import Texture
-from firefly_sample.scene.traversal import InstanceRoot, Visit, iter_visible
+from firefly_sample.scene.traversal import Visit, iter_visible
 
 SMOOTHEST = 1.0 / 32.0
 """Roughness below which a material is drawn as if it had this one: ``shaders/include/metallic.glsl``."""
@@ -224,8 +224,7 @@ class Snapshot:
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()  # path of each geometry instance, by id
-    visits: tuple[Visit, ...] = ()
-    """The visit of each geometry instance, by id."""
+    visits: tuple[Visit, ...] = ()  # of each geometry instance, by id
     warnings: tuple[str, ...] = ()
     """The warnings of all nodes, each line once."""
     watched: list[tuple[Any, int]] = field(default_factory=list)
@@ -237,13 +236,6 @@ class Snapshot:
     def instances(self) -> Instances:
         """The instances of all groups."""
         return Instances(self.groups)
-
-    def instance_roots(self) -> tuple[InstanceRoot, ...]:
-        """Return by id the node at which its instance of a data set begins, one object for all its ids."""
-        return tuple(
-            visit.instance or InstanceRoot(visit.path, visit.net, visit.node.name, False)
-            for visit in self.visits
-        )
 
     def ambient_color(self) -> Float64:
         """Return the sum of all ambient lights, linear, shape (3,)."""
@@ -274,7 +266,6 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     snapshot = Snapshot(root, root.get_top().node().subtree_revision, camera_mask)
     found: dict[tuple[Any, ...], _Found] = {}
     looks: _Looks = {}
-    names: list[str] = []
     visits: list[Visit] = []
     warnings: dict[str, None] = {}
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
@@ -283,8 +274,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if node.warnings:
                 warnings.update(dict.fromkeys(f"model {node.name!r}: {line}" for line in node.warnings))
             if isinstance(node, GeomNode):
-                _add_geoms(found, looks, node, visit, len(names))
-                names.append(visit.path)
+                _add_geoms(found, looks, node, visit, len(visits))
                 visits.append(visit)
             elif isinstance(node, LightNode):
                 snapshot.lights.append((node, visit.net))
@@ -299,7 +289,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     for key, entry in found.items():
         finite = np.isfinite(entry.nets).all(axis=(1, 2))
         if not finite.all():
-            _refuse(names[entry.ids[int(np.argmin(finite))]])
+            _refuse(visits[entry.ids[int(np.argmin(finite))]].path)
         snapshot.groups.extend(_make_groups(key, entry))
         snapshot.watched.append((entry.geom, entry.geom.revision))
     for nodes in (snapshot.lights, snapshot.sprites, snapshot.particles):
@@ -307,8 +297,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if not np.isfinite(net).all():
                 _refuse(node.name)
     snapshot.looks = list(looks.values())
-    snapshot.id_names = tuple(names)
-    snapshot.visits = tuple(visits)
+    snapshot.visits, snapshot.id_names = tuple(visits), tuple(visit.path for visit in visits)
     snapshot.warnings = tuple(warnings)
     return snapshot
 
