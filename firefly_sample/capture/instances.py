@@ -21,7 +21,7 @@ from firefly_sample.frame import Image
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.traversal import CATEGORY, InstanceRoot
+from firefly_sample.scene.traversal import CATEGORY, InstanceRoot, Visit
 
 VIEW_TO_OPENCV = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """From X right, Y forward, Z up to X right, Y down, Z forward, for column vectors."""
@@ -76,50 +76,60 @@ def find_instances(plan: FramePlan) -> tuple[Instance, ...]:
     snapshot = plan.snapshot
     groups: dict[int, list[int]] = {}
     roots: dict[int, InstanceRoot] = {}
-    tagged = _has_tags(snapshot)
-    for number, root in enumerate(snapshot.instance_roots):
+    found = [_root_of(visit) for visit in snapshot.visits]
+    tagged = any(root.tagged for root in found) or _has_tags(snapshot)
+    for number, root in enumerate(found):
         if root.tagged or not tagged:
             # one object for each path, since names with slashes may give two paths the same text
             roots[id(root)] = root
             groups.setdefault(id(root), []).append(number)
     to_camera = VIEW_TO_OPENCV @ plan.view.world_to_view.T
-    return tuple(_instance(roots[key], tuple(ids), to_camera) for key, ids in groups.items())
+    nets = np.array([roots[key].net for key in groups]).reshape(-1, 4, 4)
+    matrices = to_camera @ nets.transpose(0, 2, 1)
+    return tuple(
+        _instance(roots[key], tuple(groups[key]), matrix[:3, 3], rotation, stretch)
+        for key, matrix, rotation, stretch in zip(
+            groups, matrices, *split_linear(matrices[:, :3, :3]), strict=True
+        )
+    )
+
+
+def _root_of(visit: Visit) -> InstanceRoot:
+    """Return the node at which the instance of a geometry node begins; one object for all of an instance."""
+    return visit.instance or InstanceRoot(visit.path, visit.net, visit.node.name, tagged=False)
 
 
 def _has_tags(snapshot: Snapshot) -> bool:
     """Return whether a node of the scene has the tag, hidden or not."""
-    if any(root.tagged for root in snapshot.instance_roots):
-        return True
     top = snapshot.root.get_top().node()
     return any(CATEGORY in node.tags for node in top.iter_descendants())
 
 
-def _instance(root: InstanceRoot, ids: tuple[int, ...], to_camera: Float64) -> Instance:
-    matrix = to_camera @ root.net.T
-    rotation, stretch = split_linear(matrix[:3, :3])
+def _instance(
+    root: InstanceRoot, ids: tuple[int, ...], translation: Float64, rotation: Float64, stretch: Float64
+) -> Instance:
+    """Return the instance at a root; of a uniform scale, the stretch becomes exactly that."""
     scale = float(np.cbrt(np.linalg.det(stretch)))
-    rest = stretch - scale * np.eye(3)
-    uniform = bool(np.abs(rest).max() <= UNIFORM * abs(scale))
+    even = scale * np.eye(3)
+    uniform = bool(np.abs(stretch - even).max() <= UNIFORM * abs(scale))
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation, matrix[:3, 3]
-    return Instance(
-        root.path, root.category, ids, pose, scale, scale * np.eye(3) if uniform else stretch, uniform
-    )
+    pose[:3, :3], pose[:3, 3] = rotation, translation
+    return Instance(root.path, root.category, ids, pose, scale, even if uniform else stretch, uniform)
 
 
 def split_linear(linear: Float64) -> tuple[Float64, Float64]:
-    """Return a rotation and a symmetric matrix whose product is `linear`, all of shape (3, 3).
+    """Return rotations and symmetric matrices whose products are `linear`, all of shape (..., 3, 3).
 
-    This is the polar decomposition: the rotation is the nearest one to `linear`. If `linear` is mirrored,
-    it is the nearest one to ``-linear``, and the symmetric matrix is negative.
+    This is the polar decomposition: a rotation is the nearest one to `linear`. If `linear` is mirrored, it is
+    the nearest one to ``-linear``, and the symmetric matrix is negative.
     """
-    sign = -1.0 if np.linalg.det(linear) < 0 else 1.0
+    sign = np.where(np.linalg.det(linear) < 0, -1.0, 1.0)[..., None, None]
     left, _, right = np.linalg.svd(sign * linear)
-    if np.linalg.det(left @ right) < 0:  # of a flat matrix alone: the last axis is free
-        left[:, 2] *= -1.0
+    # only a flat matrix has a mirrored product, and a free last axis
+    left[..., 2] *= np.where(np.linalg.det(left @ right) < 0, -1.0, 1.0)[..., None]
     rotation = left @ right
-    stretch = rotation.T @ linear
-    return rotation, 0.5 * (stretch + stretch.T)
+    stretch = rotation.swapaxes(-1, -2) @ linear
+    return rotation, 0.5 * (stretch + stretch.swapaxes(-1, -2))
 
 
 def owner_image(ids: Image, instances: Sequence[Instance]) -> NDArray[np.intp]:

@@ -1,10 +1,11 @@
 """Silhouettes: the pixels of instances as if nothing else were there, also beside the picture.
 
 BOP counts the pixels of a whole instance on a canvas three times as wide and high as the picture, with the
-picture in its middle. Here the canvas is nine tiles of the picture's size, each drawn by the geometry pass
-with the lens's film moved by whole pictures. The middle tile has the frame's own lens and matrices, so that
-the visible pixels are a part of the silhouette, and no tile needs a texture that the frame has not. Instances
-whose boxes on the screen are apart share one draw. Blended surfaces have no ids, and add nothing.
+picture in its middle. Here the canvas is nine tiles of the picture's size, and the part of an instance in one
+tile is a piece. A draw of the geometry pass, as large as the picture, has all pieces whose boxes do not
+overlap; pieces of the outer tiles are moved into the picture. Those of the middle tile have the frame's own
+lens and matrices, so that the visible pixels are a part of the silhouette. Blended surfaces have no ids, and
+add nothing.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,9 +32,9 @@ if TYPE_CHECKING:
 
 Pixels = NDArray[np.intp]
 Tile = tuple[int, int]
-"""Pictures to the right of the picture, and below it."""
+"""A part of the canvas: the number of pictures to the right of the picture, and below it."""
 MIDDLE: Tile = (0, 0)
-TILES: tuple[Tile, ...] = tuple((across, down) for across in (-1, 0, 1) for down in (-1, 0, 1))
+TILES: tuple[Tile, ...] = (MIDDLE, (-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1))
 MARGIN = 1
 """Pixels by which boxes on the screen are made larger: float32 moves corners by far less."""
 
@@ -106,50 +107,66 @@ def draw_silhouettes(
         If the settings ask for supersampling, with which there are no ids.
     """
     check_outputs(("id",), plan.settings.supersample)
-    width, height = plan.size
     owners = np.full(max(len(plan.id_names), 1), -1)
     for number, instance in enumerate(instances):
         owners[list(instance.ids)] = number
-    boxes = _screen_boxes(plan, owners, len(instances))
     found = [Silhouette(plan.size) for _ in instances]
-    aside: tuple[Batch, ...] | None = None
-    for tile in TILES:
-        left, top = tile[0] * width, tile[1] * height
-        local = np.clip(boxes - (left, top, left, top), 0, (width, height, width, height))
-        seen = np.flatnonzero((local[:, :2] < local[:, 2:]).all(axis=1))
-        if not len(seen):
+    pieces = _pieces(plan.size, _screen_boxes(plan, owners, len(instances)))
+    batches = {MIDDLE: plan.batches}
+    outer = {piece.tile for piece in pieces} - {MIDDLE}
+    aside = _batches_of_canvas(plan) if outer else ()
+    for tile in outer:
+        batches[tile] = tuple(_moved(plan, tile, batch) for batch in _rows(aside, owners >= 0))
+    empty = _plan_of_ids(plan)
+    for group in _apart(pieces):
+        rows: list[Batch] = []
+        for tile in sorted({piece.tile for piece in group}):
+            wanted = np.isin(owners, [piece.number for piece in group if piece.tile == tile])
+            rows.extend(_rows(batches[tile], wanted))
+        if not rows:
             continue
-        if tile != MIDDLE and aside is None:
-            aside = _batches_of_canvas(plan)
-        batches = plan.batches if tile == MIDDLE or aside is None else aside
-        empty = _plan_of_tile(plan, tile)
-        for group in _apart(local, seen):
-            rows = tuple(_rows(batches, np.isin(owners, group)))
-            if not rows:
-                continue
-            ids = renderer.draw(replace(empty, batches=rows))["id"]
-            for number in group:
-                x, y, right, bottom = local[number].tolist()
-                cut = ids[y:bottom, x:right]
-                part = np.asarray((owners[cut] == number) & (cut >= 0))
-                found[number] = found[number].with_tile(tile, part, (x, y))
+        ids = renderer.draw(replace(empty, batches=tuple(rows)))["id"]
+        for number, tile, (left, top, right, bottom) in group:
+            cut = ids[top:bottom, left:right]
+            part = np.asarray((owners[cut] == number) & (cut >= 0))
+            found[number] = found[number].with_tile(tile, part, (left, top))
     return tuple(found)
 
 
-def _apart(boxes: Pixels, chosen: Pixels) -> list[list[int]]:
-    """Return the chosen boxes, by number, in groups in which no two overlap; as few as first fit finds."""
-    groups: list[list[int]] = []
-    group_of = np.zeros(len(chosen), dtype=np.intp)
-    own = boxes[chosen]
-    for index, number in enumerate(chosen.tolist()):
-        before = own[:index]
-        meet = (before[:, :2] < own[index, 2:]).all(axis=1) & (own[index, :2] < before[:, 2:]).all(axis=1)
+class _Piece(NamedTuple):
+    """The part of an instance in a tile, and its box there: left, top, and the first right and below."""
+
+    number: int
+    tile: Tile
+    box: tuple[int, int, int, int]
+
+
+def _pieces(size: tuple[int, int], boxes: Pixels) -> list[_Piece]:
+    """Return the pieces of instances from their boxes on the canvas, those of the middle tile first."""
+    width, height = size
+    pieces = []
+    for tile in TILES:
+        left, top = tile[0] * width, tile[1] * height
+        local = np.clip(boxes - (left, top, left, top), 0, (width, height, width, height))
+        seen = np.flatnonzero((local[:, :2] < local[:, 2:]).all(axis=1)).tolist()
+        pieces += [_Piece(number, tile, tuple(local[number].tolist())) for number in seen]
+    return pieces
+
+
+def _apart(pieces: Sequence[_Piece]) -> list[list[_Piece]]:
+    """Return the pieces in groups in which no two boxes overlap; as few as first fit finds."""
+    boxes = np.array([piece.box for piece in pieces], dtype=np.intp).reshape(-1, 4)
+    group_of = np.zeros(len(pieces), dtype=np.intp)
+    groups: list[list[_Piece]] = []
+    for index, piece in enumerate(pieces):
+        before, own = boxes[:index], boxes[index]
+        meet = ((before[:, :2] < own[2:]) & (own[:2] < before[:, 2:])).all(axis=1)
         taken = set(group_of[:index][meet].tolist())
         group = next(each for each in range(len(groups) + 1) if each not in taken)
         if group == len(groups):
             groups.append([])
         group_of[index] = group
-        groups[group].append(number)
+        groups[group].append(piece)
     return groups
 
 
@@ -168,10 +185,20 @@ def _rows(batches: Iterable[Batch], wanted: Mask) -> Iterator[Batch]:
             )
 
 
-def _plan_of_tile(plan: FramePlan, tile: Tile) -> FramePlan:
+def _moved(plan: FramePlan, tile: Tile, batch: Batch) -> Batch:
+    """Return a draw that shows in the picture what the batch shows in a tile, under a key of its own.
+
+    Moving the picture of a perspective lens is a shear along the view axis in view space.
+    """
+    lens = plan.view.lens
+    move = np.eye(4)
+    move[1 if lens.perspective else 3, [0, 2]] = -2.0 * tile[0] / lens.a, 2.0 * tile[1] / lens.c
+    return replace(batch, key=(batch.key, tile), model_to_view=batch.model_to_view @ move)
+
+
+def _plan_of_ids(plan: FramePlan) -> FramePlan:
     """Return a plan that draws only ids, and that has no batches yet."""
-    view, lens = plan.view, plan.view.lens
-    moved = replace(lens, x_offset=lens.x_offset - 2.0 * tile[0], z_offset=lens.z_offset + 2.0 * tile[1])
+    lens = plan.view.lens
     variant = GeometryVariant(
         albedo=False, normal=False, distance=False, id=True, orthographic=not lens.perspective
     )
@@ -179,14 +206,13 @@ def _plan_of_tile(plan: FramePlan, tile: Tile) -> FramePlan:
     # as the frame has it, so that the texture stays
     depth = plan.target("depth") or Target(
         "depth",
-        "depth32f" if view.reverse else "depth24",
+        "depth32f" if plan.view.reverse else "depth24",
         because,
-        (0.0 if view.reverse else 1.0, 0.0, 0.0, 0.0),
+        (0.0 if plan.view.reverse else 1.0, 0.0, 0.0, 0.0),
     )
     return replace(
         plan,
         outputs=("id",),
-        view=replace(view, lens=moved),
         batches=(),
         clusters=(),
         blended=None,

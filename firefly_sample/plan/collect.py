@@ -27,7 +27,7 @@ from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.texture import Texture
-from firefly_sample.scene.traversal import InstanceRoot, Visit, iter_visible
+from firefly_sample.scene.traversal import Visit, iter_visible
 
 SMOOTHEST = 1.0 / 32.0
 """Roughness below which a material is drawn as if it had this one: ``shaders/include/metallic.glsl``."""
@@ -224,8 +224,7 @@ class Snapshot:
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()  # path of each geometry instance, by id
-    instance_roots: tuple[InstanceRoot, ...] = ()
-    """By id, the node at which its instance of a data set begins; one object for all ids of an instance."""
+    visits: tuple[Visit, ...] = ()  # of each geometry instance, by id
     warnings: tuple[str, ...] = ()
     """The warnings of all nodes, each line once."""
     watched: list[tuple[Any, int]] = field(default_factory=list)
@@ -267,8 +266,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     snapshot = Snapshot(root, root.get_top().node().subtree_revision, camera_mask)
     found: dict[tuple[Any, ...], _Found] = {}
     looks: _Looks = {}
-    names: list[str] = []
-    roots: list[InstanceRoot] = []
+    visits: list[Visit] = []
     warnings: dict[str, None] = {}
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
         for visit in iter_visible(root, camera_mask):
@@ -276,9 +274,8 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if node.warnings:
                 warnings.update(dict.fromkeys(f"model {node.name!r}: {line}" for line in node.warnings))
             if isinstance(node, GeomNode):
-                _add_geoms(found, looks, node, visit, len(names))
-                names.append(visit.path)
-                roots.append(visit.instance or InstanceRoot(visit.path, visit.net, node.name, False))
+                _add_geoms(found, looks, node, visit, len(visits))
+                visits.append(visit)
             elif isinstance(node, LightNode):
                 snapshot.lights.append((node, visit.net))
                 if isinstance(node, Spotlight):
@@ -292,7 +289,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     for key, entry in found.items():
         finite = np.isfinite(entry.nets).all(axis=(1, 2))
         if not finite.all():
-            _refuse(names[entry.ids[int(np.argmin(finite))]])
+            _refuse(visits[entry.ids[int(np.argmin(finite))]].path)
         snapshot.groups.extend(_make_groups(key, entry))
         snapshot.watched.append((entry.geom, entry.geom.revision))
     for nodes in (snapshot.lights, snapshot.sprites, snapshot.particles):
@@ -300,8 +297,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if not np.isfinite(net).all():
                 _refuse(node.name)
     snapshot.looks = list(looks.values())
-    snapshot.id_names = tuple(names)
-    snapshot.instance_roots = tuple(roots)
+    snapshot.visits, snapshot.id_names = tuple(visits), tuple(visit.path for visit in visits)
     snapshot.warnings = tuple(warnings)
     return snapshot
 

@@ -1,4 +1,4 @@
-"""The frozen description of one frame: everything that passes or the float64 reference need, nothing else.
+"""The frozen description of one frame: everything that passes, the float64 reference or data sets need.
 
 All numbers are float64, all positions are in view space (X right, Y forward, Z up).
 """
