@@ -8,6 +8,7 @@ from typing import Any
 
 from firefly_sample.capture.layout import Layout, layout_of
 from firefly_sample.encoding.formats import Encoding
+from firefly_sample.frame import OUTPUTS
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class FileNames:
         if "formats" in description:
             encoding = Encoding.from_json(given)
         else:
-            encoding = Encoding.of(description["outputs"]) if "outputs" in description else Encoding()
+            encoding = Encoding.of(description.get("outputs", OUTPUTS))
         return cls(encoding, description.get("dataset"), description.get("folder", ""))
 
     @property

@@ -10,7 +10,8 @@ import pytest
 from firefly_sample.capture.datasets import DATASETS, find_dataset
 from firefly_sample.capture.datasets.dataset import category_ids
 from firefly_sample.errors import OutputError
-from tests.capture.entries import CAPTURE, block, camera, instance, two_frames
+from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
+from tests.capture.entries import CAPTURE, block, instance, two_frames
 
 PNG = {"color": "png", "color_alpha": "png", "depth": "png16", "id": "png16"}
 NAMES = pytest.mark.parametrize("name", DATASETS)
@@ -21,7 +22,7 @@ def test_a_data_set_accepts_what_it_draws_by_itself(name):
     dataset = find_dataset(name)
     usual = {"color": "png", "depth": "npz"} | dict(dataset.formats)
     dataset.check(dataset.outputs, {output: usual[output] for output in dataset.outputs})
-    dataset.check_camera(camera())
+    dataset.check_lens(PerspectiveLens())
 
 
 @pytest.mark.parametrize(
@@ -43,11 +44,11 @@ def test_what_readers_cannot_open_is_refused(name, outputs, changes, error):
 
 
 def test_a_lens_without_a_matrix_is_refused():
-    flat = camera(projection="orthographic")
+    flat = OrthographicLens()
     for name in ("nerf", "bop"):
         with pytest.raises(OutputError, match=f"'{name}' cannot describe an orthographic lens"):
-            DATASETS[name].check_camera(flat)
-    DATASETS["coco"].check_camera(flat)
+            DATASETS[name].check_lens(flat)
+    DATASETS["coco"].check_lens(flat)
 
 
 def test_an_unknown_name_has_a_hint():
