@@ -253,10 +253,10 @@ class _Given:
             channels = channels or frame.shape[-1]
             expected = (height, width, channels)
             if frame.dtype != np.uint8 or frame.shape != expected or channels not in self._film.channels:
+                wanted = " or ".join(map(str, self._film.channels))
                 raise OutputError(
-                    f"frame {self.number} of a {self._film.suffix} must be uint8 of shape "
-                    f"{(height, width, '3 or 4' if 4 in self._film.channels else 3)}, as the others are; "
-                    f"it is {frame.dtype} of shape {frame.shape}"
+                    f"frame {self.number} of a {self._film.suffix} must be uint8 of shape ({height}, "
+                    f"{width}, {wanted}), as the others are; it is {frame.dtype} of shape {frame.shape}"
                 )
             # an edge that is repeated is hardly seen and takes few bytes; a black one would be seen
             padded = np.pad(frame, self._padding, mode="edge") if any(map(any, self._padding)) else frame

@@ -27,11 +27,10 @@ def luma(images):
     return np.asarray(images, float) @ (0.2126, 0.7152, 0.0722)
 
 
-@pytest.mark.parametrize("suffix", FILMS)
+@pytest.mark.parametrize("suffix", [".mp4", ".webm", ".webp", ".apng"])
 def test_what_is_exact_keeps_every_bit(tmp_path, frames, suffix):
     choices = FilmChoices(crf=0 if FILMS[suffix].largest_crf else None)
-    if not FILMS[suffix].is_exact(choices):
-        pytest.skip("it has 256 colours")
+    assert FILMS[suffix].is_exact(choices)
     assert np.array_equal(list(read_film(written(tmp_path / f"film{suffix}", list(frames), choices))), frames)
 
 
