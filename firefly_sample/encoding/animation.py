@@ -105,9 +105,13 @@ def _webp_picture(image: Pixels, quality: int | None, exact: bool) -> bytes:
     """Return the chunks of one picture; unless `exact`, colours under transparent pixels may change."""
     import PIL.Image
 
-    options: dict[str, Any] = {"lossless": True} if quality is None else {"quality": quality}
+    # for a forest at night, method 0 makes files that are a third larger; method 2 takes half as long again,
+    # and saves 0.3 %
+    options: dict[str, Any] = {"quality": quality, "method": 4}
+    if quality is None:
+        options = {"lossless": True, "method": 1}
     still = io.BytesIO()
-    PIL.Image.fromarray(image).save(still, "WEBP", method=2, exact=exact, **options)
+    PIL.Image.fromarray(image).save(still, "WEBP", exact=exact, **options)
     content = still.getvalue()
     chunks = []
     place = len(b"RIFF\0\0\0\0WEBP")
@@ -219,8 +223,8 @@ _GIF_TRANSPARENT = 255
 def _with_256_colors(image: Pixels) -> tuple[Pixels, bytes]:
     """Return the codes of a picture's pixels, shape (height, width), and the colours of 256 codes.
 
-    Code 255 is left free. The octree keeps colours that few pixels have, such as fireflies and red
-    mushrooms, which the median cut of Pillow merges into others; dithering keeps the sky free of bands.
+    Code 255 is left free. The octree keeps colours that few pixels have, such as those of fireflies and red
+    mushrooms, which Pillow's median cut merges with others; dithering keeps the sky free of bands.
     """
     import PIL.Image
 

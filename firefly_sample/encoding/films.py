@@ -253,10 +253,10 @@ class _Given:
             channels = channels or frame.shape[-1]
             expected = (height, width, channels)
             if frame.dtype != np.uint8 or frame.shape != expected or channels not in self._film.channels:
+                wanted = " or ".join(map(str, self._film.channels))
                 raise OutputError(
-                    f"frame {self.number} of a {self._film.suffix} must be uint8 of shape "
-                    f"{(height, width, '3 or 4' if 4 in self._film.channels else 3)}, as the others are; "
-                    f"it is {frame.dtype} of shape {frame.shape}"
+                    f"frame {self.number} of a {self._film.suffix} must be uint8 of shape ({height}, "
+                    f"{width}, {wanted}), as the others are; it is {frame.dtype} of shape {frame.shape}"
                 )
             # an edge that is repeated is hardly seen and takes few bytes; a black one would be seen
             padded = np.pad(frame, self._padding, mode="edge") if any(map(any, self._padding)) else frame
@@ -266,21 +266,35 @@ class _Given:
                 self._progress(self.number)
 
 
-def read_film(path: Path, suffix: str | None = None) -> Iterator[Pixels]:
-    """Yield the frames of a film, uint8, shape (height, width, 3), or 4 where a frame is not opaque.
+def read_film(path: Path, suffix: str | None = None, channels: int | None = None) -> Iterator[Pixels]:
+    """Yield the frames of a film, uint8, shape (height, width, 3 or 4).
 
-    `suffix` is the format if the file's name does not say it. A damaged file raises a FireflyError.
+    Parameters
+    ----------
+    path : Path
+    suffix : str, optional
+        The format, if the file's name does not say it.
+    channels : int, optional
+        3 or 4 for every frame. When absent, a frame has 4 where it is not opaque, and else 3.
+
+    Raises
+    ------
+    FireflyError
+        If the file is damaged, or is not opaque and shall have 3 channels.
     """
     film = find_film(path.suffix if suffix is None else suffix)
     with _readable(path, film):
         if film.encoders:
-            from firefly_sample.encoding.video import read_video
-
-            yield from read_video(path)
+            from firefly_sample.encoding.video import read_video as read
         else:
-            from firefly_sample.encoding.animation import read_animation
-
-            yield from read_animation(path)
+            from firefly_sample.encoding.animation import read_animation as read
+        for number, frame in enumerate(read(path)):
+            if channels == 4 and frame.shape[2] == 3:
+                yield np.dstack([frame, np.full_like(frame[..., 0], 255)])
+            elif channels == 3 and frame.shape[2] == 4:
+                raise ValueError(f"its frame {number} is not opaque")
+            else:
+                yield frame
 
 
 def film_facts(path: Path, suffix: str | None = None) -> FilmFacts:

@@ -50,6 +50,16 @@ def box(content, *names):
     return content
 
 
+def apng_delays(content):
+    """The seconds of each frame of an APNG, from its chunks fcTL."""
+    place = 8
+    while place < len(content):
+        length, name = struct.unpack_from(">I4s", content, place)
+        if name == b"fcTL":
+            yield Fraction(*struct.unpack_from(">2H", content, place + 8 + 20))
+        place += 12 + length
+
+
 def chunks(content):
     """The names and contents of the chunks of a RIFF."""
     place = 0

@@ -119,7 +119,7 @@ def test_a_webm_has_no_date_and_no_version_of_a_library(tmp_path):
 @pytest.mark.parametrize("suffix", VIDEOS)
 @pytest.mark.parametrize("crf", [None, 0])
 def test_the_same_frames_give_the_same_bytes_on_any_number_of_cores(tmp_path, suffix, crf):
-    frames = moving(30)
+    frames = moving(12)
     many = written(tmp_path / "first", frames, FilmChoices(crf=crf), suffix).read_bytes()
     assert written(tmp_path / "again", frames, FilmChoices(crf=crf), suffix).read_bytes() == many
     cores = os.sched_getaffinity(0)

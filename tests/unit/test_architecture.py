@@ -70,6 +70,7 @@ HOMES = {
     "dask": {"capture"},
     "OpenEXR": {"encoding"},
     "pycocotools": {"capture"},
+    "av": {"encoding"},
 }
 """Who may import a library at all."""
 
