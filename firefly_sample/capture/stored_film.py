@@ -13,7 +13,7 @@ from firefly_sample.capture.report import Report
 from firefly_sample.capture.stored import StoredCapture
 from firefly_sample.encoding.films import read_film
 from firefly_sample.errors import FireflyError
-from firefly_sample.frame import Image
+from firefly_sample.frame import Image, known_output
 
 
 def film_of(capture: StoredCapture) -> Path | None:
@@ -76,10 +76,16 @@ def _images(capture: StoredCapture) -> Iterator[Image]:
     """Decode the pictures of a film, or of a folder that has one picture a frame."""
     film = film_of(capture)
     if film is not None:
-        yield from read_film(film)
+        yield from read_film(film, channels=_channels(capture))
         return
     for frame in capture.frames():
         if len(frame.files) != 1:
             raise FireflyError(f"{capture.root} has several images a frame, and a film has one")
         ((output, file),) = frame.files.items()
         yield file.decode(output, file.path.read_bytes())
+
+
+def _channels(capture: StoredCapture) -> int:
+    """Return the number of channels of the pictures that a film was made of."""
+    (output,) = capture.keys["outputs"]
+    return known_output(output).channels

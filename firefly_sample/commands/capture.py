@@ -110,7 +110,7 @@ def capture(
     crf
         The quality of MP4 and WebM: 0 without loss, 18 hardly visible loss, more is smaller.
     pad
-        Enlarge a film's pictures to even sizes, where its codec needs them.
+        Repeat the last column and row of a film's pictures where its codec needs even sides.
     dataset
         Make a data set: nerf (transforms.json), bop (a scene of BOP), coco (instances with masks).
     sweep
