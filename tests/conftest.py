@@ -37,6 +37,29 @@ def pytest_addoption(parser):
     parser.addoption("--all-variants", action="store_true", help="compile every variant of every shader")
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """Let every second worker import the tests from the last to the first.
+
+    In a new checkout each then compiles half of them, and finds the other half compiled.
+    """
+    report = yield
+    if isinstance(collector, pytest.Directory) and _number_of_worker(collector.config) % 2:
+        report.result.reverse()
+    return report
+
+
+def pytest_collection_modifyitems(config, items):
+    """All workers must have the tests in one order."""
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: item.path)
+
+
+def _number_of_worker(config):
+    """0, 1 and so on; 0 without workers."""
+    return int(getattr(config, "workerinput", {"workerid": "gw0"})["workerid"].removeprefix("gw"))
+
+
 def pytest_collection_finish():
     """Keep garbage collections from going through all imported modules and collected tests again."""
     gc.collect()

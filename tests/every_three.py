@@ -63,7 +63,7 @@ def every_three(products, seed=0, tried=50):
     all_fields = np.arange(len(fields))
     random, chosen = np.random.default_rng(seed), []
     while missing.any():
-        which, code = (int(index[0]) for index in np.nonzero(missing))
+        which, code = divmod(int(missing.argmax()), base**3)  # the first one
         wanted = code // powers % base
         rows = [product.rows_with(fields[which].tolist(), wanted) for product in products]
         counts = np.array([np.prod([float(len(row)) for row in each]) for each in rows])

@@ -7,6 +7,7 @@ import statistics
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,42 +100,53 @@ def part(module: str) -> str:
 def imports_of(path: Path) -> Iterator[Import]:
     module = ".".join(("firefly_sample", *path.relative_to(PACKAGE).with_suffix("").parts))
     module = module.removesuffix(".__init__")
-    tree = ast.parse(path.read_text())
-    late = {
-        id(inner)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) or is_for_types(node)
-        for inner in ast.walk(node)
-    }
-    for node in ast.walk(tree):
+    for node, early in import_statements(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             for alias in node.names:
-                yield Import(module, alias.name, id(node) not in late, node.lineno)
-        elif isinstance(node, ast.ImportFrom):
+                yield Import(module, alias.name, early, node.lineno)
+        else:
             assert node.level == 0, f"{module}:{node.lineno}: relative imports hide where they go"
             for alias in node.names:
                 target = node.module or ""
                 if (PACKAGE.parent / target.replace(".", "/")).is_dir():
                     target = f"{target}.{alias.name}"  # a module, or a name of a package's __init__
-                yield Import(module, target, id(node) not in late, node.lineno)
+                yield Import(module, target, early, node.lineno)
+
+
+def import_statements(
+    node: ast.AST, early: bool = True
+) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+    """The import statements below a node, each with whether it runs when the module loads."""
+    early = early and not (isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) or is_for_types(node))
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Import | ast.ImportFrom):
+            yield child, early
+        elif not isinstance(child, ast.expr):  # no expression holds a statement; most nodes are expressions
+            yield from import_statements(child, early)
 
 
 def is_for_types(node: ast.AST) -> bool:
     return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
-IMPORTS = [
-    found
-    for path in sorted(PACKAGE.rglob("*.py"))
-    if "_assets" not in path.parts
-    for found in imports_of(path)
-]
-OWN = [found for found in IMPORTS if found.target.split(".")[0] == "firefly_sample"]
-FOREIGN = [
-    found
-    for found in IMPORTS
-    if found.target.split(".")[0] not in {"firefly_sample", *sys.stdlib_module_names}
-]
+@cache
+def imports() -> tuple[Import, ...]:
+    """All imports of the package, read when a test first asks: every worker collects this file."""
+    return tuple(
+        found
+        for path in sorted(PACKAGE.rglob("*.py"))
+        if "_assets" not in path.parts
+        for found in imports_of(path)
+    )
+
+
+def own_imports() -> list[Import]:
+    return [found for found in imports() if found.target.split(".")[0] == "firefly_sample"]
+
+
+def foreign_imports() -> list[Import]:
+    own = {"firefly_sample", *sys.stdlib_module_names}
+    return [found for found in imports() if found.target.split(".")[0] not in own]
 
 
 def may_import(who: str, whom: str) -> bool:
@@ -176,13 +188,13 @@ def test_the_reader_of_imports_sees_each_kind(tmp_path, monkeypatch):
 
 def test_every_module_has_its_place():
     known = {name for groups in LAYERS for group in groups for name in group}
-    assert {part(found.module) for found in IMPORTS} - {""} <= known
+    assert {part(found.module) for found in imports()} - {""} <= known
 
 
 def test_imports_go_one_way():
     wrong = [
         f"{found.where} imports {found.target}"
-        for found in OWN
+        for found in own_imports()
         if part(found.module) and part(found.target) and part(found.target) != "__version__"
         if not may_import(part(found.module), part(found.target))
     ]
@@ -192,7 +204,9 @@ def test_imports_go_one_way():
 def test_nobody_inside_uses_the_public_names():
     """They are for users; inside, they would lead upwards. The version alone has no other home."""
     used = {
-        found.target for found in OWN if found.module != "firefly_sample" and found.target.count(".") <= 1
+        found.target
+        for found in own_imports()
+        if found.module != "firefly_sample" and found.target.count(".") <= 1
     }
     names = {target.removeprefix("firefly_sample.") for target in used}
     assert names & set(firefly_sample.__all__) <= {"__version__"}
@@ -202,7 +216,7 @@ def test_nobody_inside_uses_the_public_names():
 def test_libraries_stay_where_they_belong():
     wrong = [
         f"{found.where} imports {found.target}"
-        for found in FOREIGN
+        for found in foreign_imports()
         if part(found.module) not in HOMES.get(found.target.split(".")[0], {part(found.module)})
     ]
     assert wrong == []
@@ -210,7 +224,7 @@ def test_libraries_stay_where_they_belong():
 
 def test_nothing_heavy_is_imported_early():
     wrong = []
-    for found in FOREIGN:
+    for found in foreign_imports():
         library = found.target.split(".")[0]
         allowed = EARLY.get(library, set())
         if found.early and allowed is not None and part(found.module) not in allowed:
