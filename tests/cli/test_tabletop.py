@@ -59,7 +59,7 @@ def test_every_seed_and_every_second_has_its_own_numbers(plugin, scene):
 def test_objects_stand_on_the_table_and_do_not_intersect(scene):
     (low, high) = scene.root.find("plinth").get_tight_bounds()
     counts = set()
-    for number in range(20):
+    for number in range(30):
         scene.update(float(number))
         objects = {path.get_name(): vertices_of(path) for path in objects_of(scene)}
         assert overlapping(objects) == set()
