@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from firefly_sample import build_plan
 from firefly_sample.assets import model_path
+from firefly_sample.capture.instances import find_instances
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.tabletop import CATEGORIES, MODULE, installed, objects_of, overlapping, vertices_of
@@ -76,17 +78,19 @@ def test_objects_stand_on_the_table_and_do_not_intersect(scene):
     assert overlapping(objects) == {(first, second)}
 
 
-def test_objects_have_their_file_as_category_and_the_table_has_none(scene):
+def test_objects_have_their_file_as_category_and_the_table_is_none(scene):
     seen = set()
-    for number in range(10):
-        scene.update(float(number))
-        for path in objects_of(scene):
-            (model,) = path.get_children()
-            assert model.get_tag("category") == model.get_name()
-            seen.add(model.get_tag("category"))
+    for number in range(8):
+        plan = build_plan(scene, Settings(), (64, 48), ("id",), float(number))
+        instances = find_instances(plan)
+        expected = [path.get_children()[0].get_name() for path in objects_of(scene)]
+        assert [instance.category for instance in instances] == expected
+        assert all(instance.uniform for instance in instances)
+        seen.update(expected)
+        ids = {index for instance in instances for index in instance.ids}
+        others = {name for index, name in enumerate(plan.id_names) if index not in ids}
+        assert others == {"root/plinth/plinth/plinth stone slabs"}
     assert seen == CATEGORIES
-    assert not scene.root.find("plinth").has_net_tag("category")
-    assert not scene.root.find_all_matches("plinth/**/=category")
 
 
 def test_a_full_table_has_fewer_objects_of_ones_own_models(plugin):
