@@ -17,8 +17,11 @@ from tests.tabletop import installed
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-OTHERS = {"--no-install-recommends", "--force-reinstall", "--nthreads", "--height"}
-"""Options of apt-get, of pip, of dask, and of the scene plugin that the README shows."""
+OTHERS = {
+    *("--no-install-recommends", "--force-reinstall", "--nthreads", "--data", "--depth-unit-scale-factor"),
+    "--height",
+}
+"""Options of apt-get, of pip, of dask, of nerfstudio, and of the scene plugin that the README shows."""
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b")
 
 
