@@ -17,7 +17,7 @@ from firefly_sample.capture.manifest import Manifest, read_manifest
 from firefly_sample.capture.template import check_same, take_exposures
 from firefly_sample.capture.work import Part, Share, Work
 from firefly_sample.capture.writer import FrameWriter
-from firefly_sample.errors import FireflyError
+from firefly_sample.errors import FireflyError, SceneError
 
 log = logging.getLogger(__name__)
 _ROUNDS = 3
@@ -150,9 +150,9 @@ class Run:
 
 
 def _named(failed: Failed) -> FireflyError:
-    """Return the error of a frame, with its number unless all frames have it."""
+    """Return the error of a frame with its number, unless the scene itself is at fault."""
     error = failed.error
-    if failed.whole_job:
+    if failed.whole_job or isinstance(error, SceneError):
         return error
     named = type(error)(f"frame {failed.index}: {error}")
     named.__cause__ = error

@@ -40,10 +40,12 @@ COMMAND_OPTIONS = frozenset(
 _ONLY_IN_FULL_HELP = frozenset(
     {
         *("budget_ms", "cluster", "device", "fail_fast", "max_codes", "max_error", "require_gpu", "shard"),
-        *("sweep", "quality", "depth_scale", "crf", "pad"),
+        *("sweep", "formats", "quality", "depth_scale", "crf", "pad"),
     }
 )
 """Options of commands that only --help-all shows, as it does those of settings."""
+_SHORT_HELP = {"outputs": "Images to make, for example color,depth,normal_world,id."}
+"""The help of options whose whole help is long."""
 _FILE_ENDINGS = frozenset((".png", ".jpg", ".jpeg", ".exr", ".npz", ".npy", ".json", ".md", ".gif", ".mp4"))
 
 
@@ -243,9 +245,11 @@ def with_scene_options(
         ]
     if not full_help:
         hidden = _ONLY_IN_FULL_HELP | {f"settings__{name}" for name in SETTINGS.keys() - own.keys()}
-        show = Parameter(show=False)
+        changes = {name: Parameter(show=False) for name in hidden}
+        changes |= {name: Parameter(help=text) for name, text in _SHORT_HELP.items()}
         options = [
-            p.replace(annotation=Annotated[p.annotation, show]) if p.name in hidden else p for p in options
+            p.replace(annotation=Annotated[p.annotation, changes[p.name]]) if p.name in changes else p
+            for p in options
         ]
 
     @functools.wraps(command)
