@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from firefly_sample.capture.frames import frame_times
 from firefly_sample.capture.manifest import Manifest
+from firefly_sample.capture.one_file import place_of
 from firefly_sample.capture.sequence import (
     capture_frames,
     capture_settings,
@@ -92,7 +93,8 @@ def capture(
     Parameters
     ----------
     output
-        Folder for the files; or one file: .mp4, .webm, .webp, .apng, .gif, or for one frame .png, .jpg, .exr.
+        Folder for the files; or one film: .mp4, .webm, .webp, .apng, .gif; or for one frame one file: .png,
+        .jpg, .webp, .exr, .npz.
     frames
         Frames A to B - 1, or one number.
     fps
@@ -108,7 +110,7 @@ def capture(
     depth_scale
         Scene units of one code of a 16-bit depth: 0.001 for millimetres, where a unit is a metre.
     crf
-        The quality of MP4 and WebM: 0 without loss, 18 hardly visible loss, more is smaller.
+        The quality of MP4 and WebM: 0 is without loss, 18 hardly visible loss, and more is smaller.
     pad
         Enlarge a film's pictures to even sizes, where its codec needs them.
     dataset
@@ -188,7 +190,9 @@ def capture(
         failed = sum(len(part["failed"]) for part in captures)
     else:
         count, failed = result
-    summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
+    is_bound = isinstance(result, Manifest) and "file" in result
+    place = place_of(folder, is_bound)
+    summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {place}"
     if isinstance(result, Manifest) and json:
         print_file(result.path, summary)
     elif json:
@@ -196,6 +200,8 @@ def capture(
     else:
         print_summary(summary, quiet)
     if failed:
-        complain(f"{failed} frame{'s' if failed != 1 else ''} could not be drawn: --resume tries again")
+        frames_failed = f"{failed} frame{'s' if failed != 1 else ''} could not be drawn"
+        unwritten = "" if place == folder else f", and {folder} is not written"
+        complain(f"{frames_failed}{unwritten}: --resume tries again")
         return SOME_FAILED
     return 0
