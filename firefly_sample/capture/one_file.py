@@ -135,15 +135,15 @@ class OneFile:
 
     def formats(
         self, outputs: tuple[str, ...], given: str | Iterable[str] | Mapping[str, str] | None
-    ) -> dict[str, str]:
-        """Return the formats of the frames: of a film PNG, of a still those of its ending.
+    ) -> dict[str, str] | None:
+        """Return the formats of the frames: of a film the usual ones, of a still those of its ending.
 
         Of several, such as exr and exr16, those that are given choose one.
         """
         if self._choices is not None:
             if given is not None:
                 raise OutputError(f"{self.path} is a film, as its ending says: leave the formats out")
-            return dict.fromkeys(outputs, "png")
+            return None
         kinds = [kind.name for kind in formats_of_path(self.path)]
         if given is not None:
             chosen = dict(Encoding.of(outputs, given).formats)

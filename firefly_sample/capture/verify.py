@@ -211,8 +211,8 @@ def _manifest_of(path: Path, report: Report) -> Path:
         if not path.exists():
             raise FireflyError(f"there is no file {path}")
         raise FireflyError(
-            f"{path} is a file: give the folder of a capture, in which {MANIFEST} is; a capture that is one file "
-            f"has {manifest.name} beside it"
+            f"{path} is a file: give the folder of a capture, in which {MANIFEST} is; one that is one "
+            f"file has {manifest.name} beside it"
         )
     return manifest
 
