@@ -50,6 +50,11 @@ def read_records(folder: Path) -> Records:
     return Records([folder / PREVIOUS, folder / MANIFEST], journals(folder))
 
 
+def holds_capture(folder: Path) -> bool:
+    """Return whether there is a capture in a folder, finished or not."""
+    return bool(journals(folder)) or any((folder / name).exists() for name in (MANIFEST, PREVIOUS))
+
+
 def recorded_settings(folder: Path) -> dict[str, Any] | None:
     """Return the settings that frames in a folder were drawn with; None if none can be read."""
     with suppress(FireflyError), read_records(folder) as records:

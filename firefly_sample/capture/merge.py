@@ -14,6 +14,7 @@ from firefly_sample.capture.frames import asked_numbers
 from firefly_sample.capture.job import differences
 from firefly_sample.capture.manifest import MANIFEST, Manifest, read_manifest
 from firefly_sample.capture.names import FileNames
+from firefly_sample.capture.one_file import frames_folder, is_one_file
 from firefly_sample.capture.records import Records
 from firefly_sample.capture.work import fault_of
 from firefly_sample.errors import FireflyError, OutputError
@@ -34,6 +35,11 @@ def merge_capture(folder: str | Path) -> Manifest:
         complete.
     """
     path = as_folder(folder)
+    if is_one_file(path) and not path.is_dir():
+        raise OutputError(
+            f"{path} is one file: firefly capture with the same options and --resume writes it from "
+            f"{frames_folder(path)}"
+        )
     if not path.is_dir():
         raise OutputError(f"there is no folder {path}")
     with CaptureFolder(path, {"frames": (0, 0, 1), "views": 1, "jobs": 0, "shard": ""}) as place:

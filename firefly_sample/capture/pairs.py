@@ -8,8 +8,15 @@ from typing import Any, NamedTuple
 
 from firefly_sample.capture.comparing import Limits, by_name, measure
 from firefly_sample.capture.difference_picture import difference_picture, share_text
-from firefly_sample.capture.stored import Checked, StoredFile, StoredFrame, check_file
-from firefly_sample.errors import FireflyError
+from firefly_sample.capture.stored import (
+    Checked,
+    FilmImage,
+    StoredFile,
+    StoredFrame,
+    check_frame,
+    without_content,
+)
+from firefly_sample.errors import FireflyError, MissingPackageError
 from firefly_sample.frame import Image, output_info
 from firefly_sample.whole_files import open_whole
 
@@ -46,16 +53,11 @@ class Found:
 
 def compare_files(pair: Pair, limits: Limits, pictures: Path | None) -> tuple[Pair, Found]:
     """Compare two frames; difference pictures go into the folder `pictures`."""
-    found = Found(({}, {}))
-    for output in dict.fromkeys((*pair.expected.files, *pair.actual.files)):
-        checked = []
-        for side, frame in enumerate(pair):
-            if output in frame.files:
-                one = check_file(output, frame.files[output])
-                found.checked[side][output] = one._replace(content=None)
-                checked.append(one)
-        if len(checked) == 2:
-            _compare_images(output, pair, checked, limits, pictures, found)
+    expected, actual = (check_frame(frame) for frame in pair)
+    found = Found((without_content(expected), without_content(actual)))
+    for output in expected:
+        if output in actual:
+            _compare_images(output, pair, [expected[output], actual[output]], limits, pictures, found)
     return pair, found
 
 
@@ -115,11 +117,13 @@ def compare_images(
     return Different("different", output, text, figures, picture)
 
 
-def _decoded(output: str, file: StoredFile, content: bytes | None) -> Image | None:
+def _decoded(output: str, file: StoredFile | FilmImage, content: bytes | None) -> Image | None:
     if content is None or output_info(output) is None:
         return None
     try:
         return file.decode(output, content)
+    except MissingPackageError:
+        raise
     except Exception:  # noqa: BLE001 - a decoder may raise anything; the hashes of the files are right
         return None
 

@@ -164,13 +164,13 @@ def capture_frames(
     names = check_outputs(outputs if outputs is not None else default_outputs(path, dataset))
     if settings is None:
         settings = capture_settings(names, **scene_settings(plugin))
-    choices = film_choices(path, fps, crf, quality, pad)
+    choices = film_choices(path, len(numbers), fps, crf, quality, pad)
     one = None
     if is_one_file(path):
         if sweep is not None or dataset is not None:
             what = "a sweep" if sweep is not None else f"the data set {dataset}"
             raise OutputError(f"{what} has many files, and {path} is one: name a folder")
-        one = OneFile(path, len(numbers), choices)
+        one = OneFile(path, numbers, choices)
         formats, path = one.formats(names, formats), one.folder
     encoding = Encoding.of(
         names,
@@ -189,10 +189,6 @@ def capture_frames(
         find_dataset(dataset).check(names, dict(encoding.formats))
     if one is not None:
         one.check(jobs[0])
-        if not (resume or overwrite):
-            one.check_free()
-        elif resume and (finished := one.finished(jobs[0], numbers)) is not None:
-            return finished
     if share is not None and not resume and share.number > len(jobs) * len(numbers):
         # the others may have finished the capture already, because they need not wait for this one
         log.info("there are fewer frames than shards: shard %s has none", share)
@@ -204,20 +200,31 @@ def capture_frames(
         "shard": str(share or ""),
     }
     with CaptureFolder(path, asked, share, overwrite) as place:
-        if not (resume or overwrite):
-            place.check_free()
-        count = len(jobs) * len(numbers)
-        engine = _engine(jobs[0], count, workers, cluster, place.records.driver())
-        with engine:
-            parts = parts_of(place, template, jobs, engine.driver)
-            alike = asked if share is not None and not resume else None
-            if alike is not None:
-                check_same(place, parts, alike)
-            result = Run(place, parts, numbers, engine, fail_fast, alike, progress).finish()
-        if one is None or not isinstance(result, Manifest) or result["failed"]:
-            return result
-        result = one.bind(result)
-    one.remove_folder()
+        finished = None
+        if one is not None:
+            if share is None:
+                one.remove_parts()
+            if resume:
+                finished = one.finished(jobs[0])
+            elif not overwrite:
+                one.check_free()
+        if finished is not None:
+            result: Manifest | Share = finished
+        else:
+            if not (resume or overwrite):
+                place.check_free()
+            count = len(jobs) * len(numbers)
+            engine = _engine(jobs[0], count, workers, cluster, place.records.driver())
+            with engine:
+                parts = parts_of(place, template, jobs, engine.driver)
+                alike = asked if share is not None and not resume else None
+                if alike is not None:
+                    check_same(place, parts, alike)
+                result = Run(place, parts, numbers, engine, fail_fast, alike, progress).finish()
+            if one is not None and isinstance(result, Manifest):
+                result = one.bind(result, progress)
+    if one is not None and isinstance(result, Manifest) and "file" in result:
+        one.remove_folder()
     return result
 
 

@@ -16,8 +16,9 @@ from firefly_sample.capture.layout import names_in
 from firefly_sample.capture.manifest import MANIFEST, FrameLines, Manifest, read_manifest
 from firefly_sample.capture.masks import read_mask
 from firefly_sample.capture.names import FileNames
-from firefly_sample.errors import FireflyError
-from firefly_sample.frame import Image, output_info
+from firefly_sample.encoding.formats import Encoding
+from firefly_sample.errors import FireflyError, MissingPackageError
+from firefly_sample.frame import OUTPUTS, Image, output_info
 from firefly_sample.settings import to_whole
 from firefly_sample.whole_files import is_unfinished
 
@@ -39,9 +40,23 @@ class StoredFile(NamedTuple):
     def decode(self, output: str, content: bytes) -> Image:
         """Return an image in the file; raise any exception if the file is damaged."""
         key = self.names.key_of(output)
-        if key not in self.names.encoding.files():
-            return read_mask(content)
-        return self.names.encoding.decode(key, content)[output]
+        if key in self.names.encoding.files():
+            return self.names.encoding.decode(key, content)[output]
+        if output in OUTPUTS:  # version 0.1.0 names neither formats nor outputs
+            return Encoding.of([output]).decode(output, content)[output]
+        return read_mask(content)
+
+
+class FilmImage(NamedTuple):
+    """A frame of a film, decoded: the film's path, the hash of the pixels, and the pixels."""
+
+    path: Path
+    pixels: str
+    image: Image
+
+    def decode(self, output: str, content: bytes) -> Image:
+        """Return the image; as of a `StoredFile`."""
+        return self.image
 
 
 @dataclass(frozen=True)
@@ -49,7 +64,7 @@ class StoredFrame:
     """A frame of a manifest: its number, its files by output, and the names of its ids."""
 
     index: int
-    files: dict[str, StoredFile]
+    files: Mapping[str, StoredFile | FilmImage]
     id_names: Sequence[str]
 
 
@@ -122,7 +137,7 @@ class StoredCapture:
         for digest in (*pixels.values(), *hashes.values()):
             if not _DIGEST.fullmatch(digest):
                 raise ValueError(f"frame {index}: {digest[:80]!r} is not a SHA-256")
-        files = {
+        files: dict[str, StoredFile | FilmImage] = {
             output: StoredFile(
                 name, path_inside(self.root, name), pixels[output], hashes.get(output), self.names
             )
@@ -247,8 +262,31 @@ class Checked(NamedTuple):
     rewritten: bool = False
 
 
-def check_file(output: str, file: StoredFile) -> Checked:
-    """Compare a file with its manifest: by its hash, and if that differs, by its pixels."""
+def without_content(checked: Mapping[str, Checked]) -> dict[str, Checked]:
+    """Return what was found about files, without their bytes."""
+    return {output: one._replace(content=None) for output, one in checked.items()}
+
+
+def check_frame(frame: StoredFrame) -> dict[str, Checked]:
+    """Compare the files of a frame with its manifest: by their hashes, and if those differ, by their pixels.
+
+    A file that holds several outputs is read once. Raises a MissingPackageError if a file whose hash differs
+    cannot be decoded here.
+    """
+    found: dict[str, Checked] = {}
+    read: dict[Path, Checked] = {}
+    for output, file in frame.files.items():
+        if isinstance(file, FilmImage):
+            found[output] = Checked("", "", b"")
+            continue
+        if file.path not in read:
+            read[file.path] = _read(file)
+        found[output] = _check(output, file, read[file.path])
+    return found
+
+
+def _read(file: StoredFile) -> Checked:
+    """Return the content of a file; its `kind` is "?" if the hash differs."""
     try:
         if not stat.S_ISREG(file.path.stat().st_mode):  # reading from a pipe would wait for ever
             return Checked("missing", "is not a file", None)
@@ -259,17 +297,25 @@ def check_file(output: str, file: StoredFile) -> Checked:
         return Checked("missing", f"cannot be read: {error.strerror or error}", None)
     if file.file is not None and hashlib.sha256(content).hexdigest() == file.file:
         return Checked("", "", content)
-    if output_info(output) is None:
-        return Checked("unknown", f"cannot be checked: this version has no output {output!r}", None)
     if not content:
         return Checked("damaged", "is damaged: it is empty", None)
+    return Checked("?", "", content)
+
+
+def _check(output: str, file: StoredFile, read: Checked) -> Checked:
+    if read.kind != "?" or read.content is None:
+        return read
+    if output_info(output) is None:
+        return Checked("unknown", f"cannot be checked: this version has no output {output!r}", None)
     try:
-        image = file.decode(output, content)
+        image = file.decode(output, read.content)
+    except MissingPackageError:
+        raise
     except Exception:  # noqa: BLE001 - a decoder may raise anything
         return Checked("damaged", "is damaged: it cannot be decoded", None)
     if not _fits(output, image) or pixel_hash(image) != file.pixels:
-        return Checked("changed", "has other pixels than its manifest says", content)
-    return Checked("", "", content, rewritten=file.file is not None)
+        return Checked("changed", "has other pixels than its manifest says", read.content)
+    return Checked("", "", read.content, rewritten=file.file is not None)
 
 
 def _fits(output: str, image: Image) -> bool:

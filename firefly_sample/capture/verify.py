@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -13,31 +12,29 @@ from typing import Any
 
 from firefly_sample.capture.comparing import Limits
 from firefly_sample.capture.files import hash_file, thread_count
-from firefly_sample.capture.folder import journals
+from firefly_sample.capture.folder import holds_capture, journals
 from firefly_sample.capture.job import differences as description_differences
 from firefly_sample.capture.manifest import MANIFEST
-from firefly_sample.capture.one_file import manifest_of
+from firefly_sample.capture.one_file import frames_folder, is_one_file, manifest_of
 from firefly_sample.capture.pairs import Found, Pair, compare_files
 from firefly_sample.capture.report import Report
+from firefly_sample.capture.sides import Only, Side, named
 from firefly_sample.capture.stored import (
     Checked,
-    Listed,
     StoredCapture,
-    StoredFile,
     StoredFrame,
-    check_file,
+    check_frame,
     path_inside,
     stored_captures,
+    without_content,
 )
-from firefly_sample.capture.stored_film import check_film, compare_films, film_of
+from firefly_sample.capture.stored_film import are_same_films, check_film, film_of
 from firefly_sample.errors import FireflyError
 
 _NOT_DESCRIBED = (
     *("frames", "failed", "warnings", "id_names", "folder", "values", "captures", "sweep"),
     *("documents", "file"),
 )
-_SHOWN_FILES = 3
-
 Progress = Callable[[int, int], None]
 
 
@@ -69,16 +66,16 @@ def verify_capture(folder: str | Path, progress: Progress | None = None) -> Repo
     total = sum(map(len, captures))
     done = 0
     for capture in captures:
-        side = _Side(capture, report)
+        side = Side(capture, report)
         for frame, checked in _in_threads(side.frames(), _check_frame):
-            for output, file in frame.files.items():
-                side.take(frame, output, file, checked[output])
+            side.take(frame, checked)
             report.frames += 1
             done += 1
             if progress is not None:
                 progress(done, total)
         side.finish()
-        check_film(capture, report)
+        if film_of(capture) is not None:
+            check_film(capture, report)
         _check_documents(capture, report)
     return report
 
@@ -97,8 +94,7 @@ def _check_documents(capture: StoredCapture, report: Report) -> None:
 
 
 def _check_frame(frame: StoredFrame) -> tuple[StoredFrame, dict[str, Checked]]:
-    checked = {output: check_file(output, file) for output, file in frame.files.items()}
-    return frame, {output: one._replace(content=None) for output, one in checked.items()}
+    return frame, without_content(check_frame(frame))
 
 
 def compare_captures(
@@ -146,21 +142,23 @@ def compare_captures(
         if name not in theirs or name not in ours:
             where, lone = (folder, ours[name]) if name in ours else (other, theirs[name])
             frames = "1 frame is" if len(lone) == 1 else f"{len(lone):,} frames are"
-            report.add("only", f"{_named(name)}{frames} only in {where}", capture=name)
+            report.add("only", f"{named(name)}{frames} only in {where}", capture=name)
             continue
         _describe(ours[name], theirs[name], report)
         pictures = None if differences is None else _picture_folder(Path(differences) / name)
-        if film_of(ours[name]) or film_of(theirs[name]):
-            for one in (ours[name], theirs[name]):
-                check_film(one, report)
-            compare_films(ours[name], theirs[name], limits, pictures, report)
+        pair = ours[name], theirs[name]
+        readable = [check_film(one, report) for one in pair if film_of(one) is not None]
+        if not all(readable):
             continue
-        sides = _Side(ours[name], report), _Side(theirs[name], report)
-        only = _Only(name, (str(folder), str(other)), report)
+        if are_same_films(*pair):
+            report.frames += len(pair[0])
+            continue
+        sides = Side(pair[0], report, decode=True), Side(pair[1], report, decode=True)
+        only = Only(name, (str(folder), str(other)), report)
         within = 0
         compare = partial(compare_files, limits=limits, pictures=pictures)
-        for pair, found in _in_threads(_pairs(*sides, only), compare):
-            within += _take(pair, found, sides, only, report)
+        for frames, found in _in_threads(_pairs(*sides, only), compare):
+            within += _take(frames, found, sides, only, report)
             report.frames += 1
             done += 1
             if progress is not None:
@@ -170,14 +168,14 @@ def compare_captures(
         only.finish()
         if within:
             differ = "image differs" if within == 1 else "images differ"
-            report.note("within", f"{_named(name)}{within:,} {differ}, but within the limits")
+            report.note("within", f"{named(name)}{within:,} {differ}, but within the limits")
     return report
 
 
 def _captures(folder: Path, report: Report) -> list[StoredCapture]:
     """Return the captures of a folder; report that it is unfinished."""
-    if not folder.is_dir() and manifest_of(folder).is_file():
-        folder = manifest_of(folder)  # of a film, or another single file
+    if is_one_file(folder) and not folder.is_dir():
+        folder = _manifest_of(folder, report)
     found = journals(folder)
     manifest = folder / MANIFEST if folder.is_dir() else folder
     if found:
@@ -198,8 +196,25 @@ def _captures(folder: Path, report: Report) -> list[StoredCapture]:
     return captures
 
 
-def _named(capture: str) -> str:
-    return f"{capture}: " if capture else ""
+def _manifest_of(path: Path, report: Report) -> Path:
+    """Return the manifest of a film or another single file; report that it is unfinished."""
+    manifest, frames = manifest_of(path), frames_folder(path)
+    if holds_capture(frames):
+        text = (
+            f"the capture of {path} is not finished, as {frames} shows: firefly capture with the same "
+            "options and --resume ends it"
+        )
+        if not manifest.exists():
+            raise FireflyError(text)
+        report.add("unfinished", text, file=str(frames))
+    if not manifest.exists():
+        if not path.exists():
+            raise FireflyError(f"there is no file {path}")
+        raise FireflyError(
+            f"{path} is a file: give the folder of a capture, in which {MANIFEST} is; one that is one "
+            f"file has {manifest.name} beside it"
+        )
+    return manifest
 
 
 def _describe(ours: StoredCapture, theirs: StoredCapture, report: Report) -> None:
@@ -210,100 +225,10 @@ def _describe(ours: StoredCapture, theirs: StoredCapture, report: Report) -> Non
     )
     common = {key for key in before if key in now}  # those of earlier versions have fewer
     for text in description_differences(*({key: side[key] for key in common} for side in (before, now))):
-        report.note("description", f"{_named(ours.folder)}{text}")
+        report.note("description", f"{named(ours.folder)}{text}")
 
 
-class _Side:
-    """One capture while it is compared: what is found in its files goes into the report."""
-
-    def __init__(self, capture: StoredCapture, report: Report) -> None:
-        self.capture, self.report = capture, report
-        self.folder = capture.root / capture.folder
-        self.listed, self.rewritten = Listed(capture.names), list[str]()
-        self.failed = capture.failed()
-        for index, error in self.failed.items():
-            text = f"{self.folder}: frame {index} could not be drawn: {error}"
-            report.add("failed", text, capture=capture.folder, frame=index)
-
-    def frames(self) -> Iterator[StoredFrame]:
-        """Read the frames, and keep which files they have."""
-        for frame in self.capture.frames():
-            for file in frame.files.values():
-                self.listed.add(os.path.relpath(file.path, self.folder))
-            yield frame
-
-    def take(self, frame: StoredFrame, output: str, file: StoredFile, checked: Checked) -> None:
-        """Report what was found about a file."""
-        self.report.files += 1
-        if checked.rewritten:
-            self.rewritten.append(str(file.path))
-        elif checked.kind:
-            self.report.add(
-                checked.kind,
-                f"{file.path} {checked.text}",
-                file=str(file.path),
-                capture=self.capture.folder,
-                frame=frame.index,
-                output=output,
-            )
-
-    def finish(self) -> None:
-        """Report what is known when all frames have been read."""
-        manifest = self.capture.root / MANIFEST
-        for text in self.capture.errors:
-            place = f"{manifest}: {_named(self.capture.folder)}"
-            self.report.add("manifest", place + text, file=str(manifest), capture=self.capture.folder)
-        alone = "file" in self.capture.keys  # the other files in its folder are not its own
-        stale = [] if alone else [str(self.folder / name) for name in self.listed.stale(self.folder)]
-        for kind, files, text in (
-            ("rewritten", self.rewritten, "written anew by another program, with the same pixels"),
-            ("stale", stale, f"not in the manifest of {self.folder}"),
-        ):
-            if files:
-                verb = "is" if len(files) == 1 else "are"
-                self.report.note(kind, f"{_listed(files)} {verb} {text}", files)
-
-
-def _listed(files: list[str]) -> str:
-    """Return at most three files for a line, and how many more there are."""
-    shown = [Path(name).name if place else name for place, name in enumerate(files[:_SHOWN_FILES])]
-    more = len(files) - len(shown)
-    return ", ".join(shown) + (f" and {more:,} more" if more else "")
-
-
-class _Only:
-    """The frames and outputs that only one of two captures has."""
-
-    def __init__(self, capture: str, folders: tuple[str, str], report: Report) -> None:
-        self._capture, self._folders, self._report = capture, folders, report
-        self._found: dict[tuple[int, str], list[list[int]]] = {}
-
-    def add(self, side: int, index: int, output: str = "") -> None:
-        """Add a frame that only the side 0 or 1 has, or an output of it."""
-        runs = self._found.setdefault((side, output), [])
-        if runs and runs[-1][1] == index - 1:
-            runs[-1][1] = index
-        else:
-            runs.append([index, index])
-
-    def finish(self) -> None:
-        """Report them, one line for each side and output."""
-        for (side, output), runs in sorted(self._found.items(), key=lambda one: one[1][0]):
-            shown = ", ".join(str(a) if a == b else f"{a} to {b}" for a, b in runs[:_SHOWN_FILES])
-            more = sum(b - a + 1 for a, b in runs[_SHOWN_FILES:])
-            one = len(runs) == 1 and runs[0][0] == runs[0][1]
-            frames = f"frame{'' if one else 's'} {shown}" + (f" and {more:,} more" if more else "")
-            what = f"{output} of {frames}" if output else frames
-            verb = "is" if one or output else "are"
-            self._report.add(
-                "only",
-                f"{_named(self._capture)}{what} {verb} only in {self._folders[side]}",
-                capture=self._capture,
-                output=output or None,
-            )
-
-
-def _pairs(ours: _Side, theirs: _Side, only: _Only) -> Iterator[Pair]:
+def _pairs(ours: Side, theirs: Side, only: Only) -> Iterator[Pair]:
     """Join the frames of two captures by their numbers; a frame that failed is not missing."""
     both = _sorted_together(ours.frames(), theirs.frames())
     for index, frames in groupby(both, key=lambda one: one[1].index):
@@ -324,18 +249,18 @@ def _sorted_together(*frames: Iterator[StoredFrame]) -> Iterator[tuple[int, Stor
     return heapq.merge(*numbered, key=lambda one: one[1].index)
 
 
-def _take(pair: Pair, found: Found, sides: tuple[_Side, _Side], only: _Only, report: Report) -> int:
+def _take(pair: Pair, found: Found, sides: tuple[Side, Side], only: Only, report: Report) -> int:
     """Report what was found about two frames; return how many images differ within the limits."""
     for place, frame in enumerate(pair):
-        for output, file in frame.files.items():
-            sides[place].take(frame, output, file, found.checked[place][output])
+        sides[place].take(frame, found.checked[place])
+        for output in frame.files:
             if output not in pair[1 - place].files:
                 only.add(place, frame.index, output)
     capture = sides[0].capture.folder
     for one in found.different:
         report.add(
             one.kind,
-            f"{_named(capture)}frame {pair.expected.index}: {one.output} {one.text}",
+            f"{named(capture)}frame {pair.expected.index}: {one.output} {one.text}",
             capture=capture,
             frame=pair.expected.index,
             output=one.output,

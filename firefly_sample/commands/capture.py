@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from firefly_sample.capture.frames import frame_times
 from firefly_sample.capture.manifest import Manifest
+from firefly_sample.capture.one_file import place_of
 from firefly_sample.capture.sequence import (
     capture_frames,
     capture_settings,
@@ -66,7 +67,7 @@ def capture(
     depth_scale: Annotated[float | None, Parameter(metavar="UNITS", show_default=lambda _: "0.001")] = None,
     crf: Whole | None = None,
     pad: Flag = False,
-    dataset: Annotated[Literal["nerf", "bop", "coco"] | None, Parameter()] = None,
+    dataset: Annotated[Literal["nerf", "bop", "coco"] | None, Parameter(show_choices=False)] = None,
     sweep: Sweep = (),
     resume: Flag = False,
     overwrite: Flag = False,
@@ -84,7 +85,7 @@ def capture(
     settings: dict[str, Any],
     parameters: dict[str, Any],
 ) -> int:
-    """Render frames of a scene to files: PNG pictures, npz data and manifest.json, or one film.
+    """Render frames of a scene to files, or to one film.
 
     Options are also read from the environment (FIREFLY_CAPTURE_SIZE=320x240), and then, in the current
     folder, from the tables [firefly.capture] of firefly.toml and [tool.firefly.capture] of pyproject.toml.
@@ -92,7 +93,7 @@ def capture(
     Parameters
     ----------
     output
-        Folder for the files; or one file: .mp4, .webm, .webp, .apng, .gif, or for one frame .png, .jpg, .exr.
+        Folder for the files; or one film (.mp4, .webm, .webp, .apng, .gif), or one picture (.png, .exr, ...).
     frames
         Frames A to B - 1, or one number.
     fps
@@ -100,7 +101,7 @@ def capture(
     time
         The time of frame 0 in the scene.
     views
-        See each moment from N cameras around the scene, or from the poses in a JSON file.
+        Cameras around the scene, or poses from a file.
     formats
         Formats of the files: png, webp, jpeg, npz, png16, exr, exr16; or of one output, as in depth=png16.
     quality
@@ -108,11 +109,11 @@ def capture(
     depth_scale
         Scene units of one code of a 16-bit depth: 0.001 for millimetres, where a unit is a metre.
     crf
-        The quality of MP4 and WebM: 0 without loss, 18 hardly visible loss, more is smaller.
+        The quality of MP4 and WebM: 0 is without loss, 18 hardly visible loss, and more is smaller.
     pad
         Repeat the last column and row of a film's pictures where its codec needs even sides.
     dataset
-        Make a data set: nerf (transforms.json), bop (a scene of BOP), coco (instances with masks).
+        Make a data set: nerf, bop or coco.
     sweep
         Capture every combination of such values, of parameters and settings; may be repeated.
     resume
@@ -122,7 +123,7 @@ def capture(
     fail_fast
         Stop at the first frame that cannot be drawn; otherwise the others are drawn.
     workers
-        Draw in this many processes; auto is one for each core.
+        Draw in N processes; auto: one for each core.
     cluster
         Draw on a dask cluster, at the address of its scheduler, or local.
     shard
@@ -188,7 +189,9 @@ def capture(
         failed = sum(len(part["failed"]) for part in captures)
     else:
         count, failed = result
-    summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {folder}"
+    is_bound = isinstance(result, Manifest) and "file" in result
+    place = place_of(folder, is_bound)
+    summary = f"{count} frame{'s' if count != 1 else ''} ({', '.join(outputs)}) in {place}"
     if isinstance(result, Manifest) and json:
         print_file(result.path, summary)
     elif json:
@@ -196,6 +199,8 @@ def capture(
     else:
         print_summary(summary, quiet)
     if failed:
-        complain(f"{failed} frame{'s' if failed != 1 else ''} could not be drawn: --resume tries again")
+        frames_failed = f"{failed} frame{'s' if failed != 1 else ''} could not be drawn"
+        unwritten = "" if place == folder else f", and {folder} is not written"
+        complain(f"{frames_failed}{unwritten}: --resume tries again")
         return SOME_FAILED
     return 0

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from firefly_sample.capture.folder import recorded_settings
+from firefly_sample.capture.one_file import earlier_settings
 from firefly_sample.commands.options import Whole
 from firefly_sample.commands.terminal import complain, progress_bar
 
@@ -62,7 +62,7 @@ def settings_within(
     bounds: dict[str, Any] = {"max_error": max_error, "max_codes": max_codes, "budget_ms": budget_ms}
     if all(bound is None for bound in bounds.values()):
         return given
-    before = recorded_settings(resumed) if resumed is not None else None
+    before = earlier_settings(resumed) if resumed is not None else None
     if before is not None:
         if not quiet:
             complain(f"the settings of the frames in {resumed} are kept: none are chosen again")

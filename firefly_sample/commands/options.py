@@ -44,7 +44,7 @@ _ONLY_IN_FULL_HELP = frozenset(
     }
 )
 """Options of commands that only --help-all shows, as it does those of settings."""
-_SHORT_HELP = {"outputs": "Images to make, for example color,depth,normal_world,id."}
+_SHORT_HELP = {"outputs": "Images to make: color,depth,id, ..."}
 """The help of options whose whole help is long."""
 _FILE_ENDINGS = frozenset((".png", ".jpg", ".jpeg", ".exr", ".npz", ".npy", ".json", ".md", ".gif", ".mp4"))
 

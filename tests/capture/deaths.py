@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
+from tests.capture import kinds_of_film as film
 from tests.capture import kinds_of_harm as harm
 from tests.capture import kinds_of_kill as kill
 from tests.capture import power
@@ -56,6 +57,7 @@ KINDS: dict[str, tuple[str, Kind]] = {
     "during": ("files truncated and deleted during the run", harm.during_a_run),
     "journal": ("the journal removed, emptied, cut off, or nonsense in it", harm.of_a_journal),
     "no-manifest": ("the manifest removed or truncated", harm.of_a_manifest),
+    "film": ("a signal while a film is captured, bound or overwritten, up to three in a row", film.of_films),
     "clock": ("the clock set back and forward", harm.of_a_clock),
     "power": ("the order of fsync, rename and journal (strace)", power.order_of_writing),
 }

@@ -18,9 +18,9 @@ def notes(report):
     return [note.text for note in report.notes]
 
 
-def edit(folder, change):
+def edit(folder, change, name="manifest.json"):
     """Change the manifest, in the form that `json.dumps` gives it."""
-    path = folder / "manifest.json"
+    path = folder / name
     content = json.loads(path.read_text())
     change(content)
     path.write_text(json.dumps(content, indent=2))

@@ -150,6 +150,7 @@ class Launcher:
         obey: bool = False,
         largest: int | None = None,
         log: Path | None = None,
+        watched: Path | None = None,
     ) -> Run:
         """``firefly capture ... -o FOLDER``, the folder being the last argument.
 
@@ -165,11 +166,13 @@ class Launcher:
             No file can have more bytes.
         log : Path
             Where to list all operations.
+        watched : Path
+            The folder whose operations count, if it is not the last argument.
         """
         errors = self._folder / f"{len(self._runs)}.err"
         request = {
             "words": ["capture", *map(str, arguments[:-1]), "-o", str(arguments[-1])],
-            "folder": str(arguments[-1]),
+            "folder": str(arguments[-1] if watched is None else watched),
             "errors": str(errors),
             "at": at,
             "number": int(number),

@@ -48,7 +48,7 @@ class Stage:
     """
 
     def __init__(self, launcher: Launcher, folder: Path, words: Iterable[str]) -> None:
-        self._launcher, self._folder = launcher, folder
+        self.launcher, self._folder = launcher, folder
         self.words = tuple(words)
         self._made = 0
         self.deaths: list[Death] = []
@@ -60,11 +60,11 @@ class Stage:
 
     def start(self, *words: object, **options: Any) -> Run:
         """Start a capture; the last word is its folder. See `Launcher.start`."""
-        return self._launcher.start(*self.words, *words, **options)
+        return self.launcher.start(*self.words, *words, **options)
 
     def start_command(self, *words: object) -> Run:
         """Start a capture from its first moment on; the last word is its folder."""
-        return self._launcher.start_command(*self.words, *words)
+        return self.launcher.start_command(*self.words, *words)
 
     @cached_property
     def undisturbed(self) -> dict[str, bytes]:
