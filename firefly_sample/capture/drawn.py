@@ -39,6 +39,8 @@ class Drawn:
         By output: the `pixel_hash` of the image that the file holds, and the SHA-256 of the file.
     instances : list of dict or None
         Those in the picture, for a data set that needs them.
+    categories : tuple of str
+        Those of the scene, for such a data set.
     warnings : tuple of str
         Those of the frame.
     id_names : tuple of str
@@ -57,6 +59,7 @@ class Drawn:
     sha256: dict[str, str]
     file_sha256: dict[str, str]
     instances: list[dict[str, Any]] | None = None
+    categories: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     id_names: tuple[str, ...] = ()
     said: tuple[str, ...] = ()
@@ -126,6 +129,7 @@ def as_drawn(task: Task, sight: Sight, encoded: Mapping[str, Encoded], said: tup
         sha256={output: made[key].sha256[output] for output, key in keys.items()},
         file_sha256={output: made[key].file_sha256 for output, key in keys.items()},
         instances=None if annotations is None else annotations.instances,
+        categories=() if annotations is None else annotations.categories,
         warnings=tuple(frame.warnings),
         id_names=tuple(frame.id_names) if "id" in keys else (),
         said=said,

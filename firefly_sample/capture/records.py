@@ -285,7 +285,7 @@ def _is_record(frame: object, kind: Literal["files", "error"]) -> bool:
         numbered
         and all(isinstance(frame.get(name), dict) for name in ("files", "sha256", "lights"))
         and isinstance(frame.get("file_sha256", {}), dict)
-        and isinstance(frame.get("id_names", []), list | int)
+        and all(isinstance(frame.get(name, []), list | int) for name in ("id_names", "categories"))
     )
 
 
@@ -295,6 +295,8 @@ def _complete(frame: dict[str, Any], head: Mapping[str, Any]) -> dict[str, Any]:
     frame.setdefault("file_sha256", {})
     if "id" in frame["files"]:
         frame.setdefault("id_names", head.get("id_names", []))
+    if "instances" in frame:
+        frame["categories"] = head.get("categories", [])
     return frame
 
 

@@ -55,6 +55,7 @@ class FrameWriter:
             frame["view"] = part.job.view(drawn.index)
         if drawn.instances is not None:
             frame["instances"] = drawn.instances
+            frame["categories"] = list(drawn.categories)
         if drawn.warnings:
             frame["warnings"] = list(drawn.warnings)
         if "id" in drawn.keys:
