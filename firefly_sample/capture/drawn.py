@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from firefly_sample.capture.annotations import Annotations
 from firefly_sample.capture.files import pixel_hash
 from firefly_sample.capture.job import Task
-from firefly_sample.capture.masks import mask_png
+from firefly_sample.capture.masks import Gray, mask_png
 from firefly_sample.encoding.formats import Encoding
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame, Image
@@ -109,14 +109,22 @@ class Sight(NamedTuple):
     annotations: Annotations | None = None
 
 
-def as_drawn(task: Task, sight: Sight, encoded: Mapping[str, Encoded], said: tuple[str, ...] = ()) -> Drawn:
+def encode_masks(masks: Mapping[str, Gray]) -> dict[str, Encoded]:
+    """Return the files of masks, with their hashes, by their keys. Equal masks are encoded once."""
+    known: dict[str, Encoded] = {}
+    found = {}
+    for key, mask in masks.items():
+        pixels = pixel_hash(mask)
+        if pixels not in known:
+            content = mask_png(mask)
+            known[pixels] = Encoded(content, hashlib.sha256(content).hexdigest(), {})
+        found[key] = known[pixels]._replace(sha256={key: pixels})
+    return found
+
+
+def as_drawn(task: Task, sight: Sight, made: Mapping[str, Encoded], said: tuple[str, ...] = ()) -> Drawn:
     """Return a frame whose files were encoded, by their keys."""
     frame, annotations = sight.frame, sight.annotations
-    made = dict(encoded)
-    if annotations is not None:
-        for key, mask in annotations.masks.items():
-            content = mask_png(mask)
-            made[key] = Encoded(content, hashlib.sha256(content).hexdigest(), {key: pixel_hash(mask)})
     keys = {output: key for key, one in made.items() for output in one.sha256}
     return Drawn(
         index=task.index,

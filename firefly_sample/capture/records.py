@@ -216,10 +216,11 @@ class Records:
             self.asked.append(asked)
 
 
+_NEW = ("formats", "quality", "depth_scale", "dataset", "views")
+"""The members of a `Job.description` that those of earlier versions lack, so that frames are drawn again."""
 _DESCRIBED = (
     *("folder", "values", "scene", "parameters", "settings", "exposure", "seed", "sources"),
-    *("size", "outputs", "formats", "quality", "depth_scale", "dataset", "fps", "time", "views"),
-    *("driver", "driver_version", "software", "version"),
+    *("size", "outputs", "fps", "time", "driver", "driver_version", "software", "version", *_NEW),
 )
 """The members of a `Job.description`."""
 
@@ -251,7 +252,7 @@ def _is_run(line: Mapping[str, Any]) -> bool:
 def _is_description(line: Mapping[str, Any]) -> bool:
     """Return whether a line of a journal holds a whole `Job.description`."""
     described = line["is"]
-    if not isinstance(described, dict) or not described.keys() >= set(_DESCRIBED):
+    if not isinstance(described, dict) or not described.keys() >= set(_DESCRIBED) - set(_NEW):
         return False
     try:
         return key_of(described) == line.get("about")

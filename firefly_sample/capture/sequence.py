@@ -187,6 +187,7 @@ def capture_frames(
     jobs = list(template.jobs(sweep))
     if dataset is not None:
         find_dataset(dataset).check(names, dict(encoding.formats))
+        find_dataset(dataset).require()
     if one is not None:
         one.check(jobs[0])
         if not (resume or overwrite):
@@ -203,7 +204,7 @@ def capture_frames(
         "jobs": len(jobs),
         "shard": str(share or ""),
     }
-    with CaptureFolder(path, asked, share, overwrite) as place:
+    with CaptureFolder(path, asked, share, overwrite, dataset) as place:
         if not (resume or overwrite):
             place.check_free()
         count = len(jobs) * len(numbers)

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import IO, Any, ClassVar, Literal
 
 from firefly_sample.capture.layout import Layout, layout_of
+from firefly_sample.capture.masks import require_rle
 from firefly_sample.errors import OutputError
 from firefly_sample.scene.lens_base import Lens
 
@@ -74,6 +75,11 @@ class Dataset(ABC):
                 f"data set {self.name!r} cannot have {picture!r} as {formats[picture]}, which its readers do "
                 f"not open: choose {' or '.join(self.picture_formats)}"
             )
+
+    def require(self) -> None:
+        """Raise a MissingPackageError if a package that it needs is not installed."""
+        if "rle" in self.needs:
+            require_rle()
 
     def check_lens(self, lens: Lens) -> None:
         """Raise an OutputError if this data set cannot describe the cameras of a lens."""
