@@ -6,7 +6,12 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from firefly_sample.capture.datasets import find_dataset
-from firefly_sample.capture.instances import find_instances, instance_records, owner_image
+from firefly_sample.capture.instances import (
+    find_categories,
+    find_instances,
+    instance_records,
+    owner_image,
+)
 from firefly_sample.capture.masks import Gray, as_gray
 from firefly_sample.capture.silhouettes import draw_silhouettes
 from firefly_sample.frame import Frame
@@ -17,9 +22,20 @@ if TYPE_CHECKING:
 
 
 class Annotations(NamedTuple):
-    """The instances of a frame, as its record has them, and its masks by key, for example "mask/3"."""
+    """What is known of a frame beside its images.
+
+    Attributes
+    ----------
+    instances : list of dict
+        Those of the frame, as its record has them.
+    categories : tuple of str
+        Those of the scene, see `find_categories`.
+    masks : dict of str to ndarray
+        By key, for example "mask/3".
+    """
 
     instances: list[dict[str, Any]]
+    categories: tuple[str, ...]
     masks: dict[str, Gray]
 
 
@@ -59,4 +75,4 @@ def draw_annotated(
         for number, silhouette in enumerate(whole):
             masks[f"mask/{number}"] = as_gray(silhouette.mask())
             masks[f"mask_visib/{number}"] = as_gray(owners == number)
-    return frame, Annotations(records, masks)
+    return frame, Annotations(records, find_categories(plan), masks)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+from firefly_sample.capture.datasets import find_dataset
 from firefly_sample.capture.files import hash_file, sync_folder
 from firefly_sample.capture.manifest import MANIFEST, FrameEntry, write_manifest
 from firefly_sample.capture.records import Records
 
 OWN = ("folder", "values", "sources", "parameters", "settings", "exposure", "seed")
 """The members of a description that each capture of a sweep has for itself."""
+_SOMETIMES: tuple[Literal["camera", "view", "instances"], ...] = ("camera", "view", "instances")
+"""Members of a frame that not all have; journals of earlier versions have no cameras."""
 
 
 def write_records(path: Path, records: Records, descriptions: Sequence[Mapping[str, Any]]) -> None:
@@ -32,13 +35,35 @@ def write_records(path: Path, records: Records, descriptions: Sequence[Mapping[s
     if is_sweep:
         head = {name: value for name, value in descriptions[0].items() if name not in OWN}
         head["sweep"] = _axes(descriptions)
-    parts = (_part(path, records, description, is_sweep) for description in descriptions)
+    categories = _categories(records, descriptions)
+    if categories is not None and is_sweep:
+        head["categories"] = categories
+    parts = (_part(path, records, description, categories, is_sweep) for description in descriptions)
     write_manifest(path / MANIFEST, head, parts, sweep=is_sweep)
     sync_folder(path)
 
 
+def _categories(records: Records, descriptions: Sequence[Mapping[str, Any]]) -> list[str] | None:
+    """Return the categories of all scenes of a data set, sorted; None where it has no instances.
+
+    A sweep has one list, so that a category has the same number in all its folders.
+    """
+    dataset = descriptions[0].get("dataset")
+    if dataset is None or "instances" not in find_dataset(dataset).needs:
+        return None
+    found: set[str] = set()
+    for folder in (description["folder"] for description in descriptions):
+        for index in records.indices(folder):
+            found.update(records.frame(folder, index).get("categories", ()))
+    return sorted(found)
+
+
 def _part(
-    path: Path, records: Records, description: Mapping[str, Any], is_sweep: bool
+    path: Path,
+    records: Records,
+    description: Mapping[str, Any],
+    categories: list[str] | None,
+    is_sweep: bool,
 ) -> tuple[dict[str, Any], Iterable[FrameEntry]]:
     folder = description["folder"]
     left_out = () if is_sweep else ("folder", "values")
@@ -59,10 +84,13 @@ def _part(
     keys |= {"warnings": list(warnings)}
     if id_names is not None:
         keys["id_names"] = id_names
+    if categories is not None and not is_sweep:
+        keys["categories"] = categories
     keys["failed"] = failed
     frames = _Frames(records, folder, id_names)
     if description.get("dataset") is not None:
-        keys["documents"] = _write_documents(path, description, frames)
+        known = {**description, "categories": categories}
+        keys["documents"] = _write_documents(path, known, frames)
     return keys, frames
 
 
@@ -80,10 +108,8 @@ def _write_documents(
     path: Path, description: Mapping[str, Any], frames: Iterable[FrameEntry]
 ) -> dict[str, str]:
     """Write what makes the files of a folder a data set; return the SHA-256 of each document, by its path."""
-    from firefly_sample.capture.datasets import DATASETS
-
     folder = description["folder"]
-    names = DATASETS[description["dataset"]].write(path, description, frames)
+    names = find_dataset(description["dataset"]).write(path, description, frames)
     sync_folder(path / folder)
     return {name: hash_file(path / name) or "" for name in names}
 
@@ -97,15 +123,13 @@ def _entries(records: Records, folder: str, id_names: list[str] | None) -> Itera
             "index": index,
             "time": frame["time"],
             "lights": frame["lights"],
-            "camera": frame["camera"],
             "files": frame["files"],
             "sha256": frame["sha256"],
             "file_sha256": frame["file_sha256"],
         }
-        if "view" in frame:
-            entry["view"] = frame["view"]
-        if "instances" in frame:
-            entry["instances"] = frame["instances"]
+        for name in _SOMETIMES:
+            if name in frame:
+                entry[name] = frame[name]
         if "id_names" in frame and frame["id_names"] != id_names:
             entry["id_names"] = frame["id_names"]
         yield entry

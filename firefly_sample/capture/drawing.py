@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from firefly_sample.capture.annotations import draw_annotated, is_annotated
 from firefly_sample.capture.datasets import find_dataset
-from firefly_sample.capture.drawn import Drawn, Failed, Sight, as_drawn, encode
+from firefly_sample.capture.drawn import Drawn, Failed, Sight, as_drawn, encode, encode_masks
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.capture.viewed_scene import ViewedScene
 from firefly_sample.errors import FireflyError, SoftwareDriverWarning
@@ -70,6 +70,8 @@ class Artist:
             encoded = {key: encode(encoding, key, sight.frame.images) for key in encoding.files()}
         except FireflyError as error:
             return Failed(task.index, error, said=said)
+        if sight.annotations is not None:
+            encoded |= encode_masks(sight.annotations.masks)
         return as_drawn(task, sight, encoded, said)
 
     def draw(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Sight | Failed]]:
@@ -107,10 +109,13 @@ class Artist:
         dataset = job.dataset
         if dataset is None or not is_annotated(dataset):
             for frame in self._renderer.render_many(scene, times, job.outputs):
+                if dataset is not None:
+                    find_dataset(dataset).check_lens(frame.camera.lens())
                 yield Sight(frame, self.exposure)
             return
         for time in times:  # the scene must be as it was drawn while its instances are found
             frame, annotations = draw_annotated(self._renderer, scene, time, job.outputs, dataset)
+            find_dataset(dataset).check_lens(frame.camera.lens())  # a scene may change it with time
             yield Sight(frame, self.exposure, annotations)
 
     def _scene_of(self, job: Job) -> Scene | FireflyError:
@@ -123,11 +128,12 @@ class Artist:
             try:
                 self._plugin = find_scene(job.scene)
                 self._scene = build_scene(self._plugin, **job.parameters)
-                if job.dataset is not None:
-                    find_dataset(job.dataset).check_lens(self._scene.lens)
-                self._renderer.settings = with_exposure_at(self._scene, job.exposed, job.start)
+                exposed = with_exposure_at(self._scene, job.exposed, job.start)
                 if job.views is not None:
                     self._scene = ViewedScene(self._scene, job.views, job.size, job.start)
+                if job.dataset is not None:
+                    _check_lenses(self._scene, job.dataset)
+                self._renderer.settings = exposed
             except MemoryError:
                 raise
             except _OF_SCENES as error:
@@ -194,3 +200,9 @@ def _times(job: Job, scene: Scene, todo: _Queue, drawing: deque[Task]) -> Iterat
         if view is not None and isinstance(scene, ViewedScene):
             scene.view = view
         yield job.time(task.index)
+
+
+def _check_lenses(scene: Scene, dataset: str) -> None:
+    """Raise an OutputError if a data set cannot describe a camera of a scene."""
+    for lens in scene.lenses() if isinstance(scene, ViewedScene) else [scene.lens]:
+        find_dataset(dataset).check_lens(lens)

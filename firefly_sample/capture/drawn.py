@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from firefly_sample.capture.annotations import Annotations
 from firefly_sample.capture.files import pixel_hash
 from firefly_sample.capture.job import Task
-from firefly_sample.capture.masks import mask_png
+from firefly_sample.capture.masks import Gray, mask_png
 from firefly_sample.encoding.formats import Encoding
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame, Image
@@ -39,6 +39,8 @@ class Drawn:
         By output: the `pixel_hash` of the image that the file holds, and the SHA-256 of the file.
     instances : list of dict or None
         Those in the picture, for a data set that needs them.
+    categories : tuple of str
+        Those of the scene, for such a data set.
     warnings : tuple of str
         Those of the frame.
     id_names : tuple of str
@@ -57,6 +59,7 @@ class Drawn:
     sha256: dict[str, str]
     file_sha256: dict[str, str]
     instances: list[dict[str, Any]] | None = None
+    categories: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     id_names: tuple[str, ...] = ()
     said: tuple[str, ...] = ()
@@ -106,14 +109,22 @@ class Sight(NamedTuple):
     annotations: Annotations | None = None
 
 
-def as_drawn(task: Task, sight: Sight, encoded: Mapping[str, Encoded], said: tuple[str, ...] = ()) -> Drawn:
+def encode_masks(masks: Mapping[str, Gray]) -> dict[str, Encoded]:
+    """Return the files of masks, with their hashes, by their keys. Equal masks are encoded once."""
+    known: dict[str, Encoded] = {}
+    found = {}
+    for key, mask in masks.items():
+        pixels = pixel_hash(mask)
+        if pixels not in known:
+            content = mask_png(mask)
+            known[pixels] = Encoded(content, hashlib.sha256(content).hexdigest(), {})
+        found[key] = known[pixels]._replace(sha256={key: pixels})
+    return found
+
+
+def as_drawn(task: Task, sight: Sight, made: Mapping[str, Encoded], said: tuple[str, ...] = ()) -> Drawn:
     """Return a frame whose files were encoded, by their keys."""
     frame, annotations = sight.frame, sight.annotations
-    made = dict(encoded)
-    if annotations is not None:
-        for key, mask in annotations.masks.items():
-            content = mask_png(mask)
-            made[key] = Encoded(content, hashlib.sha256(content).hexdigest(), {key: pixel_hash(mask)})
     keys = {output: key for key, one in made.items() for output in one.sha256}
     return Drawn(
         index=task.index,
@@ -126,6 +137,7 @@ def as_drawn(task: Task, sight: Sight, encoded: Mapping[str, Encoded], said: tup
         sha256={output: made[key].sha256[output] for output, key in keys.items()},
         file_sha256={output: made[key].file_sha256 for output, key in keys.items()},
         instances=None if annotations is None else annotations.instances,
+        categories=() if annotations is None else annotations.categories,
         warnings=tuple(frame.warnings),
         id_names=tuple(frame.id_names) if "id" in keys else (),
         said=said,

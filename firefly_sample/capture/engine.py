@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import warnings
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import NamedTuple, Protocol
 
 from firefly_sample.capture.drawing import Artist
-from firefly_sample.capture.drawn import Drawn, Encoded, Failed, Sight, as_drawn, encode
+from firefly_sample.capture.drawn import Drawn, Encoded, Failed, Sight, as_drawn, encode, encode_masks
 from firefly_sample.capture.files import thread_count
 from firefly_sample.capture.job import Driver, Job, Task
+from firefly_sample.encoding.formats import Encoding
 from firefly_sample.errors import FireflyError
+from firefly_sample.frame import Image
 
 
 class Engine(Protocol):
@@ -61,11 +63,13 @@ class HereEngine:
             # one frame more than threads, so that no thread idles
             while waiting and (len(waiting) > self._threads or waiting[0].is_done()):
                 yield waiting.popleft().result()
-            futures = {}
+            futures: list[Future[dict[str, Encoded]]] = []
             if not isinstance(sight, Failed):
                 self._warn()
                 encoding, images = task.job.encoding, sight.frame.images
-                futures = {key: self._pool.submit(encode, encoding, key, images) for key in encoding.files()}
+                futures = [self._pool.submit(_encode, encoding, key, images) for key in encoding.files()]
+                if sight.annotations is not None:
+                    futures.append(self._pool.submit(encode_masks, sight.annotations.masks))
                 del images
             waiting.append(_Encoding(task, sight, futures))
             del sight
@@ -91,22 +95,26 @@ class HereEngine:
             self._artist.close()
 
 
+def _encode(encoding: Encoding, key: str, images: Mapping[str, Image]) -> dict[str, Encoded]:
+    return {key: encode(encoding, key, images)}
+
+
 class _Encoding(NamedTuple):
     """A frame whose images are being encoded."""
 
     task: Task
     sight: Sight | Failed
-    futures: dict[str, Future[Encoded]]
+    futures: list[Future[dict[str, Encoded]]]
 
     def is_done(self) -> bool:
-        return all(future.done() for future in self.futures.values())
+        return all(future.done() for future in self.futures)
 
     def result(self) -> tuple[Task, Drawn | Failed]:
         """Wait until all files are encoded."""
         if isinstance(self.sight, Failed):
             return self.task, self.sight
         try:
-            encoded = {key: future.result() for key, future in self.futures.items()}
+            encoded = {key: one for future in self.futures for key, one in future.result().items()}
         except FireflyError as error:
             return self.task, Failed(self.task.index, error)
         return self.task, as_drawn(self.task, self.sight, encoded)

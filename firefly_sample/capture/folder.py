@@ -17,6 +17,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from firefly_sample.capture.datasets import DATASETS
 from firefly_sample.capture.files import output_folder, remove_unfinished, sync_folder
 from firefly_sample.capture.frames import Shard
 from firefly_sample.capture.journal import Asked, Journal
@@ -76,6 +77,8 @@ class CaptureFolder:
         What the journal says of this run.
     overwrite : bool
         Remove the capture that is there when the first frame is added; until then it has no records.
+    dataset : str, optional
+        The data set that the capture is to be.
 
     Attributes
     ----------
@@ -88,9 +91,17 @@ class CaptureFolder:
         If it cannot be written, or another process captures into it.
     """
 
-    def __init__(self, path: Path, asked: Asked, shard: Shard | None = None, overwrite: bool = False) -> None:
+    def __init__(
+        self,
+        path: Path,
+        asked: Asked,
+        shard: Shard | None = None,
+        overwrite: bool = False,
+        dataset: str | None = None,
+    ) -> None:
         self.path, self.shard = path, shard
-        self._asked = asked
+        self._asked, self._dataset = asked, dataset
+        self._outdated: list[Path] = []
         self._overwrite = overwrite
         self._stack = ExitStack()
         self._journal: Journal | None = None
@@ -179,7 +190,7 @@ class CaptureFolder:
         else:
             used = bool(self.records.folders())
             used = used or any((self.path / name).exists() for name in (MANIFEST, PREVIOUS))
-            strays = [] if used else sorted(self._frames_in("", layout_of(None)))
+            strays = [] if used else self._strays()
             if strays:
                 raise OutputError(
                     f"there are files in {self.path} that are named like frames, for example {strays[0]}: "
@@ -191,6 +202,28 @@ class CaptureFolder:
                 f"there is a capture in {self.path} already: use --resume to go on with it, {replace}or "
                 "another folder"
             )
+
+    def _strays(self) -> list[str]:
+        """Return the files that a new capture would take for its own."""
+        frames = {name for layout in self._layouts() for name in self._frames_in("", layout)}
+        own = [path.name for path in self._documents("", self._dataset) if path.exists()]
+        return sorted(frames) + own
+
+    def _layouts(self, records: Records | None = None) -> list[Layout]:
+        """Return the layouts of captures in this folder: the usual one, this one's, and those of records."""
+        known = {} if records is None else records.descriptions
+        datasets = [description.get("dataset") for description in known.values()]
+        return list(dict.fromkeys(map(layout_of, (None, self._dataset, *datasets))))
+
+    def _documents(self, folder: str, dataset: str | None) -> list[Path]:
+        """Return the paths of what makes a folder a data set, whether they are there or not."""
+        names = DATASETS[dataset].documents if dataset in DATASETS else ()
+        return [self.path / folder / name for name in names]
+
+    def _recorded_documents(self, records: Records) -> list[Path]:
+        """Return the documents of earlier captures in this folder."""
+        known = {(one["folder"], one.get("dataset")) for one in records.descriptions.values()}
+        return [path for folder, dataset in known for path in self._documents(folder, dataset)]
 
     def reread(self) -> None:
         """Read the records again: other shards may have added to theirs."""
@@ -205,8 +238,11 @@ class CaptureFolder:
         self._is_unused = False
 
     def note_written(self) -> None:
-        """Note that a file of a frame is in its place: an earlier manifest does not describe it."""
+        """Note that a file of a frame is in its place: what describes earlier files may not describe it."""
         self._is_unused = False
+        with suppress(IndexError):  # several threads do it
+            while True:
+                self._remove(self._outdated.pop())
 
     def begin(self) -> None:
         """Put an earlier manifest aside and open the journal, unless that has been done."""
@@ -214,6 +250,7 @@ class CaptureFolder:
             return
         if self._overwrite:
             self._remove_earlier()
+        self._outdated = self._recorded_documents(self.records)
         try:
             with suppress(FileNotFoundError):  # another shard may be faster
                 os.replace(self.path / MANIFEST, self.path / PREVIOUS)
@@ -226,7 +263,7 @@ class CaptureFolder:
             sync_folder(self.path)
 
     def _remove_earlier(self) -> None:
-        """Remove the files of an earlier capture, and then what describes them.
+        """Remove the files of an earlier capture, its documents first, and then what describes them.
 
         The journals go last: a capture that is killed before can still be seen to be there.
         """
@@ -237,19 +274,26 @@ class CaptureFolder:
             warnings.warn(f"{error}; only pictures in {self.path} itself are removed", stacklevel=2)
             earlier = Records([], journals(self.path))
         with earlier:
-            folders = {"", *earlier.folders()}
-            datasets = {description.get("dataset") for description in earlier.descriptions.values()}
+            folders, layouts = {"", *earlier.folders()}, self._layouts(earlier)
+            documents = self._recorded_documents(earlier)
+        for path in (*documents, *self._documents("", self._dataset)):
+            self._remove(path)
         for folder in folders:
-            for layout in map(layout_of, {None, *datasets}):
+            for layout in layouts:
                 for name in self._frames_in(folder, layout):
                     self._remove(self.path / name)
-                made = [self.path / folder / inner for inner in layout.folders()]
-                for path in (*made, self.path / folder):
-                    if path != self.path:
-                        with suppress(OSError):  # there are other files in it, or it is not there
-                            path.rmdir()
+                self._remove_empty(folder, layout)
+            with suppress(OSError):  # there are other files in it
+                if folder:
+                    (self.path / folder).rmdir()
         for path in described:
             self._remove(path)
+
+    def _remove_empty(self, folder: str, layout: Layout) -> None:
+        """Remove the folders of a layout in a capture's folder, if no file is in them."""
+        for inner in filter(None, layout.folders()):
+            with suppress(OSError):  # there are files in it, or it is not there
+                (self.path / folder / inner).rmdir()
 
     def _frames_in(self, folder: str, layout: Layout) -> dict[str, int]:
         """Return the files with names of frames, by their paths from the capture's folder, with the frame."""
@@ -260,17 +304,24 @@ class CaptureFolder:
                 found[f"{folder}/{name}" if folder else name] = named[1]
         return found
 
-    def remove_strays(self, layout: Layout) -> None:
-        """Remove files with names of frames that no record has, and log their names."""
+    def remove_strays(self) -> None:
+        """Remove files with names of frames that no record has, and log their names.
+
+        These may be those of an earlier capture in another layout.
+        """
         removed = list[str]()
+        layouts = self._layouts(self.records)
         for folder in ("", *self.records.folders()):
-            found = sorted(self._frames_in(folder, layout).items(), key=lambda one: one[1])
+            named = {name: index for one in layouts for name, index in self._frames_in(folder, one).items()}
+            found = sorted(named.items(), key=lambda one: one[1])
             for index, names in groupby(found, key=lambda one: one[1]):
                 frame = self.records.frame(folder, index) if self.records.has(folder, index) else {}
                 kept = set(frame.get("files", {}).values())
                 for name in (name for name, _ in names if name not in kept):
                     self._remove(self.path / name)
                     removed.append(name)
+            for layout in layouts:
+                self._remove_empty(folder, layout)
         if removed:
             listed = ", ".join(sorted(removed)[:_LISTED]) + (", ..." if len(removed) > _LISTED else "")
             log.info("removed from %s, because no frame has them: %s (%d)", self.path, listed, len(removed))

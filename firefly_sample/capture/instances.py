@@ -21,6 +21,7 @@ from firefly_sample.frame import Image
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.traversal import CATEGORY, InstanceRoot, Visit
 
 VIEW_TO_OPENCV = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -103,6 +104,21 @@ def _has_tags(snapshot: Snapshot) -> bool:
     """Return whether a node of the scene has the tag, hidden or not."""
     top = snapshot.root.get_top().node()
     return any(CATEGORY in node.tags for node in top.iter_descendants())
+
+
+def find_categories(plan: FramePlan) -> tuple[str, ...]:
+    """Return the categories of a frame's scene, sorted, also those of instances that no camera sees.
+
+    They do not depend on the camera, so that all frames of a scene number them alike. As `find_instances`,
+    call it before the scene changes.
+    """
+    tagged, untagged = set[str](), set[str]()
+    for node in plan.snapshot.root.get_top().node().iter_descendants():
+        if CATEGORY in node.tags:
+            tagged.add(node.tags[CATEGORY] or node.name)
+        elif isinstance(node, GeomNode):
+            untagged.add(node.name)
+    return tuple(sorted(tagged or untagged))
 
 
 def _instance(

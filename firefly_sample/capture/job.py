@@ -168,6 +168,9 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
         # these three say again what parameters, settings and the driver say
         if name in ("exposure", "seed", "software") or old == new:
             continue
+        if name == "formats" and old is None:
+            found.append("cameras: not recorded by an earlier version, now recorded")
+            continue
         changed: dict[str, tuple[Any, Any]]
         if name == "formats" and isinstance(old, Mapping) and isinstance(new, Mapping):
             both = {f"format of {key}": (old[key], new[key]) for key in old if key in new}

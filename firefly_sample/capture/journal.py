@@ -22,7 +22,7 @@ from typing import Any, NotRequired, TypedDict
 from firefly_sample.capture.job import key_of
 from firefly_sample.errors import FireflyError
 
-SHARED = ("warnings", "id_names")
+SHARED = ("warnings", "id_names", "categories")
 """The members of a frame that are often the same for many frames: they are written once."""
 
 

@@ -30,7 +30,8 @@ class FrameEntry(TypedDict):
     lights : dict of str to int
         Counts: in_scene, in_view, dropped.
     camera : dict
-        Intrinsics, and the camera's pose in three conventions: see `FrameCamera.as_dict`.
+        Intrinsics, and the camera's pose in three conventions: see `FrameCamera.as_dict`. Frames of earlier
+        versions have none.
     files, sha256, file_sha256 : dict of str to str
         By output: its path, relative to the manifest; the `pixel_hash` of the image in it; the hash of the
         file. Of a data set also by the masks' names.
@@ -45,7 +46,7 @@ class FrameEntry(TypedDict):
     index: int
     time: float
     lights: dict[str, int]
-    camera: dict[str, Any]
+    camera: NotRequired[dict[str, Any]]
     files: dict[str, str]
     sha256: dict[str, str]
     file_sha256: dict[str, str]
@@ -105,6 +106,9 @@ class Manifest(Mapping[str, Any]):
         Every warning of a frame once, in order: for example the properties of a model that are not drawn.
     id_names : list of str
         Only with the output "id": the name of each value.
+    categories : list of str
+        Only of data sets that number them: all categories of the scene, sorted; of a sweep, those of all its
+        scenes.
     failed : list of FailedEntry
         The frames that could not be drawn.
     documents : dict of str to str

@@ -80,11 +80,18 @@ def encode_rle(mask: Mask) -> dict[str, Any]:
 
     It raises a `MissingPackageError` without pycocotools.
     """
+    require_rle()
+    from pycocotools.mask import encode
+
+    encoded = encode(np.asfortranarray(mask, dtype=np.uint8))
+    return {"size": [int(side) for side in encoded["size"]], "counts": encoded["counts"].decode("ascii")}
+
+
+def require_rle() -> None:
+    """Raise a MissingPackageError if `encode_rle` lacks its package."""
     try:
-        from pycocotools.mask import encode
+        import pycocotools.mask  # noqa: F401
     except ImportError as error:
         raise MissingPackageError(
             f"COCO's run lengths need the package pycocotools ({error}): run {install_command(EXTRA)}"
         ) from error
-    encoded = encode(np.asfortranarray(mask, dtype=np.uint8))
-    return {"size": [int(side) for side in encoded["size"]], "counts": encoded["counts"].decode("ascii")}

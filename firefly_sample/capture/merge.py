@@ -53,8 +53,7 @@ def merge_capture(folder: str | Path) -> Manifest:
         _check_complete(path, records, descriptions)
         for description in descriptions:
             _check_files(path, records, description)
-        if descriptions:
-            place.remove_strays(FileNames.of(descriptions[0]).layout)
+        place.remove_strays()
         write_records(path, records, descriptions)
         place.end()
     return read_manifest(path)

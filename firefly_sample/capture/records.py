@@ -216,10 +216,11 @@ class Records:
             self.asked.append(asked)
 
 
+_NEW = ("formats", "quality", "depth_scale", "dataset", "views")
+"""The members of a `Job.description` that those of earlier versions lack, so that frames are drawn again."""
 _DESCRIBED = (
     *("folder", "values", "scene", "parameters", "settings", "exposure", "seed", "sources"),
-    *("size", "outputs", "formats", "quality", "depth_scale", "dataset", "fps", "time", "views"),
-    *("driver", "driver_version", "software", "version"),
+    *("size", "outputs", "fps", "time", "driver", "driver_version", "software", "version", *_NEW),
 )
 """The members of a `Job.description`."""
 
@@ -251,7 +252,7 @@ def _is_run(line: Mapping[str, Any]) -> bool:
 def _is_description(line: Mapping[str, Any]) -> bool:
     """Return whether a line of a journal holds a whole `Job.description`."""
     described = line["is"]
-    if not isinstance(described, dict) or not described.keys() >= set(_DESCRIBED):
+    if not isinstance(described, dict) or not described.keys() >= set(_DESCRIBED) - set(_NEW):
         return False
     try:
         return key_of(described) == line.get("about")
@@ -285,7 +286,7 @@ def _is_record(frame: object, kind: Literal["files", "error"]) -> bool:
         numbered
         and all(isinstance(frame.get(name), dict) for name in ("files", "sha256", "lights"))
         and isinstance(frame.get("file_sha256", {}), dict)
-        and isinstance(frame.get("id_names", []), list | int)
+        and all(isinstance(frame.get(name, []), list | int) for name in ("id_names", "categories"))
     )
 
 
@@ -295,6 +296,8 @@ def _complete(frame: dict[str, Any], head: Mapping[str, Any]) -> dict[str, Any]:
     frame.setdefault("file_sha256", {})
     if "id" in frame["files"]:
         frame.setdefault("id_names", head.get("id_names", []))
+    if "instances" in frame:
+        frame["categories"] = head.get("categories", [])
     return frame
 
 

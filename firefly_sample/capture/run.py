@@ -142,7 +142,7 @@ class Run:
             self._draw()
         else:
             raise FireflyError(f"files in {self._folder.path} are changed by another program all the time")
-        self._folder.remove_strays(self._parts[0].job.names.layout)
+        self._folder.remove_strays()
         descriptions = [part.description for part in self._parts]
         write_records(self._folder.path, self._folder.records, descriptions)
         self._folder.end()

@@ -187,6 +187,7 @@ def capture_frames(
     jobs = list(template.jobs(sweep))
     if dataset is not None:
         find_dataset(dataset).check(names, dict(encoding.formats))
+        find_dataset(dataset).require()
     if one is not None:
         one.check(jobs[0])
     if share is not None and not resume and share.number > len(jobs) * len(numbers):
@@ -199,7 +200,7 @@ def capture_frames(
         "jobs": len(jobs),
         "shard": str(share or ""),
     }
-    with CaptureFolder(path, asked, share, overwrite) as place:
+    with CaptureFolder(path, asked, share, overwrite, dataset) as place:
         finished = None
         if one is not None:
             if share is None:

@@ -33,7 +33,7 @@ from firefly_sample.errors import FireflyError
 
 _NOT_DESCRIBED = (
     *("frames", "failed", "warnings", "id_names", "folder", "values", "captures", "sweep"),
-    *("documents", "file"),
+    *("documents", "file", "categories"),
 )
 Progress = Callable[[int, int], None]
 
@@ -81,7 +81,7 @@ def verify_capture(folder: str | Path, progress: Progress | None = None) -> Repo
 
 
 def _check_documents(capture: StoredCapture, report: Report) -> None:
-    """Report which documents of a data set are not as they were written."""
+    """Report which documents of a data set are not as they were written. Those of others are not compared."""
     documents = capture.keys.get("documents")
     for name, digest in (documents if isinstance(documents, dict) else {}).items():
         report.files += 1
@@ -165,6 +165,7 @@ def compare_captures(
                 progress(min(done, total), total)
         for side in sides:
             side.finish()
+            _check_documents(side.capture, report)
         only.finish()
         if within:
             differ = "image differs" if within == 1 else "images differ"

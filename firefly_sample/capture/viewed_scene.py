@@ -59,6 +59,12 @@ class ViewedScene(SceneWithCamera):
         """The scene with its own camera."""
         return self._scene
 
+    def lenses(self) -> list[Lens]:
+        """Return the lenses of the views, each once; the scene's own is as it is now."""
+        own = self._scene.lens
+        given = dict.fromkeys(map(self._views.lens, range(len(self._views))))
+        return [own if lens is None else lens.make(own) for lens in given]
+
     def set(self, name: str, value: Any) -> None:
         """Change a live parameter of the scene."""
         self._moment = None

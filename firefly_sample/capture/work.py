@@ -159,12 +159,14 @@ class Work:
     def count_forgotten(self) -> int:
         """Return how many frames an unfinished run was asked for that have no record, and are not asked for.
 
-        Those of other shards are left out.
+        Those of other shards are left out, and those of another number of views, which are other pictures.
         """
         if self._folder.shard is not None:
             return 0
         records = self._folder.records
-        earlier = {index for run in records.asked for index in asked_numbers(run)}.difference(self._frames)
+        views = self._frames.views if isinstance(self._frames, FrameNumbers) else 1
+        runs = [numbers for numbers in map(asked_numbers, records.asked) if numbers.views == views]
+        earlier = {index for numbers in runs for index in numbers}.difference(self._frames)
         parts = [part for part in self._parts if part.place is not None]
         return sum(not records.has(part.job.folder, index) for part in parts for index in earlier)
 

@@ -15,6 +15,9 @@ from firefly_sample.capture.work import Part
 from firefly_sample.errors import FireflyError
 from firefly_sample.whole_files import open_whole
 
+WAITING = 8
+"""Files of a frame that wait for the disk at a time: it takes eight of them in little more time than one."""
+
 
 class FrameWriter:
     """A context manager that writes frames in threads, which wait for the disk at the same time.
@@ -55,6 +58,7 @@ class FrameWriter:
             frame["view"] = part.job.view(drawn.index)
         if drawn.instances is not None:
             frame["instances"] = drawn.instances
+            frame["categories"] = list(drawn.categories)
         if drawn.warnings:
             frame["warnings"] = list(drawn.warnings)
         if "id" in drawn.keys:
@@ -103,12 +107,19 @@ class FrameWriter:
 
 
 def _write(contents: dict[Path, bytes], place: CaptureFolder) -> None:
-    for path, content in contents.items():
-        with open_whole(path, sync=True) as file:
-            file.write(content)
-        place.note_written()
+    """Write the files of a frame, and wait until they and their names are on the disk."""
+    with ThreadPoolExecutor(min(WAITING, len(contents)), thread_name_prefix="file writer") as pool:
+        writing = [pool.submit(_write_one, *each, place) for each in contents.items()]
+    for each in writing:
+        each.result()
     for folder in {path.parent for path in contents}:
         try:
             sync_folder(folder)
         except OSError as error:
             raise FireflyError(f"cannot write into {folder}: {error.strerror or error}") from error
+
+
+def _write_one(path: Path, content: bytes, place: CaptureFolder) -> None:
+    with open_whole(path, sync=True) as file:
+        file.write(content)
+    place.note_written()

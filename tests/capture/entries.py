@@ -24,6 +24,7 @@ CAPTURE: dict[str, Any] = {
     "version": "1.2",
     "formats": {"color": "png", "depth": "png16"},
     "depth_scale": DEPTH_SCALE,
+    "categories": ["box", "cup"],
 }
 
 

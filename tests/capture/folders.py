@@ -32,7 +32,7 @@ def draw(place, parts, frames=range(4), version=0):
 
 
 def finish(place, parts):
-    place.remove_strays(parts[0].job.names.layout)
+    place.remove_strays()
     write_records(place.path, place.records, [part.description for part in parts])
     place.end()
 

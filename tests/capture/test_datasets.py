@@ -11,7 +11,7 @@ from firefly_sample.capture.datasets import DATASETS, find_dataset
 from firefly_sample.capture.datasets.dataset import category_ids
 from firefly_sample.errors import OutputError
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
-from tests.capture.entries import CAPTURE, block, instance, two_frames
+from tests.capture.entries import CAPTURE, two_frames
 
 PNG = {"color": "png", "color_alpha": "png", "depth": "png16", "id": "png16"}
 NAMES = pytest.mark.parametrize("name", DATASETS)
@@ -58,9 +58,7 @@ def test_an_unknown_name_has_a_hint():
 
 def test_categories_are_counted_or_count_themselves():
     def numbers(*names):
-        return category_ids(
-            [{"instances": [instance(name, block(0, 0, 1, 1), [0, 0, 1, 1])]} for name in names]
-        )
+        return category_ids(names)
 
     assert numbers("tree", "10", "ant") == {"10": 1, "ant": 2, "tree": 3}
     assert list(numbers("10", "9", "0").items()) == [("0", 0), ("9", 9), ("10", 10)]

@@ -48,7 +48,7 @@ class Bop(Dataset):
 
     def write(self, folder: Path, capture: Mapping[str, Any], frames: Frames) -> list[str]:
         """Write the three documents of a BOP scene, and the names of its objects; see `Dataset.write`."""
-        numbers = category_ids(frames)
+        numbers = category_ids(capture["categories"])
         depth_scale = capture["depth_scale"] * MILLIMETRES
         members: dict[str, Callable[[Frame], Any]] = {
             "scene_camera.json": lambda frame: _camera(frame["camera"], depth_scale),

@@ -22,7 +22,7 @@ class Coco(Dataset):
 
     def write(self, folder: Path, capture: Mapping[str, Any], frames: Frames) -> list[str]:
         """Write ``annotations.json``; see `Dataset.write`. Its images have the numbers of their frames."""
-        numbers = category_ids(frames)
+        numbers = category_ids(capture["categories"])
         categories = (
             as_json({"id": number, "name": name, "supercategory": ""}) for name, number in numbers.items()
         )

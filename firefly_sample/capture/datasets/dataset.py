@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import IO, Any, ClassVar, Literal
 
 from firefly_sample.capture.layout import Layout, layout_of
+from firefly_sample.capture.masks import require_rle
 from firefly_sample.errors import OutputError
 from firefly_sample.scene.lens_base import Lens
 
@@ -75,6 +76,11 @@ class Dataset(ABC):
                 f"not open: choose {' or '.join(self.picture_formats)}"
             )
 
+    def require(self) -> None:
+        """Raise a MissingPackageError if a package that it needs is not installed."""
+        if "rle" in self.needs:
+            require_rle()
+
     def check_lens(self, lens: Lens) -> None:
         """Raise an OutputError if this data set cannot describe the cameras of a lens."""
         if self.pinhole and not lens.is_perspective():
@@ -92,8 +98,8 @@ class Dataset(ABC):
         folder : Path
             The folder of the manifest.
         capture : mapping
-            What the manifest says of the capture: formats, depth_scale, and of a sweep also folder, which is
-            where the documents go.
+            What the manifest says of the capture: formats, depth_scale, the categories of its instances, and
+            of a sweep also folder, which is where the documents go.
         frames : iterable of mapping
             Those that were drawn.
         """
@@ -110,12 +116,12 @@ class Dataset(ABC):
         return path.removeprefix(self.place(capture))
 
 
-def category_ids(frames: Frames) -> dict[str, int]:
-    """Return the number of each category of the frames' instances, in the order of the numbers.
+def category_ids(categories: Iterable[str]) -> dict[str, int]:
+    """Return the number of each category, in the order of the numbers.
 
     It is the category itself if all are whole numbers. Otherwise they are sorted and counted from 1.
     """
-    names = {instance["category"] for frame in frames for instance in frame["instances"]}
+    names = set(categories)
     if all(map(_WHOLE.fullmatch, names)):
         return {name: int(name) for name in sorted(names, key=int)}
     return {name: number for number, name in enumerate(sorted(names), 1)}
