@@ -13,11 +13,15 @@ import firefly_sample
 from firefly_sample import cli
 from firefly_sample.commands.options import COMMAND_OPTIONS, scene_options
 from firefly_sample.scenes import find_scene, list_scenes
+from tests.tabletop import installed
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-OTHERS = {"--no-install-recommends", "--force-reinstall", "--nthreads", "--height"}
-"""Options of apt-get, of pip, of dask, and of the scene plugin that the README shows."""
+OTHERS = {
+    *("--no-install-recommends", "--force-reinstall", "--nthreads", "--data", "--depth-unit-scale-factor"),
+    "--height",
+}
+"""Options of apt-get, of pip, of dask, of nerfstudio, and of the scene plugin that the README shows."""
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b")
 
 
@@ -29,8 +33,15 @@ def names_of(words, plugin=None):
     return {name for argument in app.assemble_argument_collection() for name in argument.names}
 
 
+@pytest.fixture(scope="module", autouse=True)
+def tabletop(tmp_path_factory):
+    """The scene of docs/tabletop.md, which its commands draw."""
+    with installed(tmp_path_factory.mktemp("tabletop")):
+        yield
+
+
 @pytest.fixture(scope="module")
-def known():
+def known(tabletop):
     """The options of all commands with all scenes."""
     names = {"--help", "--help-all", "--version"}
     for words in cli.COMMANDS:
