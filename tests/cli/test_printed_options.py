@@ -19,9 +19,9 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 OTHERS = {
     *("--no-install-recommends", "--force-reinstall", "--nthreads", "--data", "--depth-unit-scale-factor"),
-    "--height",
+    *("--height", "--update-golden"),
 }
-"""Options of apt-get, of pip, of dask, of nerfstudio, and of the scene plugin that the README shows."""
+"""Options of apt-get, of pip, of dask, of nerfstudio, of the scene plugin and of the conftest.py that pages show."""
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b")
 
 
