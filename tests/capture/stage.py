@@ -54,15 +54,10 @@ class Stage:
         Those that were checked by `check_dead`.
     """
 
-<<<<<<< HEAD
-    def __init__(self, launcher: Launcher, folder: Path, words: Iterable[str]) -> None:
-        self.launcher, self._folder = launcher, folder
-=======
     def __init__(
         self, launcher: Launcher, folder: Path, words: Iterable[str], dataset: str | None = None
     ) -> None:
-        self._launcher, self._folder = launcher, folder
->>>>>>> e2edata
+        self.launcher, self._folder = launcher, folder
         self.words = tuple(words)
         self.named = layout_of(dataset).parse
         self._documents = DATASETS[dataset].documents if dataset is not None else ()
