@@ -69,14 +69,14 @@ def verify(
 
     With one folder, each file is compared with manifest.json: it must be there, and hold the pixels that
     were drawn. With two folders, the images of OTHER are compared with those of FOLDER, which are the
-    expected ones. They must be equal unless you set limits.
+    expected ones. They must be equal unless you set limits. A film is given by its name, clip.mp4.
 
     The exit code is 0 if all is as it should be, and 1 if not.
 
     Parameters
     ----------
     folder
-        The folder of a capture, or of a sweep.
+        The folder of a capture or of a sweep, or a film.
     other
         The capture to compare with it.
     max_codes

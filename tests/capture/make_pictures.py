@@ -24,7 +24,7 @@ PAPER, TEXT, GAP, LABEL = (250, 249, 246), (40, 40, 44), 8, 20
 COLORS = np.array(
     [(230, 80, 60), (60, 160, 230), (90, 190, 90), (240, 180, 50), (160, 110, 220), (80, 200, 190)]
 )
-BOP_FRAME = 0
+BOP_FRAME = 8
 FILMS = {
     "as drawn": (".apng", {}),
     "MP4": (".mp4", {}),
@@ -75,8 +75,8 @@ def draw_bop(folder: Path) -> Image.Image:
         x, y, width, height = one["bbox_visib"]
         if width > 0:
             pen.rectangle((x, y, x + width - 1, y + height - 1), outline=tuple(COLORS[number % len(COLORS)]))
-    shares = [one["visib_fract"] for one in known]
-    hidden = int(np.argmin([share if share > 0 else 1 for share in shares]))
+    shares = [one["px_count_visib"] / max(one["px_count_valid"], 1) for one in known]
+    hidden = int(np.argmin(shares))
     whole = np.asarray(Image.open(scene / "mask" / f"{name}_{hidden:06d}.png")) > 0
     seen = np.asarray(Image.open(scene / "mask_visib" / f"{name}_{hidden:06d}.png")) > 0
     both = np.where(whole[..., None], (110, 110, 116), (20, 20, 24))
@@ -89,7 +89,7 @@ def draw_bop(folder: Path) -> Image.Image:
             "rgb": Image.fromarray(picture),
             "depth": Image.fromarray(np.repeat(grey.astype(np.uint8)[..., None], 3, axis=2)),
             "mask_visib and bbox_visib": boxed,
-            f"mask: {shares[hidden]:.0%} of it is visible": Image.fromarray(both.astype(np.uint8)),
+            f"mask of an object, {shares[hidden]:.0%} visible": Image.fromarray(both.astype(np.uint8)),
         }
     )
 
