@@ -20,7 +20,7 @@ from tests.capture import kinds_of_harm as harm
 from tests.capture import kinds_of_kill as kill
 from tests.capture import power
 from tests.capture.launch import Launcher
-from tests.capture.stage import GLADE, Kind, Stage
+from tests.capture.stage import BOP, GLADE, Kind, Stage
 
 _TWO = ("--workers", "2")
 _CLUSTER = ("--cluster", "local", "--workers", "2")
@@ -31,6 +31,7 @@ KINDS: dict[str, tuple[str, Kind]] = {
     "operation": ("a signal at a random file operation, up to three in a row", kill.at_an_operation),
     "manifest": ("a signal while the manifest is written", kill.at_the_manifest),
     "overwrite": ("a signal while another capture is overwritten", kill.while_overwriting),
+    "bop": ("a signal while a data set is drawn from several views", kill.of_a_data_set),
     "worker": ("SIGKILL of workers (`--workers 2`)", partial(kill.of_workers_by, _TWO)),
     "worker-parent": ("SIGKILL of the parent of workers", partial(kill.of_a_parent_by, _TWO)),
     "dask": (
@@ -129,8 +130,9 @@ def main() -> int:
                 print(f"| {KINDS[kind][0]} | 0: {lack} | | | | |", flush=True)
                 continue
             with Launcher(place) as launcher:
+                words = (BOP, "bop") if kind == "bop" else (GLADE, None)
                 row = run_kind(
-                    kind, Stage(launcher, place, GLADE), 1 if kind == "power" else asked.count, asked.seed
+                    kind, Stage(launcher, place, *words), 1 if kind == "power" else asked.count, asked.seed
                 )
             print(row, flush=True)
             faults += row.faults

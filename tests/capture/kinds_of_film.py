@@ -56,16 +56,21 @@ class FilmStage:
         """The files of a capture with other settings."""
         return self.made(*OTHER)
 
+    def _frames(self, *words: str) -> dict[str, bytes]:
+        clip = self.new()
+        self.start(*words, clip, at=(rf"open \.{re.escape(self.name)}\..*part", 1)).die(signal.SIGKILL)
+        files = contents(clip.with_name(f"{self.name}.frames"))
+        return {name: content for name, content in files.items() if _FRAME.fullmatch(name)}
+
     @cached_property
-    def frames(self) -> list[dict[str, bytes]]:
-        """The frames of both captures, by their names."""
-        found = []
-        for words in ((), OTHER):
-            clip = self.new()
-            self.start(*words, clip, at=(rf"open \.{re.escape(self.name)}\..*part", 1)).die(signal.SIGKILL)
-            files = contents(clip.with_name(f"{self.name}.frames"))
-            found.append({name: content for name, content in files.items() if _FRAME.fullmatch(name)})
-        return found
+    def frames(self) -> dict[str, bytes]:
+        """The frames of a capture, by their names."""
+        return self._frames()
+
+    @cached_property
+    def other_frames(self) -> dict[str, bytes]:
+        """Those of a capture with other settings."""
+        return self._frames(*OTHER)
 
     @cached_property
     def operations(self) -> list[str]:
@@ -89,9 +94,9 @@ class FilmStage:
         for path, content in contents(clip.parent).items():
             folder, _, name = path.rpartition("/")
             if folder and _FRAME.fullmatch(name):
-                is_ours = content == self.frames[0][name]
+                is_ours = content == self.frames[name]
                 whole += is_ours
-                assert is_ours or (over and content == self.frames[1][name]), f"{path} is not whole"
+                assert is_ours or (over and content == self.other_frames[name]), f"{path} is not whole"
             elif not folder and name == self.name:
                 assert any(content == one[name] for one in known), f"{path} is not whole"
             elif not folder and name == f"{self.name}.json":

@@ -50,6 +50,22 @@ def while_overwriting(stage: Stage, rng: Random) -> None:
     at_operations(stage, moments, over=True)
 
 
+def of_a_data_set(stage: Stage, rng: Random) -> None:
+    """As `at_a_random_moment`, `at_an_operation`, or while the documents and the manifest are written."""
+    rng.choice((at_a_random_moment, at_an_operation, at_the_documents))(stage, rng)
+
+
+def at_the_documents(stage: Stage, rng: Random) -> None:
+    """While the documents of a data set are written, or the manifest after them."""
+    end = (
+        r"(open|os\.rename) \.(scene_|objects)",
+        r"open \.manifest",
+        r"rename \.manifest",
+        "remove journal",
+    )
+    at_operations(stage, [((rng.choice(end), rng.randint(1, 3)), rng.choice(SIGNALS)) for _ in range(2)])
+
+
 def at_the_manifest(stage: Stage, rng: Random) -> None:
     """While the manifest is written, or what it replaces is removed."""
     end = ("open .manifest", "rename .manifest", "remove manifest.prev", "remove journal", r"remove \.fire")
@@ -86,7 +102,7 @@ def _wait_for_a_moment(stage: Stage, rng: Random, run: Run, folder: Path) -> Non
     seconds = rng.uniform(0.0, 1.0 if count < 0 else 0.03)
 
     def reached() -> bool:
-        return run.poll() is not None or len(list(folder.glob("color_*"))) >= count
+        return run.poll() is not None or stage.count(folder) >= count
 
     wait_for(reached, "a number of frames")
     end = time.monotonic() + seconds

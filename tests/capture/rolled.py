@@ -21,6 +21,34 @@ def roll(path: Path, scene: str = "tests.capture.scenes:rolling", **options: Any
     return capture_frames(scene, path, **({"frames": "0:4", "size": SIZE} | options))
 
 
+CAPTURES: dict[str, dict[str, Any]] = {
+    "frames": {"outputs": ("color", "color_alpha")},
+    "color": {},
+    "alpha": {"outputs": ("color_alpha",)},
+    "exact.mp4": {"crf": 0},
+    "exact.webm": {"crf": 0},
+    "alpha.webp": {"outputs": ("color_alpha",)},
+    "alpha.apng": {"outputs": ("color_alpha",)},
+    "late.apng": {"frames": "2:6"},
+    "small": {"size": (31, 23)},
+    "padded.mp4": {"size": (31, 23), "pad": True, "crf": 1},
+}
+"""Captures that several tests read, where they have options."""
+
+
+class Rolled:
+    """A folder of captures that several tests read, each made when it is asked for; not to be changed."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def __truediv__(self, name: str) -> Path:
+        capture = name.removesuffix(".json")
+        if not (self._folder / capture).exists():
+            roll(self._folder / capture, **CAPTURES.get(capture, {}))
+        return self._folder / name
+
+
 def pictures(folder: Path, output: str = "color") -> list[np.ndarray]:
     """The pictures of a folder, by Pillow."""
     return [np.asarray(Image.open(path)) for path in sorted(folder.glob(f"{output}_0*"))]

@@ -10,11 +10,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from firefly_sample.capture.datasets import DATASETS
+from firefly_sample.capture.layout import layout_of
 from tests.capture.launch import Launcher, Run
-from tests.capture.usual_files import named_frame
 
 ROLLING = ("tests.capture.scenes:rolling", "--size", "16x12", "--frames", "0:8", "--outputs", "color,depth")
 GLADE = ("tests.cli.glade:glade", "--size", "16x12", "--frames", "0:24", "--outputs", "color,depth,id")
+BOP = (
+    *("tests.capture.scenes:parade", "--size", "16x12", "--frames", "0:4", "--fps", "1", "--time", "0"),
+    *("--views", "orbit:3", "--dataset", "bop"),
+)
 OTHER = ("--time", "77")
 """An option with which every picture is another."""
 _AUXILIARY = re.compile(
@@ -40,6 +45,8 @@ class Stage:
         For the folders of captures.
     words : iterable of str
         The scene and the options of all captures.
+    dataset : str, optional
+        The data set that they are.
 
     Attributes
     ----------
@@ -47,9 +54,13 @@ class Stage:
         Those that were checked by `check_dead`.
     """
 
-    def __init__(self, launcher: Launcher, folder: Path, words: Iterable[str]) -> None:
+    def __init__(
+        self, launcher: Launcher, folder: Path, words: Iterable[str], dataset: str | None = None
+    ) -> None:
         self.launcher, self._folder = launcher, folder
         self.words = tuple(words)
+        self.named = layout_of(dataset).parse
+        self._documents = DATASETS[dataset].documents if dataset is not None else ()
         self._made = 0
         self.deaths: list[Death] = []
 
@@ -87,8 +98,9 @@ class Stage:
         folder = self.new("undisturbed")
         self.start(*more, folder).end()
         files = contents(folder)
-        assert "manifest.json" in files
-        assert all(named_frame(name) or name == "manifest.json" for name in files), files.keys()
+        described = {"manifest.json", *self._documents}
+        assert described <= files.keys()
+        assert all(self.named(name) or name in described for name in files), files.keys()
         return files
 
     @property
@@ -96,7 +108,7 @@ class Stage:
         """The files of each frame."""
         frames: dict[int, list[str]] = {}
         for name in self.undisturbed:
-            if named := named_frame(name):
+            if named := self.named(name):
                 frames.setdefault(named[1], []).append(name)
         return frames
 
@@ -105,8 +117,13 @@ class Stage:
         folder = self.new()
         folder.mkdir()
         for name, content in files.items():
+            (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(content)
         return folder
+
+    def count(self, folder: Path) -> int:
+        """How many frames have a file in a folder."""
+        return len({named[1] for name in contents(folder) if (named := self.named(name))})
 
     @cached_property
     def unfinished(self) -> dict[str, bytes]:
@@ -114,7 +131,7 @@ class Stage:
         folder = self.new()
         self.start(folder, at=(r"os.rename \.manifest\.json", 1)).die(9)
         files = contents(folder)
-        return {name: content for name, content in files.items() if not _PART.fullmatch(name)}
+        return {name: content for name, content in files.items() if not is_part(name)}
 
     def check_dead(self, folder: Path, said: list[str], over: bool = False) -> None:
         """Check that each file with a final name is whole, and that what was said is true; note the death.
@@ -124,12 +141,12 @@ class Stage:
         files = contents(folder) if folder.exists() else {}
         known = [self.undisturbed, self.other] if over else [self.undisturbed]
         for name, content in files.items():
-            if named_frame(name):
+            if self.named(name) or name in self._documents:
                 assert any(content == one.get(name) for one in known), f"{name} is not whole"
             elif name == "manifest.json":
                 assert any(is_same_json(content, one[name]) for one in known), "the manifest is another"
             else:
-                assert _AUXILIARY.fullmatch(name) or _PART.fullmatch(name), f"{name} does not belong there"
+                assert _AUXILIARY.fullmatch(name) or is_part(name), f"{name} does not belong there"
         whole = [index for index, names in self.frames.items() if is_whole(names, files, self.undisturbed)]
         if not over:
             for index in journaled(files):
@@ -137,7 +154,7 @@ class Stage:
         for line in said:
             if match := re.search(r"(\d+) of (\d+) frames are whole", line):
                 assert int(match[1]) <= len(whole) or over, f"{line!r}, but {len(whole)} are"
-        self.deaths.append(Death(len(whole), sum(bool(_PART.fullmatch(name)) for name in files)))
+        self.deaths.append(Death(len(whole), sum(map(is_part, files))))
 
     def finish(self, folder: Path, *words: object) -> list[str]:
         """Resume a capture, check that it ends as an undisturbed one, and return what it said."""
@@ -168,6 +185,11 @@ def contents(folder: Path) -> dict[str, bytes]:
             except FileNotFoundError:  # a temporary name
                 continue
     return found
+
+
+def is_part(name: str) -> bool:
+    """Whether a path is that of a file with a temporary name."""
+    return bool(_PART.fullmatch(name.rpartition("/")[2]))
 
 
 def is_same_json(one: bytes, other: bytes) -> bool:

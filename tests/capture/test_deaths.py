@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 
+from tests.capture import kinds_of_film as film
 from tests.capture import kinds_of_harm as harm
 from tests.capture import kinds_of_kill as kill
 from tests.capture.deaths import KINDS, missing
@@ -74,6 +75,17 @@ def test_the_manifest_is_damaged(stage: Stage) -> None:
 
 def test_the_clock_is_set(stage: Stage) -> None:
     harm.of_a_clock(stage, Random(5))
+
+
+def test_a_film(stage: Stage) -> None:
+    """While it is bound, between it and its manifest, and while the frames are removed."""
+    moments = [
+        (r"open \.clip\.apng\..*part", 1, TERM),
+        (r"open \.clip\.apng\.json\..*part", 1, KILL),
+        (r"os.remove clip.apng.frames/color", 3, KILL),
+    ]
+    film.at_operations(film.films_of(stage, ".apng"), moments)
+    assert [death.whole for death in stage.deaths] == [8, 8, 6]
 
 
 def test_two_at_once(stage: Stage) -> None:

@@ -22,7 +22,7 @@ TWO = {"frames": "1:3"}
 
 
 @pytest.fixture(scope="module")
-def rolled(tmp_path_factory):
+def formats(tmp_path_factory):
     """The same two frames in many formats; not to be changed."""
     folder = tmp_path_factory.mktemp("formats")
     for name in ("png", "webp", "jpeg"):
@@ -34,13 +34,13 @@ def rolled(tmp_path_factory):
 
 
 @pytest.fixture
-def copied(rolled, tmp_path):
+def copied(formats, tmp_path):
     """``copied(name)`` gives a copy of a capture, which may be changed."""
-    return lambda name: shutil.copytree(rolled / name, tmp_path / name)
+    return lambda name: shutil.copytree(formats / name, tmp_path / name)
 
 
-def data(rolled, output, index=1):
-    return np.load(rolled / "npz" / f"{output}_{index:06d}.npz")[output]
+def data(formats, output, index=1):
+    return np.load(formats / "npz" / f"{output}_{index:06d}.npz")[output]
 
 
 def channels(path):
@@ -56,61 +56,61 @@ def kinds(report):
     ("name", "files"),
     [("png", 2), ("webp", 2), ("jpeg", 2), ("npz", 8), ("exr", 2), ("exr16", 2), ("png16", 4)],
 )
-def test_a_capture_in_each_format_is_whole(name, files, rolled):
-    report = verify_capture(rolled / name)
+def test_a_capture_in_each_format_is_whole(name, files, formats):
+    report = verify_capture(formats / name)
     assert (report.ok, report.notes, report.frames, report.files) == (True, [], 2, files)
-    assert len(names_in(rolled / name)) == files + 1
+    assert len(names_in(formats / name)) == files + 1
 
 
-def test_webp_has_the_bits_of_png(rolled):
-    np.testing.assert_array_equal(pictures(rolled / "webp"), pictures(rolled / "png"))
-    report = compare_captures(rolled / "png", rolled / "webp")
+def test_webp_has_the_bits_of_png(formats):
+    np.testing.assert_array_equal(pictures(formats / "webp"), pictures(formats / "png"))
+    report = compare_captures(formats / "png", formats / "webp")
     assert report.ok
     assert [note.text for note in report.notes] == ["format of color: png, now webp"]
 
 
-def test_layers_of_an_exr_are_the_outputs(rolled):
-    found = channels(rolled / "exr" / "layers_000001.exr")
-    np.testing.assert_array_equal(found["Z"], data(rolled, "depth"))
-    np.testing.assert_array_equal(found["id.Y"].astype(np.int64) - 1, data(rolled, "id"))
+def test_layers_of_an_exr_are_the_outputs(formats):
+    found = channels(formats / "exr" / "layers_000001.exr")
+    np.testing.assert_array_equal(found["Z"], data(formats, "depth"))
+    np.testing.assert_array_equal(found["id.Y"].astype(np.int64) - 1, data(formats, "id"))
     for letters, output in ((("R", "G", "B"), "radiance"), (("normal.X", "normal.Y", "normal.Z"), "normal")):
-        np.testing.assert_array_equal(np.stack([found[one] for one in letters], -1), data(rolled, output))
-    assert compare_captures(rolled / "npz", rolled / "exr").ok
+        np.testing.assert_array_equal(np.stack([found[one] for one in letters], -1), data(formats, output))
+    assert compare_captures(formats / "npz", formats / "exr").ok
 
 
-def test_halves_of_an_exr_are_the_outputs_rounded(rolled):
-    found = channels(rolled / "exr16" / "layers_000001.exr")
-    np.testing.assert_array_equal(found["Z"], data(rolled, "depth").astype(np.float16))
-    np.testing.assert_array_equal(found["id.Y"].astype(np.int64) - 1, data(rolled, "id"))
+def test_halves_of_an_exr_are_the_outputs_rounded(formats):
+    found = channels(formats / "exr16" / "layers_000001.exr")
+    np.testing.assert_array_equal(found["Z"], data(formats, "depth").astype(np.float16))
+    np.testing.assert_array_equal(found["id.Y"].astype(np.int64) - 1, data(formats, "id"))
     # a half has 11 bits: it is off by at most 2**-12 of a number, and no number here is above the scale
-    assert not compare_captures(rolled / "npz", rolled / "exr16").ok
-    report = compare_captures(rolled / "npz", rolled / "exr16", max_error=2.0**-11)
+    assert not compare_captures(formats / "npz", formats / "exr16").ok
+    report = compare_captures(formats / "npz", formats / "exr16", max_error=2.0**-11)
     assert report.ok
     assert "images differ, but within the limits" in [note.text for note in report.notes][-1]
 
 
-def test_png16_holds_ids_and_depths_to_half_a_code(rolled):
-    codes = np.asarray(Image.open(rolled / "png16" / "id_000001.png")).astype(int)
-    np.testing.assert_array_equal(codes - 1, data(rolled, "id"))
-    codes = np.asarray(Image.open(rolled / "png16" / "depth_000001.png"))
-    depth = data(rolled, "depth").astype(float)
+def test_png16_holds_ids_and_depths_to_half_a_code(formats):
+    codes = np.asarray(Image.open(formats / "png16" / "id_000001.png")).astype(int)
+    np.testing.assert_array_equal(codes - 1, data(formats, "id"))
+    codes = np.asarray(Image.open(formats / "png16" / "depth_000001.png"))
+    depth = data(formats, "depth").astype(float)
     hit = np.isfinite(depth)
     assert (codes[~hit] == 0).all()
     assert np.abs(codes[hit] * 0.001 - depth[hit]).max() <= 0.0005 * (1 + 1e-9)
-    report = compare_captures(rolled / "npz", rolled / "png16")
+    report = compare_captures(formats / "npz", formats / "png16")
     assert {problem.output for problem in report.problems} == {"depth", "radiance", "normal"}
     assert {problem.kind for problem in report.problems} == {"different", "only"}
 
 
-def test_the_hash_in_a_manifest_is_that_of_what_a_jpeg_decodes_to(rolled):
-    for entry in read_manifest(rolled / "jpeg")["frames"]:
-        decoded = np.asarray(Image.open(rolled / "jpeg" / entry["files"]["color"]))
+def test_the_hash_in_a_manifest_is_that_of_what_a_jpeg_decodes_to(formats):
+    for entry in read_manifest(formats / "jpeg")["frames"]:
+        decoded = np.asarray(Image.open(formats / "jpeg" / entry["files"]["color"]))
         assert entry["sha256"]["color"] == hashlib.sha256(decoded.tobytes()).hexdigest()
-    assert set(kinds(compare_captures(rolled / "png", rolled / "jpeg"))) == {"different"}
-    off = np.abs(np.stack(pictures(rolled / "jpeg")).astype(int) - np.stack(pictures(rolled / "png"))).max()
+    assert set(kinds(compare_captures(formats / "png", formats / "jpeg"))) == {"different"}
+    off = np.abs(np.stack(pictures(formats / "jpeg")).astype(int) - np.stack(pictures(formats / "png"))).max()
     assert 0 < off < 32
-    assert compare_captures(rolled / "png", rolled / "jpeg", max_codes=float(off)).ok
-    assert not compare_captures(rolled / "png", rolled / "jpeg", max_codes=float(off - 1)).ok
+    assert compare_captures(formats / "png", formats / "jpeg", max_codes=float(off)).ok
+    assert not compare_captures(formats / "png", formats / "jpeg", max_codes=float(off - 1)).ok
 
 
 def as_picture(change=lambda pixels: pixels, **options):
@@ -196,14 +196,14 @@ def test_a_file_with_layers_is_missing_or_damaged_once(copied):
     assert len(compare_captures(folder, folder).problems) == 4  # two of each side
 
 
-def test_resuming_draws_just_the_damaged_layers_again(copied, rolled):
+def test_resuming_draws_just_the_damaged_layers_again(copied, formats):
     folder = copied("exr")
     (folder / "layers_000001.exr").write_bytes(b"no picture")
     calls = []
     roll(folder, formats="exr", outputs=DATA, **TWO, resume=True, progress=lambda *call: calls.append(call))
     assert calls == [(1, 2), (2, 2)]
     for name in names_in(folder):
-        assert (folder / name).read_bytes() == (rolled / "exr" / name).read_bytes()
+        assert (folder / name).read_bytes() == (formats / "exr" / name).read_bytes()
 
 
 def test_a_missing_package_is_not_a_damage(copied, monkeypatch):
@@ -216,10 +216,10 @@ def test_a_missing_package_is_not_a_damage(copied, monkeypatch):
         verify_capture(folder)
 
 
-def test_a_missing_package_is_said_when_pixels_are_compared(rolled, monkeypatch):
+def test_a_missing_package_is_said_when_pixels_are_compared(formats, monkeypatch):
     without(monkeypatch, "OpenEXR")
     with pytest.raises(MissingPackageError, match="EXR files need the package OpenEXR"):
-        compare_captures(rolled / "exr", rolled / "exr16")
+        compare_captures(formats / "exr", formats / "exr16")
 
 
 def test_a_depth_that_does_not_fit_names_frame_and_way_out(tmp_path):
@@ -230,6 +230,6 @@ def test_a_depth_that_does_not_fit_names_frame_and_way_out(tmp_path):
     assert names_in(tmp_path) == []
 
 
-def test_a_picture_of_an_npz_is_read_by_numpy_alone(rolled):
-    content = io.BytesIO((rolled / "npz" / "id_000001.npz").read_bytes())
+def test_a_picture_of_an_npz_is_read_by_numpy_alone(formats):
+    content = io.BytesIO((formats / "npz" / "id_000001.npz").read_bytes())
     assert np.load(content, allow_pickle=False)["id"].dtype == np.int32

@@ -117,7 +117,8 @@ def test_a_variable_that_names_no_option_is_named(here, capsys, monkeypatch):
 
 @pytest.mark.parametrize("name", ["", " ", "picture.png", "data.npz", "speed.JSON"])
 def test_what_names_no_folder_is_no_output(here, capsys, name):
-    for command in (["capture", GLADE], ["measure", "speed", GLADE], ["measure", "trade", GLADE]):
+    measure = ["measure", "speed", GLADE], ["measure", "trade", GLADE]
+    for command in measure if name.endswith((".png", ".npz")) else (["capture", GLADE], *measure):
         assert main([*command, "-o", name]) == 2
         err = capsys.readouterr().err
         assert "Invalid value for -o: it must name a folder" in err
@@ -133,10 +134,14 @@ def test_no_function_takes_empty_text_for_the_working_folder(here):
     assert list(here.iterdir()) == []
 
 
-def test_a_folder_that_is_called_like_a_file_is_one_all_the_same(here, capsys):
+def test_a_folder_where_a_file_is_to_be_is_refused_by_name(here, capsys):
     (here / "old.png").mkdir()
-    assert main(["capture", GLADE, "--size", "4x3", "--fireflies", "1", "-q", "-o", "old.png"]) == 0
-    assert (here / "old.png" / "manifest.json").exists()
+    assert main(["capture", GLADE, "--size", "4x3", "--fireflies", "1", "-q", "-o", "old.png"]) == 1
+    assert (
+        "old.png is a folder, and a capture whose name ends in .png becomes one file"
+        in capsys.readouterr().err
+    )
+    assert list((here / "old.png").iterdir()) == []
 
 
 def test_a_working_folder_that_is_gone(tmp_path):

@@ -15,7 +15,8 @@ from tests.cli.command import GLADE
 WHOLE = {
     "capture": {
         *("scene", "parameters", "settings", "exposure", "seed", "driver", "driver_version", "software"),
-        *("version", "sources", "size", "outputs", "fps", "time", "warnings", "failed", "frames"),
+        *("version", "sources", "size", "outputs", "formats", "quality", "depth_scale", "dataset", "fps"),
+        *("time", "views", "warnings", "failed", "frames"),
     },
     "plan": {"passes", "targets", "lights", "light_method", "exposure", "warnings"},
 }
@@ -40,7 +41,7 @@ def test_capture(capture):
     assert (capture["fps"], capture["time"]) == (24.0, 5.0)
     assert (capture["sources"], capture["failed"]) == ({}, [])
     for frame in capture["frames"]:
-        assert frame.keys() == {"index", "time", "lights", "files", "sha256", "file_sha256"}
+        assert frame.keys() == {"index", "time", "lights", "camera", "files", "sha256", "file_sha256"}
         assert frame["lights"].keys() == {"in_scene", "in_view", "dropped"}
         assert all(not Path(path).is_absolute() for path in frame["files"].values())
         for hashes in (frame["sha256"], frame["file_sha256"]):

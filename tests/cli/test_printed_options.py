@@ -21,7 +21,7 @@ OTHERS = {
     *("--no-install-recommends", "--force-reinstall", "--nthreads", "--data", "--depth-unit-scale-factor"),
     *("--height", "--update-golden"),
 }
-"""Options of apt-get, of pip, of dask, of nerfstudio, of the scene plugin that the README shows, and of docs/golden.md."""
+"""Options of apt-get, pip, dask, nerfstudio, and of the scene plugin and the conftest.py that pages show."""
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b")
 
 
