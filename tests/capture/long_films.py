@@ -23,25 +23,18 @@ from tests.cli.command import ROOT, environment
 
 pytestmark = pytest.mark.filterwarnings("ignore::firefly_sample.SoftwareDriverWarning")
 
+LARGE = ("tests.cli.glade:glade", "--size", "256x192", "--frames", "0:8")
+"""A film that is larger than any other file of its capture."""
 
-@pytest.mark.parametrize(
-    "words", [("--workers", "2"), ("--cluster", "local", "--workers", "2")], ids=" ".join
-)
+
+@pytest.mark.parametrize("words", [(), ("--cluster", "local")], ids=["workers", "cluster"])
 def test_several_processes_make_the_same_films(words, tmp_path):
     for name in ("clip.mp4", "clip.webm", "clip.webp"):
         roll(tmp_path / name)
-        command = [sys.executable, "-m", "firefly_sample", "capture", "tests.capture.scenes:rolling"]
-        command += [
-            "--size",
-            "32x24",
-            "--frames",
-            "0:4",
-            *words,
-            "--workers",
-            "2",
-            "-o",
-            str(tmp_path / "more" / name),
-        ]
+        command = (
+            f"{sys.executable} -m firefly_sample capture tests.capture.scenes:rolling --size 32x24".split()
+        )
+        command += ["--frames", "0:4", *words, "--workers", "2", "-o", str(tmp_path / "more" / name)]
         subprocess.run(command, cwd=ROOT, env=environment(), check=True, capture_output=True)
         assert names_in(tmp_path / "more") == [name, f"{name}.json"]
         for one in (name, f"{name}.json"):
@@ -52,7 +45,7 @@ def test_several_processes_make_the_same_films(words, tmp_path):
 @pytest.mark.parametrize("name", ["clip.mp4", "clip.apng"])
 def test_a_full_disk_while_the_film_is_bound(name, tmp_path):
     """The frames stay whole, nothing else is left, and with more room it goes on."""
-    words = ("tests.cli.glade:glade", "--size", "64x48", "--frames", "0:8")
+    words = [*LARGE, *(("--crf", "0") if name == "clip.mp4" else ())]
     with Launcher(tmp_path) as launcher:
         (tmp_path / "whole").mkdir()
         launcher.start(*words, tmp_path / "whole" / name).end()
@@ -80,13 +73,13 @@ def test_a_full_disk_while_the_film_is_bound(name, tmp_path):
 
 @pytest.mark.parametrize("name", ["clip.mp4", "clip.apng"])
 def test_no_file_may_grow_to_the_size_of_a_film(name, tmp_path):
-    words = ("tests.cli.glade:glade", "--size", "64x48", "--frames", "0:8")
+    words = [*LARGE, *(("--crf", "0") if name == "clip.mp4" else ())]
     with Launcher(tmp_path) as launcher:
         (tmp_path / "a").mkdir()
         launcher.start(*words, tmp_path / "a" / name).end()
         size = (tmp_path / "a" / name).stat().st_size
         run = launcher.start(*words, tmp_path / "b" / name, largest=size - 100)
-        lines = run.end(1, "cannot write .*: File too large")
+        lines = run.end(1, f"cannot write .*{name}: File too large")
         assert names_in(tmp_path / "b") == [f"{name}.frames"], lines
         launcher.start(*words, "--resume", tmp_path / "b" / name).end()
         assert (tmp_path / "b" / name).read_bytes() == (tmp_path / "a" / name).read_bytes()
@@ -134,7 +127,11 @@ def test_a_thousand_frames_take_the_memory_of_a_hundred(name, tmp_path):
 
 
 def test_the_forest_as_a_film(tmp_path):
-    """The usual quality is at least 40 dB, and without loss it is bit for bit."""
+    """Without loss it is bit for bit, and the usual quality is 35 dB or more.
+
+    A quantiser of 18, and six more for frames between others, has a step of 10 codes: 10²/12 = 8.3 codes², or
+    38.9 dB. Encoders round at 5/6 of a step in place of a half, which costs up to 3.7 dB.
+    """
     options = {"scene": "forest", "size": (320, 240), "frames": "0:12"}
     roll(tmp_path / "frames", **options)
     expected = pictures(tmp_path / "frames")
@@ -156,5 +153,5 @@ def test_the_forest_as_a_film(tmp_path):
             np.testing.assert_array_equal(np.stack(found), np.stack(expected))
             assert report.ok
         elif name[0] in "ab":
-            assert decibels > 40
+            assert decibels > 35
     assert Image.open(tmp_path / "f.apng").n_frames == 12
