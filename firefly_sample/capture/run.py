@@ -88,7 +88,9 @@ class Run:
                 self._advance(writer.put(part, drawn))
             self._advance(writer.finish())
         if self._failures and not self._done and self._folder.shard is None:
-            raise _named(self._failures[0][1])
+            first = self._failures[0][1]
+            # what is wrong with a scene in all frames is no matter of the first one
+            raise first.error if isinstance(first.error, SceneError) else _named(first)
         for task, failed in self._failures:
             self._record_failure(task, failed)
         self._failures.clear()
@@ -150,9 +152,9 @@ class Run:
 
 
 def _named(failed: Failed) -> FireflyError:
-    """Return the error of a frame with its number, unless the scene itself is at fault."""
+    """Return the error of a frame with its number, unless all frames of its job have it."""
     error = failed.error
-    if failed.whole_job or isinstance(error, SceneError):
+    if failed.whole_job:
         return error
     named = type(error)(f"frame {failed.index}: {error}")
     named.__cause__ = error
