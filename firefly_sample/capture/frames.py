@@ -163,3 +163,5 @@ def check_clock(fps: float, time: float) -> None:
         raise OutputError(f"fps must be a finite number above 0, got {fps!r}")
     if not math.isfinite(to_number(time)):
         raise OutputError(f"time must be a finite number of seconds, got {time!r}")
+    if not math.isfinite(float(time) + MAX_FRAMES / float(fps)):
+        raise OutputError(f"fps must be large enough for times that are finite numbers, got {fps!r}")

@@ -90,6 +90,10 @@ def film_choices(
             f"{path} is a folder, and a capture whose name ends in {suffix} becomes one file: move the "
             "folder away, or choose another name"
         )
+    if path.name.lower() in (*STILLS, *FILMS) and not path.is_dir():
+        raise OutputError(
+            f"{path} is an ending without a name before it: name the file, for example clip{path.name}"
+        )
     if suffix in _OTHER_FILES and not path.is_dir():
         raise OutputError(
             f"there is no format {suffix} for {path}: films are {', '.join(FILMS)}, and pictures "

@@ -16,7 +16,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,6 +29,7 @@ from firefly_sample.capture.views import MOST_VIEWS, ListedViews
 from firefly_sample.errors import LensError, OutputError, SceneError, did_you_mean
 from firefly_sample.scene.arrays import LARGEST, Float64
 from firefly_sample.scene.lens import PerspectiveLens
+from firefly_sample.settings import number_or_none
 
 _POSE = "camera_to_world"
 _AGREE = 1e-5
@@ -68,8 +69,7 @@ def listed_views(content: object, source: str) -> ListedViews:
     lenses: dict[ViewLens | None, int] = {}
     try:
         cameras = list(_cameras(content))
-        if not 1 <= len(cameras) <= MOST_VIEWS:
-            raise SceneError(f"there must be 1 to {MOST_VIEWS:,} views, got {len(cameras):,}")
+        _check_count(cameras)
         which = [lenses.setdefault(camera.lens, len(lenses)) for camera in cameras]
         for lens, index in lenses.items():
             with _naming(f"view {which.index(index)}"):
@@ -110,7 +110,13 @@ def _cameras(content: object) -> Iterator[Camera]:
     )
 
 
+def _check_count(cameras: Sequence[Any]) -> None:
+    if not 1 <= len(cameras) <= MOST_VIEWS:
+        raise SceneError(f"there must be 1 to {MOST_VIEWS:,} views, got {len(cameras):,}")
+
+
 def _own(shared: Mapping[str, Any], cameras: Any) -> Iterator[Camera]:
+    _check_count(cameras)  # before the first is read: a hundred thousand take many seconds
     for number, given in enumerate(cameras):
         with _naming(f"view {number}"):
             camera = given.as_dict() if isinstance(given, FrameCamera) else _object(given, "a camera")
@@ -146,6 +152,7 @@ def _camera(shared: Mapping[str, Any], given: Mapping[str, Any]) -> Camera:
 
 
 def _nerf(top: Mapping[str, Any], frames: list[Any]) -> Iterator[Camera]:
+    _check_count(frames)
     for number, given in enumerate(frames):
         with _naming(f"view {number}"):
             frame = _object(given, "a frame")
@@ -228,10 +235,11 @@ def _number(given: Mapping[str, Any], key: str, above: float = -math.inf) -> flo
     value = _get(given, key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise SceneError(f"{key!r} must be a number, got {_short(value)}")
-    if not above < value < math.inf:
+    found = number_or_none(value)  # of an integer that is too large for a float, None
+    if found is None or not above < found < math.inf:
         bound = "a finite number" if above == -math.inf else f"a finite number above {above:g}"
         raise SceneError(f"{key!r} must be {bound}, got {_short(value)}")
-    return value
+    return found
 
 
 def _pixels(given: Mapping[str, Any], key: str) -> int:

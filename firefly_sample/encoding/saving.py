@@ -16,6 +16,8 @@ def save_frame(
 ) -> None:
     """Write a frame as `Frame.save` describes."""
     path = Path(path)
+    if not isinstance(output, str | None):
+        raise OutputError(f"{path}: the output is one name, or None for all that fit, got {output!r}")
     kinds = formats_of_path(path)
     if not kinds:
         suffixes = dict.fromkeys(suffix for kind in FORMATS.values() for suffix in kind.suffixes)

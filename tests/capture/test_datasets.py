@@ -63,6 +63,9 @@ def test_categories_are_counted_or_count_themselves():
     assert numbers("tree", "10", "ant") == {"10": 1, "ant": 2, "tree": 3}
     assert list(numbers("10", "9", "0").items()) == [("0", 0), ("9", 9), ("10", 10)]
     assert numbers("1", "01") == {"01": 1, "1": 2}
+    assert numbers("3", str(2**31 - 1)) == {"3": 3, "2147483647": 2**31 - 1}
+    assert numbers("3", str(2**31)) == {"2147483648": 1, "3": 2}  # readers keep ids in int32 or int64
+    assert numbers("3", "9" * 5000) == {"3": 1, "9" * 5000: 2}
     assert numbers() == {}
 
 

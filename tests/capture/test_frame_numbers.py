@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firefly_sample.capture.folder import CaptureFolder
-from firefly_sample.capture.frames import MAX_FRAMES, FrameNumbers, Shard, asked_numbers, frame_numbers
+from firefly_sample.capture.frames import (
+    MAX_FRAMES,
+    FrameNumbers,
+    Shard,
+    asked_numbers,
+    check_clock,
+    frame_numbers,
+)
 from firefly_sample.capture.merge import merge_capture
 from firefly_sample.capture.records import Records
 from firefly_sample.capture.template import check_same
@@ -117,3 +124,10 @@ def test_a_run_without_a_whole_number_of_views_is_none(tmp_path):
         path.write_text(json.dumps(line) + "\n")
         with Records([], [path]) as records:
             assert len(records.asked) == known
+
+
+@pytest.mark.parametrize("fps", [1e-320, 5e-303])
+def test_times_of_frames_are_finite(fps):
+    with pytest.raises(OutputError, match=f"fps must be large enough .* got {fps}"):
+        check_clock(fps, 0.0)
+    check_clock(1e-300, 0.0)

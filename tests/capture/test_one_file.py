@@ -39,6 +39,7 @@ REFUSED = {
     "scale of a film": ("x.mp4", {"depth_scale": 0.1}, "depth_scale is 0.1, but no output 'depth' is png16"),
     "too fast": ("x.gif", {"fps": 60.0}, "fps must be at most 50"),
     "QuickTime": ("x.mov", {}, r"there is no format .mov.*films are .mp4, .*a folder needs a name without"),
+    "only an ending": (".mp4", {}, r".mp4 is an ending without a name before it: .* for example clip\.mp4"),
     "TIFF": ("x.tif", {"frames": 0}, r"there is no format .tif.*pictures .png, .jpg"),
 }
 

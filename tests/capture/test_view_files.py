@@ -292,6 +292,12 @@ WRONG = {
         "view 0: 'transform_matrix': the opengl pose must have shape (4, 4)",
     ),
     "nerf size": ({**NERF, "w": 64.5}, "view 0: 'w' must be a whole number of pixels, got 64.5"),
+    "nerf huge": ({**NERF, "w": 10**400}, "view 0: 'w' must be a finite number above 0, got 1000"),
+    "too many": ([GOOD] * 100_000 + [3], "there must be 1 to 100,000 views, got 100,001"),
+    "nerf too many": (
+        {"frames": [{"transform_matrix": 3}] * 100_001},
+        "there must be 1 to 100,000 views, got 100,001",
+    ),
     "nerf no size": ({"fl_x": 8.0, "frames": NERF["frames"]}, "view 0: 'w' is missing"),
     "nerf focal": ({**NERF, "fl_y": 0}, "view 0: 'fl_y' must be a finite number above 0, got 0"),
     "nerf centre": ({**NERF, "cx": "32"}, "view 0: 'cx' must be a number, got '32'"),

@@ -119,6 +119,12 @@ def test_all_data_in_one_file(tmp_path):
         (["normal"], "a.png", {}, r"png cannot hold the output 'normal': .*; choose .npz, .exr$"),
         (["normal"], "a.webp", {}, r"webp cannot hold the output 'normal': .*; choose .npz, .exr$"),
         (["depth", "shadow_atlas"], "a.exr", {}, r"cannot hold the output 'shadow_atlas': .*; choose .npz$"),
+        (
+            ["depth", "id"],
+            "a.exr",
+            {"output": ["depth", "id"]},
+            r"a.exr: the output is one name, or None for all that fit, got \['depth', 'id'\]$",
+        ),
         (["depth", "id"], "a.png", {}, r"a.png: name the output to save, one of depth, id$"),
         (["color"], "a.png", {"quality": 50}, r"quality is 50, but no output is WebP or JPEG"),
         (["depth"], "a.npz", {"depth_scale": 1.0}, r"depth_scale is 1, but no output 'depth' is png16"),

@@ -22,7 +22,9 @@ Frames = Iterable[Frame]
 Need = Literal["instances", "whole masks", "rle"]
 Matrix = Sequence[Sequence[float]]
 
-_WHOLE = re.compile(r"0|[1-9][0-9]*")
+_WHOLE = re.compile(r"0|[1-9][0-9]{0,9}")
+_LARGEST_ID = 2**31 - 1
+"""Readers keep ids in arrays of whole numbers, some of them with 32 bits."""
 
 
 class Dataset(ABC):
@@ -119,10 +121,11 @@ class Dataset(ABC):
 def category_ids(categories: Iterable[str]) -> dict[str, int]:
     """Return the number of each category, in the order of the numbers.
 
-    It is the category itself if all are whole numbers. Otherwise they are sorted and counted from 1.
+    It is the category itself if all are whole numbers of at most 2^31 - 1. Otherwise they are sorted and
+    counted from 1.
     """
     names = set(categories)
-    if all(map(_WHOLE.fullmatch, names)):
+    if all(_WHOLE.fullmatch(name) and int(name) <= _LARGEST_ID for name in names):
         return {name: int(name) for name in sorted(names, key=int)}
     return {name: number for number, name in enumerate(sorted(names), 1)}
 
