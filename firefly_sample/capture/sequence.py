@@ -207,13 +207,13 @@ def capture_frames(
                 one.remove_parts()
             if resume:
                 finished = one.finished(jobs[0])
-            elif not overwrite:
-                one.check_free()
         if finished is not None:
             result: Manifest | Share = finished
         else:
             if not (resume or overwrite):
                 place.check_free()
+                if one is not None:
+                    one.check_free()
             count = len(jobs) * len(numbers)
             engine = _engine(jobs[0], count, workers, cluster, place.records.driver())
             with engine:

@@ -12,6 +12,7 @@ from PIL import Image, ImageSequence
 
 from firefly_sample.capture import one_file
 from firefly_sample.capture.manifest import read_manifest
+from firefly_sample.capture.one_file import earlier_settings
 from firefly_sample.capture.work import Share
 from firefly_sample.errors import FireflyError, OutputError
 from tests.capture.rolled import film_pictures, luma_psnr, names_in, no_drawing, pictures, roll
@@ -109,8 +110,9 @@ def test_overwriting_keeps_the_film_until_the_new_one_is_whole(clip, monkeypatch
     assert f"4 of 4 frames are whole in {clip}.frames; to go on, use --resume" in caplog.text
     assert clip.read_bytes() == before
     assert names_in(clip.parent) == ["clip.mp4", "clip.mp4.frames", "clip.mp4.json"]
-    with pytest.raises(OutputError, match=r"clip\.mp4 is there already"):
+    with pytest.raises(OutputError, match=r"a capture in .*clip\.mp4\.frames already: use --resume"):
         roll(clip, time=77.0)
+    assert earlier_settings(clip) == read_manifest(f"{clip}.frames")["settings"]
     monkeypatch.undo()
     roll(clip, resume=True, time=77.0)
     assert clip.read_bytes() != before
@@ -130,6 +132,7 @@ def test_a_whole_film_is_not_drawn_again(clip, caplog):
     manifest = roll(clip, resume=True)
     assert manifest == read_manifest(f"{clip}.json")
     assert f"{clip} is whole already" in caplog.text
+    assert earlier_settings(clip) == manifest["settings"]
     assert names_in(clip.parent) == [".other.mp4.12-0.part", "clip.mp4", "clip.mp4.json"]
 
 
