@@ -1,5 +1,6 @@
-"""Data sets by every way of drawing, and BOP's files against rays; for those who change them: it takes minutes.
-Run ``python -m pytest tests/capture/long_datasets.py``.
+"""BOP's files against rays, and data sets by every way of drawing; for those who change them.
+
+It takes minutes: ``python -m pytest tests/capture/long_datasets.py``.
 """
 
 from __future__ import annotations
