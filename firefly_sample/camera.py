@@ -147,13 +147,10 @@ class FrameCamera(ReadOnlyArrays):
                 f"a camera needs {_POSES!r}, a dict with a pose by the name of its convention "
                 f"({', '.join(CONVENTIONS)}), got {poses!r}"
             )
-        matrices = {name: matrix_from_pose(pose, name) for name, pose in poses.items()}
-        (first, matrix), *others = matrices.items()
-        for other, same in others:
-            allowed = np.full((4, 1), _RIGID)
-            allowed[3] *= max(1.0, np.abs(matrix[3]).max())
-            if not (np.abs(same - matrix) <= allowed).all():
-                raise SceneError(f"{_POSES}: the {other} pose contradicts the {first} pose")
+        try:
+            matrix = matrix_from_poses(poses)
+        except SceneError as error:
+            raise SceneError(f"{_POSES}: {error}") from None
         rest = {key: value for key, value in values.items() if key != _POSES}
         return cls(Intrinsics.from_dict(rest), matrix)
 
@@ -181,6 +178,30 @@ def matrix_from_pose(pose: ArrayLike, convention: str) -> Float64:
         matrix[axis] = sign * given[:, column]
     matrix[3] = given[:, 3]
     return matrix + 0.0  # +0, not -0
+
+
+def matrix_from_poses(poses: Mapping[str, ArrayLike]) -> Float64:
+    """Return what `matrix_from_pose` does for the first of some poses, after comparing the others with it.
+
+    Parameters
+    ----------
+    poses : mapping
+        One pose or more, by convention.
+
+    Raises
+    ------
+    SceneError
+        As `matrix_from_pose`, or if two poses differ by more than 1e-5, positions relative to the distance
+        from the origin.
+    """
+    matrices = {name: matrix_from_pose(pose, name) for name, pose in poses.items()}
+    (first, matrix), *others = matrices.items()
+    allowed = np.full((4, 1), _RIGID)
+    allowed[3] *= max(1.0, np.abs(matrix[3]).max())
+    for name, other in others:
+        if not (np.abs(other - matrix) <= allowed).all():
+            raise SceneError(f"the {name} pose contradicts the {first} pose")
+    return matrix
 
 
 def pose_from_matrix(matrix: ArrayLike, convention: str) -> Float64:

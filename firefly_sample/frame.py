@@ -148,7 +148,7 @@ OUTPUTS: dict[str, OutputInfo] = {
 }
 """Every output by name, in the order in which they are listed to people."""
 MASK = OutputInfo("uint8", 1, "screen", "255 or 0", "0", "where an instance is")
-"""The masks of data sets, which are no outputs: their names are as "mask/3"."""
+"""The meaning of a data set's masks. They are no outputs; the name of one is for example "mask/3"."""
 
 
 def output_info(name: str) -> OutputInfo | None:

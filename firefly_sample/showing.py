@@ -15,7 +15,7 @@ _INSTEAD = "write it to a file, or make a frame the last line of a notebook's ce
 
 
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:
-    """Return a picture, shape (height, width, 3 or 4), as the contents of a PNG file."""
+    """Return a picture, shape (height, width) or (height, width, 3 or 4), as the content of a PNG file."""
     import io
 
     from PIL import Image

@@ -1,4 +1,4 @@
-"""What a data set has to know of a frame beside its images: the instances in it, and their masks."""
+"""Annotations of a frame for a data set: the instances in it, and their masks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Annotations(NamedTuple):
-    """What is known of a frame beside its images.
+    """The instances in a frame, the categories of its scene, and masks.
 
     Attributes
     ----------

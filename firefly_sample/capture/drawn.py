@@ -46,7 +46,7 @@ class Drawn:
     id_names : tuple of str
         The name of each value of the output "id"; empty without that output.
     said : tuple of str
-        What was warned of while the scene was built, in another process.
+        The Python warnings that another process issued while it built and drew the scene.
     """
 
     index: int

@@ -1,9 +1,8 @@
-"""Files of images: their names, contents and hashes, each written whole or not at all."""
+"""Folders, hashes and screenshots: what all parts of a capture need of the file system."""
 
 from __future__ import annotations
 
 import hashlib
-import io
 import itertools
 import os
 import tempfile
@@ -15,6 +14,7 @@ import numpy as np
 
 from firefly_sample.errors import FireflyError, OutputError
 from firefly_sample.frame import Image
+from firefly_sample.showing import png_bytes
 from firefly_sample.whole_files import is_unfinished
 
 
@@ -53,10 +53,7 @@ def as_folder(folder: str | Path) -> Path:
 
 def save_screenshot(folder: Path, name: str, picture: Image) -> Path:
     """Write `picture`, shape (height, width, 3), to the first free ``<name>_0001.png`` in `folder`."""
-    import PIL.Image
-
-    png = io.BytesIO()
-    PIL.Image.fromarray(picture).save(png, format="PNG")
+    content = png_bytes(np.asarray(picture, np.uint8))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -66,7 +63,7 @@ def save_screenshot(folder: Path, name: str, picture: Image) -> Path:
         try:
             # exclusive, so that two windows that save at the same time get different names
             with path.open("xb") as file:
-                file.write(png.getbuffer())
+                file.write(content)
             break
         except FileExistsError:
             continue

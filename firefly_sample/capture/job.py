@@ -168,7 +168,7 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
         # these three say again what parameters, settings and the driver say
         if name in ("exposure", "seed", "software") or old == new:
             continue
-        if name == "formats" and old is None:
+        if name == "formats" and old is None:  # versions that recorded no cameras had no formats
             found.append("cameras: not recorded by an earlier version, now recorded")
             continue
         changed: dict[str, tuple[Any, Any]]

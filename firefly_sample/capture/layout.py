@@ -9,10 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
+from firefly_sample.encoding.formats import FORMATS, LAYERS
 from firefly_sample.frame import OUTPUTS
-
-LAYERS = "layers"
-"""The key of a file that holds all outputs of a frame."""
 
 MASKS = ("mask", "mask_visib")
 """BOP's masks of one instance: all that it would cover alone, and what is seen of it.
@@ -20,7 +18,7 @@ MASKS = ("mask", "mask_visib")
 The key of a file is one of these, a slash, and the number of the instance in its frame: ``mask/3``.
 """
 
-SUFFIXES = (".png", ".npz", ".webp", ".jpg", ".exr")
+SUFFIXES = tuple(dict.fromkeys(kind.suffixes[0] for kind in FORMATS.values()))
 """The endings of the files in a capture."""
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
+from firefly_sample.showing import png_bytes
 
 Mask = NDArray[np.bool_]
 """Pixels of a picture, shape (height, width)."""
@@ -42,24 +43,9 @@ def join_boxes(one: Box, other: Box) -> Box:
     return left, top, right - left, bottom - top
 
 
-def bop_box(box: Box) -> Box:
-    """Return a box as BOP writes it: `bbox_obj` and `bbox_visib` of ``scene_gt_info.json``.
-
-    BOP's toolkit (``misc.calc_2d_bbox``) subtracts the first column from the last, so its width and height
-    are smaller by one. An empty box is (-1, -1, -1, -1); its ``calc_gt_info`` also gives that as `bbox_obj`
-    of an instance with no visible pixel.
-    """
-    left, top, width, height = box
-    return (left, top, width - 1, height - 1) if width else (-1, -1, -1, -1)
-
-
 def mask_png(mask: Mask | Gray) -> bytes:
     """Return a mask as a grey PNG of 8 bits, 255 where it is not 0, as BOP has them."""
-    import PIL.Image
-
-    file = io.BytesIO()
-    PIL.Image.fromarray(as_gray(mask)).save(file, format="PNG")
-    return file.getvalue()
+    return png_bytes(as_gray(mask))
 
 
 def read_mask(content: bytes) -> Gray:

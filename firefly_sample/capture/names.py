@@ -42,7 +42,7 @@ class FileNames:
 
     @property
     def layout(self) -> Layout:
-        """The rule for the names."""
+        """The layout of the files."""
         return layout_of(self.dataset)
 
     def path(self, key: str, index: int) -> str:

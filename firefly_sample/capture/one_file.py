@@ -39,7 +39,7 @@ _OTHER_FILES = (
     *(".mov", ".m4v", ".mkv", ".avi", ".mpg", ".mpeg", ".wmv", ".flv", ".ogv", ".y4m"),
     *(".tif", ".tiff", ".bmp", ".tga", ".hdr", ".avif", ".heic", ".jxl", ".jp2", ".ppm", ".npy"),
 )
-"""Endings that nobody gives a folder, and that no format here has."""
+"""Endings of films and pictures that captures cannot write: a folder of such a name is a mistake."""
 
 Progress = Callable[[int, int], None]
 

@@ -181,8 +181,19 @@ def capture_frames(
     )
     encoding.require()
     template = Template(
-        *(plugin, scene, size, settings, names, encoding, dataset),
-        *(fps, time, seen, parameters, device, require_gpu),
+        plugin=plugin,
+        scene=scene,
+        size=size,
+        settings=settings,
+        outputs=names,
+        encoding=encoding,
+        dataset=dataset,
+        fps=fps,
+        time=time,
+        views=seen,
+        parameters=parameters,
+        device=device,
+        require_gpu=require_gpu,
     )
     jobs = list(template.jobs(sweep))
     if dataset is not None:

@@ -56,11 +56,13 @@ class Silhouette:
     size : (int, int)
         Width and height of the picture.
     pixels : int
-        Their number on a canvas of three times the picture's width and height, the picture in its middle.
+        Number of its pixels on a canvas of three times the picture's width and height, with the picture in
+        the middle.
     box : Box
-        Around all of them. It may begin left of the picture or above it, at numbers below 0.
+        The box around all of them. It may begin left of the picture or above it, at numbers below 0.
     part, corner : ndarray of bool, and (int, int)
-        A part of the picture with all that are in it, and its left column and top row.
+        The mask of a rectangle of the picture that contains all of its pixels there, and the rectangle's left
+        column and top row.
     """
 
     size: tuple[int, int]
@@ -71,11 +73,11 @@ class Silhouette:
 
     @property
     def in_picture(self) -> int:
-        """The number of those in the picture."""
+        """The number of its pixels in the picture."""
         return int(self.part.sum())
 
     def mask(self) -> Mask:
-        """Return those in the picture, shape (height, width)."""
+        """Return its pixels in the picture, shape (height, width)."""
         (width, height), (left, top) = self.size, self.corner
         whole = np.zeros((height, width), dtype=bool)
         down, across = self.part.shape

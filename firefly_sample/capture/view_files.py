@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from firefly_sample.camera import CONVENTIONS, FrameCamera, matrix_from_pose
+from firefly_sample.camera import CONVENTIONS, FrameCamera, matrix_from_poses
 from firefly_sample.capture.view_lens import ANGLE, LENS_KEYS, ViewLens, lens_of
 from firefly_sample.capture.views import MOST_VIEWS, ListedViews
 from firefly_sample.errors import LensError, OutputError, SceneError, did_you_mean
@@ -32,8 +32,6 @@ from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.settings import number_or_none
 
 _POSE = "camera_to_world"
-_AGREE = 1e-5
-"""Difference up to which poses in several conventions are the same one, rounded; of positions relative."""
 _DISTORTION = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 _PINHOLES = ("PINHOLE", "SIMPLE_PINHOLE", "OPENCV", "SIMPLE_RADIAL", "RADIAL")
 """NeRF's camera models that are a pinhole's where the distortion is 0."""
@@ -141,13 +139,7 @@ def _camera(shared: Mapping[str, Any], given: Mapping[str, Any]) -> Camera:
     _check_keys(f"in {_POSE!r}", poses, CONVENTIONS)
     if not poses:
         raise SceneError(f"{_POSE!r} has no pose: give one of {', '.join(CONVENTIONS)}")
-    found = {name: _matrix(_POSE, pose, name) for name, pose in poses.items()}
-    (first, matrix), *others = found.items()
-    allowed = np.full((4, 1), _AGREE)
-    allowed[3] *= max(1.0, float(np.abs(matrix[3]).max()))
-    for name, other in others:
-        if not (np.abs(other - matrix) <= allowed).all():
-            raise SceneError(f"{_POSE!r} contradicts itself: {first!r} and {name!r} are different poses")
+    matrix = _matrix(_POSE, poses)
     return Camera(matrix, lens_of({**shared, **given}))
 
 
@@ -156,7 +148,7 @@ def _nerf(top: Mapping[str, Any], frames: list[Any]) -> Iterator[Camera]:
     for number, given in enumerate(frames):
         with _naming(f"view {number}"):
             frame = _object(given, "a frame")
-            matrix = _matrix("transform_matrix", _get(frame, "transform_matrix"), "opengl")
+            matrix = _matrix("transform_matrix", {"opengl": _get(frame, "transform_matrix")})
             yield Camera(matrix, _nerf_lens({**top, **frame}))
 
 
@@ -197,9 +189,10 @@ def _focal(length: float, given: Mapping[str, Any], key: str) -> float:
     return 0.5 * length / math.tan(0.5 * angle)
 
 
-def _matrix(key: str, pose: Any, convention: str) -> Float64:
+def _matrix(key: str, poses: Mapping[str, Any]) -> Float64:
+    """Return the matrix of poses that stand at a key, by convention."""
     try:
-        matrix = matrix_from_pose(pose, convention)
+        matrix = matrix_from_poses(poses)
     except SceneError as error:
         raise SceneError(f"{key!r}: {error}") from None
     if np.abs(matrix[3, :3]).max() > LARGEST:
@@ -209,7 +202,7 @@ def _matrix(key: str, pose: Any, convention: str) -> Float64:
 
 @contextmanager
 def _naming(name: str) -> Iterator[None]:
-    """Errors within begin with the name of what they are about."""
+    """Put a name in front of the messages of errors in the block."""
     try:
         yield
     except LensError as error:

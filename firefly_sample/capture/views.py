@@ -91,7 +91,7 @@ class OrbitViews(Views):
         return None
 
     def check_size(self, size: tuple[int, int]) -> None:
-        """Return: pictures of each size are as those without views."""
+        """Accept every size: the lens is the scene's own."""
 
 
 def _turned(matrix: Float64, pivot: Float64, part: int, parts: int) -> Float64:

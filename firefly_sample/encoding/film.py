@@ -23,7 +23,7 @@ LONGEST = 600
 
 @dataclass(frozen=True)
 class FilmChoices:
-    """How a film is made of frames.
+    """Choices for a film: its rate, its quality and its padding.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class FilmChoices:
 
     @property
     def rate(self) -> Fraction:
-        """Frames per second as a fraction; raises OutputError for what is none above 0."""
+        """Frames per second as a fraction; OutputError if `fps` is no number above 0."""
         try:
             rate = Fraction(self.fps).limit_denominator(FINEST_RATE)
         except (ValueError, OverflowError, ZeroDivisionError, TypeError):
@@ -85,7 +85,7 @@ class Film:
     has_quality : bool
         True if `FilmChoices.quality` means something.
     always_exact : bool
-        True if no choice makes it lose anything; False if one does, or nothing keeps it from it.
+        True if it is always without loss. False if that depends on the choices, or it always has loss.
     encoders : tuple of str
         The encoders of FFmpeg that it needs; () if Pillow suffices.
     clock : str
@@ -135,7 +135,7 @@ class Film:
             )
 
     def check_rate(self, choices: FilmChoices) -> None:
-        """Raise an OutputError if it cannot show so many frames per second, or so few."""
+        """Raise an OutputError if the rate is above or below those that it can show."""
         rate, given = choices.rate, choices.fps
         if rate > self.fastest:
             raise OutputError(

@@ -21,7 +21,7 @@ EXTRA = "video"
 
 
 class FilmFacts(NamedTuple):
-    """What a film's file says of itself.
+    """Facts about a film, read from its file.
 
     Attributes
     ----------

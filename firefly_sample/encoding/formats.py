@@ -83,6 +83,8 @@ class Encoding:
             Of WebP and JPEG, 1 to 100.
         depth_scale : float or None
             Scene units of one code of a 16-bit depth; None for a thousandth.
+        usual : mapping, optional
+            The formats of outputs for which `formats` chooses none, in place of PNG and npz.
         """
         names = check_outputs(outputs)
         pairs, bare = _parsed(formats)

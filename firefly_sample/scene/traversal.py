@@ -38,9 +38,7 @@ class Visit(NamedTuple):
     color: Color | None
     material: Material | None
     path: str
-    instance: InstanceRoot | None = (
-        None  # of the nearest node at or above this one that has the tag `CATEGORY`
-    )
+    instance: InstanceRoot | None = None  # the nearest node at or above this one with the tag `CATEGORY`
 
 
 def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Visit]:

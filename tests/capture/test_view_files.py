@@ -259,7 +259,7 @@ WRONG = {
     "rows": (posed(turned(r3c0=4.0)), "view 0: 'camera_to_world': the opencv pose is for column vectors"),
     "contradiction": (
         [{"camera_to_world": {"opencv": RIGID, "opengl": RIGID}}],
-        "view 0: 'camera_to_world' contradicts itself: 'opencv' and 'opengl' are different poses",
+        "view 0: 'camera_to_world': the opengl pose contradicts the opencv pose",
     ),
     "key": (posed(RIGID, focal=3), "view 1: there is no key 'focal' in a camera"),
     "top": ({"fz": 1, "views": [GOOD]}, "there is no key 'fz' beside 'views'"),

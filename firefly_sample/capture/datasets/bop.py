@@ -22,7 +22,7 @@ from firefly_sample.whole_files import open_whole
 MILLIMETRES = 1000.0
 """BOP's unit in one scene unit, which is a metre."""
 NOWHERE = [-1, -1, -1, -1]
-"""The box of what cannot be seen."""
+"""The box of an instance without a visible pixel."""
 
 
 class Bop(Dataset):
@@ -109,7 +109,8 @@ def _pose(instance: Mapping[str, Any], numbers: Mapping[str, int]) -> dict[str, 
 def _pixels(instance: Mapping[str, Any]) -> dict[str, Any]:
     """Return an entry of ``scene_gt_info.json``.
 
-    Wherever it would be in the picture, it or something before it is drawn, so the depth there is valid.
+    At each pixel of its whole mask in the picture, the instance or one in front of it is drawn, so that the
+    depth of all these pixels is valid.
     """
     visible, whole = instance["visible"], instance["whole"]
     seen = visible["pixels"]

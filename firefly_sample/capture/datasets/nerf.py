@@ -13,9 +13,9 @@ from firefly_sample.capture.datasets.surroundings import Surroundings
 from firefly_sample.whole_files import open_whole
 
 AABB_SCALE = 16
-"""Sides of instant-ngp's box: it goes six times as far as the cameras are from what they look at."""
+"""Side of instant-ngp's box in unit cubes: it reaches six times as far as the cameras from their target."""
 CENTRE = 0.5
-"""What these readers add to the centre of pixel (0, 0): they count from the picture's corner."""
+"""Image coordinate of the first pixel's centre in these readers, which count from the picture's corner."""
 
 
 class Nerf(Dataset):
@@ -52,7 +52,7 @@ class Nerf(Dataset):
 
 
 class _Summary:
-    """What all frames have in common: intrinsics, times, and what their cameras look at."""
+    """Facts about all frames: common intrinsics, the range of times, and the point that cameras look at."""
 
     def __init__(self, frames: Frames) -> None:
         self.surroundings = Surroundings()
@@ -70,7 +70,7 @@ class _Summary:
             self.intrinsics = {}  # nerfstudio would take them for those of all frames
 
     def of(self, frame: Frame) -> dict[str, Any]:
-        """Return what a frame has for itself."""
+        """Return the members of a frame's entry: its own intrinsics if they differ, its time and its pose."""
         own: dict[str, Any] = {} if self.intrinsics else dict(_intrinsics(frame["camera"]))
         if self._start < self._end:
             own["time"] = (frame["time"] - self._start) / (self._end - self._start)

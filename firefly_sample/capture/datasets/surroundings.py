@@ -1,4 +1,4 @@
-"""Where the cameras of a capture look, and how far from there they are."""
+"""The point that the cameras of a capture look at, and their distance from it."""
 
 from __future__ import annotations
 
