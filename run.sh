@@ -201,9 +201,10 @@ run_tests() {
     nice mypy >"$found" 2>&1 &
     types=$!
     trap 'kill "$types" 2>/dev/null || :' EXIT
-    # a worker a core, up to four, each with whole files: blocks of a page build on each other
+    # a worker a core, up to four, each with whole files: blocks of a page build on each other; tests/conftest.py has
+    # their order
     status=0
-    python -m pytest -n auto --maxprocesses 4 --dist loadfile "$@" || status=$?
+    python -m pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder "$@" || status=$?
     typed=0
     wait "$types" || typed=$?
     trap - EXIT

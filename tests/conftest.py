@@ -49,10 +49,47 @@ def pytest_make_collect_report(collector):
     return report
 
 
+LONG_FILES = (
+    "tests/viewer/test_window.py",
+    "tests/lab/test_stability.py",
+    "tests/capture/test_cluster.py",
+    "tests/passes/test_lights.py",
+    "tests/viewer/test_smoke.py",
+    "tests/lab/test_choice.py",
+    "tests/viewer/test_other_libraries.py",
+    "tests/model/test_formats.py",
+    "tests/capture/test_deaths.py",
+    "tests/passes/test_lifetime.py",
+    "tests/cli/test_wheel.py",
+    "tests/passes/test_particle_shadows.py",
+    "tests/lab/test_start.py",
+    "tests/passes/test_live_changes.py",
+    "tests/lab/test_start_caches.py",
+    "tests/passes/test_shadows.py",
+    "tests/model/test_mutated_files.py",
+    "tests/passes/test_culling.py",
+    "tests/capture/test_processes.py",
+    "tests/passes/test_formats.py",
+    "tests/viewer/test_forked_windows.py",
+    "tests/interop/test_pyrender_pictures.py",
+    "tests/cli/test_streams.py",
+    "tests/pictures/test_forest_frames.py",
+    "tests/cli/test_doctor.py",
+    "tests/passes/test_reuse.py",
+    "tests/capture/test_swept_captures.py",
+    "tests/lab/test_trade.py",
+)
+"""Files that take longest, in turn one that waits for windows or processes and one that computes.
+
+They begin first: a long file that begins last would leave the other workers without work.
+"""
+
+
 def pytest_collection_modifyitems(config, items):
-    """All workers must have the tests in one order."""
+    """All workers must have the tests in one order: long files first, then by path."""
     if hasattr(config, "workerinput"):
-        items.sort(key=lambda item: item.path)
+        places = {config.rootpath / name: place for place, name in enumerate(LONG_FILES)}
+        items.sort(key=lambda item: (places.get(item.path, len(places)), item.path))
 
 
 def _number_of_worker(config):
