@@ -22,7 +22,7 @@ from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import GeomNode
-from firefly_sample.scene.traversal import CATEGORY, InstanceRoot, Visit
+from firefly_sample.scene.traversal import CATEGORY, InstanceRoot, iter_instances
 
 VIEW_TO_OPENCV = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """From X right, Y forward, Z up to X right, Y down, Z forward, for column vectors."""
@@ -70,14 +70,15 @@ class Instance:
 def find_instances(plan: FramePlan) -> tuple[Instance, ...]:
     """Return the instances of a frame, by their smallest id, also those that are hidden or out of view.
 
-    The plan is that of the frame, from `Renderer.plan`. The poses are those of its time, whatever has
-    happened to the scene since. Instances without geometry that the camera's mask lets through have no ids,
-    and are left out.
+    The plan is that of the frame, from `Renderer.plan`. Call it before the scene changes: the graph is walked
+    once more, so that frames of no data set pay nothing. Instances without geometry that the camera's mask
+    lets through have no ids, and are left out.
     """
     snapshot = plan.snapshot
     groups: dict[int, list[int]] = {}
     roots: dict[int, InstanceRoot] = {}
-    found = [_root_of(visit) for visit in snapshot.visits]
+    visited = iter_instances(snapshot.root, snapshot.camera_mask)
+    found = [root for node, root in visited if isinstance(node, GeomNode)]
     tagged = any(root.tagged for root in found) or _has_tags(snapshot)
     for number, root in enumerate(found):
         if root.tagged or not tagged:
@@ -93,11 +94,6 @@ def find_instances(plan: FramePlan) -> tuple[Instance, ...]:
             groups, matrices, *split_linear(matrices[:, :3, :3]), strict=True
         )
     )
-
-
-def _root_of(visit: Visit) -> InstanceRoot:
-    """Return the node at which the instance of a geometry node begins; one object for all of an instance."""
-    return visit.instance or InstanceRoot(visit.path, visit.net, visit.node.name, tagged=False)
 
 
 def _has_tags(snapshot: Snapshot) -> bool:

@@ -224,7 +224,6 @@ class Snapshot:
     sprites: list[tuple[Sprites, Float64]] = field(default_factory=list)
     particles: list[tuple[ParticleNode, Float64]] = field(default_factory=list)
     id_names: tuple[str, ...] = ()  # path of each geometry instance, by id
-    visits: tuple[Visit, ...] = ()  # of each geometry instance, by id
     warnings: tuple[str, ...] = ()
     """The warnings of all nodes, each line once."""
     watched: list[tuple[Any, int]] = field(default_factory=list)
@@ -266,7 +265,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     snapshot = Snapshot(root, root.get_top().node().subtree_revision, camera_mask)
     found: dict[tuple[Any, ...], _Found] = {}
     looks: _Looks = {}
-    visits: list[Visit] = []
+    names: list[str] = []
     warnings: dict[str, None] = {}
     with np.errstate(over="ignore", invalid="ignore"):  # net transforms that are not finite are refused below
         for visit in iter_visible(root, camera_mask):
@@ -274,8 +273,8 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if node.warnings:
                 warnings.update(dict.fromkeys(f"model {node.name!r}: {line}" for line in node.warnings))
             if isinstance(node, GeomNode):
-                _add_geoms(found, looks, node, visit, len(visits))
-                visits.append(visit)
+                _add_geoms(found, looks, node, visit, len(names))
+                names.append(visit.path)
             elif isinstance(node, LightNode):
                 snapshot.lights.append((node, visit.net))
                 if isinstance(node, Spotlight):
@@ -289,7 +288,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
     for key, entry in found.items():
         finite = np.isfinite(entry.nets).all(axis=(1, 2))
         if not finite.all():
-            _refuse(visits[entry.ids[int(np.argmin(finite))]].path)
+            _refuse(names[entry.ids[int(np.argmin(finite))]])
         snapshot.groups.extend(_make_groups(key, entry))
         snapshot.watched.append((entry.geom, entry.geom.revision))
     for nodes in (snapshot.lights, snapshot.sprites, snapshot.particles):
@@ -297,7 +296,7 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
             if not np.isfinite(net).all():
                 _refuse(node.name)
     snapshot.looks = list(looks.values())
-    snapshot.visits, snapshot.id_names = tuple(visits), tuple(visit.path for visit in visits)
+    snapshot.id_names = tuple(names)
     snapshot.warnings = tuple(warnings)
     return snapshot
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple, TypeVar
 
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
@@ -11,17 +11,9 @@ from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transform_state import IDENTITY
 
+
 CATEGORY = "category"
 """The tag of a node at which an instance of a data set begins: what is at and below it is one object."""
-
-
-class InstanceRoot(NamedTuple):
-    """The node at which an instance of a data set begins, as reached by one path."""
-
-    path: str  # as `Visit.path`
-    net: Float64  # shape (4, 4), from the node's space to the root's
-    category: str  # the node's tag, or its name where that is empty
-    tagged: bool  # False of a geometry node at or above which no node has the tag
 
 
 class Visit(NamedTuple):
@@ -38,29 +30,15 @@ class Visit(NamedTuple):
     color: Color | None
     material: Material | None
     path: str
-    instance: InstanceRoot | None = None  # the nearest node at or above this one with the tag `CATEGORY`
 
 
-def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Visit]:
-    """Yield every node at and below `root` that a camera with this mask sees; depth first, children in order.
+class InstanceRoot(NamedTuple):
+    """The node at which an instance of a data set begins, as reached by one path."""
 
-    Transforms, colours, materials and masks above `root`, which must not be empty, are inherited.
-    """
-    top = root.node()
-    above = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "", None)
-    for path in reversed(root.get_ancestors()[1:]):
-        above = _enter(above, path.node(), path.get_name())
-    waiting = [(top, above, top.name)]
-    while waiting:
-        node, above, label = waiting.pop()
-        here = _enter(above, node, label)
-        if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
-            yield Visit(node, here.net, here.color, here.material, here.path, here.instance)
-        elif not any(below.draw_control & below.draw_show for below in node.iter_descendants()):
-            continue  # `show_through` was called for none of them
-        if children := node.children:
-            labels = _labels(children)
-            waiting.extend([(child, here, labels.pop()) for child in reversed(children)])
+    path: str  # as `Visit.path`
+    net: Float64  # shape (4, 4), from the node's space to the root's
+    category: str  # the node's tag, or its name where that is empty
+    tagged: bool  # False of a visible node at or above which no node has the tag
 
 
 class _State(NamedTuple):
@@ -73,11 +51,80 @@ class _State(NamedTuple):
     material: Material | None
     material_priority: int
     path: str
+
+
+class _Tagged(NamedTuple):
+    """The state that children inherit, and the root of the instance that they belong to."""
+
+    mask: int
+    state: _State
     instance: InstanceRoot | None
 
 
+_START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
+_Here = TypeVar("_Here", _State, _Tagged)
+_Result = TypeVar("_Result")
+
+
+def iter_visible(root: NodePath, camera_mask: int = ALL_CAMERAS) -> Iterator[Visit]:
+    """Yield every node at and below `root` that a camera with this mask sees; depth first, children in order.
+
+    Transforms, colours, materials and masks above `root`, which must not be empty, are inherited.
+    """
+    return _walk(root, camera_mask, _START, _enter, _visit)
+
+
+def iter_instances(
+    root: NodePath, camera_mask: int = ALL_CAMERAS
+) -> Iterator[tuple[PandaNode, InstanceRoot]]:
+    """Yield the nodes that `iter_visible` does, in its order, each with the root of its instance.
+
+    That is the nearest node at or above it with the tag `CATEGORY`, or else the node itself. Nodes of one
+    instance share one root.
+    """
+    return _walk(root, camera_mask, _Tagged(_START.mask, _START, None), _enter_tagged, _instance)
+
+
+def _walk(
+    root: NodePath,
+    camera_mask: int,
+    above: _Here,
+    enter: Callable[[_Here, PandaNode, str], _Here],
+    result: Callable[[PandaNode, _Here], _Result],
+) -> Iterator[_Result]:
+    top = root.node()
+    for path in reversed(root.get_ancestors()[1:]):
+        above = enter(above, path.node(), path.get_name())
+    waiting = [(top, above, top.name)]
+    while waiting:
+        node, above, label = waiting.pop()
+        here = enter(above, node, label)
+        if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
+            yield result(node, here)
+        elif not any(below.draw_control & below.draw_show for below in node.iter_descendants()):
+            continue  # `show_through` was called for none of them
+        if children := node.children:
+            labels = _labels(children)
+            waiting.extend([(child, here, labels.pop()) for child in reversed(children)])
+
+
+def _visit(node: PandaNode, here: _State) -> Visit:
+    return Visit(node, here.net, here.color, here.material, here.path)
+
+
+def _instance(node: PandaNode, here: _Tagged) -> tuple[PandaNode, InstanceRoot]:
+    return node, here.instance or InstanceRoot(here.state.path, here.state.net, node.name, tagged=False)
+
+
+def _enter_tagged(above: _Tagged, node: PandaNode, label: str) -> _Tagged:
+    state, instance = _enter(above.state, node, label), above.instance
+    if CATEGORY in node.tags:
+        instance = InstanceRoot(state.path, state.net, node.tags[CATEGORY] or node.name, tagged=True)
+    return _Tagged(state.mask, state, instance)
+
+
 def _enter(above: _State, node: PandaNode, label: str) -> _State:
-    net, mask, color, color_priority, material, material_priority, path, instance = above
+    net, mask, color, color_priority, material, material_priority, path = above
     if not node.transform.is_identity:
         net = node.transform.get_mat() @ net
     if node.draw_control:
@@ -89,9 +136,7 @@ def _enter(above: _State, node: PandaNode, label: str) -> _State:
             material, material_priority, node.material, node.material_priority
         )
     path = f"{path}/{label}" if path else label
-    if CATEGORY in node.tags:
-        instance = InstanceRoot(path, net, node.tags[CATEGORY] or node.name, True)
-    return _State(net, mask, color, color_priority, material, material_priority, path, instance)
+    return _State(net, mask, color, color_priority, material, material_priority, path)
 
 
 def _labels(children: Sequence[PandaNode]) -> list[str]:
