@@ -10,6 +10,7 @@ from firefly_sample.capture.datasets import find_dataset
 from firefly_sample.capture.files import hash_file, sync_folder
 from firefly_sample.capture.manifest import MANIFEST, FrameEntry, write_manifest
 from firefly_sample.capture.records import Records
+from firefly_sample.errors import FireflyError
 
 OWN = ("folder", "values", "sources", "parameters", "settings", "exposure", "seed")
 """The members of a description that each capture of a sweep has for itself."""
@@ -109,7 +110,13 @@ def _write_documents(
 ) -> dict[str, str]:
     """Write what makes the files of a folder a data set; return the SHA-256 of each document, by its path."""
     folder = description["folder"]
-    names = find_dataset(description["dataset"]).write(path, description, frames)
+    try:
+        names = find_dataset(description["dataset"]).write(path, description, frames)
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise FireflyError(
+            f"cannot describe the frames in {path / folder} as data set {description['dataset']!r}, because "
+            f"what is recorded of one is damaged ({type(error).__name__}: {error}): use --overwrite"
+        ) from error
     sync_folder(path / folder)
     return {name: hash_file(path / name) or "" for name in names}
 

@@ -214,6 +214,7 @@ class OneFile:
         before = {name: manifest[name] for name in now if name in manifest}
         changed = differences(before | {"folder": "", "values": {}}, now)
         about, facts = manifest["file"], self._film_facts()
+        facts.pop("fps", None)  # as exact as the capture's own, which is compared already
         changed += differences({name: about.get(name) for name in facts}, facts)
         if [entry["index"] for entry in manifest["frames"]] != sorted(self._numbers):
             changed.append("its frames are others")

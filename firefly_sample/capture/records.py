@@ -157,6 +157,9 @@ class Records:
 
     def _read_part(self, source: int, part: Mapping[str, Any]) -> None:
         description = {name: part[name] for name in _DESCRIBED if name in part}
+        wrong = _wrong_member(description)
+        if wrong:
+            raise ValueError(f"its {wrong!r} is damaged")
         key, folder, frames = key_of(description), part["folder"], part["frames"]
         self._describe(key, description)
         head = {**part, "about": key, "frames": None}
@@ -254,10 +257,21 @@ def _is_description(line: Mapping[str, Any]) -> bool:
     described = line["is"]
     if not isinstance(described, dict) or not described.keys() >= set(_DESCRIBED) - set(_NEW):
         return False
+    if _wrong_member(described):
+        return False
     try:
         return key_of(described) == line.get("about")
     except ValueError:  # it holds a number that JSON does not have
         return False
+
+
+def _wrong_member(described: Mapping[str, Any]) -> str:
+    """Return the name of a member of a description that is not what it can be; "" if there is none."""
+    dataset, views = described.get("dataset"), described.get("views")
+    if not isinstance(dataset, str | None):
+        return "dataset"
+    listed = isinstance(views, dict) and ("orbit" in views or isinstance(views.get("views"), list))
+    return "" if views is None or listed else "views"
 
 
 def _is_frame(line: Mapping[str, Any], values: Container[int]) -> bool:
@@ -285,7 +299,8 @@ def _is_record(frame: object, kind: Literal["files", "error"]) -> bool:
     return (
         numbered
         and all(isinstance(frame.get(name), dict) for name in ("files", "sha256", "lights"))
-        and isinstance(frame.get("file_sha256", {}), dict)
+        and all(isinstance(frame.get(name, {}), dict) for name in ("file_sha256", "camera"))
+        and isinstance(frame.get("instances", []), list)
         and all(isinstance(frame.get(name, []), list | int) for name in ("id_names", "categories"))
     )
 

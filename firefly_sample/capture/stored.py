@@ -130,7 +130,7 @@ class StoredCapture:
             raise ValueError("it has no 'index'")
         names, pixels = (_texts(entry, key) for key in ("files", "sha256"))
         hashes = _texts(entry, "file_sha256") if "file_sha256" in entry else {}
-        if not names and "file" in self.keys:  # a film
+        if not names and is_film(self.keys):
             pixels = {}
         if names.keys() != pixels.keys() or (hashes and hashes.keys() != names.keys()):
             raise ValueError(f"frame {index}: files and hashes do not have the same outputs")
@@ -147,6 +147,12 @@ class StoredCapture:
         if not isinstance(id_names, list) or not all(isinstance(name, str) for name in id_names):
             raise ValueError("'id_names' are not names")
         return StoredFrame(index, files, id_names)
+
+
+def is_film(keys: Mapping[str, Any]) -> bool:
+    """Return whether a manifest describes a film, whose frames have no files; a still picture's do."""
+    about = keys.get("file")
+    return isinstance(about, dict) and "fps" in about
 
 
 def _index(entry: object) -> int:

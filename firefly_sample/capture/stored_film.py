@@ -10,7 +10,7 @@ import numpy as np
 
 from firefly_sample.capture.files import hash_file, pixel_hash
 from firefly_sample.capture.report import Report
-from firefly_sample.capture.stored import FilmImage, StoredCapture, StoredFrame
+from firefly_sample.capture.stored import FilmImage, StoredCapture, StoredFrame, is_film
 from firefly_sample.encoding.film import FilmChoices
 from firefly_sample.encoding.films import FILMS, read_film
 from firefly_sample.errors import FireflyError, MissingPackageError
@@ -19,10 +19,9 @@ from firefly_sample.frame import OUTPUTS, Image
 
 def film_of(capture: StoredCapture) -> Path | None:
     """Return the film that a capture is; None if each of its frames has files."""
-    about = capture.keys.get("file")
-    if not isinstance(about, dict) or "fps" not in about:  # a still picture has none
+    if not is_film(capture.keys):
         return None
-    return capture.root / Path(str(about.get("name"))).name
+    return capture.root / Path(str(capture.keys["file"].get("name"))).name
 
 
 def check_film(capture: StoredCapture, report: Report) -> bool:

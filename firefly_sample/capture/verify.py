@@ -85,7 +85,11 @@ def _check_documents(capture: StoredCapture, report: Report) -> None:
     documents = capture.keys.get("documents")
     for name, digest in (documents if isinstance(documents, dict) else {}).items():
         report.files += 1
-        path = path_inside(capture.root, name)
+        try:
+            path = path_inside(capture.root, name)
+        except ValueError as error:
+            report.add("damaged", f"one of its 'documents' is damaged: {error}", capture=capture.folder)
+            continue
         found = hash_file(path)
         if found is None:
             report.add("missing", f"{path} is missing", file=str(path), capture=capture.folder)

@@ -48,9 +48,12 @@ class FilmChoices:
     def rate(self) -> Fraction:
         """Frames per second as a fraction; OutputError if `fps` is no number above 0."""
         try:
-            rate = Fraction(self.fps).limit_denominator(FINEST_RATE)
+            given = Fraction(self.fps)
         except (ValueError, OverflowError, ZeroDivisionError, TypeError):
-            rate = Fraction(0)
+            given = Fraction(0)
+        rate = given.limit_denominator(FINEST_RATE)
+        if given > 0 and rate == 0:
+            raise OutputError(_too_slow(self.fps))
         if rate <= 0:
             raise OutputError(
                 f"fps must be a number above 0, or a fraction such as 24000/1001, got {self.fps!r}"
@@ -142,7 +145,11 @@ class Film:
                 f"fps must be at most {self.fastest} for {self.suffix} ({self.why_fastest}), got {given}"
             )
         if rate * LONGEST < 1:
-            raise OutputError(f"fps must be at least 1/{LONGEST}, got {given}")
+            raise OutputError(_too_slow(given))
 
     def _needs_even(self, choices: FilmChoices) -> bool:
         return self.even and choices.crf != 0
+
+
+def _too_slow(fps: float | Fraction | str) -> str:
+    return f"fps must be at least 1/{LONGEST}, got {fps}"

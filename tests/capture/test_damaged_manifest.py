@@ -30,6 +30,9 @@ FRAMES_BY_HAND = [
     {"index": -5},
     {"index": 10**30},
     {"index": True},
+    {"camera": None},
+    {"camera": [1]},
+    {"instances": 3},
 ]
 
 
@@ -50,6 +53,8 @@ def test_a_manifest_that_was_edited_by_hand_is_one_line_with_a_way_out(tmp_path,
         ("entry 1 of 'failed' is damaged", ("failed", 0), change) for change in ({"error": 3}, {"time": "x"})
     ]
     wrong += [("its 'warnings' are no list", (), {"warnings": 3})]
+    wrong += [("its 'dataset' is damaged", (), {"dataset": value}) for value in ([1], {}, 5)]
+    wrong += [("its 'views' is damaged", (), {"views": value}) for value in ("x", 5, [], {}, {"views": 2})]
     for text, (*place,), change in wrong:
         content = json.loads(whole)
         content["failed"] = [failed_of(9)]

@@ -17,8 +17,9 @@ from pycocotools import mask as coco_masks
 from firefly_sample.capture.merge import merge_capture
 from firefly_sample.capture.sequence import capture_frames
 from firefly_sample.capture.verify import compare_captures, verify_capture
-from firefly_sample.errors import MissingPackageError, OutputError
+from firefly_sample.errors import FireflyError, MissingPackageError, OutputError
 from tests.capture.captures import content
+from tests.capture.edits import edit
 from tests.readers import read_bop, read_mask, read_nerf
 
 PARADE = "tests.capture.scenes:parade"
@@ -158,6 +159,24 @@ def test_verify_finds_masks_and_documents_that_are_not_as_they_were(copy, bop):
     assert [note.kind for note in report.notes] == ["stale"]
     both = {(fault.kind, fault.output) for fault in compare_captures(bop, copy).problems}
     assert both >= {("changed", None), ("missing", None), ("missing", "mask/1"), ("changed", "mask_visib/0")}
+
+
+@pytest.mark.parametrize("name", ["../scene_gt.json", "/etc/hostname", ""])
+def test_verify_reads_no_document_outside_the_folder(name, copy):
+    edit(copy, lambda manifest: manifest["documents"].update({name: "0" * 64}))
+    (problem,) = verify_capture(copy).problems
+    assert problem.kind == "damaged"
+    assert problem.text.startswith(f"one of its 'documents' is damaged: {name!r} is not ")
+
+
+@pytest.mark.parametrize("damaged", [{}, {"fx": "a"}])
+def test_a_recorded_camera_that_is_damaged_is_one_line(damaged, copy):
+    edit(copy, lambda manifest: manifest["frames"][0].update(camera=damaged))
+    with pytest.raises(
+        FireflyError, match=r"as data set 'bop', because .* is damaged .*: use --overwrite"
+    ) as caught:
+        capture(copy, outputs=("color", "depth", "id"), resume=True)
+    assert "\n" not in str(caught.value)
 
 
 def test_a_damaged_mask_is_drawn_again(copy, bop):

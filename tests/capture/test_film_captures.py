@@ -142,6 +142,7 @@ def damage(clip):
 
 CHANGES = {
     "crf": ({"crf": 30}, None, "crf: None, now 30"),
+    "fps": ({"fps": 2.0}, None, "fps: 24.0, now 2.0"),
     "frames": ({"frames": "1:4"}, None, "its frames are others"),
     "scene": ({"parameters": {"bright": 0.5}}, None, "bright: 1.0, now 0.5"),
     "file": ({}, damage, "the file has been changed"),

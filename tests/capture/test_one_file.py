@@ -38,6 +38,7 @@ REFUSED = {
     "quality of PNG": ("x.png", {"quality": 80, "frames": 0}, "quality is 80, but no output is WebP or JPEG"),
     "scale of a film": ("x.mp4", {"depth_scale": 0.1}, "depth_scale is 0.1, but no output 'depth' is png16"),
     "too fast": ("x.gif", {"fps": 60.0}, "fps must be at most 50"),
+    "far too slow": ("x.gif", {"fps": 1e-9}, "fps must be at least 1/600, got 1e-09"),
     "QuickTime": ("x.mov", {}, r"there is no format .mov.*films are .mp4, .*a folder needs a name without"),
     "only an ending": (".mp4", {}, r".mp4 is an ending without a name before it: .* for example clip\.mp4"),
     "TIFF": ("x.tif", {"frames": 0}, r"there is no format .tif.*pictures .png, .jpg"),

@@ -96,6 +96,14 @@ def test_a_film_without_a_manifest_or_unfinished(clip):
         verify_capture(clip)
 
 
+@pytest.mark.parametrize("about", [None, 5, [], {}])
+def test_a_film_that_its_manifest_does_not_name_is_not_whole(about, clip):
+    edit(clip.parent, lambda manifest: manifest.update(file=about), "clip.apng.json")
+    report = verify_capture(clip)
+    assert kinds(report) == ["manifest"] * 4
+    assert report.problems[0].text.endswith("frame 0: files and hashes do not have the same outputs")
+
+
 MANIFESTS = {
     "no outputs": (lambda m: m.update(outputs=[]), "is damaged"),
     "no size": (lambda m: m.update(size=3), "is damaged"),
