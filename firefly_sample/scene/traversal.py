@@ -11,7 +11,6 @@ from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.transform_state import IDENTITY
 
-
 CATEGORY = "category"
 """The tag of a node at which an instance of a data set begins: what is at and below it is one object."""
 
