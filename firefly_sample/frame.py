@@ -285,6 +285,9 @@ class Frame:
             )
         return self.images[output]
 
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.images]
+
     def __getattr__(self, name: str) -> Image:
         if name in OUTPUTS:
             return self[name]

@@ -137,6 +137,8 @@ class StoredCapture:
         for digest in (*pixels.values(), *hashes.values()):
             if not _DIGEST.fullmatch(digest):
                 raise ValueError(f"frame {index}: {digest[:80]!r} is not a SHA-256")
+        if isinstance(self.keys.get("file"), dict):  # a still picture, which may have been renamed
+            names = dict.fromkeys(names, self.keys["file"].get("name", ""))
         files: dict[str, StoredFile | FilmImage] = {
             output: StoredFile(
                 name, path_inside(self.root, name), pixels[output], hashes.get(output), self.names
@@ -192,6 +194,7 @@ def stored_captures(folder: str | Path) -> list[StoredCapture]:
     manifest = read_manifest(folder)
     found = []
     for keys in _parts(manifest):
+        keys = _with_own_name(manifest.path, keys)
         inside = keys.get("folder", "")
         try:
             if inside != "":
@@ -209,6 +212,14 @@ def stored_captures(folder: str | Path) -> list[StoredCapture]:
             raise FireflyError(f"{manifest.path} is damaged: {what}") from error
         found.append(StoredCapture(manifest.path.parent, inside, keys, [], names))
     return found
+
+
+def _with_own_name(path: Path, keys: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return what a manifest says; a single file that was renamed together with its manifest has its new name."""
+    about = keys.get("file")
+    if not isinstance(about, dict) or path.name == MANIFEST or path.suffix != ".json":
+        return keys
+    return {**keys, "file": {**about, "name": path.name.removesuffix(".json")}}
 
 
 def _parts(manifest: Manifest) -> list[Mapping[str, Any]]:

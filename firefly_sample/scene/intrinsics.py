@@ -154,7 +154,8 @@ class Intrinsics:
         Returns
         -------
         ndarray of float64, shape (height, width, 3)
-            NaN where the depth is not finite, that is where nothing was drawn.
+            NaN where nothing was drawn: where the depth is not finite or, with a perspective lens, not above 0,
+            as the codes 0 of a 16-bit depth are.
         """
         distance = as_numbers("depth", depth, LensError)
         if distance.shape != (self.height, self.width):
@@ -163,6 +164,8 @@ class Intrinsics:
                 f"got {distance.shape}: take the intrinsics of its own size, lens.intrinsics((width, height))"
             )
         distance[~np.isfinite(distance)] = np.nan
+        if self.is_perspective():
+            distance[distance <= 0.0] = np.nan
         spread = distance if self.is_perspective() else np.where(np.isnan(distance), np.nan, 1.0)
         points = np.empty((self.height, self.width, 3))
         points[..., 0] = (np.arange(self.width) + self.pixel_center - self.cx) / self.fx * spread
