@@ -147,21 +147,6 @@ OUTPUTS: dict[str, OutputInfo] = {
     ),
 }
 """Every output by name, in the order in which they are listed to people."""
-MASK = OutputInfo("uint8", 1, "screen", "255 or 0", "0", "where an instance is")
-"""The meaning of a data set's masks. They are no outputs; the name of one is for example "mask/3"."""
-
-
-def output_info(name: str) -> OutputInfo | None:
-    """Return the meaning of an output's values, or of a mask's; None for a name that is neither."""
-    return OUTPUTS.get(name) or (MASK if "mask" in name.partition("/")[0] and "/" in name else None)
-
-
-def known_output(name: str) -> OutputInfo:
-    """Return what `output_info` does; KeyError for a name that it does not know."""
-    info = output_info(name)
-    if info is None:
-        raise KeyError(name)
-    return info
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from firefly_sample.capture.annotations import draw_annotated, is_annotated
 from firefly_sample.capture.datasets import find_dataset
+from firefly_sample.capture.datasets.annotations import draw_annotated, is_annotated
 from firefly_sample.capture.drawn import Drawn, Failed, Sight, as_drawn, encode, encode_masks
 from firefly_sample.capture.job import Driver, Job, Task
 from firefly_sample.capture.viewed_scene import ViewedScene

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.annotations import Annotations
+from firefly_sample.capture.datasets.annotations import Annotations
+from firefly_sample.capture.datasets.masks import Gray, mask_png
 from firefly_sample.capture.files import pixel_hash
 from firefly_sample.capture.job import Task
-from firefly_sample.capture.masks import Gray, mask_png
 from firefly_sample.encoding.formats import Encoding
 from firefly_sample.errors import FireflyError
 from firefly_sample.frame import Frame, Image

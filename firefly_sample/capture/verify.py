@@ -10,16 +10,11 @@ from itertools import groupby, repeat
 from pathlib import Path
 from typing import Any
 
-from firefly_sample.capture.comparing import Limits
-from firefly_sample.capture.files import hash_file, thread_count
-from firefly_sample.capture.folder import holds_capture, journals
-from firefly_sample.capture.job import differences as description_differences
-from firefly_sample.capture.manifest import MANIFEST
-from firefly_sample.capture.one_file import frames_folder, is_one_file, manifest_of
-from firefly_sample.capture.pairs import Found, Pair, compare_files
-from firefly_sample.capture.report import Report
-from firefly_sample.capture.sides import Only, Side, named
-from firefly_sample.capture.stored import (
+from firefly_sample.capture.checking.comparing import Limits
+from firefly_sample.capture.checking.pairs import Found, Pair, compare_files
+from firefly_sample.capture.checking.report import Report
+from firefly_sample.capture.checking.sides import Only, Side, named
+from firefly_sample.capture.checking.stored import (
     Checked,
     StoredCapture,
     StoredFrame,
@@ -28,7 +23,12 @@ from firefly_sample.capture.stored import (
     stored_captures,
     without_content,
 )
-from firefly_sample.capture.stored_film import are_same_films, check_film, film_of
+from firefly_sample.capture.checking.stored_film import are_same_films, check_film, film_of
+from firefly_sample.capture.files import hash_file, thread_count
+from firefly_sample.capture.folder import holds_capture, journals
+from firefly_sample.capture.job import differences as description_differences
+from firefly_sample.capture.manifest import MANIFEST
+from firefly_sample.capture.one_file import frames_folder, is_one_file, manifest_of
 from firefly_sample.errors import FireflyError
 
 _NOT_DESCRIBED = (
@@ -121,7 +121,7 @@ def compare_captures(
     folder, other : path
         The expected and the actual capture.
     max_codes, max_error, max_share : float
-        See `firefly_sample.capture.comparing.Limits`; by default images must be equal.
+        See `firefly_sample.capture.checking.comparing.Limits`; by default images must be equal.
     differences : path, optional
         A folder for pictures of images that differ: expected, actual and difference side by side. Pictures of
         an earlier comparison in it are removed.

@@ -13,7 +13,7 @@ from firefly_sample.commands.options import Flag, Folder
 from firefly_sample.commands.terminal import print_json, print_result, progress_bar
 
 if TYPE_CHECKING:
-    from firefly_sample.capture.report import Problem, Report
+    from firefly_sample.capture.checking.report import Problem, Report
 
 MOST_LINES = 20
 """More problems than this are counted, and listed only by --json."""

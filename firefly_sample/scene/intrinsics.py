@@ -154,8 +154,8 @@ class Intrinsics:
         Returns
         -------
         ndarray of float64, shape (height, width, 3)
-            NaN where nothing was drawn: where the depth is not finite or, with a perspective lens, not above 0,
-            as the codes 0 of a 16-bit depth are.
+            NaN where nothing was drawn: where the depth is not finite or, with a perspective lens, not above
+            0, as the codes 0 of a 16-bit depth are.
         """
         distance = as_numbers("depth", depth, LensError)
         if distance.shape != (self.height, self.width):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from firefly_sample.capture.comparing import Limits, by_name, measure
+from firefly_sample.capture.checking.comparing import Limits, by_name, measure
 from firefly_sample.errors import OutputError
 
 EXACT = Limits()

@@ -9,8 +9,13 @@ import PIL.Image
 import pytest
 from pycocotools import mask as coco
 
-from firefly_sample.capture.instances import find_instances, instance_records, owner_image, split_linear
-from firefly_sample.capture.masks import box_of, encode_rle, join_boxes, mask_png
+from firefly_sample.capture.datasets.instances import (
+    find_instances,
+    instance_records,
+    owner_image,
+    split_linear,
+)
+from firefly_sample.capture.datasets.masks import box_of, encode_rle, join_boxes, mask_png
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.pipeline import build_plan
 from firefly_sample.scene.lens import PerspectiveLens

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from firefly_sample.capture.instances import find_instances, instance_records, owner_image
-from firefly_sample.capture.silhouettes import draw_silhouettes
+from firefly_sample.capture.datasets.instances import find_instances, instance_records, owner_image
+from firefly_sample.capture.datasets.silhouettes import draw_silhouettes
 from tests.capture.objects import crowd, rays, sure_hits, sure_owner
 from tests.conftest import borrow_renderer
 

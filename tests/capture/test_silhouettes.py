@@ -5,9 +5,9 @@ import pytest
 
 from firefly_sample import load_model
 from firefly_sample.assets import asset_dir
-from firefly_sample.capture.instances import find_instances, instance_records, owner_image
-from firefly_sample.capture.masks import box_of
-from firefly_sample.capture.silhouettes import draw_silhouettes
+from firefly_sample.capture.datasets.instances import find_instances, instance_records, owner_image
+from firefly_sample.capture.datasets.masks import box_of
+from firefly_sample.capture.datasets.silhouettes import draw_silhouettes
 from firefly_sample.errors import OutputError
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lights import AmbientLight

@@ -6,7 +6,7 @@ import pytest
 
 from firefly_sample import build_plan
 from firefly_sample.assets import model_path
-from firefly_sample.capture.instances import find_instances
+from firefly_sample.capture.datasets.instances import find_instances
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from tests.tabletop import CATEGORIES, MODULE, installed, objects_of, overlapping, vertices_of

@@ -8,8 +8,8 @@ import shutil
 
 import pytest
 
-from firefly_sample.capture.comparing import Limits
-from firefly_sample.capture.report import Report
+from firefly_sample.capture.checking.comparing import Limits
+from firefly_sample.capture.checking.report import Report
 from firefly_sample.cli import main
 from firefly_sample.commands.verify import report_as_text
 from tests.capture.edits import brighten, redraw

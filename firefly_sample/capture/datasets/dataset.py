@@ -10,8 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Any, ClassVar, Literal
 
+from firefly_sample.capture.datasets.masks import require_rle
 from firefly_sample.capture.layout import Layout, layout_of
-from firefly_sample.capture.masks import require_rle
 from firefly_sample.errors import OutputError
 from firefly_sample.scene.lens_base import Lens
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from firefly_sample.capture.comparing import Limits, by_name, measure
-from firefly_sample.capture.difference_picture import difference_picture, share_text
-from firefly_sample.capture.stored import (
+from firefly_sample.capture.checking.comparing import Limits, by_name, measure
+from firefly_sample.capture.checking.difference_picture import difference_picture, share_text
+from firefly_sample.capture.checking.stored import (
     Checked,
     FilmImage,
     StoredFile,
@@ -16,8 +16,9 @@ from firefly_sample.capture.stored import (
     check_frame,
     without_content,
 )
+from firefly_sample.capture.datasets.masks import image_info
 from firefly_sample.errors import FireflyError, MissingPackageError
-from firefly_sample.frame import Image, output_info
+from firefly_sample.frame import Image
 from firefly_sample.whole_files import open_whole
 
 
@@ -30,7 +31,7 @@ class Pair(NamedTuple):
 
 @dataclass
 class Different:
-    """Two images that differ; its fields are those of `firefly_sample.capture.report.Problem`."""
+    """Two images that differ; its fields are those of `firefly_sample.capture.checking.report.Problem`."""
 
     kind: str
     output: str
@@ -118,7 +119,7 @@ def compare_images(
 
 
 def _decoded(output: str, file: StoredFile | FilmImage, content: bytes | None) -> Image | None:
-    if content is None or output_info(output) is None:
+    if content is None or image_info(output) is None:
         return None
     try:
         return file.decode(output, content)

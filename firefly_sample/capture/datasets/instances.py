@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.capture.masks import Mask, box_of, encode_rle
-from firefly_sample.capture.silhouettes import Silhouette
+from firefly_sample.capture.datasets.masks import Mask, box_of, encode_rle
+from firefly_sample.capture.datasets.silhouettes import Silhouette
 from firefly_sample.frame import Image
 from firefly_sample.plan.collect import Snapshot
 from firefly_sample.plan.frame_plan import FramePlan

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from firefly_sample.capture.datasets.masks import image_info, read_mask
 from firefly_sample.capture.files import pixel_hash
 from firefly_sample.capture.layout import names_in
 from firefly_sample.capture.manifest import MANIFEST, FrameLines, Manifest, read_manifest
-from firefly_sample.capture.masks import read_mask
 from firefly_sample.capture.names import FileNames
 from firefly_sample.encoding.formats import Encoding
 from firefly_sample.errors import FireflyError, MissingPackageError
-from firefly_sample.frame import OUTPUTS, Image, output_info
+from firefly_sample.frame import OUTPUTS, Image
 from firefly_sample.settings import to_whole
 from firefly_sample.whole_files import is_unfinished
 
@@ -215,7 +215,7 @@ def stored_captures(folder: str | Path) -> list[StoredCapture]:
 
 
 def _with_own_name(path: Path, keys: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return what a manifest says; a single file that was renamed together with its manifest has its new name."""
+    """Return what a manifest says; a single file that was renamed with its manifest has its new name."""
     about = keys.get("file")
     if not isinstance(about, dict) or path.name == MANIFEST or path.suffix != ".json":
         return keys
@@ -322,7 +322,7 @@ def _read(file: StoredFile) -> Checked:
 def _check(output: str, file: StoredFile, read: Checked) -> Checked:
     if read.kind != "?" or read.content is None:
         return read
-    if output_info(output) is None:
+    if image_info(output) is None:
         return Checked("unknown", f"cannot be checked: this version has no output {output!r}", None)
     try:
         image = file.decode(output, read.content)
@@ -336,7 +336,7 @@ def _check(output: str, file: StoredFile, read: Checked) -> Checked:
 
 
 def _fits(output: str, image: Image) -> bool:
-    info = output_info(output)
+    info = image_info(output)
     channels = image.shape[2] if image.ndim == 3 else 1
     return (
         info is not None

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.capture.masks import Box, Mask, box_of, join_boxes
+from firefly_sample.capture.datasets.masks import Box, Mask, box_of, join_boxes
 from firefly_sample.frame import check_outputs
 from firefly_sample.passes.geometry import GeometryVariant
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan

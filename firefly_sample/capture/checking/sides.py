@@ -6,11 +6,11 @@ import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from firefly_sample.capture.checking.report import Report
+from firefly_sample.capture.checking.stored import Checked, FilmImage, Listed, StoredCapture, StoredFrame
+from firefly_sample.capture.checking.stored_film import film_frames, film_of
 from firefly_sample.capture.manifest import MANIFEST
 from firefly_sample.capture.one_file import manifest_of
-from firefly_sample.capture.report import Report
-from firefly_sample.capture.stored import Checked, FilmImage, Listed, StoredCapture, StoredFrame
-from firefly_sample.capture.stored_film import film_frames, film_of
 
 _SHOWN_FILES = 3
 

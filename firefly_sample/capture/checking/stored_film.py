@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from firefly_sample.capture.checking.report import Report
+from firefly_sample.capture.checking.stored import FilmImage, StoredCapture, StoredFrame, is_film
 from firefly_sample.capture.files import hash_file, pixel_hash
-from firefly_sample.capture.report import Report
-from firefly_sample.capture.stored import FilmImage, StoredCapture, StoredFrame, is_film
 from firefly_sample.encoding.film import FilmChoices
 from firefly_sample.encoding.films import FILMS, read_film
 from firefly_sample.errors import FireflyError, MissingPackageError

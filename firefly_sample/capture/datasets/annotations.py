@@ -6,14 +6,14 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from firefly_sample.capture.datasets import find_dataset
-from firefly_sample.capture.instances import (
+from firefly_sample.capture.datasets.instances import (
     find_categories,
     find_instances,
     instance_records,
     owner_image,
 )
-from firefly_sample.capture.masks import Gray, as_gray
-from firefly_sample.capture.silhouettes import draw_silhouettes
+from firefly_sample.capture.datasets.masks import Gray, as_gray
+from firefly_sample.capture.datasets.silhouettes import draw_silhouettes
 from firefly_sample.frame import Frame
 
 if TYPE_CHECKING:

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.capture.layout import MASKS
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
+from firefly_sample.frame import OUTPUTS, OutputInfo
 from firefly_sample.showing import png_bytes
 
 Mask = NDArray[np.bool_]
@@ -19,6 +21,7 @@ Gray = NDArray[np.uint8]
 Box = tuple[int, int, int, int]
 """Left column, top row, width and height in pixels; a width of 1 is one column. (0, 0, 0, 0) is empty."""
 
+_INFO = OutputInfo("uint8", 1, "screen", "255 or 0", "0", "where an instance is")
 EXTRA = "datasets"
 """The extra that installs pycocotools."""
 
@@ -81,3 +84,19 @@ def require_rle() -> None:
         raise MissingPackageError(
             f"COCO's run lengths need the package pycocotools ({error}): run {install_command(EXTRA)}"
         ) from error
+
+
+def image_info(name: str) -> OutputInfo | None:
+    """Return the meaning of an output's values, or of a mask's ("mask/3"); None for another name."""
+    if name in OUTPUTS:
+        return OUTPUTS[name]
+    kind, slash, _ = name.partition("/")
+    return _INFO if slash and kind in MASKS else None
+
+
+def known_info(name: str) -> OutputInfo:
+    """Return what `image_info` does; KeyError for a name that it does not know."""
+    info = image_info(name)
+    if info is None:
+        raise KeyError(name)
+    return info

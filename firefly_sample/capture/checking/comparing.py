@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.capture.datasets.masks import known_info
 from firefly_sample.errors import OutputError
-from firefly_sample.frame import Image, known_output
+from firefly_sample.frame import Image
 from firefly_sample.settings import to_number
 
 Mask = NDArray[np.bool_]
@@ -85,7 +86,7 @@ class Difference:
 
 def measure(output: str, expected: Image, actual: Image, limits: Limits) -> Difference:
     """Return the difference of two images of the same shape and dtype."""
-    kind = known_output(output).dtype
+    kind = known_info(output).dtype
     largest = mean = scale = None
     if kind == "int32":
         over = expected != actual

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from firefly_sample.capture.comparing import Limits
+from firefly_sample.capture.checking.comparing import Limits
 from firefly_sample.errors import printable
 
 
@@ -31,7 +31,7 @@ class Problem:
     output : str or None
     figures : dict or None
         Of images that differ: pixels (over the limits), of, largest, mean, scale. See
-        `firefly_sample.capture.comparing.Difference`.
+        `firefly_sample.capture.checking.comparing.Difference`.
     picture : str or None
         The path of the difference picture.
     """

@@ -8,8 +8,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.capture.comparing import Difference, absolute_difference
-from firefly_sample.frame import Image, known_output
+from firefly_sample.capture.checking.comparing import Difference, absolute_difference
+from firefly_sample.capture.datasets.masks import known_info
+from firefly_sample.frame import Image
 
 Picture = NDArray[np.uint8]
 _NARROWEST = 320
@@ -98,7 +99,7 @@ def _amplified(
 ) -> tuple[Picture, tuple[str, str]]:
     """Return the difference as a picture, and two lines about it."""
     share = f"{difference.pixels:,} of {difference.of:,} pixels ({share_text(difference)})"
-    if known_output(output).dtype == "int32":
+    if known_info(output).dtype == "int32":
         white = np.where(difference.over[..., None], 255, 0) * np.ones(3)
         return white.astype(np.uint8), ("difference: pixels that are not equal", share)
     away = absolute_difference(expected, actual)
@@ -112,7 +113,7 @@ def _amplified(
     picture = np.round(away * (255.0 / largest if largest else 0.0)).astype(np.uint8)
     picture[difference.over] = np.maximum(picture[difference.over], _FAINTEST)
     picture[one_sided.any(axis=2) if one_sided.ndim == 3 else one_sided] = _ONE_SIDED
-    if known_output(output).dtype == "uint8":
+    if known_info(output).dtype == "uint8":
         title = f"difference x{255.0 / largest:.3g}" if largest else "difference"
         return picture, (f"{title}, largest {largest:g} codes", share)
     one_only = ", magenta is in one image only" if one_sided.any() else ""
@@ -127,7 +128,7 @@ def share_text(difference: Difference) -> str:
 
 def _shown(output: str, expected: Image, actual: Image) -> tuple[Picture, Picture]:
     """Return two images as pictures, by the same scale."""
-    info = known_output(output)
+    info = known_info(output)
     if info.dtype == "uint8":
         return _opaque(expected), _opaque(actual)
     if info.dtype == "int32":

@@ -1,0 +1,1 @@
+"""Captures on disk, compared with their manifests and with each other."""
