@@ -7,7 +7,7 @@ import sys
 import traceback
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from functools import partial
+from functools import lru_cache, partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -168,6 +168,25 @@ def _fault(error: BaseException, modules: set[str]) -> str:
 
 
 def _entry_points() -> dict[str, EntryPoint]:
+    """Return the installed scenes by name, sorted."""
+    return _entry_points_in(tuple(map(_folder, sys.path)))
+
+
+def _folder(path: str) -> tuple[int, int, int] | None:
+    """Return what changes when a package is installed in a folder or removed from it; None without one."""
+    try:
+        found = os.stat(path or os.curdir)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino, found.st_mtime_ns
+
+
+@lru_cache(maxsize=1)
+def _entry_points_in(folders: tuple[tuple[int, int, int] | None, ...]) -> dict[str, EntryPoint]:
+    """Return the installed scenes, read again when `folders` change.
+
+    A command asks several times, and each reading opens the files of all installed packages.
+    """
     from importlib.metadata import entry_points
 
     found: dict[str, EntryPoint] = {}

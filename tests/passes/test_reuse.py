@@ -17,7 +17,7 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.texture import Texture
 from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
-from tests.conftest import make_renderer
+from tests.conftest import borrow_renderer, make_renderer
 from tests.scenes import ball_scene, geom_node, wall
 
 OUTPUTS = ("color", "radiance", "depth", "normal", "albedo")
@@ -131,8 +131,9 @@ STEPS = {
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(sorted(STEPS)), st.integers(0, 4)), min_size=1, max_size=10))
 def test_no_history_shows(steps):
+    """One renderer draws all examples, so that each has those before it as its history."""
     scene = ball_scene(6, ambient=(0.01, 0.01, 0.02))
-    with make_renderer() as renderer:
+    with borrow_renderer(reuse=True) as renderer:
         renderer.render(scene)
         for number, (name, at) in enumerate(steps):
             STEPS[name](scene, renderer, at)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -66,6 +67,21 @@ def test_entry_point_of_another_package(folder: Path) -> None:
     names = [scene.name for scene in list_scenes()]
     assert names == sorted(names)
     assert set(names) >= {"forest", "glade"}
+
+
+def test_a_package_that_comes_or_goes_meanwhile_is_seen(folder: Path) -> None:
+    """Which scenes are installed is kept from one question to the next."""
+    for package in ("registry_one", "registry_two"):
+        name = package.removeprefix("registry_")
+        with pytest.raises(SceneNotFoundError):
+            find_scene(name)
+        (folder / f"{package}.py").write_text(PLUGIN.replace("glade", name))
+        write_distribution(folder, package, f"{name} = {package}:scene")
+        assert find_scene(name).name == name
+    shutil.rmtree(folder / "registry_one-1.0.dist-info")
+    assert find_scene("two").name == "two"
+    with pytest.raises(SceneNotFoundError):
+        find_scene("one")
 
 
 @pytest.mark.parametrize("name", ["forest", "lightbulbs", "model", "smoke", "spheres"])
