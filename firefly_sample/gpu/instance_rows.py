@@ -20,6 +20,7 @@ from firefly_sample.plan.targets import PARTICLE_ROW, particle_texels
 from firefly_sample.plan.view import View
 
 Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
 
 INSTANCE_DTYPE = np.dtype(
     [
@@ -130,17 +131,26 @@ def dot_rows(dots: SpriteSet, view: View) -> Float32:
     radius in pixels, across and up; colour. A dot smaller than a pixel is drawn as large as a pixel, and
     fainter by the same factor, so that it neither vanishes nor flickers.
     """
+    rows = np.empty((len(dots), 13), dtype=np.float32)
+    grow = _place_dots(rows, dots.positions, dots.radii, view)
+    with np.errstate(over="ignore"):
+        rows[:, 10:] = dots.colors / grow[:, None] ** 2
+    return rows
+
+
+def _place_dots(rows: Float32, positions: Float64, radii: Float64, view: View) -> Float64:
+    """Fill the first ten columns of `dot_rows`, and return by how much each dot's radius was multiplied."""
     lens, half = view.lens, 0.5 * np.array(view.size)
-    w = np.maximum(dots.positions[:, 1:2], 1e-30) if lens.perspective else np.ones((len(dots), 1))
+    w = np.maximum(positions[:, 1:2], 1e-30) if lens.perspective else np.ones((len(positions), 1))
     scales = half * (lens.a, lens.c) / w
-    grow = np.maximum(SMALLEST_DOT / np.maximum(dots.radii[:, None] * scales[:, 1:], 1e-30), 1.0)
-    radii = dots.radii[:, None] * grow
-    pixels = dots.positions[:, [0, 2]] * scales + half * (1.0 + np.array([lens.x_offset, lens.z_offset]))
+    grow = np.maximum(SMALLEST_DOT / np.maximum(radii[:, None] * scales[:, 1:], 1e-30), 1.0)
+    grown = radii[:, None] * grow
+    pixels = positions[:, [0, 2]] * scales + half * (1.0 + np.array([lens.x_offset, lens.z_offset]))
     pixels = np.clip(pixels, -LARGEST, LARGEST)
-    held = pixels.astype(np.float32).astype(np.float64)
-    columns = [dots.positions, radii, held, pixels - held, 1.0 / (radii * scales), dots.colors / grow**2]
     with np.errstate(over="ignore"):  # a radius beyond float32 reaches everything, as infinity does
-        return np.concatenate(columns, axis=1).astype(np.float32)
+        rows[:, :3], rows[:, 3:4], rows[:, 4:6] = positions, grown, pixels
+        rows[:, 6:8], rows[:, 8:10] = pixels - rows[:, 4:6], 1.0 / (grown * scales)
+    return np.asarray(grow[:, 0])
 
 
 def splat_rows(particle_shadow: ParticleShadowPlan) -> Float32:
@@ -178,16 +188,15 @@ def particle_rows(particles: ParticleSet, dots: SpriteSet, view: View) -> Float3
     (-1 for dots), and the distance of its middle. A particle smaller than a pixel is drawn as large as a
     pixel, and thinner by the same factor.
     """
-    depths = np.zeros((len(particles), 3))
-    depths[:, 0] = particles.optical_depths
-    rows = dot_rows(SpriteSet(particles.drawn, depths, particles.radii), view)
-    both = np.concatenate([rows, dot_rows(dots, view)])
-    more = np.zeros((len(both), 3), dtype=np.float32)
     count = len(particles)
-    more[:count, 0], more[:count, 1], more[count:, 1] = both[:count, 10], np.arange(count), -1.0
-    more[:count, 2], more[count:, 2] = particles.positions[:, 1], dots.positions[:, 1]
-    both[:count, 10:] = 0.0
-    return np.concatenate([both, more], axis=1)[particles.order]
+    rows = np.zeros((count + len(dots), 16), dtype=np.float32)
+    grow = _place_dots(rows[:count], particles.drawn, particles.radii, view)
+    rows[count:, :13] = dot_rows(dots, view)
+    with np.errstate(over="ignore"):
+        rows[:count, 13] = particles.optical_depths / grow**2
+        rows[:count, 14], rows[count:, 14] = np.arange(count), -1.0
+        rows[:count, 15], rows[count:, 15] = particles.positions[:, 1], dots.positions[:, 1]
+    return rows[particles.order]
 
 
 assert PARTICLE_ROW * RECORD_TEXELS <= 4096  # of a texture's side: what every driver has
