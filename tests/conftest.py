@@ -35,6 +35,7 @@ if "HOME" not in os.environ:
 
 def pytest_addoption(parser):
     parser.addoption("--all-variants", action="store_true", help="compile every variant of every shader")
+    parser.addoption("--all-methods", action="store_true", help="draw every extreme by every method")
 
 
 @pytest.hookimpl(wrapper=True)

@@ -28,18 +28,36 @@ COSTLY = "100,000 lights"
 """Takes as long as ten other cases: drawn here by float32 and by half-float positions alone. Fewer lights are
 drawn by all, and the command draws these by all."""
 assert COSTLY in {case.name for case in CASES}
-PAIRS = [
-    (case, method)
-    for case in CASES
-    for method in case.rows
-    if case.name != COSTLY or method in ("linear32f", "stored16f")
-]
+ALL = [(case, method) for case in CASES for method in case.rows]
+
+
+def is_quick(case: Experiment, method: str) -> bool:
+    """Whether a pair is drawn without --all-methods, which draws them all, as the command does.
+
+    Each case of positions is drawn by the default method, by those that fail there as expected, and by two
+    others in turn, so that every method draws many cases. Other cases are drawn by all their methods.
+    """
+    if case.name == COSTLY:
+        return method in ("linear32f", "stored16f")
+    if case.rows != POSITIONS or method == "linear32f" or reason_for(case.name, method) is not None:
+        return True
+    turn = CASES.index(case)
+    return (POSITIONS.index(method) - turn) % len(POSITIONS) in (0, 3)
+
+
+PAIRS = [pair for pair in ALL if is_quick(*pair)]
+QUICK = {(case.name, method) for case, method in PAIRS}
 
 
 @pytest.fixture(scope="module")
 def rows():
     """The rows measured so far, by case and method."""
     return {}
+
+
+def test_every_method_draws_many_cases():
+    for method in POSITIONS:
+        assert sum(drawn == method for _, drawn in PAIRS) > sum(case.rows == POSITIONS for case in CASES) / 4
 
 
 @pytest.mark.parametrize(("case", "method"), PAIRS, ids=[f"{case.name}: {method}" for case, method in PAIRS])
@@ -52,6 +70,14 @@ def test_every_extreme_holds_or_fails_as_expected(bench, rows, case, method):
         assert row["warning"].startswith(f"position_method={method}:")
         assert not row["measured"] <= row["bound"]
         assert row["reason"] == str(reason_for(case.name, bench.law_of(method)))
+
+
+def test_the_other_methods_hold_too(request, bench, rows):
+    if not request.config.getoption("--all-methods"):
+        pytest.skip("it takes a minute, and the command measures them: give --all-methods")
+    for case, method in ALL:
+        if (case.name, method) not in QUICK and bench.can_draw(case.needs):
+            assert measure_case(bench, case, method)["verdict"] != "fail", (case.name, method)
 
 
 def test_each_expected_failure_occurs(rows):
