@@ -1,7 +1,7 @@
 """A thousand frames of the recipe of docs/tabletop.md: ``python -m pytest -s tests/capture/long_recipe.py``.
 
-It takes an hour on two cores; ``RECIPE_FRAMES=20`` in the environment tries it with fewer frames. The figures
-that it prints are those of the page.
+It takes twelve minutes on two cores; ``RECIPE_FRAMES=20`` in the environment tries it with fewer frames. The
+figures that it prints are those of the page.
 """
 
 from __future__ import annotations
