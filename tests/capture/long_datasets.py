@@ -22,7 +22,7 @@ from tests.capture.captures import content
 from tests.capture.objects import crowd, rays, sure_hits, sure_owner
 from tests.capture.scenes import CROWD_COUNT, CROWD_SIZE
 from tests.cli.command import ROOT, environment
-from tests.readers import read_bop
+from tests.readers import read_bop, read_nerf
 
 CROWDED, PARADE = "tests.capture.scenes:crowded", "tests.capture.scenes:parade"
 SMALL = {"size": (48, 36), "fps": 2.0, "time": 0.0, "frames": "0:6", "views": "orbit:4"}
@@ -132,3 +132,29 @@ def test_files_of_bop_are_what_rays_meet(tmp_path):
             outside += info["px_count_valid"] < info["px_count_all"]
     assert partly > 2
     assert outside > 2
+
+
+@pytest.mark.parametrize(("dataset", "read"), [("nerf", read_nerf), ("bop", read_bop)])
+def test_points_of_the_forest_come_back_from_the_files(tmp_path, dataset, read):
+    """Within half a code along the view axis, and float32's rounding of the positions."""
+    manifest = capture_frames(
+        "forest",
+        tmp_path,
+        size=(96, 72),
+        outputs=("color", "depth", "position_world"),
+        dataset=dataset,
+        depth_scale=0.01,
+        views="orbit:2",
+    )
+    for picture, entry in zip(read(tmp_path), manifest["frames"], strict=True):
+        path = tmp_path / entry["files"]["position_world"]
+        position = np.load(path)["position_world"].astype(np.float64)
+        points, drawn = picture.world_points(), np.isfinite(position).all(axis=-1)
+        assert (np.isfinite(points).all(axis=-1) == drawn).all()
+        ray = (position - picture.camera_to_world[:3, 3])[drawn]
+        depth = ray @ picture.camera_to_world[:3, 2]
+        bound = 0.005 * np.linalg.norm(ray, axis=-1) / depth
+        rounding = 2.0**-22 * (np.abs(position[drawn]).max(axis=-1) + depth)
+        error = np.linalg.norm(points[drawn] - position[drawn], axis=-1)
+        assert (error <= bound + rounding).all()
+        assert error.max() > 0.9 * 0.005
