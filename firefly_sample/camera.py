@@ -97,7 +97,7 @@ class FrameCamera(ReadOnlyArrays):
         Returns
         -------
         ndarray of float64, shape (height, width, 3)
-            NaN where the depth is not finite, that is where nothing was drawn.
+            NaN where nothing was drawn: see `Intrinsics.view_points`.
         """
         return np.asarray(
             self.intrinsics.view_points(depth) @ self.view_to_world[:3, :3] + self.view_to_world[3, :3]

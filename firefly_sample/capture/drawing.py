@@ -110,12 +110,12 @@ class Artist:
         if dataset is None or not is_annotated(dataset):
             for frame in self._renderer.render_many(scene, times, job.outputs):
                 if dataset is not None:
-                    find_dataset(dataset).check_lens(frame.camera.lens())
+                    find_dataset(dataset).check_lens(frame.camera.intrinsics)
                 yield Sight(frame, self.exposure)
             return
         for time in times:  # the scene must be as it was drawn while its instances are found
             frame, annotations = draw_annotated(self._renderer, scene, time, job.outputs, dataset)
-            find_dataset(dataset).check_lens(frame.camera.lens())  # a scene may change it with time
+            find_dataset(dataset).check_lens(frame.camera.intrinsics)  # a scene may change it with time
             yield Sight(frame, self.exposure, annotations)
 
     def _scene_of(self, job: Job) -> Scene | FireflyError:

@@ -108,10 +108,13 @@ class FrameWriter:
 
 def _write(contents: dict[Path, bytes], place: CaptureFolder) -> None:
     """Write the files of a frame, and wait until they and their names are on the disk."""
-    with ThreadPoolExecutor(min(WAITING, len(contents)), thread_name_prefix="file writer") as pool:
-        writing = [pool.submit(_write_one, *each, place) for each in contents.items()]
-    for each in writing:
-        each.result()
+    if len(contents) == 1:
+        _write_one(*next(iter(contents.items())), place)
+    else:
+        with ThreadPoolExecutor(min(WAITING, len(contents)), thread_name_prefix="file writer") as pool:
+            writing = [pool.submit(_write_one, *each, place) for each in contents.items()]
+        for each in writing:
+            each.result()
     for folder in {path.parent for path in contents}:
         try:
             sync_folder(folder)

@@ -13,6 +13,7 @@ from typing import IO, Any, ClassVar, Literal
 from firefly_sample.capture.datasets.masks import require_rle
 from firefly_sample.capture.layout import Layout, layout_of
 from firefly_sample.errors import OutputError
+from firefly_sample.scene.intrinsics import Intrinsics
 from firefly_sample.scene.lens_base import Lens
 
 Frame = Mapping[str, Any]
@@ -83,8 +84,8 @@ class Dataset(ABC):
         if "rle" in self.needs:
             require_rle()
 
-    def check_lens(self, lens: Lens) -> None:
-        """Raise an OutputError if this data set cannot describe the cameras of a lens."""
+    def check_lens(self, lens: Lens | Intrinsics) -> None:
+        """Raise an OutputError if this data set cannot describe a camera of this lens or intrinsics."""
         if self.pinhole and not lens.is_perspective():
             raise OutputError(
                 f"data set {self.name!r} cannot describe an orthographic lens, because it knows a "
