@@ -21,7 +21,7 @@ _PART = re.compile(r"\..+\.part")
 
 
 class FilmStage:
-    """Where captures of films with one ending die and are resumed; each film has a folder of its own."""
+    """A stage for films of one ending: their captures die and are resumed, each in a folder of its own."""
 
     def __init__(self, stage: Stage, suffix: str) -> None:
         self._stage = stage
@@ -82,7 +82,7 @@ class FilmStage:
 
     @cached_property
     def seconds(self) -> float:
-        """How long a capture takes that nothing happens to."""
+        """The seconds that an undisturbed capture takes."""
         begin = time.monotonic()
         self.made()
         return time.monotonic() - begin

@@ -16,7 +16,7 @@ SHAPES = (
     lambda: trimesh.creation.torus(0.8, 0.3, major_sections=16, minor_sections=8),
 )
 HAIR = 1 / 64
-"""Of a pixel: corners snap to 1/256."""
+"""A distance, as a share of a pixel: four times the 1/256 to which drivers round corners."""
 
 
 def crowd(seed, size, count):
@@ -97,7 +97,7 @@ def rays(to_pixels, size, tiles=0):
 
 
 def sure_hits(mesh, origin, direction):
-    """Whether each pixel's ray meets a mesh, and whether rays a hair beside it say the same."""
+    """Two masks: pixels whose ray meets a mesh, and pixels where the rays a `HAIR` beside it agree."""
     met = np.zeros(origin.shape[:2], dtype=bool)
     for hits, start, ray in zip(met, origin, direction, strict=True):
         hits[:] = mesh.ray.intersects_any(start, ray)

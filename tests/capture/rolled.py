@@ -67,7 +67,7 @@ def film_pictures(path: Path, mode: str = "rgb24") -> list[np.ndarray]:
 
 
 def names_in(folder: Path) -> list[str]:
-    """What is in a folder."""
+    """Return the names in a folder, sorted."""
     return sorted(path.name for path in folder.iterdir())
 
 

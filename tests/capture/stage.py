@@ -122,7 +122,7 @@ class Stage:
         return folder
 
     def count(self, folder: Path) -> int:
-        """How many frames have a file in a folder."""
+        """The number of frames that have a file in a folder."""
         return len({named[1] for name in contents(folder) if (named := self.named(name))})
 
     @cached_property
@@ -188,7 +188,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def is_part(name: str) -> bool:
-    """Whether a path is that of a file with a temporary name."""
+    """Return True for the path of a file that has a temporary name."""
     return bool(_PART.fullmatch(name.rpartition("/")[2]))
 
 

@@ -41,7 +41,7 @@ def test_categories_are_counted_from_1_by_name(read):
 
 
 def test_masks_are_the_pixels_that_are_seen(read):
-    """What is out of sight in frame 7 has no annotation."""
+    """An instance that is out of sight in frame 7 has no annotation there."""
     cup, box = read.loadAnns(read.getAnnIds(imgIds=[4]))
     (only,) = read.loadAnns(read.getAnnIds(imgIds=[7]))
     assert [cup["id"], box["id"], only["id"]] == [1, 2, 3]
