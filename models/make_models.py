@@ -1,7 +1,7 @@
 """Makes every .glb file: `python models/make_models.py [FOLDER] [NAME ...]`.
 
-Everything is computed here from fixed seeds; no picture or mesh comes from elsewhere. Made twice, the
-arrays and the decoded pixels are equal. FOLDER is this one when absent.
+Everything is computed here from fixed seeds; no picture or mesh comes from elsewhere. The arrays and
+the decoded pixels are equal whenever they are made, and on any processor. FOLDER is this one when absent.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from builder.foliage import CELLS
 from builder.gltf_parts import jpeg, png, primitive
 from builder.noise import fractal, smooth, solid
 from builder.randomness import Random
+from builder.rounding import rounded
 from builder.solids import arc, block, join, lathe
 from builder.surface import Surface, add_card, add_tube, unit
 
@@ -73,7 +74,7 @@ def bonsai():
 
 def _at(x, y, z):
     """glTF's translation to a place, in the file's unit."""
-    return tuple(np.round(y_up((x, y, z)) / SIZE, 6))
+    return tuple(rounded(y_up((x, y, z)) / SIZE, 6))
 
 
 def _oval(part):

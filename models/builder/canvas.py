@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from builder.noise import smooth
+from builder.rounding import rounded
 
 
 class Canvas:
@@ -91,7 +92,7 @@ class Canvas:
         alpha = self.alpha.reshape(h, factor, w, factor).mean((1, 3))
         weighted = (self.color * self.alpha[..., None]).reshape(h, factor, w, factor, 3).mean((1, 3))
         color = spread(weighted, alpha)
-        return np.concatenate([to_srgb(color), np.round(alpha[..., None] * 255.0)], axis=2).astype(np.uint8)
+        return np.concatenate([to_srgb(color), rounded(alpha[..., None] * 255.0)], axis=2).astype(np.uint8)
 
 
 def spread(weighted, alpha):
@@ -116,7 +117,7 @@ def to_srgb(linear):
     """sRGB codes 0..255, rounded, as floats, from linear 0..1."""
     c = np.clip(linear, 0.0, 1.0)
     encoded = np.where(c <= 0.0031308, 12.92 * c, 1.055 * np.maximum(c, 1e-9) ** (1.0 / 2.4) - 0.055)
-    return np.round(encoded * 255.0)
+    return rounded(encoded * 255.0)
 
 
 def opaque(linear):

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from builder.rounding import cleaned, rounded
+
 
 @dataclass(frozen=True)
 class Paint:
@@ -56,14 +58,14 @@ def write_glb(path, parts):
             if paint.name not in materials:
                 materials[paint.name] = paint.material()
             material = materials[paint.name]
-            visual = trimesh.visual.TextureVisuals(uv=texcoords, material=material)
+            visual = trimesh.visual.TextureVisuals(uv=cleaned(texcoords), material=material)
             if colors.min() < 1.0:
                 rgba = np.concatenate([colors, np.ones((len(colors), 1))], axis=1)
-                visual.vertex_attributes["color"] = np.round(np.clip(rgba, 0.0, 1.0) * 255.0).astype(np.uint8)
+                visual.vertex_attributes["color"] = rounded(np.clip(rgba, 0.0, 1.0) * 255.0).astype(np.uint8)
             mesh = trimesh.Trimesh(
-                vertices=_y_up(vertices),
+                vertices=cleaned(_y_up(vertices)),
                 faces=triangles,
-                vertex_normals=_y_up(normals),
+                vertex_normals=cleaned(_y_up(normals)),
                 visual=visual,
                 process=False,
             )

@@ -9,6 +9,7 @@ import numpy as np
 from builder.canvas import spread, to_srgb
 from builder.noise import BLOCK, fractal, over, smooth, solid
 from builder.randomness import Random
+from builder.rounding import rounded
 from builder.sphere import Atlas
 from builder.surface import Surface, add_grid, unit
 from builder.terrain import enlarge
@@ -198,4 +199,4 @@ def ring_texture(seed, width=512, height=32):
     row = (color * there[:, None]).reshape(width, 4, 3).mean(axis=1)
     shown = np.broadcast_to(row, (height, width, 3)) * grain[..., None]
     flat = spread(shown, alpha)
-    return np.concatenate([to_srgb(flat), np.round(alpha[..., None] * 255.0)], axis=2).astype(np.uint8)
+    return np.concatenate([to_srgb(flat), rounded(alpha[..., None] * 255.0)], axis=2).astype(np.uint8)

@@ -9,6 +9,7 @@ import numpy as np
 from gltf_writer import y_up
 from PIL import Image
 
+from builder.rounding import rounded
 from builder.solids import Piece, shaded
 
 
@@ -26,16 +27,16 @@ def primitive(gltf, part, material, angle=50.0, textured=False, size=None):
     attributes = {}
     if size is not None:
         gltf.use("KHR_mesh_quantization", required=True)
-        points = np.round(points / size * 32767.0).astype(np.int16)
-        normals = np.round(normals * 127.0).astype(np.int8)
+        points = rounded(points / size * 32767.0).astype(np.int16)
+        normals = rounded(normals * 127.0).astype(np.int8)
     if textured:
         # glTF counts v from the top; shorts are fine enough for what lies inside the picture
         texcoords = np.stack([texcoords[:, 0], 1.0 - texcoords[:, 1]], axis=1)
         if texcoords.min() >= 0.0 and texcoords.max() <= 1.0:
-            texcoords = np.round(texcoords * 65535.0).astype(np.uint16)
+            texcoords = rounded(texcoords * 65535.0).astype(np.uint16)
         attributes["TEXCOORD_0"] = texcoords
     if np.min(colors) < 1.0:
-        codes = np.round(np.clip(colors, 0.0, 1.0) * 255.0).astype(np.uint8)
+        codes = rounded(np.clip(colors, 0.0, 1.0) * 255.0).astype(np.uint8)
         attributes["COLOR_0"] = np.concatenate([codes, np.full((len(codes), 1), 255, np.uint8)], axis=1)
     return gltf.primitive(points, triangles, material=material, NORMAL=normals, **attributes)
 

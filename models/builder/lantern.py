@@ -14,6 +14,7 @@ from builder.gltf_parts import jpeg, png, primitive
 from builder.lantern_log import TOP, log_face, log_side, moss_cushions, mushrooms
 from builder.lantern_paints import hammered, log_bark, painted_glass, stained
 from builder.noise import fractal, smooth, solid
+from builder.rounding import rounded
 from builder.solids import arc, ball, circle, grid, join, lathe, rectangle, sweep
 
 SIZE = 5.0
@@ -116,7 +117,7 @@ class _Materials:
 
 def _at(x, y, z):
     """glTF's translation to a place, in the file's unit."""
-    return tuple(np.round(y_up((x, y, z)) / SIZE, 6))
+    return tuple(rounded(y_up((x, y, z)) / SIZE, 6))
 
 
 # --- light, camera, fireflies
@@ -151,7 +152,7 @@ def _fireflies(gltf, made, root):
         around_it = np.stack([np.cos(angle), 0.8 * np.sin(angle), 0.5 * np.sin(2.0 * angle + k)], axis=1)
         places = y_up(np.array((x, y, z)) + size * around_it) / SIZE
         # head first: it flies along -Y of its own
-        fly = gltf.node(f"firefly {k}", root, mesh=body, translation=tuple(np.round(places[0], 6)))
+        fly = gltf.node(f"firefly {k}", root, mesh=body, translation=tuple(rounded(places[0], 6)))
         gltf.node(f"firefly light {k}", fly, light=glow)
         channels.append((fly, "translation", times, places))
         ways = np.degrees(np.arctan2(np.cos(angle) * 0.8, -np.sin(angle))) + 90.0

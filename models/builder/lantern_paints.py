@@ -10,6 +10,7 @@ from builder.bark import furrowed
 from builder.canvas import Canvas, opaque
 from builder.noise import cells, spectral
 from builder.randomness import Random
+from builder.rounding import rounded
 
 
 def log_bark(seed):
@@ -46,7 +47,7 @@ def stained(seed, shape=(384, 192)):
     small = cover.reshape(shape[0] // 2, 2, shape[1] // 2, 2).mean((1, 3))[..., None]
     color = np.array((0.30, 0.16, 0.06)) * (1.0 - small) + np.array((0.02, 0.015, 0.01)) * small
     pixels = opaque(color)
-    alpha = np.round(255.0 * (0.5 + 0.45 * small))
+    alpha = rounded(255.0 * (0.5 + 0.45 * small))
     return np.concatenate([pixels[..., :3], alpha.astype(np.uint8)], axis=-1)
 
 
@@ -58,7 +59,7 @@ def hammered(seed, size=128):
     # rows go down and y goes up
     normal = np.stack([-0.035 * slope_x, 0.035 * slope_y, np.ones_like(height)], axis=-1)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    return np.round(255.0 * (0.5 + 0.5 * normal)).astype(np.uint8)
+    return rounded(255.0 * (0.5 + 0.5 * normal)).astype(np.uint8)
 
 
 def _grasses(seed, shape):

@@ -7,6 +7,7 @@ from functools import wraps
 import numpy as np
 
 from builder.randomness import Random, lattice
+from builder.rounding import rounded
 
 
 def smooth(low, high, value):
@@ -33,9 +34,9 @@ def spectral(shape, seed, wavelengths=(8.0, 256.0), exponent=1.0, stretch=(1.0, 
     white = Random(seed).units(height, width) - 0.5
     fy = np.fft.fftfreq(height)[:, None] * stretch[0]
     fx = np.fft.rfftfreq(width)[None, :] * stretch[1]
-    frequency = np.hypot(fy, fx)
+    frequency = rounded(np.hypot(fy, fx), 9)
     short, long = wavelengths
-    keep = (frequency <= 1.0 / short) & (frequency >= 1.0 / long)
+    keep = (frequency <= rounded(1.0 / short, 9)) & (frequency >= rounded(1.0 / long, 9))
     gain = np.where(keep, np.maximum(frequency, 1e-9) ** -exponent, 0.0)
     field = np.fft.irfft2(np.fft.rfft2(white) * gain, s=shape)
     return (field - field.mean()) / field.std()

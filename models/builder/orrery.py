@@ -10,6 +10,7 @@ from gltf_writer import Gltf, turn, y_up
 from builder.gltf_parts import primitive
 from builder.noise import fractal, solid
 from builder.orrery_bodies import PAINTED, rocky, saturns_ring, sun
+from builder.rounding import rounded
 from builder.solids import (
     arc,
     around,
@@ -95,7 +96,7 @@ class _Parts:
 
 def _up(z, x=0.0):
     """glTF's translation to a place at a height, in the file's unit."""
-    return tuple(np.round(y_up((x, 0.0, z)) / SIZE, 6))
+    return tuple(rounded(y_up((x, 0.0, z)) / SIZE, 6))
 
 
 def _course(turns, start=0.0):

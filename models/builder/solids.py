@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from builder.rounding import rounded
 from builder.surface import grid_triangles, perpendicular, unit
 
 
@@ -255,7 +256,7 @@ def shaded(part, angle=50.0):
     flat = unit(normals)
     weights = np.linalg.norm(normals, axis=1)[:, None] * _corner_angles(corners)
     scale = np.ptp(part.points, axis=0).max()
-    _, place = np.unique(np.round(part.points / scale, 6), axis=0, return_inverse=True)
+    _, place = np.unique(rounded(part.points / scale, 6), axis=0, return_inverse=True)
     smooth = _smooth_normals(
         place.reshape(-1)[triangles].reshape(-1),
         np.repeat(flat, 3, axis=0),
@@ -263,10 +264,8 @@ def shaded(part, angle=50.0):
         math.cos(math.radians(angle)),
     )
     index = triangles.reshape(-1)
-    rows = [part.points[index], np.round(smooth, 4), part.texcoords[index], part.colors[index]]
-    keys = np.concatenate(
-        [place.reshape(-1)[index][:, None], *(np.round(row, 4) for row in rows[1:])], axis=1
-    )
+    rows = [part.points[index], rounded(smooth, 4), part.texcoords[index], part.colors[index]]
+    keys = np.concatenate([place.reshape(-1)[index][:, None], *(rounded(row, 4) for row in rows[1:])], axis=1)
     _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(np.argsort(first))
     first = np.sort(first)
@@ -295,6 +294,6 @@ def _smooth_normals(place, flat, weights, cosine):
         there = np.flatnonzero(step < size[group])
         mine = order[there]
         theirs = order[start[group[there]] + (rank[there] + step) % size[group[there]]]
-        near = (flat[mine] * flat[theirs]).sum(axis=1) > cosine
+        near = rounded((flat[mine] * flat[theirs]).sum(axis=1), 9) > rounded(cosine, 9)
         total[mine[near]] += flat[theirs[near]] * weights[theirs[near], None]
     return unit(total)

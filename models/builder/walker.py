@@ -9,6 +9,7 @@ from gltf_writer import Gltf, y_up
 
 from builder.gait import HIP, PELVIS, SECONDS, SHIN, THIGH, quaternions, walk
 from builder.noise import smooth
+from builder.rounding import rounded
 from builder.solids import arc, ball, join, lathe, shaded
 
 SIZE = 2.0
@@ -58,7 +59,7 @@ def walker():
     for name, (parent, place) in places.items():
         offset = place - (0.0 if parent is None else places[parent][1])
         nodes[name] = gltf.node(
-            name, figure if parent is None else nodes[parent], translation=np.round(y_up(offset), 6)
+            name, figure if parent is None else nodes[parent], translation=rounded(y_up(offset), 6)
         )
     inverse = np.tile(np.eye(4), (len(names), 1, 1))
     inverse[:, :3, :3] *= SIZE  # positions are in units of it, and no node's scale moves a skin
@@ -74,11 +75,11 @@ def _channels(nodes):
     phases, poses = walk()
     times = phases * SECONDS
     at = poses.pop("hips at")
-    channels = [(nodes["hips"], "translation", times, np.round(y_up(at), 5))]
+    channels = [(nodes["hips"], "translation", times, rounded(y_up(at), 5))]
     for name, matrices in poses.items():
         quats = quaternions(matrices)
         turned = np.concatenate([y_up(quats[:, 1:]), quats[:, :1]], axis=1)
-        channels.append((nodes[name], "rotation", times, np.round(turned, 6)))
+        channels.append((nodes[name], "rotation", times, rounded(turned, 6)))
     return channels
 
 
@@ -94,12 +95,12 @@ def _primitive(gltf, names):
     points, normals, colors, indices, weights = (np.concatenate(column) for column in zip(*rows, strict=True))
     gltf.use("KHR_mesh_quantization", required=True)
     return gltf.primitive(
-        np.round(y_up(points) / SIZE * 32767.0).astype(np.int16),
+        rounded(y_up(points) / SIZE * 32767.0).astype(np.int16),
         np.concatenate(triangles),
         material=gltf.material("wool and leather", (1.0, 1.0, 1.0, 1.0), roughness=0.75),
-        NORMAL=np.round(y_up(normals) * 127.0).astype(np.int8),
+        NORMAL=rounded(y_up(normals) * 127.0).astype(np.int8),
         COLOR_0=np.concatenate(
-            [np.round(np.clip(colors, 0.0, 1.0) * 255.0), np.full((count, 1), 255.0)], axis=1
+            [rounded(np.clip(colors, 0.0, 1.0) * 255.0), np.full((count, 1), 255.0)], axis=1
         ).astype(np.uint8),
         JOINTS_0=indices.astype(np.uint8),
         WEIGHTS_0=weights.astype(np.uint8),
@@ -109,9 +110,9 @@ def _primitive(gltf, names):
 def _influences(shares, names):
     """The four joints that count most for each vertex, and their weights in bytes, whose sum is 255."""
     table = np.stack([np.broadcast_to(shares.get(name, 0.0), _size(shares)) for name in names], axis=1)
-    indices = np.argsort(-table, axis=1, kind="stable")[:, :4]
+    indices = np.argsort(-rounded(table, 9), axis=1, kind="stable")[:, :4]
     weights = np.take_along_axis(table, indices, axis=1)
-    codes = np.round(weights / weights.sum(axis=1, keepdims=True) * 255.0)
+    codes = rounded(weights / weights.sum(axis=1, keepdims=True) * 255.0)
     codes[:, 0] += 255.0 - codes.sum(axis=1)
     return np.where(codes > 0.0, indices, 0), codes
 
