@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from firefly_sample.disk_cache import fingerprint
 from firefly_sample.errors import ModelError, SceneError
@@ -15,6 +10,7 @@ from firefly_sample.model.data import ModelData
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.reader import read_gltf
 from firefly_sample.model.kept import load_kept, model_key, save_kept
+from firefly_sample.model.pixels import made_image
 from firefly_sample.model.tree import make_tree
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.settings import to_number
@@ -92,8 +88,7 @@ def _make(path: Path, model: ModelData, key: str | None) -> NodePath:
     """Return the tree of a file, and keep the file under a key; its images are decoded, to check them."""
     pixels = [image.decode() for image in model.images]
     model.images = [
-        replace(image, decode=partial(_same, decoded))
-        for image, decoded in zip(model.images, pixels, strict=True)
+        made_image(decoded, image.name) for image, decoded in zip(model.images, pixels, strict=True)
     ]
     digests = [fingerprint(decoded) for decoded in pixels] if key else None
     try:
@@ -103,7 +98,3 @@ def _make(path: Path, model: ModelData, key: str | None) -> NodePath:
     if key and digests is not None:
         save_kept(key, model, digests)
     return root
-
-
-def _same(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    return pixels

@@ -66,6 +66,16 @@ def open_image(
     return ImageData(name, size, partial(_decode, data, what, formats))
 
 
+def made_image(pixels: NDArray[np.uint8], name: str) -> ImageData:
+    """Return an image that is in no file."""
+    height, width, _ = pixels.shape
+    return ImageData(name, (width, height), partial(_same, pixels))
+
+
+def _same(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return pixels
+
+
 def _decode(data: bytes, what: str, formats: tuple[str, ...] | None) -> NDArray[np.uint8]:
     try:
         with _opened(data, formats) as image:

@@ -48,10 +48,3 @@ def test_an_extension_of_a_material_is_named_where_it_changes_something(tmp_path
         file.json["extensionsUsed"] = [name]
         expected = [f"{name} is not drawn, of materials: 'paint'"] if changed else []
         assert read(file, tmp_path).losses == expected
-
-
-def test_specular_glossiness_is_named_and_its_fallback_read(tmp_path):
-    name = "KHR_materials_pbrSpecularGlossiness"
-    model = read(shaded(GltfFile(), extensions={name: {"diffuseFactor": [1, 0, 0, 1]}}, **PLAIN), tmp_path)
-    assert model.losses == [f"{name} is not drawn, of materials: 'paint'"]
-    assert (model.materials[0].base_color, model.materials[0].metallic) == ((1, 1, 1, 1), 0.0)

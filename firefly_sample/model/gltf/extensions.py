@@ -17,6 +17,7 @@ IMPLEMENTED = frozenset(
         "KHR_draco_mesh_compression",
         "KHR_lights_punctual",
         "KHR_materials_emissive_strength",
+        "KHR_materials_pbrSpecularGlossiness",
         "KHR_materials_unlit",
         "KHR_mesh_quantization",
         "KHR_texture_transform",
@@ -41,7 +42,6 @@ NAMED_ELSEWHERE = frozenset(
     {
         *NEUTRAL,
         "KHR_animation_pointer",
-        "KHR_materials_pbrSpecularGlossiness",
         "KHR_texture_basisu",
     }
 )

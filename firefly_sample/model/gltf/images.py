@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firefly_sample.model.data import ImageData
 from firefly_sample.model.gltf.container import is_data_uri
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.json_object import JsonObject
-from firefly_sample.model.pixels import GLTF_FORMATS, open_image
+from firefly_sample.model.pixels import GLTF_FORMATS, made_image, open_image
 
 
 class Images:
@@ -42,6 +45,11 @@ class Images:
             self._places[index] = len(self.found)
             self.found.append(self.read(index, material))
         return self._places[index]
+
+    def add_made(self, pixels: NDArray[np.uint8], name: str) -> int:
+        """Return the place in `found` of an image that is not in the file."""
+        self.found.append(made_image(pixels, name))
+        return len(self.found) - 1
 
     def read(self, index: int, material: str) -> ImageData:
         """Return an image of the file without keeping it; see `add`."""

@@ -6,6 +6,8 @@ from firefly_sample.losses import Losses
 from firefly_sample.model.data import MaterialData
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.extensions import IMPLEMENTED, has_effect
+from firefly_sample.model.gltf.factors import Color4, Factors
+from firefly_sample.model.gltf.glossiness import Glossiness
 from firefly_sample.model.gltf.images import Images
 from firefly_sample.model.gltf.json_object import JsonObject, shown
 from firefly_sample.model.gltf.meshes import UvSet
@@ -13,10 +15,9 @@ from firefly_sample.model.gltf.textures import Slot, Textures, read_slot
 from firefly_sample.scene.material import LARGEST_SCALE, AlphaMode
 
 _ALPHA_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
-Color = tuple[float, float, float, float]
 
 
-def cut_out(color: Color, cutoff: float) -> tuple[Color, float]:
+def cut_out(color: Color4, cutoff: float) -> tuple[Color4, float]:
     """Return a base colour and a cut-off of 0 to 1 that cut the same as these (glTF 2.0, section 3.9.4).
 
     The base colour's alpha moves into the cut-off, since mipmaps keep the coverage of their texture's alpha
@@ -39,6 +40,7 @@ class Materials:
     def __init__(self, document: Document, images: Images, losses: Losses) -> None:
         self.found: list[MaterialData] = []
         self.textures = Textures(document, images, losses)
+        self._factors, self._glossiness = Factors(losses), Glossiness(self.textures, losses)
         self._document, self._losses = document, losses
         self._places: dict[int | None, int] = {}
         self._uv_sets: list[tuple[UvSet, ...]] = []
@@ -62,18 +64,23 @@ class Materials:
     def _read(self, index: int) -> tuple[MaterialData, tuple[UvSet, ...]]:
         source = self._document.item("materials", index, "material")
         name = source.text("name", "") or f"material {index}"
-        surface = source.object("pbrMetallicRoughness") or self._document.as_object({}, source.where)
         made = MaterialData(name, double_sided=source.flag("doubleSided", False))
-        made.base_color = self._shares(surface, "baseColorFactor", name)
-        self._set_alpha(made, source)
+        made.unlit = source.extension("KHR_materials_unlit") is not None
+        gloss = None if made.unlit else source.extension("KHR_materials_pbrSpecularGlossiness")
+        surface = source.object("pbrMetallicRoughness") or self._document.as_object({}, source.where)
         slots: list[Slot] = []
-        made.texture, _ = self._placed(read_slot(surface, "baseColorTexture"), slots, name)
         # in this order: two sets of texture coordinates are all that there are
-        if source.extension("KHR_materials_unlit") is not None:
-            made.unlit = True
+        if gloss is not None:
+            slot = self._glossiness.read(made, gloss)
+            slots += [] if slot is None else [slot]
         else:
+            made.base_color = self._factors.color(surface, "baseColorFactor", "base colours", name)
+            made.texture, _ = self._placed(read_slot(surface, "baseColorTexture"), slots, name)
+        self._set_alpha(made, source)
+        if not made.unlit:
             self._set_normals(made, source, slots)
-            self._set_reflection(made, surface, slots)
+            if gloss is None:
+                self._set_reflection(made, surface, slots)
             self._set_occlusion(made, source, slots)
             self._set_emission(made, source, slots)
         self._name_losses(source, name)
@@ -99,23 +106,6 @@ class Materials:
             slots.append(slot)
         return texture, number
 
-    def _shares(self, surface: JsonObject, key: str, name: str) -> Color:
-        """Return a colour, of 0 to 1 each."""
-        given = surface.numbers(key, 4, (1.0, 1.0, 1.0, 1.0))
-        r, g, b, a = (min(max(number, 0.0), 1.0) for number in given)
-        if (r, g, b, a) != given:
-            self._losses.add("base colours outside 0 to 1 are clipped, of materials", name)
-        return r, g, b, a
-
-    def _clipped(
-        self, parent: JsonObject, key: str, what: str, name: str, least: float = 0.0, most: float = 1.0
-    ) -> float:
-        """Return a factor whose default is 1."""
-        given = parent.number(key, 1.0)
-        if not least <= given <= most:
-            self._losses.add(f"{what} outside {least:g} to {most:g} are clipped, of materials", name)
-        return min(max(given, least), most)
-
     def _set_alpha(self, made: MaterialData, source: JsonObject) -> None:
         mode = source.text("alphaMode", "OPAQUE")
         if mode not in _ALPHA_MODES:
@@ -129,14 +119,14 @@ class Materials:
         slot = read_slot(source, "normalTexture")
         if slot is not None:
             info = source.required_object("normalTexture")
-            made.normal_scale = self._clipped(
+            made.normal_scale = self._factors.number(
                 info, "scale", "scales of normal maps", made.name, -LARGEST_SCALE, LARGEST_SCALE
             )
             made.normal_texture, made.normal_texcoord = self._placed(slot, slots, made.name)
 
     def _set_reflection(self, made: MaterialData, surface: JsonObject, slots: list[Slot]) -> None:
-        made.metallic = self._clipped(surface, "metallicFactor", "metallic factors", made.name)
-        made.roughness = self._clipped(surface, "roughnessFactor", "roughness factors", made.name)
+        made.metallic = self._factors.number(surface, "metallicFactor", "metallic factors", made.name)
+        made.roughness = self._factors.number(surface, "roughnessFactor", "roughness factors", made.name)
         slot = read_slot(surface, "metallicRoughnessTexture")
         if made.metallic > 0.0 or made.roughness > 0.0:  # else the texture changes nothing
             placed = self._placed(slot, slots, made.name)
@@ -146,7 +136,9 @@ class Materials:
         slot = read_slot(source, "occlusionTexture")
         if slot is not None:
             info = source.required_object("occlusionTexture")
-            made.occlusion_strength = self._clipped(info, "strength", "strengths of occlusion", made.name)
+            made.occlusion_strength = self._factors.number(
+                info, "strength", "strengths of occlusion", made.name
+            )
         if made.occlusion_strength > 0.0:
             made.occlusion_texture, made.occlusion_texcoord = self._placed(slot, slots, made.name)
 

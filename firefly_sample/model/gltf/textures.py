@@ -15,7 +15,8 @@ from firefly_sample.model.gltf.images import Images
 from firefly_sample.model.gltf.json_object import JsonObject, shown
 from firefly_sample.model.gltf.meshes import UvSet
 from firefly_sample.scene.arrays import Float64
-from firefly_sample.scene.texture import MagFilter, MinFilter, Wrap
+from firefly_sample.scene.glossy_textures import Image
+from firefly_sample.scene.texture import MagFilter, MinFilter, Sampling, Wrap
 
 _WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _MAGFILTERS: dict[int, MagFilter] = {9728: "nearest", 9729: "linear"}
@@ -95,34 +96,48 @@ class Textures:
     def add(self, slot: Slot, material: str) -> int | None:
         """Return the place in `found` of a texture; None if it has no image that can be read."""
         if slot.texture not in self._places:
-            source = self.source(slot)
-            if source is None:
-                self._losses.add(
-                    "textures without a PNG, JPEG or WebP image are left out, of materials", material
-                )
-                self._places[slot.texture] = None
-            else:
-                made = self._sampled(slot.texture, self._images.add(source, material))
-                self._places[slot.texture] = len(self.found)
-                self.found.append(made)
+            source = self.source(slot, material)
+            self._places[slot.texture] = None
+            if source is not None:
+                image = self._images.add(source, material)
+                self._places[slot.texture] = self._keep(TextureData(image, *self._sampling(slot)))
         return self._places[slot.texture]
 
-    def source(self, slot: Slot) -> int | None:
+    def add_made(self, image: Image, name: str) -> int:
+        """Return the place in `found` of a texture that is not in the file."""
+        return self._keep(TextureData(self._images.add_made(image.pixels, name), *image.sampling))
+
+    def decoded(self, slot: Slot, material: str) -> Image | None:
+        """Return a texture of the file, without adding it; None if it has no image that can be read."""
+        source = self.source(slot, material)
+        if source is None:
+            return None
+        return Image(self._images.read(source, material).decode(), self._sampling(slot))
+
+    def _keep(self, made: TextureData) -> int:
+        self.found.append(made)
+        return len(self.found) - 1
+
+    def source(self, slot: Slot, material: str) -> int | None:
         """Return the index of a texture's image in the file; that in WebP, if it has one."""
         texture = self._document.item("textures", slot.texture, "texture")
         webp = texture.extension("EXT_texture_webp")
         found = None if webp is None else webp.index("source", "images")
-        return texture.index("source", "images") if found is None else found
+        found = texture.index("source", "images") if found is None else found
+        if found is None:
+            self._losses.add(
+                "textures without a PNG, JPEG or WebP image are left out, of materials", material
+            )
+        return found
 
-    def _sampled(self, index: int, image: int) -> TextureData:
-        """Return a texture with its sampler. Filters that the file leaves open are trilinear."""
-        texture = self._document.item("textures", index, "texture")
+    def _sampling(self, slot: Slot) -> Sampling:
+        """Return the sampler of a texture. Filters that the file leaves open are trilinear."""
+        texture = self._document.item("textures", slot.texture, "texture")
         number = texture.index("sampler", "samplers")
         if number is None:
-            return TextureData(image)
+            return Sampling("repeat", "repeat", "linear_mipmap_linear", "linear")
         sampler = self._document.item("samplers", number, texture.place("sampler"))
-        return TextureData(
-            image,
+        return Sampling(
             _WRAPS[_code(sampler, "wrapS", 10497, _WRAPS)],
             _WRAPS[_code(sampler, "wrapT", 10497, _WRAPS)],
             _MINFILTERS[_code(sampler, "minFilter", 9987, _MINFILTERS)],
