@@ -1,4 +1,4 @@
-"""A value that is kept as long as what it was made from stays the same."""
+"""Values that are kept as long as what they were made from stays the same."""
 
 from __future__ import annotations
 
@@ -9,13 +9,17 @@ Value = TypeVar("Value")
 
 
 class Memo(Generic[Value]):
-    """One value, kept with the key that it was made for."""
+    """The values of the last few keys, by default of the last one."""
 
-    def __init__(self) -> None:
-        self._kept: tuple[Any, Value] | None = None
+    def __init__(self, most: int = 1) -> None:
+        self._most = most
+        self._kept: list[tuple[Any, Value]] = []
 
     def get(self, key: object, make: Callable[[], Value]) -> Value:
-        """Return what `make()` gave for an equal key, remade when the key changed."""
-        if self._kept is None or self._kept[0] != key:
-            self._kept = (key, make())
-        return self._kept[1]
+        """Return what `make()` gave for an equal key, remade when the key is none of the last ones."""
+        for kept, value in self._kept:
+            if kept == key:
+                return value
+        value = make()
+        self._kept = [(key, value), *self._kept[: self._most - 1]]
+        return value

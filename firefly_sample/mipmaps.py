@@ -54,7 +54,7 @@ def texture_levels(
     cutoff : float or None
         As for `mip_chain`.
     stored : bool
-        Do not decode colours: the classic look.
+        Do not decode colours: for looks that filter codes.
     """
     texels, values = _tables(stored)
     image = pixels[::-1]

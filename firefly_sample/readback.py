@@ -19,7 +19,7 @@ from firefly_sample.packing import (
     unpack_ten_bits,
 )
 from firefly_sample.plan.frame_plan import FramePlan
-from firefly_sample.plan.targets import FORMATS, Target, stored_dtype, stored_fractions
+from firefly_sample.plan.targets import FORMATS, Target, mask_target, stored_dtype, stored_fractions
 from firefly_sample.planar import copy_channels, empty_planar, planar
 from firefly_sample.srgb import srgb_to_linear
 
@@ -166,6 +166,12 @@ class Surface:
         """Return the linear reflectance of ambient light, which is the albedo for most scenes."""
         return self._colors("albedo" if self._plan.target("ambient_albedo") is None else "ambient_albedo")
 
+    def tint(self) -> Float64:
+        """Return the colours that multiply all reflected light: ones, but in the look "pyrender"."""
+        if self._plan.target("tint") is None:
+            return self._where_covered(np.ones((*self.covered().shape, 3)), 0.0)
+        return self._colors("tint")
+
     def highlights(self) -> Float64:
         """Return the linear reflectance of highlights, 0 without any."""
         if self._plan.target("specular") is None:
@@ -212,12 +218,12 @@ class Surface:
 
     def covered(self) -> NDArray[np.bool_]:
         """Return whether something was drawn at each pixel."""
-        albedo = self._plan.target("albedo")
-        if self._plan.target("coverage") is not None:
+        names = [target.name for target in self._plan.targets]
+        if "coverage" in names:
             stored = self.raw("coverage", np.uint8, 1)
-        elif albedo is None:
+        elif mask_target(names, self._plan.view.lens.perspective) == "distance":
             stored = self.raw("distance", np.float32, 1)
-        elif albedo.encoding == "sqrt10":
+        elif self._target("albedo").encoding == "sqrt10":
             stored = self.raw("albedo", np.uint32, 1)
         else:
             stored = self._floats("albedo", 4)[..., 3]
@@ -232,6 +238,12 @@ class Surface:
         else:
             y = self._plan.view.lens.distance_from_depth(self.raw("depth", np.float32, 1))
         return np.where(self.covered(), y, np.inf)
+
+    def stored_distance(self) -> NDArray[Any]:
+        """Return `distance`, as float32 if it is stored so."""
+        if self._plan.target("distance") is None:
+            return self.distance()
+        return np.where(self.covered(), self.raw("distance", np.float32, 1), np.float32(np.inf))
 
     def position(self) -> Float64:
         """Return view-space positions through the pixels' centres, NaN where nothing was drawn."""
@@ -252,12 +264,21 @@ class Surface:
         return np.asarray(ndc_x[None]), np.asarray(ndc_y[self._rows, None])
 
     def to_eye(self) -> Float64:
-        """Return unit vectors from each pixel's surface to the eye, view space."""
+        """Return unit vectors from each pixel's surface to the eye, view space.
+
+        In the look "pyrender", the eye of an orthographic camera is in its position for metallic-roughness
+        surfaces.
+        """
         lens = self._plan.view.lens
         ray = lens.view_from_distance(*self._ndc(), 1.0)
-        if not lens.perspective:
-            return np.broadcast_to((0.0, -1.0, 0.0), ray.shape)
-        return np.asarray(-ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+        if lens.perspective:
+            return np.asarray(-ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+        parallel = np.broadcast_to((0.0, -1.0, 0.0), ray.shape)
+        if self._plan.settings.look != "pyrender":
+            return parallel
+        place = self.position()
+        meeting = -place / np.linalg.norm(place, axis=-1, keepdims=True)
+        return np.where((self.metallic() >= 0.0)[..., None], meeting, parallel)
 
     def gbuffer(self) -> GBuffer:
         """Return all of it, as the float64 reference takes it."""
@@ -285,7 +306,7 @@ _DECODERS: dict[str, Callable[[Surface], NDArray[Any]]] = {
     "albedo": Surface.albedo,
     "normal": Surface.normal,
     "normal_world": lambda surface: surface._to_world(surface.unit_normal(), point=False),
-    "depth": Surface.distance,
+    "depth": Surface.stored_distance,
     "position": Surface.position,
     "position_world": lambda surface: surface._to_world(surface.position(), point=True),
     "id": lambda surface: surface.raw("id", np.int32, 1) - 1,

@@ -311,6 +311,16 @@ class Renderer:
                 self._gpu.release()
             self._device.release()
 
+    def abandon(self) -> None:
+        """Free the context without making it current, and without a warning.
+
+        It is for the ``__del__`` of an object that owns the renderer; `close` is for everything else.
+        """
+        if not getattr(self, "_open", False) or self._device.inherited or sys.is_finalizing():
+            return
+        self._open = False
+        self._device.abandon()
+
     def __del__(self) -> None:
         if not getattr(self, "_open", False) or self._device.inherited or sys.is_finalizing():
             return

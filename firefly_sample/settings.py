@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from firefly_sample.errors import SettingsError, did_you_mean
 
-Look = Literal["correct", "classic"]
+Look = Literal["correct", "classic", "pyrender", "flat"]
 PositionMethod = Literal[
     "linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"
 ]
@@ -37,6 +37,8 @@ ParticleOrder = Literal["view", "half_angle", "unsorted"]
 
 HALF_CODE = 1.5e-4
 """Half a code of 255 in the dark, where sRGB is linear: 0.5 / 255 / 12.92."""
+HALF_CODE_OF_POWER = (0.5 / 255.0) ** 2.2
+"""The radiance of half a code in the look "pyrender"."""
 LARGEST_ATLAS = 16384
 """The largest side of a texture that drivers offer."""
 SHADOW_RESOLUTIONS = 16, LARGEST_ATLAS
@@ -70,6 +72,14 @@ _STORED_AS_BY_PANDA = "stores, adds and blends as Panda3D's sample does"
 
 def _classic(*allowed: Any, because: str = _STORED_AS_BY_PANDA) -> Limit:
     return Limit("look", ("classic",), allowed, because)
+
+
+def _pyrender(*allowed: Any, because: str = "shades as pyrender does") -> Limit:
+    return Limit("look", ("pyrender",), allowed, because)
+
+
+def _flat(*allowed: Any, because: str = "shows base colours as they are stored") -> Limit:
+    return Limit("look", ("flat",), allowed, because)
 
 
 def _forward(allowed: str) -> Limit:
@@ -170,11 +180,13 @@ class Settings:
 
     look: Look = _setting(
         "correct",
-        "Shade correctly, or as Panda3D's sample does, with its faults, for comparison.",
+        "Shade correctly, as Panda3D's sample does with its faults, as pyrender does, or not at all (flat).",
         """The look "classic" reproduces the faults of Panda3D's sample "fireflies": normals are in the wrong
         axes and are never decoded, so that light comes from wrong directions; colours are multiplied as
         stored; each light is cut off and rounded as it is added into 8 bits. docs/lighting.md lists them, and
-        what still differs.""",
+        what still differs. The look "pyrender" shades metallic-roughness materials by pyrender's formula
+        and shows radiance by the power 1/2.2: docs/pyrender.md lists the terms. "flat" shows base colours,
+        textures and vertex colours as they are stored, without light.""",
     )
     position_method: PositionMethod = _setting(
         "linear32f",
@@ -205,7 +217,7 @@ class Settings:
         lit. "srgb8" is the driver's own encoding, as fine as "sqrt8" where the driver is exact. "rgba8"
         stores linear values: dark colours lose most of their digits. "rgba16f" and "rgba32f" take 8 and 16
         bytes; the first has an error of 5e-4, or 1e-3 where a driver truncates, the second none.""",
-        limits=(_classic("sqrt10"),),
+        limits=(_classic("sqrt10"), _flat("sqrt10")),
     )
     interpolation: Interpolation = _setting(
         "rasterizer",
@@ -214,7 +226,7 @@ class Settings:
         whose normals come out half a degree wrong. "float64" computes those again from the triangle's
         corners, to 4e-7. That takes 8 bytes per pixel and one more pass, a quarter of the frame on a CPU.
         Vertex colours, and depth where positions come from it, remain the rasterizer's.""",
-        limits=(_classic("rasterizer"), _forward("rasterizer")),
+        limits=(_classic("rasterizer"), _pyrender("rasterizer"), _forward("rasterizer")),
     )
     accumulation_format: AccumulationFormat = _setting(
         "rgba32f",
@@ -237,6 +249,7 @@ class Settings:
         or not. The picture is the same.""",
         limits=(
             _classic("auto", "volumes", "fullscreen", because="adds one light after another into 8 bits"),
+            _flat("auto", "volumes", "clustered", "fullscreen", "loop", because="has no lights"),
         ),
     )
     volume_proxy: VolumeProxy = _setting(
@@ -252,18 +265,19 @@ class Settings:
         on the same surface. That costs a quarter of the lighting and a pass to upsample it, which pays only
         with very many lights. It is wrong where surfaces are thinner than two pixels, or where light varies
         faster.""",
-        limits=(_classic("full"), _forward("full")),
+        limits=(_classic("full"), _pyrender("full"), _forward("full")),
     )
     volume_depth_test: bool = _setting(
         True,
         "Shade the back faces of light volumes only where they lie behind the surface.",
         """Without it, as in Panda3D's sample, the picture is the same for two to three times the work.""",
     )
-    cutoff_budget: float = _setting(
-        HALF_CODE,
+    cutoff_budget: float | None = _setting(
+        None,
         "How much radiance, after exposure, all lights together may lose per pixel because each is cut off.",
         """Each light is drawn only as far as it matters. The default is half a display code in the dark; 0
         cuts nothing off. Lights with a radius or a max distance end there and lose nothing.""",
+        absent="1.5e-4, or 1.1e-6 with look=pyrender",
     )
     cutoff_threshold: float | None = _setting(
         None,
@@ -291,7 +305,7 @@ class Settings:
         "Limit each light to the surface's own colour, and its highlight to 1.",
         """The limit applies before the light fades with distance: nothing is overexposed, and lights brighter
         than 1 look like lights of 1.""",
-        limits=(_classic(False),),
+        limits=(_classic(False), _pyrender(False)),
     )
     shadow_taps: int = _setting(
         4,
@@ -402,15 +416,19 @@ class Settings:
         """With "auto", white paper in bright light comes out just below display white. Captures, windows and
         measurements measure it once, at their first time. docs/lighting.md explains how.""",
         above=True,
-        limits=(_classic(1.0, because="has no exposure"),),
+        limits=(_classic(1.0, because="has no exposure"), _flat(1.0)),
     )
     tone: Tone | None = _setting(
         None,
         "The curve from radiance to display.",
         """The curve "exponential" maps radiance L to 1 - exp(-L) in each channel: 0 stays 0 with slope 1, and
         nothing clips. "none" clips at 1.""",
-        absent="exponential, or none with look=classic",
-        limits=(_classic(None, "none", because="has no tone curve"),),
+        absent="exponential with look=correct, else none",
+        limits=(
+            _classic(None, "none", because="has no tone curve"),
+            _pyrender(None, "none", because="encodes radiance by the power 1/2.2 alone"),
+            _flat(None, "none"),
+        ),
     )
 
     def __post_init__(self) -> None:
@@ -433,7 +451,14 @@ class Settings:
         """Return the tone curve in force: the look's own where `tone` is absent."""
         if self.tone is not None:
             return self.tone
-        return "none" if self.look == "classic" else "exponential"
+        return "exponential" if self.look == "correct" else "none"
+
+    @property
+    def budget(self) -> float:
+        """Return the `cutoff_budget` in force: half a code of the look where it is absent."""
+        if self.cutoff_budget is not None:
+            return self.cutoff_budget
+        return HALF_CODE_OF_POWER if self.look == "pyrender" else HALF_CODE
 
     def with_changes(self, **changes: Any) -> Settings:
         """Return a copy with some settings changed.
@@ -445,9 +470,24 @@ class Settings:
         """
         return replace(self, **changes)
 
+    def with_look(self, look: Look) -> Settings:
+        """Return a copy with another look; what that does not allow is as by default.
+
+        Raises
+        ------
+        SettingsError
+            If there is no such look.
+        """
+        forbidden = {
+            name: setting.default
+            for name, setting in SETTINGS.items()
+            if setting.broken_limit(getattr(self, name), {"look": look}) is not None
+        }
+        return self.with_changes(look=look, **forbidden)
+
     def as_dict(self) -> dict[str, Any]:
-        """Return the settings as plain JSON values, with the tone curve in force."""
-        return asdict(self) | {"tone": self.tone_curve}
+        """Return the settings as plain JSON values, with the tone curve and the budget in force."""
+        return asdict(self) | {"tone": self.tone_curve, "cutoff_budget": self.budget}
 
     @classmethod
     def preset(cls, name: str, **changes: Any) -> Settings:

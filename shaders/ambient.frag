@@ -1,6 +1,7 @@
 #version 330 core
 // Writes the first light of each pixel: ambient light and the surface's emission.
 // OWN: the reflectance of ambient light is not the albedo; it is read from a target of its own.
+// TINT: all reflected light is multiplied by a colour of the surface.
 #include "include/gbuffer.glsl"
 #block Shading
 
@@ -11,6 +12,9 @@ uniform COLOR_SAMPLER u_ambient_albedo;
 #else
 uniform COLOR_SAMPLER u_albedo;
 #endif
+#endif
+#ifdef TINT
+uniform COLOR_SAMPLER u_tint;
 #endif
 #if EMISSION
 uniform sampler2D u_emission;
@@ -32,6 +36,9 @@ void main()
 #else
     sum += unpack_color(texelFetch(u_albedo, texel, 0)) * u_ambient.rgb;
 #endif
+#endif
+#ifdef TINT
+    sum *= unpack_color(texelFetch(u_tint, texel, 0));
 #endif
 #if EMISSION
     sum += texelFetch(u_emission, texel, 0).rgb;

@@ -1,6 +1,11 @@
 #version 330 core
-// Adds directional lights, which reach every surface. The surface's position is needed only for shadows.
+// Adds directional lights, which reach every surface. The surface's position is needed only for shadows, and where the
+// rays of an orthographic camera meet in its position.
+#if defined(PYRENDER) && defined(METALLIC_ROUGHNESS) && ORTHOGRAPHIC
+#define PLACED 1
+#else
 #define PLACED (SHADOW_TAPS > 0 || PARTICLE_SHADOW)
+#endif
 #define LIGHT_KIND LIGHT_KIND_DIRECTIONAL
 #include "include/surface.glsl"
 #include "include/arrives.glsl"

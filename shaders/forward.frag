@@ -53,6 +53,11 @@ void main()
 #endif
 #if FIRST
     sum += made.ambient * u_ambient.rgb;
+#endif
+#ifdef PYRENDER
+    sum *= made.tint;
+#endif
+#if FIRST
 #if EMISSION
     sum += made.emission;
 #endif

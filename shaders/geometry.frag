@@ -32,6 +32,9 @@ out vec4 o_specular;
 #ifdef METALLIC_ROUGHNESS
 out vec4 o_metallic_roughness;
 #endif
+#ifdef TINT
+out COLOR_TEXEL o_tint;
+#endif
 #if EMISSION
 out vec4 o_emission;
 #endif
@@ -97,6 +100,9 @@ void main()
 #else
     o_metallic_roughness = vec4(0.0);
 #endif
+#endif
+#ifdef TINT
+    o_tint = pack_color(made.tint);
 #endif
 #if EMISSION
     o_emission = vec4(made.emission, 1.0);

@@ -22,7 +22,7 @@ in vec4 in_color;
 #elif VERTEX_COLOR
 in vec3 in_color;
 #endif
-#if NORMAL_MAP
+#if NORMAL_MAP && !BY_PYRENDER
 in vec4 in_tangent;
 #endif
 #ifndef SORTED
@@ -68,7 +68,7 @@ flat out vec3 v_ambient;
 #if SPECULAR || defined(METALLIC)
 flat out vec4 v_specular;
 #endif
-#if NORMAL_MAP
+#if NORMAL_MAP && !BY_PYRENDER
 out vec4 v_tangent;
 #endif
 #if EMISSION
@@ -92,6 +92,9 @@ void main()
     vec4 p = vec4(in_position, 1.0);
     v_view = vec3(dot(p, in_view_x), dot(p, in_view_y), dot(p, in_view_z));
     v_normal = vec3(dot(in_normal, in_normal_x), dot(in_normal, in_normal_y), dot(in_normal, in_normal_z));
+#if BY_PYRENDER
+    v_normal *= inversesqrt(max(dot(v_normal, v_normal), 1e-37));  // pyrender interpolates unit normals
+#endif
     v_texcoord = in_texcoord.xy;
 #if VERTEX_COLOR
     v_color = in_color.rgb;
@@ -106,7 +109,7 @@ void main()
 #if SPECULAR || defined(METALLIC)
     v_specular = in_specular;
 #endif
-#if NORMAL_MAP
+#if NORMAL_MAP && !BY_PYRENDER
     vec3 t = in_tangent.xyz;
     v_tangent = vec4(dot(t, in_view_x.xyz), dot(t, in_view_y.xyz), dot(t, in_view_z.xyz), in_tangent.w);
 #endif

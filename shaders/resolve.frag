@@ -1,6 +1,12 @@
 #version 330 core
 // Turns samples into the picture: fills in the background, averages, and applies exposure, tone curve and sRGB.
+// LOOK_PYRENDER: each sample is encoded first, by the power 1/2.2; layers are mixed, and samples averaged, as display
+// values, as pyrender does in a framebuffer of 8 bits. LOOK_FLAT: the same of base colours, which are display values.
+// LOOK_CLASSIC: radiance is display values.
 #include "include/color.glsl"
+#if LOOK == LOOK_PYRENDER
+#include "include/codes.glsl"
+#endif
 #if GRADIENT
 #include "include/lens.glsl"
 #endif
@@ -57,25 +63,46 @@ vec3 background(vec2 pixel)
 #endif
 }
 
-vec3 behind_particles(ivec2 texel)
+// Returns the light of surfaces, or what the look has in its place, without the background.
+vec3 surface_at(ivec2 texel)
 {
-    vec3 value = vec3(0.0);
-#if RADIANCE
-    value = min(texelFetch(u_radiance, texel, 0).rgb, LARGEST);  // a target of small floats may hold infinity
+#if LOOK == LOOK_FLAT && MASKED
+    return texelFetch(u_albedo, texel, 0).rgb;
+#elif RADIANCE
+    return min(texelFetch(u_radiance, texel, 0).rgb, LARGEST);  // a target of small floats may hold infinity
+#else
+    return vec3(0.0);
 #endif
+}
+
+vec3 behind_layer(ivec2 texel)
+{
+    vec3 value = surface_at(texel);
 #if MASKED
     if (COVERED > 0.0)
         return value;
 #endif
 #if LOOK == LOOK_CLASSIC
     return value + linear_to_srgb(background(vec2(texel) + 0.5));
+#elif LOOK == LOOK_FLAT
+    return clamp(background(vec2(texel) + 0.5), 0.0, 1.0);
 #else
     return value + background(vec2(texel) + 0.5);
 #endif
 }
 
+// Returns what samples are averaged as, of a sample's radiance.
+vec3 displayed(vec3 value)
+{
+#if LOOK == LOOK_PYRENDER
+    return power_encoded(value * u_exposure.rgb);
+#else
+    return value;
+#endif
+}
+
 #if PARTICLES || defined(TRANSPARENCY)
-// Returns the radiance of the layer in front of surfaces, and the share of what is behind that it hides.
+// Returns the light of the layer in front of surfaces, and the share of what is behind that it hides.
 vec4 layer_at(ivec2 texel)
 {
 #if PARTICLES
@@ -90,9 +117,9 @@ vec4 layer_at(ivec2 texel)
 }
 #endif
 
-vec3 sample_radiance(ivec2 texel)
+vec3 sample_at(ivec2 texel)
 {
-    vec3 value = behind_particles(texel);
+    vec3 value = displayed(behind_layer(texel));
 #if PARTICLES || defined(TRANSPARENCY)
     vec4 over = layer_at(texel);
     value = value * (1.0 - over.a) + over.rgb;
@@ -100,14 +127,23 @@ vec3 sample_radiance(ivec2 texel)
     return value;
 }
 
+#if FINAL_RADIANCE && LOOK == LOOK_PYRENDER
+// Returns a sample's radiance: where layers are mixed, that of the display value which they make.
+vec3 sample_radiance(ivec2 texel)
+{
+#ifdef TRANSPARENCY
+    if (any(greaterThan(layer_at(texel), vec4(0.0))))
+        return power_decoded(sample_at(texel)) / u_exposure.rgb;
+#endif
+    return behind_layer(texel);
+}
+#endif
+
 #ifdef COLOR_ALPHA
-// Returns the radiance of all that is before the background, and the share of the background that it hides.
+// Returns the light of all that is before the background, and the share of the background that it hides.
 vec4 sample_foreground(ivec2 texel)
 {
-    vec4 value = vec4(0.0);
-#if RADIANCE
-    value.rgb = min(texelFetch(u_radiance, texel, 0).rgb, LARGEST);
-#endif
+    vec4 value = vec4(displayed(surface_at(texel)), 0.0);
 #if MASKED
     value.a = COVERED > 0.0 ? 1.0 : 0.0;
 #endif
@@ -118,6 +154,15 @@ vec4 sample_foreground(ivec2 texel)
     return value;
 }
 
+#if LOOK != LOOK_CORRECT
+// Returns straight alpha: the display value of what covers a share of the background, as if it covered all of it.
+vec4 straight_alpha(vec4 foreground)
+{
+    // the colour is that of the stored alpha, so that rounding alpha does not change what is seen over black
+    float alpha = floor(clamp(foreground.a, 0.0, 1.0) * 255.0 + 0.5) / 255.0;
+    return vec4(alpha > 0.0 ? min(foreground.rgb / alpha, 1.0) : vec3(0.0), alpha);
+}
+#else
 // The radiance whose code is 254.5: what is brighter is white.
 #if TONE == TONE_EXPONENTIAL
 const float WHITE = 5.41378;
@@ -139,6 +184,7 @@ vec4 straight_alpha(vec4 foreground)
     return vec4(alpha > 0.0 ? linear_to_srgb(tone_curve(light / alpha)) : vec3(0.0), alpha);
 }
 #endif
+#endif
 
 void main()
 {
@@ -146,7 +192,7 @@ void main()
     ivec2 first = ivec2(gl_FragCoord.xy) * SUPERSAMPLE;
     for (int y = 0; y < SUPERSAMPLE; ++y)
         for (int x = 0; x < SUPERSAMPLE; ++x)
-            sum += sample_radiance(first + ivec2(x, y));
+            sum += sample_at(first + ivec2(x, y));
     vec3 value = sum / float(SUPERSAMPLE * SUPERSAMPLE);
 #ifdef COLOR_ALPHA
     vec4 foreground = vec4(0.0);
@@ -156,13 +202,21 @@ void main()
     o_color_alpha = straight_alpha(foreground / float(SUPERSAMPLE * SUPERSAMPLE));
 #endif
 #if FINAL_RADIANCE
+#if LOOK == LOOK_PYRENDER
+    vec3 radiance = vec3(0.0);
+    for (int y = 0; y < SUPERSAMPLE; ++y)
+        for (int x = 0; x < SUPERSAMPLE; ++x)
+            radiance += sample_radiance(first + ivec2(x, y));
+    o_final_radiance = vec4(radiance / float(SUPERSAMPLE * SUPERSAMPLE), 1.0);
+#else
     o_final_radiance = vec4(value, 1.0);
 #endif
+#endif
 #if COLOR
-#if LOOK == LOOK_CLASSIC
-    o_color = vec4(value, 1.0);  // already display values
-#else
+#if LOOK == LOOK_CORRECT
     o_color = vec4(linear_to_srgb(tone_curve(value * u_exposure.rgb)), 1.0);
+#else
+    o_color = vec4(value, 1.0);  // already display values
 #endif
 #endif
 }

@@ -1,5 +1,6 @@
 #version 330 core
 // Shades blended surfaces when they are drawn, by all lights at once. The surfaces' alpha multiplies all that they show.
+// PYRENDER: what they show is codes, which are mixed.
 // TRANSPARENCY_SORTED: for blending from back to front.
 // TRANSPARENCY_WEIGHTED: a sum whose weights fall with the distance (McGuire, Bavoil, "Weighted Blended Order-Independent
 // Transparency", JCGT 2(2), 2013).
@@ -105,12 +106,20 @@ void main()
     s.metallic = vec2(made.metallic, made.roughness);
 #endif
     vec3 sum = made.ambient * u_ambient.rgb;
+#each_light_set     sum += light_of_set_@(s);
+#ifdef PYRENDER
+    sum *= made.tint;
+#endif
 #if EMISSION
     sum += made.emission;
 #endif
-#each_light_set     sum += light_of_set_@(s);
     float alpha = clamp(made.alpha, 0.0, 1.0);
-    vec4 shown = vec4(min(sum, LARGEST_LIGHT) * alpha, alpha);
+#ifdef PYRENDER
+    vec3 value = power_encoded(sum * u_exposure.rgb);  // display values are mixed
+#else
+    vec3 value = min(sum, LARGEST_LIGHT);
+#endif
+    vec4 shown = vec4(value * alpha, alpha);
 #if TRANSPARENCY == TRANSPARENCY_SORTED
     o_transparency = shown;
 #elif TRANSPARENCY == TRANSPARENCY_WEIGHTED

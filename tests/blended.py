@@ -144,7 +144,7 @@ def held(renderer, scene, time=0.0, **settings):
     """Draw a scene, and cast rays into it; several samples per pixel are averaged in linear radiance."""
     own = Settings(**FINE | settings)
     renderer.settings = own
-    plan = renderer.plan(scene, time, ("radiance", "color"))
+    plan = renderer.plan(scene, time, ("color",) if own.look == "flat" else ("radiance", "color"))
     frame = renderer.draw(plan)
     samples, size = own.supersample, renderer.size
     try:

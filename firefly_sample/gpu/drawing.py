@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from firefly_sample.gpu.gpu import Gpu
     from firefly_sample.gpu.images import BoundImages
     from firefly_sample.gpu.programs import Program
+    from firefly_sample.gpu.uploads import TextureSource
 
 BEHIND = 4.0
 """Steps of depth by which a volume's back faces are moved away from the eye. The depths of volume and surface
@@ -66,6 +67,7 @@ class Drawable(NamedTuple):
     program: Program
     textures: dict[str, moderngl.Texture]
     array: moderngl.VertexArray
+    point_size: float  # samples across a point
 
 
 def make_drawable(
@@ -78,13 +80,26 @@ def make_drawable(
     textures = {}
     if batch.texture is not None:
         cutoff = batch.alpha_cutoff if batch.surface.cutout else None
-        stored = plan.settings.look == "classic"
-        textures["u_texture"] = gpu.uploads.texture(batch.texture, cutoff, stored)
+        textures["u_texture"] = texture_of(gpu, plan, batch.texture, cutoff)
     for name, found in batch.maps.named():
         sampler = f"u_{name}_texture"
         if program.samples(sampler):
-            textures[sampler] = gpu.uploads.texture(found.texture, None, name != "emission")
-    return Drawable(batch, program, textures, array or gpu.uploads.drawable(batch, program))
+            textures[sampler] = texture_of(gpu, plan, found.texture, None, name == "emission")
+    point_size = batch.render_mode.thickness * plan.settings.supersample
+    return Drawable(batch, program, textures, array or gpu.uploads.drawable(batch, program), point_size)
+
+
+def texture_of(
+    gpu: Gpu, plan: FramePlan, texture: TextureSource, cutoff: float | None, colors: bool = True
+) -> moderngl.Texture:
+    """Return a texture as a plan's look samples it; `cutoff` is the limit of an alpha test, if there is one.
+
+    `colors` says whether its texels are colours, which the look "correct" decodes before they are filtered.
+    """
+    look = plan.settings.look
+    if look in ("pyrender", "flat") and cutoff is None:
+        return gpu.uploads.byte_texture(texture)
+    return gpu.uploads.texture(texture, cutoff, not colors or look != "correct")
 
 
 def surface_uniforms(drawable: Drawable) -> dict[str, object]:
@@ -117,7 +132,12 @@ def draw_surface(
     ctx.front_face = "cw" if batch.mirrored else "ccw"
     drawable.program.use({**uniforms, **surface_uniforms(drawable)}, {**drawable.textures, **textures})
     first, count = part
-    gpu.render(drawable.array, ctx.TRIANGLES, vertices=count, first=first)
+    if batch.geom.mode == "points":
+        ctx.point_size = drawable.point_size
+    modes = {"triangles": ctx.TRIANGLES, "lines": ctx.LINES, "points": ctx.POINTS}
+    ctx.wireframe = batch.render_mode.mode == "wireframe"
+    gpu.render(drawable.array, modes[batch.geom.mode], vertices=count, first=first)
+    ctx.wireframe = False
 
 
 def draw_volumes(

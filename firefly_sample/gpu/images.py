@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 
 import moderngl
 
@@ -33,14 +33,23 @@ def make_texture(
     return texture
 
 
+Key = tuple[str, str, tuple[int, int]]
+"""A target's name, format and size."""
+
+
 class Images:
-    """Textures by target, kept from frame to frame while size and format stay."""
+    """Textures by target, kept from frame to frame while size and format stay.
+
+    Those of the frame before are kept, too, while the picture's size stays: frames of two kinds that are
+    drawn in turn, such as pictures and masks, do not make their textures again and again.
+    """
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._textures: dict[tuple[str, str, tuple[int, int]], moderngl.Texture] = {}
-        self._framebuffers: dict[tuple[str, tuple[str, ...]], moderngl.Framebuffer] = {}
-        self._writers: dict[tuple[str, str, tuple[int, int]], str] = {}
+        self._textures: dict[Key, moderngl.Texture] = {}
+        self._framebuffers: dict[tuple[str, tuple[Key, ...]], moderngl.Framebuffer] = {}
+        self._writers: dict[Key, str] = {}
+        self._before: tuple[tuple[int, int], frozenset[Key]] = (0, 0), frozenset()
 
     def check_limits(self, plan: FramePlan) -> None:
         """Raise `GpuError` if picture, shadow maps or particle shadow slices are too large."""
@@ -60,19 +69,24 @@ class Images:
             )
 
     def prepare(self, plan: FramePlan) -> None:
-        """Make the textures of a plan, and free all others, so that memory follows what is drawn."""
-        wanted = {self._key(plan, target) for target in plan.targets}
-        if all(key in self._textures for key in wanted):
+        """Make the textures of a plan, and free those that it and the plan before do not use."""
+        wanted = frozenset(self._key(plan, target) for target in plan.targets)
+        (size, kept), self._before = self._before, (plan.view.size, wanted)
+        unused = self._textures.keys() - wanted
+        if size == plan.view.size:
+            unused -= kept
+        if unused:
+            self._release_framebuffers(unused)
+            for key in unused:
+                self._textures.pop(key).release()
+                self._writers.pop(key, None)
+        missing = [target for target in plan.targets if self._key(plan, target) not in self._textures]
+        if not missing:
             return
-        self._release_framebuffers()
-        for key in self._textures.keys() - wanted:
-            self._textures.pop(key).release()
-            self._writers.pop(key, None)
         try:
-            for target in plan.targets:
+            for target in missing:
                 key = self._key(plan, target)
-                if key not in self._textures:
-                    self._textures[key] = make_texture(self._device, target.format, key[2], target.compare)
+                self._textures[key] = make_texture(self._device, target.format, key[2], target.compare)
         except moderngl.Error as error:
             raise self._no_memory(plan) from error
         if self._device.ctx.error != "GL_NO_ERROR":
@@ -90,7 +104,7 @@ class Images:
             f"{size / 2**20:,.0f} MiB: choose a smaller size, or supersample 1"
         )
 
-    def _key(self, plan: FramePlan, target: Target) -> tuple[str, str, tuple[int, int]]:
+    def _key(self, plan: FramePlan, target: Target) -> Key:
         return target.name, target.format, plan.target_size(target.name)
 
     def texture(self, plan: FramePlan, name: str) -> moderngl.Texture:
@@ -99,7 +113,7 @@ class Images:
 
     def framebuffer(self, plan: FramePlan, step: PassPlan, names: tuple[str, ...]) -> moderngl.Framebuffer:
         """Return a pass's own framebuffer: timer queries read wrong on a shared one."""
-        key = (step.name, names)
+        key = step.name, tuple(self._key(plan, _target(plan, name)) for name in names)
         if key not in self._framebuffers:
             textures = {name: self.texture(plan, name) for name in names}
             depth = next((name for name in names if FORMATS[_target(plan, name).format].depth), None)
@@ -119,15 +133,15 @@ class Images:
         target = plan.target(name)
         return None if target is None else self._writers.get(self._key(plan, target))
 
-    def _release_framebuffers(self) -> None:
+    def _release_framebuffers(self, textures: Set[Key]) -> None:
+        """Free the framebuffers that draw into one of these textures."""
         self._device.unbind()
-        for framebuffer in self._framebuffers.values():
-            framebuffer.release()
-        self._framebuffers.clear()
+        for key in [key for key in self._framebuffers if not textures.isdisjoint(key[1])]:
+            self._framebuffers.pop(key).release()
 
     def release(self) -> None:
         """Free all textures and framebuffers."""
-        self._release_framebuffers()
+        self._release_framebuffers(self._textures.keys())
         for texture in self._textures.values():
             texture.release()
         self._textures.clear()

@@ -56,6 +56,7 @@ class MeshSource(Protocol):
     texcoords_1: NDArray[np.float64] | None
     colors: NDArray[np.float64] | None
     alphas: NDArray[np.float64] | None
+    indices: NDArray[np.int32]
     triangles: NDArray[np.int32]
 
     def tangents_or_made(self, texcoord: int) -> NDArray[np.float64]:
@@ -234,12 +235,13 @@ class Uploads:
         return self._keep(self._arrays, key, (mesh, instances), make)
 
     def _mesh(self, geom: MeshSource, attributes: Attributes) -> _Kept:
-        """Keep the buffers of a Geom's triangles and vertices, with the attributes that are asked for."""
+        """Keep the buffers of a Geom's vertices and indices, with the attributes that are asked for."""
 
         def make() -> tuple[Any, ...]:
             rows = self._mesh_rows(geom, attributes)
-            triangles = np.ascontiguousarray(geom.triangles, dtype=np.uint32)
-            return self._ctx.buffer(rows), self._ctx.buffer(triangles)
+            return self._ctx.buffer(rows), self._ctx.buffer(
+                np.ascontiguousarray(geom.indices, dtype=np.uint32)
+            )
 
         return self._keep(self._meshes, (self._serial(geom), *attributes), geom.revision, make)
 
@@ -265,11 +267,38 @@ class Uploads:
         """Return a texture with its mipmaps, if its filter needs them.
 
         It is decoded once to linear RGBA16, which is sampled as fast as sRGB8 and is more exact; not if
-        `stored`, for the look "classic". Mipmaps keep the share of texels whose alpha is above `cutoff`, if
-        there is one.
+        `stored`, for looks that filter codes. Mipmaps keep the share of texels whose alpha is above
+        `cutoff`, if there is one.
         """
 
-        def make() -> tuple[Any, ...]:
+        def make() -> moderngl.Texture:
+            levels = kept_texture_levels(image, cutoff, stored)
+            texture = self._ctx.texture(image.size, 4, dtype="nu2")
+            self._raw.upload_levels(texture.glo, levels if "mipmap" in image.sampling[2] else levels[:1])
+            return texture
+
+        return self._texture((self._serial(image), cutoff, stored), image, make)
+
+    def byte_texture(self, image: TextureSource) -> moderngl.Texture:
+        """Return a texture of an image's bytes as they are, with mipmaps that the driver makes.
+
+        That is what pyrender samples. What a driver makes of an odd number of texels is its own affair.
+        """
+
+        def make() -> moderngl.Texture:
+            texture = self._ctx.texture(image.size, 4, np.ascontiguousarray(image.pixels[::-1]))
+            if "mipmap" in image.sampling[2]:
+                texture.build_mipmaps()
+            return texture
+
+        return self._texture((self._serial(image), "bytes"), image, make)
+
+    def _texture(
+        self, key: tuple[Any, ...], image: TextureSource, make: Callable[[], moderngl.Texture]
+    ) -> moderngl.Texture:
+        """Keep the texture of an image that `make` returns, and set how it is sampled."""
+
+        def made() -> tuple[Any, ...]:
             limit = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
             if max(image.size) > limit:
                 width, height = image.size
@@ -277,16 +306,13 @@ class Uploads:
                     f"texture {image.name!r} is {width}x{height}, above the driver's limit of "
                     f"{limit} a side: scale it down"
                 )
-            levels = kept_texture_levels(image, cutoff, stored)
-            texture = self._ctx.texture(image.size, 4, dtype="nu2")
+            texture = make()
             across, up, minfilter, magfilter = image.sampling
             texture.filter = _FILTERS[minfilter], _FILTERS[magfilter]
             self._raw.set_wrap(texture.glo, _WRAPS[across], _WRAPS[up])
-            self._raw.upload_levels(texture.glo, levels if "mipmap" in minfilter else levels[:1])
             return (texture,)
 
-        key = (self._serial(image), cutoff, stored)
-        texture: moderngl.Texture = self._keep(self._images, key, image.revision, make).objects[0]
+        texture: moderngl.Texture = self._keep(self._images, key, image.revision, made).objects[0]
         return texture
 
     def release(self) -> None:

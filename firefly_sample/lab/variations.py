@@ -10,7 +10,7 @@ from typing import Any, Literal
 from firefly_sample.errors import SettingsError
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.light import Falloff
-from firefly_sample.settings import CHOICES, NOT_FORWARD, PRESETS, Settings
+from firefly_sample.settings import CHOICES, HALF_CODE, NOT_FORWARD, PRESETS, Settings
 
 Group = Literal["default", "alone", "baseline", "preset", "combination", "look"]
 
@@ -93,13 +93,18 @@ def single_choices(plan: FramePlan) -> list[Variation]:
     deferred = bool(plan.lights) and base.light_method != "forward"
     positioned = any(lights.kind != "directional" or lights.shadowed for lights in plan.lights)
     attenuated, clouded = _attenuated(plan), _particle_shadowed(plan)
+    budgets = [
+        value
+        for value in (1e-6, HALF_CODE, 1.5e-3)
+        if value != base.budget or base.cutoff_threshold is not None
+    ]
     table: tuple[tuple[Any, ...], ...] = (
         (positioned and deferred, "position_method"),
         (deferred, "normal_format"),
         (plan.target("albedo") is not None, "albedo_format"),
         (deferred, "interpolation"),
         (plan.target("radiance") is not None, "accumulation_format"),
-        (attenuated, "cutoff_budget", 1e-6, 1.5e-4, 1.5e-3),
+        (attenuated, "cutoff_budget", *budgets),
         (attenuated, "cutoff_threshold", 1e-3, 1e-2, 5.0 / 256.0),
         (_proxied(plan), "volume_proxy"),
         (deferred, "light_resolution"),

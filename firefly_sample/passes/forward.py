@@ -62,6 +62,7 @@ class ForwardVariant(Variant):
     metallic_map: MapCoordinates = 0
     normal_map: MapCoordinates = 0
     occlusion_map: MapCoordinates = 0
+    pyrender: bool = False
 
 
 class ForwardPass(Pass):
@@ -109,6 +110,7 @@ class ForwardPass(Pass):
             emission=needs.emits,
             orthographic=needs.orthographic,
             particle_shadow=needs.particle_shadowed_kind is not None and needs.particle_shadowed,
+            pyrender=needs.pyrender,
         )
 
     def legal_variants(self) -> Products:
@@ -119,6 +121,7 @@ class ForwardPass(Pass):
                     ForwardVariant,
                     _legal_lights(emission),
                     choices(orthographic=BOTH),
+                    choices(pyrender=BOTH),
                     *legal_surfaces(emission),
                 )
                 for emission in BOTH
@@ -135,7 +138,8 @@ class ForwardPass(Pass):
             ready = []
             for batch in plan.batches:
                 shows = frame.emission, lights is not None, frame.ambient_albedo, lights is not None
-                variant = replace(frame, **surface_fields(batch.surface, *shows))
+                fields = surface_fields(batch.surface, *shows, plan.settings.look, frame.pyrender)
+                variant = replace(frame, **fields)
                 program = self.program(gpu, variant, images)
                 ready.append(make_drawable(gpu, plan, batch, program))
             self._ready.append((lights, frame, ready))
@@ -187,6 +191,7 @@ def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) ->
             ambient_albedo=frame.ambient_albedo,
             emission=frame.emission,
             orthographic=frame.orthographic,
+            pyrender=frame.pyrender,
         )
     return shining(
         frame,

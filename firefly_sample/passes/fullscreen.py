@@ -79,7 +79,8 @@ class HalfDepthPass(FullscreenPass):
 class AmbientVariant(Variant):
     """The parts of the first light of a pixel, and the targets `radiance` and `light`.
 
-    `lit` adds ambient light, `own` takes its reflectance from a target of its own, `emission` adds emission.
+    `lit` adds ambient light, `own` takes its reflectance from a target of its own, `tint` multiplies it by a
+    colour of the surface, `emission` adds emission.
     """
 
     lit: bool = True
@@ -88,6 +89,7 @@ class AmbientVariant(Variant):
     albedo_format: AlbedoFormat = "sqrt10"
     radiance: bool = True
     light: bool = False
+    tint: bool = False
 
 
 class AmbientPass(FullscreenPass):
@@ -105,7 +107,9 @@ class AmbientPass(FullscreenPass):
         if needs.ambient_lit and needs.picture and not needs.own_ambient_lit:
             reads["albedo"] = ["ambient light"]
         if needs.own_ambient_lit:
-            reads["ambient_albedo"] = [f"ambient colours of {needs.looks.own_ambient}"]
+            reads["ambient_albedo"] = [f"ambient colours of {needs.own_ambient}"]
+        if needs.tints and needs.ambient_lit:
+            reads["tint"] = [f"vertex colours and occlusion of {needs.looks.tinted}"]
         if emission:
             reads["emission"] = emission
         reasons = (["ambient light"] if needs.ambient_lit else []) + emission
@@ -120,16 +124,17 @@ class AmbientPass(FullscreenPass):
             emission=needs.emits,
             radiance="radiance" in targets,
             light="light" in targets and needs.ambient_lit,
+            tint=needs.tints and needs.ambient_lit,
             **encodings(targets, "albedo"),
         )
 
     def legal_variants(self) -> Iterator[Variant]:
         """Yield the variants that write a target."""
         for made in combinations(AmbientVariant):
-            # emission does not fall on a surface, and an ambient colour is for ambient light
-            if (made.lit and (made.radiance or made.light)) or (
-                made.emission and made.radiance and not made.own
-            ):
+            # emission does not fall on a surface, an ambient colour is for ambient light, a tint for radiance
+            lit = made.lit and (made.radiance or made.light)
+            glows = made.emission and made.radiance and not made.own
+            if (lit or glows) and (not made.tint or (made.lit and made.radiance)):
                 yield made
 
 
@@ -248,7 +253,8 @@ class ResolvePass(FullscreenPass):
         if needs.drawn and needs.forward:
             reads["coverage"] = ["the background shows where nothing was drawn"]
         elif needs.drawn:
-            reads["albedo"] = ["the background shows where its alpha is 0"]
+            shown = ["base colours"] if needs.flat else []
+            reads["albedo"] = [*shown, "the background shows where its alpha is 0"]
         because = "; ".join(asked(needs.outputs, ("color", "color_alpha", "radiance")))
         return Declaration(because, reads=reads, writes=self.colors)
 
@@ -274,14 +280,25 @@ class ResolvePass(FullscreenPass):
     def legal_variants(self) -> Iterator[Variant]:
         """Yield the variants that make an output."""
         for made in combinations(ResolveVariant):
-            covered = made.marked or made.packed
-            layered = made.particles or made.transparency != "none" or made.color_alpha
             if (
                 (made.color or made.final_radiance or made.color_alpha)
                 and not (made.particles and made.transparency != "none")
                 and (made.gradient or not made.orthographic)
-                and (made.masked or not covered)
+                and (made.masked or not (made.marked or made.packed))
                 and not (made.marked and made.packed)
-                and (made.look == "correct" or not (made.tone != "none" or covered or layered))
+                and _fits_look(made)
             ):
                 yield made
+
+
+def _fits_look(made: ResolveVariant) -> bool:
+    """Return whether a look has what a variant asks for."""
+    covered = made.marked or made.packed
+    layered = made.particles or made.transparency != "none" or made.color_alpha
+    lacks = {
+        "correct": False,
+        "classic": covered or layered,
+        "pyrender": made.particles,
+        "flat": covered or made.particles or made.radiance or made.final_radiance,
+    }
+    return not lacks[made.look] and (made.tone == "none" or made.look == "correct")

@@ -17,6 +17,7 @@ from firefly_sample.plan.targets import Target
 from firefly_sample.plan.variants import (
     AlbedoFormat,
     Interpolation,
+    Look,
     MapCoordinates,
     NormalFormat,
     PositionTarget,
@@ -72,6 +73,8 @@ class GeometryVariant(Variant):
     normal_map: MapCoordinates = 0
     occlusion_map: MapCoordinates = 0
     metallic_roughness: bool = False
+    pyrender: bool = False
+    tint: bool = False
 
     @property
     def position(self) -> bool:
@@ -142,6 +145,14 @@ def _legal_targets() -> Iterator[dict[str, Any]]:
                 yield chosen
 
 
+def _legal_looks(chosen: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return what the look "pyrender" may add to a choice of targets."""
+    if chosen["interpolation"] != "rasterizer" or chosen["normal_format"] == "classic":
+        return [{}]
+    tinted = [{"pyrender": True, "tint": True}] if chosen["albedo"] else []
+    return [{}, {"pyrender": True}, *tinted]
+
+
 def _count_targets(chosen: Mapping[str, Any]) -> int:
     """Return the number of colour targets of a choice."""
     names = "albedo", "normal", "distance", "ambient_albedo", "specular", "emission", "id", "visibility"
@@ -149,21 +160,30 @@ def _count_targets(chosen: Mapping[str, Any]) -> int:
 
 
 def surface_fields(
-    surface: SurfaceFeatures, emission: bool, normal: bool, ambient: bool, metals: bool, classic: bool = False
+    surface: SurfaceFeatures,
+    emission: bool,
+    normal: bool,
+    ambient: bool,
+    metals: bool,
+    look: Look = "correct",
+    tint: bool = False,
 ) -> dict[str, Any]:
     """Return a draw's fields of a variant, without those that nothing needs.
 
-    The others say whether the pass makes emission, normals, the reflectance of ambient light, and
-    metalness and roughness.
+    The others say whether the pass makes emission, normals, the reflectance of ambient light, metalness and
+    roughness, and a tint, by which pyrender's formula multiplies light.
     """
+    classic, pyrender = look == "classic", look == "pyrender"
     absent: dict[str, Any] = {}
     if not emission:
         absent |= {"emission_textured": False, "second_texcoords": False}
     if not normal or classic:
         absent["normal_map"] = 0
-    if not (ambient or metals) or classic:
-        absent |= {"metallic": False, "metallic_map": 0}
-    if not ambient or classic:
+    if not (ambient or metals or pyrender) or classic:
+        absent["metallic"] = False
+    if not (metals or (ambient and not pyrender)) or classic:
+        absent["metallic_map"] = 0
+    if not (tint if pyrender and surface.metallic else ambient) or classic:
         absent["occlusion_map"] = 0
     if classic:
         absent["unlit"] = False
@@ -186,6 +206,7 @@ class GeometryPass(Pass):
         "ambient_albedo",
         "specular",
         "metallic_roughness",
+        "tint",
         "emission",
         "id",
         "visibility",
@@ -218,6 +239,7 @@ class GeometryPass(Pass):
             position_target=position_target_of(targets),
             interpolation="float64" if again else "rasterizer",
             orthographic=needs.orthographic,
+            pyrender=needs.pyrender,
         )
 
     def legal_variants(self) -> Products:
@@ -225,9 +247,11 @@ class GeometryPass(Pass):
         products = []
         for emission, metals in product(BOTH, repeat=2):
             targets = [
-                chosen
+                chosen | look
                 for chosen in _legal_targets()
-                if chosen["emission"] == emission and _count_targets(chosen) + metals <= MOST_TARGETS
+                for look in _legal_looks(chosen)
+                if chosen["emission"] == emission
+                if _count_targets(chosen) + metals + ("tint" in look) <= MOST_TARGETS
             ]
             frame = targets, choices(orthographic=BOTH), choices(metallic_roughness=[metals])
             products.append(Product(GeometryVariant, *frame, *legal_surfaces(emission)))
@@ -244,19 +268,23 @@ class GeometryPass(Pass):
             return
         assert isinstance(step.variant, GeometryVariant)
         gpu.uploads.prepare(plan.batches)
-        programs: dict[SurfaceFeatures, Program] = {}  # hashing a whole variant takes longer than the rest
+        # hashing a whole variant takes longer than the rest
+        programs: dict[tuple[SurfaceFeatures, bool], Program] = {}
         for batch in plan.batches:
-            program = programs.get(batch.surface)
+            key = batch.surface, batch.geom.mode == "triangles"
+            program = programs.get(key)
             if program is None:
                 variant = replace(step.variant, **self._fields(batch.surface, step.variant, plan))
-                program = programs[batch.surface] = self.program(gpu, variant, images)
+                if not key[1]:  # lines and points have no corners to interpolate between
+                    variant = replace(variant, interpolation="rasterizer")
+                program = programs[key] = self.program(gpu, variant, images)
             self._ready.append(make_drawable(gpu, plan, batch, program))
 
     @staticmethod
     def _fields(surface: SurfaceFeatures, frame: GeometryVariant, plan: FramePlan) -> dict[str, Any]:
-        classic = plan.settings.look == "classic"
         wanted = frame.emission, frame.normal, frame.ambient_albedo, frame.metallic_roughness
-        return surface_fields(surface, *wanted, classic)
+        fields = surface_fields(surface, *wanted, plan.settings.look, frame.tint)
+        return fields | {"unlit": False} if plan.settings.look == "flat" else fields
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -280,12 +308,14 @@ class GeometryPass(Pass):
 
 
 def _state_of(plan: FramePlan, step: PassPlan) -> tuple[Any, ...]:
-    """Return all that decides what the pass draws, beside the batches and the textures that it draws into."""
+    """Return all that decides what the pass draws, beside the batches, and which textures it draws into."""
     textures = [batch.texture for batch in plan.batches if batch.texture is not None]
     textures += [found.texture for batch in plan.batches for _, found in batch.maps.named()]
     images = tuple(texture.revision for texture in textures)
+    # textures of the frame before the last one are kept: they may hold what was drawn then
+    into = tuple((name, target.format) for name in step.writes if (target := plan.target(name)) is not None)
     view = plan.view
-    return images, view.lens, view.size, view.reverse, view.near, plan.settings.look, step.variant
+    return images, into, view.lens, view.size, view.reverse, view.near, plan.settings.look, step.variant
 
 
 def _untouched(step: PassPlan, images: BoundImages) -> bool:

@@ -52,7 +52,8 @@ class LightVariant(Variant):
 
     `shadow_taps` is 0 for lights without shadow maps; `particle_shadow` is for light that particles shadow.
     `radiance` and `light` are the targets; at half resolution the first is of highlights alone.
-    `metallic_roughness` says that some surfaces are of that model.
+    `metallic_roughness` says that some surfaces are of that model, `pyrender` that they are shaded by
+    pyrender's formula, and `tint` that some have vertex colours or occlusion, which multiply their light.
     """
 
     light_method: DrawMethod = "sphere"
@@ -70,6 +71,13 @@ class LightVariant(Variant):
     light_resolution: LightResolution = "full"
     particle_shadow: bool = False
     metallic_roughness: bool = False
+    pyrender: bool = False
+    tint: bool = False
+
+    @property
+    def eye_at_origin(self) -> bool:
+        """True if highlights see the rays of an orthographic camera meet in its position."""
+        return self.pyrender and self.metallic_roughness and self.orthographic
 
 
 Shines = TypeVar("Shines", bound=Variant)
@@ -95,6 +103,8 @@ class LightPass(Pass):
             source, reasons = needs.tested_source, lights
             if kind == "directional":
                 reasons = needs.shadows([kind])
+                if needs.eye_at_origin:
+                    reasons.append("look=pyrender: the rays of an orthographic camera meet in its position")
                 if needs.shadowed_by_particles(kind) and needs.particle_shadow is not None:
                     reasons.append(f"shadows of particles in light {needs.particle_shadow.light!r}")
             reads[source] = [f"{reason} (position_method={position})" for reason in reasons]
@@ -106,6 +116,8 @@ class LightPass(Pass):
             reads["specular"] = [f"highlights of {needs.looks.shiny}"]
         if needs.metals:
             reads["metallic_roughness"] = [f"metalness and roughness of {needs.looks.metallic}"]
+        if needs.tints:
+            reads["tint"] = [f"vertex colours and occlusion of {needs.looks.tinted}"]
         if kind in needs.shadowed:
             reads["shadow_atlas"] = needs.shadows([kind])
         if needs.shadowed_by_particles(kind):
@@ -132,11 +144,13 @@ class LightPass(Pass):
             light_resolution="half" if needs.half else "full",
             particle_shadow=needs.shadowed_by_particles(kind),
             metallic_roughness=needs.metals,
+            pyrender=needs.pyrender,
+            tint=needs.tints,
             **encodings(targets, "normal", "albedo"),
         )
 
     def legal_variants(self) -> Products:
-        """Return every combination that a frame can have, and the classic look's."""
+        """Return every combination that a frame can have, and those of the looks "classic" and "pyrender"."""
         placed = self.kind != "directional"
         shared = (
             [{"falloff": falloff, "range_falloff": end} for kind, falloff, end in FADES if kind == self.kind],
@@ -151,15 +165,7 @@ class LightPass(Pass):
             LightVariant,
             choices(light_method=self.methods),
             *shared,
-            [
-                chosen
-                for chosen in shadows
-                # without shadows, the shader of a directional light does not need the surface's position
-                if placed
-                or chosen["position_source"] == "distance"
-                or chosen["shadow_taps"]
-                or chosen["particle_shadow"]
-            ],
+            [chosen for chosen in shadows if _has_use_for_position(chosen, placed)],
             _legal_shine(),
             choices(clamp_light=BOTH),
             [{"normal_format": normal, "albedo_format": albedo} for normal, albedo in FORMATS],
@@ -172,7 +178,30 @@ class LightPass(Pass):
             [{"radiance": radiance, "light": light} for radiance, light in TARGETS],
             choices(normal_format=["classic"], albedo_format=["linear"]),
         )
-        return Products(correct, classic)
+        pyrender = [
+            Product(
+                LightVariant,
+                choices(light_method=self.methods, pyrender=[True], metallic_roughness=[metals]),
+                shared[0],
+                [
+                    chosen | {"orthographic": orthographic}
+                    for orthographic in BOTH
+                    for chosen in shadows
+                    if _has_use_for_position(chosen, placed or (metals and orthographic))
+                ],
+                [
+                    {"specular_model": model, "radiance": radiance, "light": light, "tint": tint}
+                    for model in get_args(SpecularModel)
+                    for radiance, light in TARGETS
+                    for tint in BOTH
+                    if radiance or (model == "none" and not metals)
+                    if metals or not tint
+                ],
+                [{"normal_format": normal, "albedo_format": albedo} for normal, albedo in FORMATS],
+            )
+            for metals in BOTH
+        ]
+        return Products(correct, classic, *pyrender)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -202,6 +231,16 @@ class LightPass(Pass):
                 program.use(None, textures)
                 draw_volumes(gpu, plan, program, lights, variant, method, key, tested)
             gpu.lights_drawn += len(lights)
+
+
+def _has_use_for_position(chosen: Mapping[str, Any], placed: bool) -> bool:
+    """Return whether a choice is legal: without shadows, directional light needs no surface's position."""
+    return bool(
+        placed
+        or chosen["position_source"] == "distance"
+        or chosen["shadow_taps"]
+        or chosen["particle_shadow"]
+    )
 
 
 def _legal_shine() -> Iterator[dict[str, Any]]:
@@ -254,7 +293,8 @@ def _read_by(variant: LightVariant, lights: LightSet, reads: Iterable[str]) -> l
     """Return those of the pass's targets that a set's shader samples."""
     without = set() if variant.shadow_taps else {"shadow_atlas"}
     without |= set() if variant.particle_shadow else {"particle_shadow_atlas"}
-    if lights.kind == "directional" and not (variant.shadow_taps or variant.particle_shadow):
+    placed = variant.shadow_taps or variant.particle_shadow or variant.eye_at_origin
+    if lights.kind == "directional" and not placed:
         without |= {"distance", "position", "depth", "depth_copy"}
     return [name for name in reads if name not in without]
 
@@ -267,6 +307,7 @@ def method_for(chosen: DrawMethod, lights: LightSet) -> DrawMethod:
 def variant_for(frame: LightVariant, lights: LightSet) -> LightVariant:
     """Return the frame's variant for one set of lights."""
     placed = lights.kind != "directional" or lights.shadowed or lights.particle_shadowed
+    placed = placed or frame.eye_at_origin
     return shining(
         frame,
         lights,

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from firefly_sample.gpu.drawing import texture_of
 from firefly_sample.passes.base import Pass, combinations
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
@@ -83,13 +84,13 @@ class ShadowMapsPass(Pass):
         away = -1.0 if reverse else 1.0
         gpu.ctx.polygon_offset = away * SLOPE_BIAS, away
         for batch in shadow.casters or ():
-            self._draw_batch(gpu, batch)
+            self._draw_batch(gpu, plan, batch)
 
-    def _draw_batch(self, gpu: Gpu, batch: CasterBatch) -> None:
+    def _draw_batch(self, gpu: Gpu, plan: FramePlan, batch: CasterBatch) -> None:
         variant = ShadowVariant(batch.texture is not None, batch.vertex_alpha)
         uniforms, textures = {}, {}
         if batch.texture is not None:
-            textures["u_texture"] = gpu.uploads.texture(batch.texture, batch.cutoff)
+            textures["u_texture"] = texture_of(gpu, plan, batch.texture, batch.cutoff)
         if batch.texture is not None or batch.vertex_alpha:
             uniforms["u_alpha_cutoff"] = batch.cutoff
         program = gpu.programs.get(self.name, variant, ())

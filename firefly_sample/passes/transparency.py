@@ -87,6 +87,7 @@ class TransparencyVariant(Variant):
     metallic_map: MapCoordinates = 0
     normal_map: MapCoordinates = 0
     occlusion_map: MapCoordinates = 0
+    pyrender: bool = False
     particles: ParticleVariant | None = None
 
 
@@ -133,14 +134,15 @@ class TransparencyPass(Pass):
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if needs.shadowed else 0,  # type: ignore[arg-type]
             particle_shadow=needs.particle_shadowed_kind is not None and needs.particle_shadowed,
-            ambient_albedo=bool(needs.blended_looks.own_ambient) and needs.ambient,
+            ambient_albedo=bool(needs.own_ambient_of(needs.blended_looks)) and needs.ambient,
             specular=bool(needs.blended_looks.shiny and needs.lights),
-            emission=bool(needs.blended_looks.emissive),
+            emission=bool(needs.blended_looks.emissive) or needs.flat,
             orthographic=needs.orthographic,
             sorted=needs.transparency == "sorted",
             numbered=exact,
             surfaces=exact and needs.drawn,
             reverse=exact and needs.reverse,
+            pyrender=needs.pyrender,
             particles=particle_variant(needs, targets) if needs.squares_among_blended else None,
         )
 
@@ -160,7 +162,8 @@ class TransparencyPass(Pass):
                 if each["cutout"] == each["vertex_alpha"]
             ]
             frame = choices(emission=[emission]), choices(ambient_albedo=BOTH), choices(orthographic=BOTH)
-            parts = methods, *frame, legal_light_sets(), choices(clamp_light=BOTH), surfaces, *others
+            looks = [*choices(clamp_light=BOTH), {"pyrender": True}]
+            parts = methods, *frame, legal_light_sets(), looks, surfaces, *others
             products.append(Product(TransparencyVariant, *parts))
         return Products(*products)
 
@@ -207,8 +210,11 @@ class _Drawing:
 
     def _program(self, batch: Batch, outputs: tuple[str, ...]) -> Program:
         frame = self._frame
-        lit = bool(frame.light_sets)
-        fields = surface_fields(batch.surface, frame.emission, lit, frame.ambient_albedo, lit)
+        lit, flat = bool(frame.light_sets), self._plan.settings.look == "flat"
+        shows = frame.emission and not flat, lit, frame.ambient_albedo, lit
+        fields = surface_fields(batch.surface, *shows, self._plan.settings.look, frame.pyrender)
+        if flat:
+            fields["unlit"] = True  # what an unlit surface emits is its base colour
         fields.pop("cutout")
         return self._gpu.programs.get("transparent", replace(frame, **fields), outputs, "geometry")
 

@@ -29,11 +29,14 @@ from firefly_sample.plan.view import Eye, View, eye_state
 from firefly_sample.plan.visible import Visible, make_batches
 from firefly_sample.scene.arrays import LARGEST, Float64, as_color, as_numbers
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.scene import Scene, VerticalGradient
 from firefly_sample.settings import Settings, to_number
 
-NOT_CLASSIC = ("specular", "shininess", "emission", "metallic", "roughness", "color_alpha")
-"""Outputs that the look "classic" does not have."""
+_MATERIAL = ("specular", "shininess", "emission", "metallic", "roughness")
+_LIGHT = ("radiance", "light", "overdraw", "volumes", "wireframe", "shadow_atlas", "particle_shadow_atlas")
+MISSING = {"classic": (*_MATERIAL, "color_alpha"), "flat": (*_MATERIAL, *_LIGHT)}
+"""Outputs that a look does not have."""
 
 PointRows = tuple[Float64, Float64, Float64]
 
@@ -58,7 +61,7 @@ class Planner:
         self._meter = ExposureMeter()
         self._eye: Memo[Eye] = Memo()
         self._seen: Memo[Visible] = Memo()
-        self._graph: Memo[FrameGraph] = Memo()
+        self._graph: Memo[FrameGraph] = Memo(2)  # pictures and masks may be drawn in turn
         self._batches: Memo[tuple[Batch, ...]] = Memo()
         self._blending = BlendingPlanner()
 
@@ -100,7 +103,7 @@ class Planner:
             world_to_view=camera.world_to_view,
             view_to_world=camera.view_to_world,
         )
-        cloud = gather_particles(snapshot, seconds) if settings.look != "classic" else None
+        cloud = gather_particles(snapshot, seconds) if settings.look == "correct" else None
         lighting = light_scene(
             snapshot,
             lambda mask: self._snapshot(scene, mask),
@@ -113,14 +116,15 @@ class Planner:
             view,
             None if cloud is None else cloud.light,
         )
-        sprites = _sprites(snapshot, seconds, camera.world_to_view, planes)
+        dots = snapshot.sprites if settings.look in ("correct", "classic") else []
+        sprites = _sprites(dots, seconds, camera.world_to_view, planes)
         particle_shadow = None
         if cloud is not None and lighting.particle_shadowed_kind is not None:
             particle_shadow = plan_particle_shadow(cloud, settings)
         particles = see_particles(
             cloud, camera.world_to_view, lens, sprites.positions, settings, particle_shadow
         )
-        ambient = snapshot.ambient_color()
+        ambient = snapshot.ambient_color() if settings.look != "flat" else np.zeros(3)
         background = _background(scene)
         surfaces = seen.nearest, seen.farthest
         light_method = choose_method(settings, lighting.sets, view, *surfaces)
@@ -148,8 +152,8 @@ class Planner:
             reverse=reverse,
         )
         for name in outputs:
-            if needs.classic and name in NOT_CLASSIC:
-                raise OutputError(f"look 'classic' has no output {name!r}: choose look 'correct'")
+            if name in MISSING.get(settings.look, ()):
+                raise OutputError(f"look {settings.look!r} has no output {name!r}: choose look 'correct'")
             if needs.forward and name not in PICTURES:
                 raise OutputError(
                     f"light_method=forward keeps no G-buffer to make {name!r} from: ask for color, "
@@ -234,10 +238,12 @@ def _exposure(scene: Scene, factor: float) -> tuple[float, float, float]:
     return float(rgb[0]), float(rgb[1]), float(rgb[2])
 
 
-def _sprites(snapshot: Snapshot, time: float, world_to_view: Float64, planes: Float64) -> SpriteSet:
+def _sprites(
+    dots: Sequence[tuple[Sprites, Float64]], time: float, world_to_view: Float64, planes: Float64
+) -> SpriteSet:
     """Return all dots in view, in view space."""
     parts: list[PointRows] = [(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))]
-    for node, net in snapshot.sprites:
+    for node, net in dots:
         arrays = node.evaluate(time)
         to_view = net @ world_to_view
         positions = arrays.positions @ to_view[:3, :3] + to_view[3, :3]

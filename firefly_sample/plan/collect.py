@@ -6,7 +6,7 @@ A walk is Python and slow; everything after it is vectorised. A `Snapshot` is ke
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, NoReturn
@@ -26,6 +26,7 @@ from firefly_sample.scene.node import Color
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
+from firefly_sample.scene.render_mode import RenderMode
 from firefly_sample.scene.texture import Texture
 from firefly_sample.scene.traversal import Visit, iter_visible
 
@@ -63,6 +64,7 @@ class Group:
     which: NDArray[np.intp]  # (n,), each instance's index into `materials`
     colors: Float64 | None  # (n, 4), flat colours, which replace vertex colours
     model_to_world: Float64  # (n, 4, 4)
+    render_mode: RenderMode
     ids: NDArray[np.int32]  # (n,)
     centers: Float64  # (n, 3), of the bounding spheres, world space
     radii: Float64  # (n,)
@@ -81,7 +83,7 @@ class Group:
     @property
     def blended(self) -> bool:
         """True if the materials are marked for blending, and something of the instances is not opaque."""
-        if self.materials[0].alpha_mode != "blend":
+        if self.materials[0].alpha_mode != "blend" or self.geom.mode != "triangles":
             return False
         if self.vertex_alpha or (self.texture is not None and self.texture.least_alpha() < 1.0):
             return True
@@ -285,12 +287,8 @@ def collect(root: NodePath, camera_mask: int) -> Snapshot:
                 snapshot.sprites.append((node, visit.net))
             elif isinstance(node, ParticleNode):
                 snapshot.particles.append((node, visit.net))
-    for key, entry in found.items():
-        finite = np.isfinite(entry.nets).all(axis=(1, 2))
-        if not finite.all():
-            _refuse(names[entry.ids[int(np.argmin(finite))]])
-        snapshot.groups.extend(_make_groups(key, entry))
-        snapshot.watched.append((entry.geom, entry.geom.revision))
+    snapshot.groups.extend(_make_groups(found, names))
+    snapshot.watched.extend((entry.geom, entry.geom.revision) for entry in found.values())
     for nodes in (snapshot.lights, snapshot.sprites, snapshot.particles):
         for node, net in nodes:
             if not np.isfinite(net).all():
@@ -306,6 +304,7 @@ class _Found:
     """The instances of one Geom that can be drawn together, in the order of the walk."""
 
     geom: Geom
+    render_mode: RenderMode
     nets: list[Float64] = field(default_factory=list)
     ids: list[int] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
@@ -319,14 +318,17 @@ def _add_geoms(
     found: dict[tuple[Any, ...], _Found], looks: _Looks, node: GeomNode, visit: Visit, index: int
 ) -> None:
     for geom, own in node.geoms:
-        if not len(geom.triangles):
+        if not len(geom.indices):
             continue  # nothing to draw must cost nothing
         material = visit.material if visit.material is not None else own
         if id(material) not in looks:
             looks[id(material)] = material, _look_of(material)
         look = looks[id(material)][1]
-        key = (id(geom), *look, visit.color is not None, _lets_through(material, visit.color))
-        entry = found.setdefault(key, _Found(geom))
+        lets_through = _lets_through(material, visit.color)
+        key = (id(geom), *look, visit.render_mode, visit.color is not None, lets_through)
+        entry = found.get(key)
+        if entry is None:
+            entry = found[key] = _Found(geom, visit.render_mode)
         entry.nets.append(visit.net)
         entry.ids.append(index)
         entry.materials.append(material)
@@ -354,35 +356,58 @@ def _lets_through(material: Material, color: Color | None) -> bool:
     return material.alpha_mode == "blend" and bool(material.base_color[3] * alpha < 1.0)
 
 
-def _make_groups(key: tuple[Any, ...], found: _Found) -> list[Group]:
-    """Return one group, or two if some instances are mirrored and others are not.
+def _make_groups(found: dict[tuple[Any, ...], _Found], names: Sequence[str]) -> Iterator[Group]:
+    """Yield the groups of all instances; `names` are those of their nodes, by id.
 
     The radius of a bounding sphere grows with the matrix's largest singular value.
     """
-    geom, first, matrices = found.geom, found.materials[0], np.array(found.nets)
+    if not found:
+        return
+    matrices = np.array([net for entry in found.values() for net in entry.nets])
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    if not finite.all():
+        ids = [index for entry in found.values() for index in entry.ids]
+        _refuse(names[ids[int(np.argmin(finite))]])
+    stretches = np.linalg.norm(matrices[:, :3, :3], ord=2, axis=(1, 2))
+    turned = np.linalg.det(matrices[:, :3, :3]) < 0
+    first = 0
+    for key, entry in found.items():
+        own = slice(first, first + len(entry.ids))
+        yield from _split_group(key, entry, matrices[own], stretches[own], turned[own])
+        first = own.stop
+
+
+def _split_group(
+    key: tuple[Any, ...],
+    found: _Found,
+    matrices: Float64,
+    stretches: Float64,
+    turned: NDArray[np.bool_],
+) -> list[Group]:
+    """Return one group, or two if some instances are mirrored and others are not."""
+    geom, first = found.geom, found.materials[0]
     unique = {id(material): material for material in found.materials}
     index = {name: position for position, name in enumerate(unique)}
-    low, high = geom.bounds
-    center = 0.5 * (low + high)
-    radius = float(np.linalg.norm(geom.vertices - center, axis=1).max()) if len(geom.vertices) else 0.0
+    center, radius = geom.sphere
     which = np.array([index[id(material)] for material in found.materials], dtype=np.intp)
     colors = None if found.colors[0] is None else np.array(found.colors, dtype=np.float64)
     ids = np.array(found.ids, dtype=np.int32)
     centers = center @ matrices[:, :3, :3] + matrices[:, 3, :3]
-    radii = radius * np.linalg.norm(matrices[:, :3, :3], ord=2, axis=(1, 2))
-    turned = np.linalg.det(matrices[:, :3, :3]) < 0
+    radii = radius * stretches
+    cuts = first.alpha_mode == "mask" or (first.alpha_mode == "blend" and geom.mode == "triangles")
     return [
         Group(
             key=(*key, mirrored),
             geom=geom,
             texture=first.texture,
-            cutoff=first.alpha_cutoff if first.alpha_mode != "opaque" else None,
+            cutoff=first.alpha_cutoff if cuts else None,
             double_sided=first.double_sided,
             mirrored=mirrored,
             materials=tuple(unique.values()),
             which=which[chosen],
             colors=None if colors is None else colors[chosen],
             model_to_world=matrices[chosen],
+            render_mode=found.render_mode,
             ids=ids[chosen],
             centers=centers[chosen],
             radii=radii[chosen],

@@ -24,6 +24,7 @@ from firefly_sample.plan.targets import (
     STORED_POSITIONS,
     UNSIGNED,
     Target,
+    mask_target,
     particle_texels,
 )
 from firefly_sample.plan.variants import Variant
@@ -229,7 +230,8 @@ def _normal(needs: Needs) -> Shape:
 
 
 def _colors(needs: Needs) -> Shape:
-    form, encoding = ("rgba8", "linear") if needs.classic else ALBEDO_FORMATS[needs.settings.albedo_format]
+    codes = needs.classic or needs.flat  # as they are stored, in 8 bits
+    form, encoding = ("rgba8", "linear") if codes else ALBEDO_FORMATS[needs.settings.albedo_format]
     return {"format": form, "encoding": encoding}
 
 
@@ -260,6 +262,7 @@ TARGETS: dict[str, Callable[[Needs], Shape]] = {
     "ambient_albedo": _colors,
     "specular": _shape("rgba16"),
     "metallic_roughness": _shape("rg16"),
+    "tint": _colors,
     "emission": _shape("rgba32f"),
     "id": _shape("r32ui"),
     "visibility": _shape("rg32ui"),
@@ -314,8 +317,7 @@ def _output_reads(needs: Needs, output: str) -> dict[str, str]:
     if output in ("metallic", "roughness") and not needs.looks.metallic:
         return {}  # nothing has any
     reads = {_output_target(needs, output): f"output {output}"}
-    # A distance target alone marks the background, since it is never 0 in perspective. A depth does not,
-    # since far geometry may round to the clear value, nor does a normal.
+    # a distance marks the background as well: see `mask_target`
     distance = needs.position_target_name == "distance" and not needs.orthographic
     if output == "light":
         masked = needs.lit or needs.ambient_lit
@@ -333,5 +335,5 @@ def _output_sources(needs: Needs, output: str, targets: Mapping[str, Target]) ->
     target = _output_target(needs, output)
     if target not in targets:
         return ()
-    mask = "albedo" if "albedo" in targets else "distance"
+    mask = mask_target(targets, not needs.orthographic)
     return tuple(dict.fromkeys((target, mask))) if output in MASKED_OUTPUTS else (target,)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from firefly_sample.plan.variants import SurfaceFeatures, Variant
 from firefly_sample.plan.view import View
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom
+from firefly_sample.scene.render_mode import PLAIN, RenderMode
 from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 
@@ -71,6 +73,7 @@ class Batch:
     factors: Factors  # colours of the instances' materials, times their nodes' flat colours
     surface: SurfaceFeatures
     maps: Maps = NO_MAPS
+    render_mode: RenderMode = PLAIN
 
 
 @dataclass(frozen=True)
@@ -193,7 +196,7 @@ class FramePlan:
     clusters : tuple of Clusters
         With the clustered method: the lights again, joined to sets that one draw shades.
     exposure : tuple of 3 floats
-        The scene's times the setting's; the classic look has none.
+        The scene's times the setting's; the looks "classic" and "flat" have none.
     sources : dict of str to tuple of str
         The targets that each output is decoded from; none where the frame has nothing for it.
     id_names : tuple of str
@@ -232,7 +235,11 @@ class FramePlan:
 
     def target(self, name: str) -> Target | None:
         """Return the target of that name, None if this frame has none."""
-        return next((target for target in self.targets if target.name == name), None)
+        return self._targets.get(name)
+
+    @cached_property
+    def _targets(self) -> dict[str, Target]:
+        return {target.name: target for target in self.targets}
 
     def target_size(self, name: str) -> tuple[int, int]:
         """Return width and height of a target in texels."""

@@ -81,7 +81,16 @@ class Needs:
     @property
     def own_ambient_lit(self) -> bool:
         """True if ambient light meets surfaces that reflect it in a colour of its own."""
-        return self.ambient_lit and self.picture and bool(self.looks.own_ambient) and not self.classic
+        return self.ambient_lit and self.picture and bool(self.own_ambient) and not self.classic
+
+    @property
+    def own_ambient(self) -> str:
+        """The materials that reflect ambient light in a colour of their own, by name."""
+        return self.own_ambient_of(self.looks)
+
+    def own_ambient_of(self, looks: Looks) -> str:
+        """Return the same of some surfaces: pyrender's formula reflects it in the base colour."""
+        return looks.phong_ambient if self.pyrender else looks.own_ambient
 
     @property
     def metals(self) -> bool:
@@ -91,7 +100,18 @@ class Needs:
     @property
     def emits(self) -> bool:
         """True if the picture shows emission."""
-        return self.picture and bool(self.looks.emissive) and not self.classic
+        return self.picture and bool(self.looks.emissive) and not (self.classic or self.flat)
+
+    @property
+    def tints(self) -> bool:
+        """True if surfaces multiply all light that they reflect by a colour: in pyrender's formula."""
+        lit = self.lit or self.ambient_lit
+        return self.pyrender and lit and self.picture and bool(self.looks.tinted)
+
+    @property
+    def eye_at_origin(self) -> bool:
+        """True if highlights see the rays of an orthographic camera meet in its position, as in pyrender."""
+        return self.pyrender and self.orthographic and self.metals
 
     @property
     def highlights(self) -> bool:
@@ -162,7 +182,8 @@ class Needs:
 
     def needs_position(self, kind: LightKind) -> bool:
         """Return whether light of a kind depends on a surface's position, as all but shadowless sunlight."""
-        return kind != "directional" or kind in self.shadowed or self.shadowed_by_particles(kind)
+        placed = kind in self.shadowed or self.shadowed_by_particles(kind) or self.eye_at_origin
+        return kind != "directional" or placed
 
     # --- how ---
 
@@ -170,6 +191,16 @@ class Needs:
     def classic(self) -> bool:
         """True for the original's look."""
         return self.settings.look == "classic"
+
+    @property
+    def pyrender(self) -> bool:
+        """True if surfaces are shaded by pyrender's formula."""
+        return self.settings.look == "pyrender"
+
+    @property
+    def flat(self) -> bool:
+        """True if base colours are shown as they are stored, without light."""
+        return self.settings.look == "flat"
 
     @property
     def forward(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from firefly_sample.memo import Memo
-from firefly_sample.plan.collect import LightNode, Snapshot
+from firefly_sample.plan.collect import Group, LightNode, Snapshot
 from firefly_sample.plan.geometry_warnings import (
     Clipped,
     Extent,
@@ -57,6 +57,7 @@ class PlanWarnings:
         return (
             *snapshot.warnings,
             *_blended_warnings(needs, snapshot),
+            *_mark_warnings(needs, snapshot),
             *_driver_warnings(needs),
             *eye.warnings,
             *clipping_warnings(clipped, eye, snapshot.id_names),
@@ -65,6 +66,7 @@ class PlanWarnings:
             *_accumulation_warnings(needs, lighting.sets),
             *_particle_warnings(needs, snapshot, cloud),
             *_classic_warnings(needs, snapshot),
+            *_left_out_warnings(needs, snapshot),
             *_darkness_warnings(needs, snapshot, lighting.in_scene),
         )
 
@@ -85,6 +87,22 @@ def _blended_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
             f"outputs {', '.join(data)} show the nearest opaque surface: blended materials are not in them: "
             f"{', '.join(blended)}"
         )
+
+
+def _mark_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
+    """Yield a line about lines and points that would let through what is behind them."""
+    marks = dict.fromkeys(
+        group.geom.name
+        for group in snapshot.groups
+        if group.geom.mode != "triangles" and group.materials[0].alpha_mode == "blend" and _is_clear(group)
+    )
+    if marks and needs.picture:
+        yield f"lines and points are drawn opaque, not blended: {', '.join(marks)}"
+
+
+def _is_clear(group: Group) -> bool:
+    colors = group.factors().base_colors[:, 3]
+    return bool((colors < 1.0).any()) or (group.geom.alphas is not None and group.colors is None)
 
 
 def _driver_warnings(needs: Needs) -> Iterator[str]:
@@ -148,9 +166,18 @@ def _classic_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
         yield f"look 'classic' leaves out, as the original does: {', '.join(left_out)}"
 
 
+def _left_out_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
+    """Yield a line about dots and particles in a look that has none."""
+    names = dict.fromkeys(node.name for node, _ in (*snapshot.sprites, *snapshot.particles))
+    if names and needs.picture and (needs.pyrender or needs.flat):
+        yield f"look {needs.settings.look!r} leaves out dots and particles: {', '.join(names)}"
+
+
 def _darkness_warnings(needs: Needs, snapshot: Snapshot, in_scene: int) -> Iterator[str]:
     """Yield a line about a scene without light, unless something in it emits light."""
-    if in_scene or snapshot.ambient or not needs.picture or not (needs.geometry or needs.draws_particles):
+    if in_scene or snapshot.ambient or needs.flat or not needs.picture:
+        return
+    if not (needs.geometry or needs.draws_particles):
         return
     materials = (material for group in snapshot.groups for material in group.materials)
     if snapshot.sprites or any(any(material.emission) for material in materials):

@@ -141,6 +141,8 @@ def position_warnings(
     method, lens = needs.settings.position_method, eye.lens
     errors = _Errors(needs, lens, float(np.linalg.norm(eye.camera.view_to_world[3, :3])))
     lamps = _lamps_of(sets, exposure)
+    if not len(lamps.ends):
+        return
     # bounding spheres are known, and mostly enough; boxes are tighter, and take longer
     if method != "stored16f" and errors.codes(method, errors.worst(lamps, seen.farthest)) <= 1.0:
         return

@@ -82,6 +82,8 @@ def sample_surfaces(instances: Instances, count: int) -> SurfacePoints:
 
 
 def _measured(geom: Geom) -> _Mesh:
+    if not len(geom.triangles):  # lines and points have no area
+        return _Mesh(geom.triangles, np.zeros(0), 0.0)
     step = -(-len(geom.triangles) // MOST_TRIANGLES)
     triangles = geom.triangles[::step]
     with np.errstate(over="ignore", invalid="ignore"):

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import Any
 
@@ -98,6 +99,15 @@ _NUMBERS: dict[str, tuple[Any, float]] = {
     "ni2": (np.int16, 32767.0),
 }
 """By moderngl's dtype, NumPy's and the number that stands for 1."""
+
+
+def mask_target(names: Container[str], perspective: bool) -> str:
+    """Return the target that is 0 where nothing was drawn, of a frame that keeps one.
+
+    A distance is never 0 in perspective. A depth marks nothing, because far geometry may round to the value
+    that stands for the background, nor does a normal.
+    """
+    return "distance" if "distance" in names and (perspective or "albedo" not in names) else "albedo"
 
 
 def stored_dtype(form: TargetFormat) -> Any:

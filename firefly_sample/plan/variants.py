@@ -24,7 +24,7 @@ AlbedoFormat = Literal["linear", "sqrt8", "sqrt10"]
 Interpolation = Literal["rasterizer", "float64"]
 LightResolution = Literal["full", "half"]
 LightView = Literal["overdraw", "volumes", "wireframe"]
-Look = Literal["correct", "classic"]
+Look = Literal["correct", "classic", "pyrender", "flat"]
 Transparency = Literal["none", "sorted", "exact", "weighted"]
 Tone = Literal["none", "exponential"]
 ShadowTaps = Literal[0, 1, 4, 16]
@@ -63,6 +63,8 @@ OPTIONAL = frozenset(
         "sorted",
         "numbered",
         "color_alpha",
+        "pyrender",
+        "tint",
     }
 )
 """Fields that are no define where they are False or 0."""

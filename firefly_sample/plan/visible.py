@@ -57,6 +57,8 @@ class Looks(NamedTuple):
     emissive: str = ""
     shiny: str = ""  # Phong highlights
     metallic: str = ""  # metallic-roughness
+    tinted: str = ""  # metallic-roughness, with vertex colours or occlusion
+    phong_ambient: str = ""  # as own_ambient, without metallic-roughness
 
 
 NO_LOOKS = Looks()
@@ -117,17 +119,24 @@ class Visible:
 
     def _find_looks(self, chosen: tuple[bool, ...]) -> Looks:
         found: dict[int, Material] = {}
+        tinted: dict[int, Material] = {}
         for part in compress(self.parts, chosen):
             materials = part.group.materials
             indices = (0,) if len(materials) == 1 else np.unique(part.group.which[part.chosen])
-            found.update((id(materials[index]), materials[index]) for index in indices)
+            here = {id(materials[index]): materials[index] for index in indices}
+            found |= here
+            if part.group.geom.colors is not None and part.group.colors is None:
+                tinted |= here
         each = found.values()
         lit = [material for material in each if not material.unlit]
+        metals = [material for material in lit if material.metallic is not None]
         return Looks(
             _names(material for material in lit if _has_own_ambient(material)),
             _names(material for material in each if material.unlit or material.emission.any()),
             _names(material for material in lit if material.specular.any()),
-            _names(material for material in lit if material.metallic is not None),
+            _names(metals),
+            _names(each for each in metals if id(each) in tinted or each.occlusion_texture is not None),
+            _names(each for each in lit if each.metallic is None and _has_own_ambient(each)),
         )
 
 
@@ -157,6 +166,7 @@ def blended_batches(visible: Visible, blended: Sequence[bool]) -> tuple[Batch, .
             factors=visible.factors.take(slice(part.first, part.first + len(part.ids))),
             surface=_features(part.group, maps, cutout=False),
             maps=maps,
+            render_mode=part.group.render_mode,
         )
         for part in compress(visible.parts, blended)
         for maps in (part.group.maps,)
@@ -215,6 +225,7 @@ def make_batches(visible: Visible, near: float, blended: Sequence[bool]) -> tupl
                 factors=visible.factors.take(slice(part.first + first, part.first + end)),
                 surface=surface,
                 maps=maps,
+                render_mode=group.render_mode,
             )
             keyed.append(((cutout, around and zone == 0, zone, float(part.nearest[first]), index), batch))
     return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))

@@ -1,8 +1,8 @@
-"""Triangles, and the node that holds them."""
+"""Triangles, lines and points, and the node that holds them."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,9 +24,16 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.tangents import TangentGroups
 
+GeomMode = Literal["triangles", "lines", "points"]
+_CORNERS: dict[GeomMode, int] = {"triangles": 3, "lines": 2, "points": 1}
+
 
 class Geom(ReadOnlyArrays):
-    """Indexed triangles in model space. For instancing, one Geom is used by many nodes.
+    """Indexed triangles in model space, or lines or points. For instancing, one Geom is used by many nodes.
+
+    `Geom.lines` and `Geom.points` make those of the other modes. They are lit as surfaces are, cast no
+    shadows, and are not blended. Lines are one pixel wide; `NodePath.set_render_mode_thickness` sets the size
+    of points.
 
     Parameters
     ----------
@@ -35,7 +42,8 @@ class Geom(ReadOnlyArrays):
     triangles : array_like of int, shape (m, 3)
         Indices into `vertices`, counter-clockwise seen from the front.
     normals : array_like, shape (n, 3), optional
-        Unit normals; area-weighted vertex normals are computed when absent.
+        Unit normals; area-weighted vertex normals are computed when absent. One of length 0 is lit as if it
+        faced the camera, as are lines and points without normals.
     texcoords : array_like, shape (n, 2), optional
         Texture coordinates with v up (the first row of an image is v = 1); zeros when absent.
     colors : array_like, shape (n, 3) or (n, 4), optional
@@ -56,6 +64,9 @@ class Geom(ReadOnlyArrays):
 
     Attributes
     ----------
+    mode : {"triangles", "lines", "points"}
+    indices : ndarray of int32, shape (m, 3), (m, 2) or (m, 1)
+        Of the mode's corners; `triangles` is the same for triangles, and else has no rows.
     alphas : ndarray of float64, shape (n,), or None
         Alpha of the vertex colours, None if it is 1 everywhere; `colors`, shape (n, 3), has the rest.
     serial : int
@@ -74,6 +85,7 @@ class Geom(ReadOnlyArrays):
     texcoords_1: Float64 | None
     tangents: Float64 | None
     _bounds: tuple[Float64, Float64] | None
+    _sphere: tuple[Float64, float] | None
     _made_tangents: tuple[int, int, Float64] | None
 
     def __init__(
@@ -87,37 +99,60 @@ class Geom(ReadOnlyArrays):
         *,
         texcoords_1: ArrayLike | None = None,
         tangents: ArrayLike | None = None,
+        mode: GeomMode = "triangles",
     ) -> None:
         self.name = name
+        if mode not in _CORNERS:
+            raise SceneError(f"geom {name!r}: mode must be one of {', '.join(_CORNERS)}, got {mode!r}")
+        self.mode: GeomMode = mode
         self.serial = new_serial()
         self.revision = 0
         self.vertices = self._floats("vertices", vertices, None, 3)
         n = len(self.vertices)
-        self.triangles = self._indices(triangles)
-        self.normals = self._vertex_normals() if normals is None else self._normals(normals)
+        self.indices = self._indices(triangles)
+        solid = mode == "triangles"
+        self.triangles = self.indices if solid else read_only(np.zeros((0, 3), dtype=np.int32))
+        if normals is None:
+            self.normals = self._vertex_normals() if solid else read_only(np.zeros((n, 3)))
+        else:
+            self.normals = self._normals(normals)
         self.texcoords = self._floats("texcoords", np.zeros((n, 2)) if texcoords is None else texcoords, n, 2)
         self.texcoords_1 = None if texcoords_1 is None else self._floats("texcoords_1", texcoords_1, n, 2)
         self.tangents = None if tangents is None else self._tangents(tangents)
         self.colors, self.alphas = self._colors(colors)
-        self._bounds = None
+        self._bounds = self._sphere = None
         self._made_tangents = None
+
+    @classmethod
+    def lines(cls, vertices: ArrayLike, segments: ArrayLike, **others: Any) -> Geom:
+        """Return lines between pairs of vertices.
+
+        `segments` has shape (m, 2); `others` are normals, texcoords, colors and name, as of triangles.
+        """
+        return cls(vertices, segments, **({"name": "lines"} | others), mode="lines")
+
+    @classmethod
+    def points(cls, vertices: ArrayLike, **others: Any) -> Geom:
+        """Return a point at each vertex; `others` as of `lines`."""
+        count = len(as_numbers("points", vertices))
+        return cls(vertices, np.arange(count)[:, None], **({"name": "points"} | others), mode="points")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
-        self._bounds = self._made_tangents = None  # a copy's arrays could be written to
+        self._bounds = self._sphere = self._made_tangents = None  # a copy's arrays could be written to
 
     def _indices(self, triangles: ArrayLike) -> NDArray[np.int32]:
-        what = f"geom {self.name!r}: triangles"
+        what, corners = f"geom {self.name!r}: {self.mode}", _CORNERS[self.mode]
         given = as_whole(what, triangles)
-        if given.ndim != 2 or given.shape[1] != 3:
-            raise SceneError(f"{what} must have shape (m, 3), got {given.shape}")
+        if given.ndim != 2 or given.shape[1] != corners:
+            raise SceneError(f"{what} must have shape (m, {corners}), got {given.shape}")
         # checked in the type that was given: a narrower one would wrap around
         wrong = (given < 0) | (given >= len(self.vertices))
         if wrong.any():
             row, column = np.argwhere(wrong)[0]
             raise SceneError(
-                f"geom {self.name!r}: a triangle index lies outside 0..{len(self.vertices) - 1}: "
-                f"triangle {row} has {int(given[row, column])}"
+                f"geom {self.name!r}: a {self.mode[:-1]} index lies outside 0..{len(self.vertices) - 1}: "
+                f"{self.mode[:-1]} {row} has {int(given[row, column])}"
             )
         return read_only(given.astype(np.int32, order="C"))
 
@@ -159,10 +194,20 @@ class Geom(ReadOnlyArrays):
             self._bounds = read_only(points.min(axis=0)), read_only(points.max(axis=0))
         return self._bounds
 
+    @property
+    def sphere(self) -> tuple[Float64, float]:
+        """The centre of `bounds`, and the distance of the farthest vertex from it; 0 without vertices."""
+        if self._sphere is None:
+            low, high = self.bounds
+            center = 0.5 * (low + high)
+            distances = np.linalg.norm(self.vertices - center, axis=1)
+            self._sphere = read_only(center), float(distances.max(initial=0.0))
+        return self._sphere
+
     def set_vertices(self, vertices: ArrayLike) -> None:
         """Move the vertices, whose number must stay. Normals are not changed."""
         self.vertices = self._floats("vertices", vertices, len(self.vertices), 3)
-        self._bounds = None
+        self._bounds = self._sphere = None
         self.revision += 1
 
     def set_normals(self, normals: ArrayLike) -> None:
@@ -219,7 +264,7 @@ class Geom(ReadOnlyArrays):
         return read_only(np.ascontiguousarray(given[:, :3])), alphas
 
     def __repr__(self) -> str:
-        return f"Geom({self.name!r}, {len(self.vertices)} vertices, {len(self.triangles)} triangles)"
+        return f"Geom({self.name!r}, {len(self.vertices)} vertices, {len(self.indices)} {self.mode})"
 
 
 class GeomNode(PandaNode):
@@ -232,6 +277,11 @@ class GeomNode(PandaNode):
     def add_geom(self, geom: Geom, material: Material | None = None) -> None:
         """Add `geom` with `material`, a plain white one when absent; nodes may override it."""
         self.geoms.append((geom, material if material is not None else Material("default")))
+        self.mark_changed()
+
+    def remove_all_geoms(self) -> None:
+        """Remove all Geoms."""
+        self.geoms.clear()
         self.mark_changed()
 
     def iter_local_points(self) -> list[Float64]:

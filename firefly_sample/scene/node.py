@@ -9,12 +9,15 @@ import copy
 import weakref
 from bisect import bisect, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.transform_state import IDENTITY, TransformState
+
+if TYPE_CHECKING:
+    from firefly_sample.scene.render_mode import RenderMode
 
 Color = tuple[float, float, float, float]
 
@@ -39,6 +42,8 @@ class PandaNode:
         Linear colour that replaces those of this node and below; see `NodePath.set_color`.
     material, material_priority : Material or None, int
         A material that replaces those of the Geoms at this node and below.
+    render_mode, render_mode_priority : RenderMode or None, int
+        See `firefly_sample.scene.render_mode`.
     draw_control, draw_show : int
         Camera bits that this node decides, and of those the ones that see it; see `NodePath.hide`.
     tags : dict of str to str
@@ -84,6 +89,8 @@ class PandaNode:
         self.flat_color_priority = 0
         self.material: Material | None = None
         self.material_priority = 0
+        self.render_mode: RenderMode | None = None
+        self.render_mode_priority = 0
         self.draw_control = 0
         self.draw_show = _ALL_BITS
         self.tags: dict[str, str] = {}
@@ -166,6 +173,8 @@ class PandaNode:
         node = self
         while True:  # nodes with one parent need no sets
             node.subtree_revision += 1
+            if not node._parents:
+                return
             if len(node._parents) != 1:
                 break
             parent = node._parents[0]()

@@ -24,6 +24,7 @@ from firefly_sample.scene.node import (
     inherit,
     step_to,
 )
+from firefly_sample.scene.render_mode import RenderModes
 from firefly_sample.scene.transform_state import (
     IDENTITY,
     SingularTransformError,
@@ -36,7 +37,7 @@ from firefly_sample.settings import number_or_none, to_whole
 _Value = TypeVar("_Value")
 
 
-class NodePath:
+class NodePath(RenderModes):
     """A handle to a node, reached along one path from a root of the scene graph.
 
     A node with several parents has several NodePaths. Transforms and attributes belong to the node, so they

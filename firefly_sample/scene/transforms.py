@@ -211,8 +211,8 @@ def vectors_to_gltf(vectors: ArrayLike) -> Float64:
 
 
 def matrix_from_gltf(matrix: ArrayLike) -> Float64:
-    """Convert a 4x4 matrix of a transform from glTF's, for column vectors, to ours, for row vectors."""
-    return np.asarray(_FROM_GLTF.T @ np.asarray(matrix, dtype=np.float64).T @ _FROM_GLTF)
+    """Convert matrices, shape (..., 4, 4), from glTF's, for column vectors, to ours, for row vectors."""
+    return np.asarray(_FROM_GLTF.T @ np.asarray(matrix, dtype=np.float64).swapaxes(-1, -2) @ _FROM_GLTF)
 
 
 def matrix_to_gltf(matrix: ArrayLike) -> Float64:

@@ -9,6 +9,7 @@ from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode, inherit
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.render_mode import PLAIN, RenderMode
 from firefly_sample.scene.transform_state import IDENTITY
 
 CATEGORY = "category"
@@ -29,6 +30,7 @@ class Visit(NamedTuple):
     color: Color | None
     material: Material | None
     path: str
+    render_mode: RenderMode
 
 
 class InstanceRoot(NamedTuple):
@@ -50,6 +52,8 @@ class _State(NamedTuple):
     material: Material | None
     material_priority: int
     path: str
+    render_mode: RenderMode | None
+    render_mode_priority: int
 
 
 class _Tagged(NamedTuple):
@@ -60,7 +64,7 @@ class _Tagged(NamedTuple):
     instance: InstanceRoot | None
 
 
-_START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "")
+_START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "", None, 0)
 _Here = TypeVar("_Here", _State, _Tagged)
 _Result = TypeVar("_Result")
 
@@ -108,7 +112,7 @@ def _walk(
 
 
 def _visit(node: PandaNode, here: _State) -> Visit:
-    return Visit(node, here.net, here.color, here.material, here.path)
+    return Visit(node, here.net, here.color, here.material, here.path, here.render_mode or PLAIN)
 
 
 def _instance(node: PandaNode, here: _Tagged) -> tuple[PandaNode, InstanceRoot]:
@@ -123,7 +127,7 @@ def _enter_tagged(above: _Tagged, node: PandaNode, label: str) -> _Tagged:
 
 
 def _enter(above: _State, node: PandaNode, label: str) -> _State:
-    net, mask, color, color_priority, material, material_priority, path = above
+    net, mask, color, color_priority, material, material_priority, path, mode, mode_priority = above
     if not node.transform.is_identity:
         net = node.transform.get_mat() @ net
     if node.draw_control:
@@ -134,8 +138,10 @@ def _enter(above: _State, node: PandaNode, label: str) -> _State:
         material, material_priority = inherit(
             material, material_priority, node.material, node.material_priority
         )
+    if node.render_mode is not None:
+        mode, mode_priority = inherit(mode, mode_priority, node.render_mode, node.render_mode_priority)
     path = f"{path}/{label}" if path else label
-    return _State(net, mask, color, color_priority, material, material_priority, path)
+    return _State(net, mask, color, color_priority, material, material_priority, path, mode, mode_priority)
 
 
 def _labels(children: Sequence[PandaNode]) -> list[str]:

@@ -18,8 +18,14 @@ Float32 = NDArray[np.float32]
 Picture = tuple[Pixels, str]
 """A picture, shape (height, width, 3), black where nothing was drawn, and a note on how to read it."""
 
-NOT_CLASSIC = ("specular", "emission", "shadow_atlas", "particle_shadow_atlas")
-"""The look "classic" has no highlights, emission, shadows and particles."""
+_ABSENT = ("specular", "emission", "shadow_atlas", "particle_shadow_atlas")
+MISSING = {
+    "classic": _ABSENT,
+    "pyrender": ("particle_shadow_atlas",),
+    "flat": (*_ABSENT, "light", "overdraw", "volumes", "wireframe"),
+}
+"""The look "classic" has no highlights, emission, shadows and particles; the look "flat" no lights either;
+"pyrender" has no particles."""
 
 DARKEST = 0.1
 """The grey of the farthest surface, which distinguishes it from black, where nothing was drawn."""
@@ -32,7 +38,7 @@ HEAT = ((0, 0, 0), (40, 44, 160), (214, 58, 150), (255, 168, 60), (255, 255, 255
 
 def buffers_of(look: str) -> tuple[str, ...]:
     """Return the buffers that a look has."""
-    return tuple(name for name in BUFFERS if look != "classic" or name not in NOT_CLASSIC)
+    return tuple(name for name in BUFFERS if name not in MISSING.get(look, ()))
 
 
 def picture_of(plan: FramePlan, frame: Frame, output: str) -> Picture:
@@ -42,6 +48,8 @@ def picture_of(plan: FramePlan, frame: Frame, output: str) -> Picture:
         return shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
     if output == "particle_shadow_atlas":
         return particle_shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
+    if plan.settings.look == "flat" and output == "albedo":
+        return codes(image), "base colour as stored"
     return buffer_picture(output, image, classic=plan.settings.look == "classic", exposure=plan.exposure)
 
 

@@ -1,6 +1,7 @@
 // Provides opening: 1 - cos of an angle, from its cosine and the square of its sine.
 // Provides cone_strength: the strength of a spotlight in a direction. axis.w is 1 - cos of the outer half-angle; cone.x
 // is one over the width of the edge, 0 for a hard one; cone.y is an exponent of the cosine.
+// PYRENDER: the edge is a square, and at least 1/1000 wide.
 // Float64 twin: firefly_sample/lab/reference/shading.py
 #include "include/phong.glsl"
 
@@ -19,9 +20,14 @@ float cone_strength(vec3 to_light, vec4 axis, vec4 cone)
     if (opened > axis.w)
         return 0.0;
     float strength = power_of_cosine(c, sine2, cone.y);
+#ifdef PYRENDER
+    float t = min((axis.w - opened) * (cone.x > 0.0 ? min(cone.x, 1000.0) : 1000.0), 1.0);
+    strength *= t * t;
+#else
     if (cone.x > 0.0) {
         float t = min((axis.w - opened) * cone.x, 1.0);
         strength *= t * t * (3.0 - 2.0 * t);
     }
+#endif
     return strength;
 }

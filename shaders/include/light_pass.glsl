@@ -30,6 +30,9 @@ void main()
     light_surface(s, receive_light());
 #endif
 #if RADIANCE
+#ifdef TINT
+    radiance_sum *= unpack_color(texelFetch(u_tint, ivec2(gl_FragCoord.xy), 0));
+#endif
     o_radiance = vec4(radiance_sum, 0.0);
 #endif
 #if LIGHT

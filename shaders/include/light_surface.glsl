@@ -1,4 +1,5 @@
 // Provides light_surface, which adds one light to radiance_sum and light_sum. Include it after arrives.glsl.
+// PYRENDER: a light also reaches metallic-roughness surfaces that face away from it.
 #include "include/shine.glsl"
 #if SHADOW_TAPS
 #include "include/shadow.glsl"
@@ -14,8 +15,13 @@ void light_surface(Surface s, Light light)
     if (!arrives(s, light, to_light, strength))
         return;
     float n_dot_l = dot(s.normal, to_light);
+#if defined(PYRENDER) && defined(METALLIC_ROUGHNESS) && RADIANCE
+    if (n_dot_l <= 0.0 && s.metallic.x < 0.0)
+        return;
+#else
     if (n_dot_l <= 0.0)
         return;
+#endif
 #if SHADOW_TAPS
     strength *= shadow(s, to_light, n_dot_l, light.shadow);
 #endif

@@ -1,10 +1,15 @@
 // Provides Sample; sample_material: the material of a triangle at a pixel, which discards what alpha cuts out;
 // surface_view and surface_normal.
+// PYRENDER: textures hold codes of sRGB. BY_PYRENDER: emission is squared, and vertex colours and occlusion multiply what a
+// surface shows.
 #include "include/lens.glsl"
 #include "include/surface_maps.glsl"
 #include "include/unit_normal.glsl"
 #ifdef METALLIC
 #include "include/metallic.glsl"
+#endif
+#ifdef PYRENDER
+#include "include/codes.glsl"
 #endif
 
 in vec3 v_view;
@@ -23,7 +28,7 @@ flat in vec3 v_ambient;
 #if SPECULAR || defined(METALLIC)
 flat in vec4 v_specular;
 #endif
-#if NORMAL_MAP
+#if NORMAL_MAP && !BY_PYRENDER
 in vec4 v_tangent;
 #endif
 #if EMISSION
@@ -61,17 +66,33 @@ struct Sample {
     float alpha;
 #endif
     vec3 ambient;  // reflectance of ambient light
+#ifdef PYRENDER
+    vec3 tint;     // multiplies all light that is reflected
+#endif
 #if EMISSION
     vec3 emission;
 #endif
 #if NORMAL_MAP
     vec3 bump;     // the normal in tangent space
+#if BY_PYRENDER
+    vec3 along;    // the direction in which the first texture coordinate grows, of any length; 0 without one
+#endif
 #endif
 #ifdef METALLIC
     float metallic;
     float roughness;
 #endif
 };
+
+#if NORMAL_MAP && BY_PYRENDER
+// Returns the direction in which the first of two texture coordinates grows.
+vec3 direction_of(vec2 texcoord)
+{
+    vec2 right = dFdx(texcoord), up = dFdy(texcoord);
+    float turn = right.x * up.y - up.x * right.y;
+    return (up.y * dFdx(v_view) - right.y * dFdy(v_view)) * sign(turn);
+}
+#endif
 
 Sample sample_material()
 {
@@ -81,10 +102,17 @@ Sample sample_material()
 #if EMISSION_TEXTURED
     // before discard, after which the mipmap level is undefined
 #if SECOND_TEXCOORDS
-    made.emission *= texture(u_emission_texture, v_texcoord_1).rgb;
+    vec3 glow = texture(u_emission_texture, v_texcoord_1).rgb;
 #else
-    made.emission *= texture(u_emission_texture, v_texcoord).rgb;
+    vec3 glow = texture(u_emission_texture, v_texcoord).rgb;
 #endif
+#ifdef PYRENDER
+    glow = srgb_to_linear(glow);
+#endif
+    made.emission *= glow;
+#endif
+#if BY_PYRENDER
+    made.emission *= v_emission;
 #endif
 #endif
     // textures are sampled before discard, after which the mipmap level is undefined
@@ -92,6 +120,11 @@ Sample sample_material()
     made.bump = texture(u_normal_texture, v_texcoord_1).xyz * 2.0 - 1.0;
 #elif NORMAL_MAP
     made.bump = texture(u_normal_texture, v_texcoord).xyz * 2.0 - 1.0;
+#endif
+#if BY_PYRENDER && NORMAL_MAP == 2
+    made.along = direction_of(v_texcoord_1);
+#elif BY_PYRENDER && NORMAL_MAP
+    made.along = direction_of(v_texcoord);
 #endif
 #if OCCLUSION_MAP == 2
     float occlusion = texture(u_occlusion_texture, v_texcoord_1).r;
@@ -114,8 +147,19 @@ Sample sample_material()
     vec4 tint = vec4(1.0);
 #if TEXTURED
     tint = texture(u_texture, v_texcoord);
+#ifdef PYRENDER
+    tint.rgb = srgb_to_linear(tint.rgb);
 #endif
-#if VERTEX_COLOR
+#endif
+#ifdef PYRENDER
+    made.tint = vec3(1.0);
+#endif
+#if VERTEX_COLOR && BY_PYRENDER
+    made.tint = v_color;
+#if EMISSION
+    made.emission *= v_color;
+#endif
+#elif VERTEX_COLOR
     tint.rgb *= v_color;
 #endif
 #if VERTEX_ALPHA
@@ -138,7 +182,9 @@ Sample sample_material()
 #else
     made.ambient = made.albedo;
 #endif
-#if OCCLUSION_MAP
+#if OCCLUSION_MAP && BY_PYRENDER
+    made.tint *= 1.0 + u_occlusion_strength * (occlusion - 1.0);
+#elif OCCLUSION_MAP
     made.ambient *= 1.0 + u_occlusion_strength * (occlusion - 1.0);
 #endif
 #ifdef UNLIT
@@ -163,9 +209,25 @@ vec3 surface_view()
 #endif
 }
 
-// Panda3D's sample, NORMAL_FORMAT_CLASSIC, leaves normals as they are where the back of a surface is seen.
+// Panda3D's sample, NORMAL_FORMAT_CLASSIC, and pyrender leave normals as they are where the back of a surface is seen.
+// BY_PYRENDER: a normal map lies along the texture coordinates, as if these were not mirrored.
 vec3 surface_normal(vec3 view, Sample made)
 {
+#if BY_PYRENDER
+    vec3 n = unit_normal(v_normal, view, false);
+#if NORMAL_MAP
+    vec3 t = made.along - n * dot(n, made.along);
+    float length2 = dot(t, t);
+    if (!(length2 > 1e-37))
+        return n;
+    t *= inversesqrt(length2);
+    vec3 mapped = made.bump.x * t + made.bump.y * cross(n, t) + made.bump.z * n;
+    float square = dot(mapped, mapped);
+    return square > 1e-30 ? mapped * inversesqrt(square) : n;
+#else
+    return n;
+#endif
+#else
     const bool two_sided = DOUBLE_SIDED != 0 && NORMAL_FORMAT != NORMAL_FORMAT_CLASSIC;
 #if NORMAL_MAP
     // tangent, bitangent and normal are unit vectors; the back of a surface has all three turned
@@ -182,5 +244,6 @@ vec3 surface_normal(vec3 view, Sample made)
     return square > 1e-30 ? mapped * (inversesqrt(square) * (dot(n, facing) < 0.0 ? -1.0 : 1.0)) : facing;
 #else
     return unit_normal(v_normal, view, two_sided);
+#endif
 #endif
 }

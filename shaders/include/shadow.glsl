@@ -69,6 +69,10 @@ float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
         depth = (q.y - lift) / scale.z - scale.w;
         slope = -n.xz / side / scale.z / scale.xy;
     }
+#ifdef PYRENDER
+    if (n_dot_l <= 0.0)
+        slope = vec2(0.0);  // what faces away from the light stays behind what faces it
+#endif
     from += 0.5 * tile.z;
     if (any(lessThan(from, vec2(0.0))) || any(greaterThan(from, vec2(tile.z))))
         return 1.0;  // beyond a sun's shadow distance

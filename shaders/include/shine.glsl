@@ -18,18 +18,43 @@ const float LARGEST_LIGHT = 1e30;
 vec3 radiance_sum = vec3(0.0);
 vec3 light_sum = vec3(0.0);
 
+#if defined(PYRENDER) && defined(METALLIC_ROUGHNESS)
+// Unit vector to the camera's position, where the rays of an orthographic camera meet as well.
+vec3 way_to_camera(Surface s)
+{
+#if ORTHOGRAPHIC
+    vec3 place = place_of(s);
+    return place * -inversesqrt(max(dot(place, place), 1e-30));
+#else
+    return way_to_eye(s);
+#endif
+}
+#endif
+
 void add_light(Surface s, vec3 to_light, float n_dot_l, STRENGTH strength, vec3 color, vec3 specular_color)
 {
+#ifdef PYRENDER
+    vec3 diffuse = color * max(n_dot_l, 0.0);
+#else
     vec3 diffuse = color * n_dot_l;
+#endif
 #if CLAMP_LIGHT
     diffuse = min(diffuse, 1.0);
 #endif
     diffuse = min(diffuse * strength, LARGEST_LIGHT);
 #if defined(METALLIC_ROUGHNESS) && RADIANCE
     if (s.metallic.x >= 0.0) {
+#ifdef PYRENDER
+        n_dot_l = max(n_dot_l, GRAZING);
+        vec3 base_light = min(color * n_dot_l * strength, LARGEST_LIGHT);
+        vec3 to_eye = way_to_camera(s);
+#else
+        vec3 base_light = diffuse;
+        vec3 to_eye = way_to_eye(s);
+#endif
         vec3 passed;
-        vec3 share = n_dot_l * reflected(head_on(s.albedo, s.metallic.x), s.metallic.y, s.normal, to_light,
-                                         way_to_eye(s), n_dot_l, passed);
+        vec3 share = n_dot_l * reflected(head_on(s.albedo, s.metallic.x), s.metallic.y, s.normal, to_light, to_eye,
+                                         n_dot_l, passed);
         vec3 glint = color * share;
 #if CLAMP_LIGHT
         glint = min(glint, 1.0);
@@ -37,7 +62,7 @@ void add_light(Surface s, vec3 to_light, float n_dot_l, STRENGTH strength, vec3 
         radiance_sum += min(glint * strength, LARGEST_LIGHT);
 #if LIGHT_RESOLUTION == LIGHT_RESOLUTION_FULL
         light_sum += diffuse;
-        radiance_sum += diffuse_color(s.albedo, s.metallic.x) * passed * diffuse;
+        radiance_sum += diffuse_color(s.albedo, s.metallic.x) * passed * base_light;
 #else
         light_sum += passed * diffuse;  // the upsampling pass multiplies it by the colour
 #endif

@@ -17,6 +17,9 @@ uniform COLOR_SAMPLER u_albedo;
 #ifdef METALLIC_ROUGHNESS
 uniform sampler2D u_metallic_roughness;
 #endif
+#ifdef TINT
+uniform COLOR_SAMPLER u_tint;  // multiplies all light that a surface reflects
+#endif
 #if SPECULAR_MODEL != SPECULAR_MODEL_NONE
 uniform sampler2D u_specular;
 #endif

@@ -1,5 +1,6 @@
 // Provides METALLIC_MAP, NORMAL_MAP and OCCLUSION_MAP, 0 for what a draw lacks, 1 for a texture at the first texture
-// coordinates and 2 for one at the second; and TEXCOORDS_1, whether there are second ones.
+// coordinates and 2 for one at the second; TEXCOORDS_1, whether there are second ones; and BY_PYRENDER, whether pyrender's
+// formula shades the draw's surfaces, which are metallic-roughness ones.
 #ifndef METALLIC_MAP
 #define METALLIC_MAP 0
 #endif
@@ -10,3 +11,8 @@
 #define OCCLUSION_MAP 0
 #endif
 #define TEXCOORDS_1 (SECOND_TEXCOORDS || METALLIC_MAP == 2 || NORMAL_MAP == 2 || OCCLUSION_MAP == 2)
+#if defined(PYRENDER) && defined(METALLIC)
+#define BY_PYRENDER 1
+#else
+#define BY_PYRENDER 0
+#endif

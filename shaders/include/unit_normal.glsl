@@ -1,10 +1,10 @@
 // Provides unit_normal: normalizes an interpolated normal.
 
 // A normal of length 0 is replaced by one that faces the eye, so that the surface is lit. The normal of a two-sided
-// surface is turned towards the eye.
+// surface is turned towards the eye. For pyrender, the eye of an orthographic camera is in its position.
 vec3 unit_normal(vec3 normal, vec3 view, bool two_sided)
 {
-#if ORTHOGRAPHIC
+#if ORTHOGRAPHIC && !(defined(PYRENDER) && defined(METALLIC))
     vec3 ahead = vec3(0.0, 1.0, 0.0);
 #else
     vec3 ahead = view;

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from firefly_sample.lab.reference.shading import tone_curve
+from firefly_sample.lab.reference.shading import power_decoded, power_encoded, tone_curve
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
 from tests.glsl.harness import evaluate
 
@@ -26,6 +26,18 @@ def test_tone_curve_matches_its_twin(device, number, name):
     expected = tone_curve(inputs[:, 0], name)
     assert (np.abs(result - expected) <= 2e-5 * expected).all()
     assert np.isfinite(result).all()
+
+
+@pytest.mark.parametrize("name", ["power_encoded", "power_decoded", "srgb_to_linear"])
+def test_codes_of_looks_match_their_twins(device, name):
+    twin = {"power_encoded": power_encoded, "power_decoded": power_decoded, "srgb_to_linear": srgb_to_linear}
+    x = np.concatenate([np.arange(256) / 255, [0.04045, 0.04046], np.geomspace(1e-8, 1.0, 5000)])
+    if name == "power_encoded":
+        x = np.concatenate([x, [-1.0, 1.5, 1e30]])
+    inputs = np.repeat(x[:, None], 4, axis=1).astype(np.float32)
+    result = evaluate(device, ["codes"], f"result.rgb = {name}(a.rgb);", inputs)[:, 0]
+    # pow errs by a few ulp of float32; a code is 1/255, so this is 3e-4 of a code
+    assert np.abs(result - twin[name](inputs[:, 0])).max() <= 1.2e-6
 
 
 def test_srgb_twins_are_inverses():

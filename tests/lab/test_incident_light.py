@@ -42,6 +42,7 @@ SETTINGS = {
     "default": Settings(),
     "gltf": Settings(range_falloff="gltf"),
     "clamped": Settings(clamp_light=True),
+    "pyrender": Settings(look="pyrender"),
 }
 
 

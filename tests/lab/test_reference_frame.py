@@ -53,7 +53,7 @@ def test_with_albedo_of_its_own_eight_bits_are_what_it_errs_by():
     assert np.percentile(apart, 99.9) <= 2 / 255
 
 
-@pytest.mark.parametrize("budget", [Settings().cutoff_budget, 0.5])
+@pytest.mark.parametrize("budget", [Settings().budget, 0.5])
 def test_the_budget_is_all_that_cutting_off_costs(budget):
     scene = lit_scene(("attenuated",))
     frame, plan, albedo, ambient = draw(scene, Settings(cutoff_budget=budget))

@@ -355,3 +355,25 @@ def test_a_plan_tells_of_half_targets_and_of_forced_shadow_maps():
     assert sizes == {256}
     with pytest.raises(LightError, match=r"lower the setting shadow_resolution to 512, or raise the setting"):
         build_plan(scene, Settings(shadow_resolution=4096, shadow_atlas=2048))
+
+
+TURNS = [
+    (0, "rgba16f"),
+    (1, "rgba32f"),
+    (1, "rgba16f"),  # whose texture holds what was drawn before the move
+    (1, "sqrt8"),
+    (1, "rgba32f"),
+    (1, "rgba8"),  # the same texture as that of sqrt8, with another encoding
+]
+
+
+def test_formats_that_are_drawn_in_turn_leave_nothing_behind():
+    """Textures of the frame before the last one are kept: what they hold is not this frame's."""
+    scene = ball_scene(3)
+    ball = scene.root.find("place 1")
+    with make_renderer((32, 24)) as turning, make_renderer((32, 24)) as fresh:
+        fresh.reuse = False
+        for place, albedo_format in TURNS:
+            ball.set_x(0.5 * place)
+            turning.settings = fresh.settings = Settings(albedo_format=albedo_format)
+            np.testing.assert_array_equal(turning.render(scene).color, fresh.render(scene).color)

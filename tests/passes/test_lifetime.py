@@ -258,6 +258,26 @@ def test_a_picture_that_does_not_fit_is_one_error_and_the_next_one_is_drawn():
             renderer.render(scene)
 
 
+def test_pictures_and_data_in_turn_make_no_texture_and_what_is_not_drawn_again_is_freed():
+    scene = ball_scene(5)
+    with make_renderer((64, 48)) as renderer:
+
+        def objects(*turns):
+            for outputs in turns:
+                renderer.render(scene, outputs=outputs)
+            counted = count_objects(renderer)
+            return counted["Texture"], counted["Framebuffer"]
+
+        alone = objects("color", "color")
+        both = objects("id", "color", "id")
+        assert both > alone
+        assert objects("color", "id", "color") == both
+        assert objects("color", "color") == alone
+        renderer.resize((32, 24))
+        objects("id")
+        assert objects("color", "color") == alone
+
+
 def test_changing_colors_and_cutoffs_do_not_pile_up():
     texture = Texture(np.full((4, 4, 4), 255, dtype=np.uint8))
     material = Material("leaf", texture=texture, alpha_mode="mask")

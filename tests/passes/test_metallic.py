@@ -239,7 +239,7 @@ def test_the_budget_counts_how_much_a_metal_concentrates_a_light():
         renderer.settings = Settings()
         scene.root.find("wall").set_material(Material("matt"))
         assert renderer.plan(scene).lights[0].reaches.max() < ends
-    assert np.abs(whole - cut).max() <= Settings().cutoff_budget + 1e-6 * whole.max()
+    assert np.abs(whole - cut).max() <= Settings().budget + 1e-6 * whole.max()
     assert whole.max() > 1e-3
 
 

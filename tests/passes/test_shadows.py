@@ -293,6 +293,8 @@ def test_a_map_is_drawn_again_only_when_the_light_or_a_caster_moved(kind, maps):
         assert drawn(renderer, scene) == 0
         renderer.resize((80, 60))
         assert drawn(renderer, scene) == 0  # the atlas stays
+        renderer.render(scene, outputs=("id",))
+        assert drawn(renderer, scene) == 0  # as it does beside a frame without light
 
 
 def test_what_other_lights_do_draws_no_map_again():

@@ -60,7 +60,7 @@ HOMES = {
     "moderngl": {"gpu", "passes", "lab"},
     "glcontext": {"gpu"},
     "OpenGL": set(),
-    "trimesh": {"model", "interop"},
+    "trimesh": {"model", "interop", "lab"},
     "glfw": {"viewer"},
     "panda3d": set(),
     "pyrender": {"interop"},

@@ -452,7 +452,6 @@ def test_what_is_no_number_is_refused(value):
     light = Spotlight("l")
     for act in (
         lambda: Settings(exposure=value),
-        lambda: Settings(cutoff_budget=value),
         lambda: Parameter("size", float, 1.0, "Size.").check(value, "s"),
         lambda: PerspectiveLens().set_near_far(value, 10.0),
         lambda: Material("m", shininess=value),

@@ -32,6 +32,13 @@ def test_a_matrix_moves_to_the_last_row():
     np.testing.assert_array_equal(matrix_from_gltf(moved)[:3], np.eye(4)[:3])
 
 
+def test_matrices_are_converted_together_as_alone():
+    given = np.random.default_rng(2).normal(size=(2, 3, 4, 4))
+    together = matrix_from_gltf(given)
+    for index in np.ndindex(2, 3):
+        np.testing.assert_array_equal(together[index], matrix_from_gltf(given[index]))
+
+
 @given(arrays(np.float64, (4, 4), elements=NUMBER), arrays(np.float64, (5, 3), elements=NUMBER))
 def test_both_ways_are_exact(matrix, points):
     matrix[:, 3] = 0, 0, 0, 1

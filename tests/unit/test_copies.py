@@ -207,11 +207,12 @@ def test_a_copy_has_a_serial_of_its_own(duplicate, make):
 def test_arrays_stay_read_only_in_copies():
     for duplicate in (*WAYS.values(), copy.copy):
         given = _geom()
-        given.bounds  # noqa: B018  kept from now on
+        given.bounds, given.sphere  # noqa: B018  kept from now on
         geom = duplicate(given)
         for array in (
             *(geom.vertices, geom.normals, geom.texcoords, geom.triangles, geom.colors, geom.alphas),
             *geom.bounds,
+            geom.sphere[0],
         ):
             with pytest.raises(ValueError, match="read-only"):
                 array[0] = 0

@@ -21,6 +21,16 @@ def test_a_value_is_made_once_for_equal_keys_and_anew_for_another():
     assert made == [(1, 2), (3,), (1, 2)]
 
 
+def test_values_of_the_last_two_keys_are_kept():
+    made = []
+    memo: Memo[str] = Memo(2)
+    for key in "ababcbc":
+        assert memo.get(key, lambda key=key: made.append(key) or key.upper()) == key.upper()
+    assert made == ["a", "b", "c"]
+    memo.get("a", lambda: made.append("a again") or "A")
+    assert made[3:] == ["a again"]
+
+
 def test_none_is_a_key_and_a_value_like_any_other():
     memo: Memo[None] = Memo()
     made = []

@@ -112,6 +112,7 @@ def test_every_change_shows_in_all_subtrees_that_hold_it():
         lambda: place.clear_tag("a"),
         lambda: place.set_name("other"),
         lambda: mesh.add_geom(Geom(np.eye(3), [[0, 1, 2]])),
+        lambda: mesh.remove_all_geoms(),
         lambda: place.attach_new_node("child"),
         lambda: place.find("child").remove_node(),
     ]

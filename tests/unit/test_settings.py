@@ -35,6 +35,11 @@ from firefly_sample.settings import NOT_FORWARD, SETTINGS, Settings
         {"look": "classic", "light_method": "loop"},
         {"look": "classic", "light_method": "clustered"},
         {"look": "classic", "light_method": "forward"},
+        {"look": "pyrender", "tone": "exponential"},
+        {"look": "flat", "tone": "exponential"},
+        {"look": "flat", "exposure": 2.0},
+        {"look": "flat", "albedo_format": "rgba32f"},
+        {"look": "flat", "light_method": "forward"},
     ],
     ids=str,
 )
@@ -50,7 +55,7 @@ def test_a_setting_that_does_not_exist_lists_those_that_do():
 
 def test_the_look_brings_its_tone_curve():
     assert Settings().tone_curve == "exponential"
-    assert Settings(look="classic").tone_curve == "none"
+    assert {Settings(look=look).tone_curve for look in ("classic", "pyrender", "flat")} == {"none"}
     assert Settings(tone="none").as_dict()["tone"] == "none"
 
 

@@ -12,6 +12,7 @@ from firefly_sample.errors import NodeError
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT
 from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.render_mode import PLAIN
 from firefly_sample.scene.traversal import Visit, iter_visible
 
 MATERIALS = [Material("bark"), Material("moss")]
@@ -29,6 +30,7 @@ EDITS = {
     "show_through": masks,
     "set_color": st.tuples(st.tuples(*[st.floats(0, 1)] * 3), st.integers(0, 2)),
     "set_material": st.tuples(st.sampled_from(MATERIALS), st.integers(0, 2)),
+    "set_render_mode_thickness": st.tuples(st.integers(1, 9), st.integers(0, 2)),
 }
 edits = st.sampled_from(sorted(EDITS)).flatmap(lambda what: st.tuples(picks, st.just(what), EDITS[what]))
 
@@ -43,7 +45,7 @@ def grown(steps) -> list[NodePath]:
             other = paths[value % len(paths)]
             if other.node() is not path.node() and path.node() not in other.node().iter_ancestors():
                 paths.append(path.instance_to(other))
-        elif what in ("set_color", "set_material"):
+        elif what in ("set_color", "set_material", "set_render_mode_thickness"):
             getattr(path, what)(*value)
         elif value is None:
             getattr(path, what)()
@@ -54,14 +56,17 @@ def grown(steps) -> list[NodePath]:
 
 def plain_walk(path: NodePath, camera: int) -> list[Visit]:
     """The definition: each place by itself, all that it inherits looked up from the root."""
-    mask = OVERALL_BIT | ALL_CAMERAS
+    mask, mode, priority = OVERALL_BIT | ALL_CAMERAS, PLAIN, -(2**31)
     for place in reversed(path.get_ancestors()):
         node = place.node()
         mask = (mask & ~node.draw_control) | (node.draw_control & node.draw_show)
+        if node.render_mode is not None and node.render_mode_priority >= priority:
+            mode, priority = node.render_mode, node.render_mode_priority
     seen = []
     if mask & OVERALL_BIT and mask & camera & ALL_CAMERAS:
         net = path.get_net_mat()
-        seen.append(Visit(path.node(), net, path.get_net_color(), path.get_net_material(), str(path)))
+        look = path.get_net_color(), path.get_net_material()
+        seen.append(Visit(path.node(), net, *look, str(path), mode))
     for child in path.get_children():
         seen += plain_walk(child, camera)
     return seen
@@ -76,6 +81,7 @@ def test_it_is_the_plain_walk(steps, start, camera):
     for ours, plain in zip(found, expected, strict=True):
         assert ours.node is plain.node
         assert (ours.color, ours.material) == (plain.color, plain.material)
+        assert ours.render_mode == plain.render_mode
         # The same product in another order of brackets.
         bound = 64 * 2.0**-52 * max(1.0, np.abs(plain.net).max()) * 10.0 ** len(plain.path.split("/"))
         assert np.abs(ours.net - plain.net).max() <= bound

@@ -15,6 +15,7 @@ from tests.scenes import ball_scene
 from tests.viewer.workshop import EMISSION, SPECULAR, workshop
 
 SIZE = (320, 240)
+LOOKS = "classic", "pyrender", "flat"
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +52,9 @@ def drawn_plans(renderer, monkeypatch):
 
 def test_the_views_of_each_look():
     assert views_of("correct") == (PICTURE, STRIP, *BUFFERS)
-    assert views_of("classic") == (PICTURE, STRIP, *buffers_of("classic"))
+    for look in LOOKS:
+        assert views_of(look) == (PICTURE, STRIP, *buffers_of(look))
+    assert buffers_of("flat") == ("albedo", "normal", "depth", "position_world", "id")
 
 
 @pytest.mark.parametrize("view", BUFFERS)
@@ -98,11 +101,11 @@ def test_a_window_too_small_for_the_strip_says_so(renderer, scene, drawn_plans):
     np.testing.assert_array_equal(drawn.picture(), drawn.frame.color)
 
 
-@pytest.mark.parametrize("view", views_of("classic"))
-def test_the_classic_look_draws_each_of_its_views(scene, view):
-    with make_renderer((480, 360), Settings(look="classic")) as renderer:
-        drawn = draw_view(renderer, scene, 0.0, view, read=True)
-        assert drawn.picture().any()
+@pytest.mark.parametrize("look", LOOKS)
+def test_other_looks_draw_each_of_their_views(scene, look):
+    with make_renderer((480, 360), Settings(look=look)) as renderer:
+        for view in views_of(look):
+            assert draw_view(renderer, scene, 0.0, view, read=True).picture().any(), view
 
 
 def test_highlights_and_emission_are_on_the_things_that_have_them(renderer, scene):

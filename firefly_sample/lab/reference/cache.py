@@ -120,6 +120,8 @@ def with_blended(renderer: Renderer, scene: Scene, time: float, plan: FramePlan)
 
 def _sampled_outputs(plan: FramePlan) -> tuple[str, ...]:
     """Return the outputs, beside the albedo, that a GPU samples from textures of a plan."""
+    if plan.settings.look == "flat":
+        return ()
     found: dict[str, None] = {}
     for batch in plan.batches:
         maps, surface = batch.maps, batch.surface

@@ -25,10 +25,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.errors import SettingsError
+from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.lab.reference.chunks import Progress
 from firefly_sample.lab.reference.layer_rays import cast_layers
-from firefly_sample.lab.reference.layers import add_layers, shade_layers
+from firefly_sample.lab.reference.layers import add_layers, add_layers_as_codes, shade_layers
 from firefly_sample.lab.reference.particles import (
     add_particles,
     exact_sums,
@@ -38,7 +38,7 @@ from firefly_sample.lab.reference.particles import (
 )
 from firefly_sample.lab.reference.rays import pixel_rays
 from firefly_sample.lab.reference.shade import OneLight, Shadows, each_light, shade_lights
-from firefly_sample.lab.reference.shading import tone_curve
+from firefly_sample.lab.reference.shading import power_encoded, tone_curve
 from firefly_sample.lab.reference.shadow import ShadowRays
 from firefly_sample.lab.reference.surfaces import Surfaces, see_surfaces
 from firefly_sample.plan.frame_plan import Background, FramePlan
@@ -59,13 +59,14 @@ class ReferenceFrame:
     Attributes
     ----------
     radiance : ndarray of float64
-        Linear, before exposure and tone curve, with background, blended surfaces, particles and dots.
+        Linear, before exposure and tone curve, with background, blended surfaces, particles and dots. In the
+        look "flat", the display values of base colours.
     light : ndarray of float64
         The radiance of white surfaces without highlights, opaque ones alone; 0 where there is none.
     display : ndarray of float64
         0 to 1: after exposure and tone curve, linear, not rounded to codes.
     color : ndarray of uint8
-        sRGB codes.
+        Codes of the display.
     position : ndarray of float64
         Of the opaque surfaces, view space; NaN where there is none.
     """
@@ -126,12 +127,17 @@ def render_reference(
     ------
     SettingsError
         If the plan's look is "classic", or it has several samples per pixel.
+    SceneError
+        If lines or points are in view.
     OutputError
         If a shape is wrong, or the plan has no such triangle.
     MissingPackageError
         If there are shadows and embreex is not installed.
     """
     _check_look(plan.settings)
+    marks = dict.fromkeys(batch.geom.name for batch in plan.batches if batch.geom.mode != "triangles")
+    if marks:
+        raise SceneError(f"a reference has triangles alone: hide the lines and points {', '.join(marks)}")
     if plan.settings.supersample != 1:
         raise SettingsError(
             f"a reference has one sample per pixel: set 'supersample' to 1, not {plan.settings.supersample}"
@@ -153,23 +159,30 @@ def render_reference(
     )
     covered = surfaces.covered[..., None]
     light = np.where(covered, light + plan.ambient, 0.0)
-    radiance = radiance + surfaces.ambient_albedo * plan.ambient + surfaces.emission
+    radiance = surfaces.radiance(radiance, plan.ambient)
     radiance = np.where(covered, radiance, background(plan.background, plan.view))
     distance = np.where(surfaces.covered, surfaces.gbuffer.position[..., 1], np.inf)
     own_light = particle_light(plan, rays.lit if rays is not None else None)
     if plan.blended is not None:
         layers = cast_layers(plan, distance)
         shown = shade_layers(plan, layers, lambda places: _shadows(plan, places, rays), threads=threads)
-        add_layers(radiance, plan, distance, layers, shown, own_light)
+        add = add_layers_as_codes if plan.settings.look == "pyrender" else add_layers
+        add(radiance, plan, distance, layers, shown, own_light)
     else:
         add_particles(radiance, plan, distance, own_light)
     return finished(plan, radiance, light, surfaces.gbuffer.position)
 
 
 def finished(plan: FramePlan, radiance: Float64, light: Float64, position: Float64) -> ReferenceFrame:
-    """Return a frame made from its radiance: exposure, tone curve, sRGB rounded to the nearest code."""
-    display = tone_curve(radiance * plan.exposure, plan.settings.tone_curve)
-    color = np.rint(linear_to_srgb(display) * 255.0).astype(np.uint8)
+    """Return a frame made from its radiance: exposure, tone curve, codes rounded to the nearest."""
+    look = plan.settings.look
+    exposure = plan.exposure if look != "flat" else 1.0
+    display = tone_curve(radiance * exposure, plan.settings.tone_curve)
+    if look == "flat":
+        shown = display
+    else:
+        shown = power_encoded(display) if look == "pyrender" else linear_to_srgb(display)
+    color = np.rint(shown * 255.0).astype(np.uint8)
     return ReferenceFrame(radiance, light, display, color, position)
 
 
@@ -204,7 +217,7 @@ def _shadows(plan: FramePlan, position: Float64, rays: ShadowRays | None) -> Sha
 
 
 def _check_look(settings: Settings) -> None:
-    if settings.look != "correct":
+    if settings.look == "classic":
         raise SettingsError(
             f"there is no reference for look {settings.look!r} in linear radiance: choose look 'correct', or "
             "leave 'look' out"

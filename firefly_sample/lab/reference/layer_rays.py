@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.chunks import chunks_of
+from firefly_sample.lab.reference.fragments import Fragments
 from firefly_sample.lab.reference.rays import RayCorners, Rays, pixel_rays
-from firefly_sample.lab.reference.surfaces import CHUNK, Fragments, numbered_batches
+from firefly_sample.lab.reference.surfaces import CHUNK, numbered_batches
 from firefly_sample.lab.reference.texture import Samplers
 from firefly_sample.plan.blending.candidates import ramps
 from firefly_sample.plan.frame_plan import Batch, FramePlan

@@ -16,11 +16,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.lab.reference.chunks import chunks_of, run_all
+from firefly_sample.lab.reference.fragments import Fragments
 from firefly_sample.lab.reference.layer_rays import Layers
 from firefly_sample.lab.reference.particles import add_particles, share_before, square_of
 from firefly_sample.lab.reference.rays import pixel_rays
 from firefly_sample.lab.reference.shade import Shadows, shade_lights
-from firefly_sample.lab.reference.surfaces import CHUNK, Fragments, Surfaces
+from firefly_sample.lab.reference.shading import power_decoded, power_encoded
+from firefly_sample.lab.reference.surfaces import CHUNK, Surfaces
 from firefly_sample.lab.reference.texture import Samplers
 from firefly_sample.plan.frame_plan import FramePlan
 
@@ -53,7 +55,8 @@ def shade_layers(
     threads : optional
         As `firefly_sample.lab.reference.chunks.run_all` takes them.
     """
-    blended, rays, samplers = plan.blended, pixel_rays(plan.view), Samplers()
+    look = plan.settings.look
+    blended, rays, samplers = plan.blended, pixel_rays(plan.view), Samplers(look)
     shown = Shown(np.zeros((len(layers), 3)), np.zeros(len(layers)))
     if blended is None:
         return shown
@@ -69,10 +72,10 @@ def shade_layers(
         instance, triangle = layers.instance[chosen], layers.triangle[chosen]
         found = Fragments(blended.batches[number], own, instance, triangle, samplers)
         surfaces = Surfaces.none(own.to_eye())
-        surfaces.fill(slice(None), found)
+        surfaces.fill(slice(None), found, look=look)
         gbuffer = surfaces.gbuffer
         lit, _ = shade_lights(gbuffer, plan.lights, plan.settings, shadows(gbuffer.position))
-        shown.radiance[chosen] = lit + surfaces.ambient_albedo * plan.ambient + surfaces.emission
+        shown.radiance[chosen] = surfaces.radiance(lit, plan.ambient)
         shown.alpha[chosen] = np.clip(found.alpha(), 0.0, 1.0)
 
     run_all(work, parts, threads)
@@ -109,6 +112,20 @@ def add_layers(
         alpha = shown.alpha[rows, None]
         flat[inner] += alpha * (shown.radiance[rows] - flat[inner])
         end[inner] = layers.distance[rows]
+
+
+def add_layers_as_codes(
+    radiance: Float64, plan: FramePlan, distance: Float64, layers: Layers, shown: Shown, light: Float64
+) -> None:
+    """Draw layers as `add_layers`, but mix display values, as the look "pyrender" does.
+
+    Where there is a layer, radiance becomes that of the mixed values.
+    """
+    mixed = power_encoded(radiance * plan.exposure)
+    encoded = Shown(power_encoded(shown.radiance * plan.exposure), shown.alpha)
+    add_layers(mixed, plan, distance, layers, encoded, light)
+    there = np.bincount(layers.pixel, minlength=distance.size).reshape(distance.shape) > 0
+    radiance[there] = (power_decoded(mixed) / plan.exposure)[there]
 
 
 def weight_at(distance: ArrayLike, nearest: float, farthest: float) -> Float64:

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
+from firefly_sample.lab.reference.fragments import Fragments
 from firefly_sample.lab.reference.rays import Rays, pixel_rays
-from firefly_sample.lab.reference.surfaces import Fragments, numbered_batches
+from firefly_sample.lab.reference.surfaces import numbered_batches
 from firefly_sample.lab.reference.texture import Samplers
 from firefly_sample.plan.frame_plan import FramePlan
 from firefly_sample.scene.geom import Geom

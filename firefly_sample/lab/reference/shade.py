@@ -5,6 +5,8 @@ Each light that a surface faces adds
     (albedo * color * max(N.L, 0) + specular * specular_color * highlight) * falloff * cone * shadow,
 
 or, with a metallic-roughness material, what `firefly_sample.lab.reference.metallic` reflects of its colour.
+In the look "pyrender", such materials reflect light by `firefly_sample.lab.reference.pyrender`, also of
+lights that they do not face.
 The lighting passes must agree with `shade_lights`. `count_pairs` counts the (pixel, light) pairs in range,
 which is the least that any method must shade.
 """
@@ -17,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from firefly_sample.lab.reference import metallic, pyrender
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
-from firefly_sample.lab.reference.metallic import reflected
 from firefly_sample.lab.reference.shading import cone_strength, falloff, highlight_of_cosines, opening
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.readback import GBuffer
@@ -69,9 +71,9 @@ class OneLight:
         end, coefficients = float(lights.ends[row]), lights.attenuations[row]
         strength = falloff(lights.falloff, distance, end, coefficients, settings.range_falloff)
         if lights.kind == "spot":
-            strength = strength * cone_strength(
-                opening(to_light.T, lights.directions[row]), *lights.cones[row]
-            )
+            opened = opening(to_light.T, lights.directions[row])
+            inner, outer, exponent = lights.cones[row].tolist()
+            strength = strength * cone_strength(opened, inner, outer, exponent, settings.look)
         return strength
 
 
@@ -98,6 +100,7 @@ class _LitTile:
         self._metal = self._metallic >= 0.0
         self._any_metal = bool(self._metal.any())
         self._shiny = np.asarray(self._specular.any(axis=0))
+        self._by_pyrender = settings.look == "pyrender" and self._any_metal
         if self._any_metal:
             self._shiny &= ~self._metal
             self._reflected = np.zeros((3, len(pixels)))
@@ -125,7 +128,8 @@ class _LitTile:
         clamp = self._settings.clamp_light
         for channel, color in enumerate(lights.colors[row].tolist()):
             if color > 0.0:
-                diffuse = np.minimum(color * n_dot_l, 1.0) if clamp else color * n_dot_l
+                arriving = color * np.maximum(n_dot_l, 0.0)
+                diffuse = np.minimum(arriving, 1.0) if clamp else arriving
                 self._light[channel][chosen] += diffuse * _channel(strength, channel)
         if self._any_shiny and lights.specular_colors[row].any():
             self._add_highlight(one, *_only(self._shiny, chosen, to_light, n_dot_l, strength))
@@ -151,7 +155,11 @@ class _LitTile:
         """Add the light that metallic-roughness surfaces reflect."""
         vectors = (self._normal[:, chosen].T, to_light.T, self._eye[:, chosen].T)
         material = self._albedo[:, chosen].T, self._metallic[chosen], self._roughness[chosen]
-        matt, glint = reflected(*material, *vectors)
+        if self._by_pyrender:
+            matt, glint = pyrender.reflected(*material, *vectors)
+            n_dot_l = pyrender.cosine_of_light(n_dot_l)
+        else:
+            matt, glint = metallic.reflected(*material, *vectors)
         for channel, color in enumerate(one.lights.colors[one.row].tolist()):
             if color > 0.0:
                 arriving = color * n_dot_l
@@ -162,24 +170,28 @@ class _LitTile:
                 self._reflected[channel][chosen] += (diffuse + bright) * _channel(strength, channel)
 
     def _facing(self, one: OneLight) -> tuple[NDArray[np.intp], Float64, Float64, Float64]:
-        """Return pixels in reach that face a light, unit vectors to it (3, n), cosines and distances."""
+        """Return pixels in reach that a light lights, unit vectors to it (3, n), cosines and distances."""
         lights, row = one.lights, one.row
         if lights.kind == "directional":
             direction = -lights.directions[row]
             cosine = _dot(self._normal, direction)
-            chosen = np.flatnonzero(cosine > 0.0)
+            chosen = np.flatnonzero(self._lit(cosine))
             to_light = np.broadcast_to(direction[:, None], (3, len(chosen)))
             return chosen, to_light, cosine[chosen], np.full(len(chosen), np.inf)
         offset = lights.positions[row][:, None] - self._position
         facing = _dot(self._normal, offset)
         square, reach = _dot(offset, offset), float(lights.reaches[row])
-        reached = facing > 0.0
+        reached = self._lit(facing)
         if reach < np.inf:
             reached &= np.sqrt(square) < reach
         chosen = np.flatnonzero(reached)
         distance = np.maximum(np.sqrt(square[chosen]), 1e-150)
         share = 1.0 / distance
         return chosen, offset[:, chosen] * share, facing[chosen] * share, distance
+
+    def _lit(self, cosine: Float64) -> NDArray[np.bool_]:
+        """Return which pixels a light lights at these cosines, of any factor above 0."""
+        return np.asarray((cosine > 0.0) | self._metal) if self._by_pyrender else np.asarray(cosine > 0.0)
 
     def sums(self) -> tuple[Float64, Float64]:
         """Return radiance, and the light on white surfaces, shapes (n, 3)."""

@@ -1,4 +1,4 @@
-"""float64 twins of the shader includes ``falloff``, ``cone``, ``phong`` and ``color``."""
+"""float64 twins of the shader includes ``falloff``, ``cone``, ``phong``, ``color`` and ``codes``."""
 
 from __future__ import annotations
 
@@ -58,12 +58,17 @@ def opening(to_light: Float64, axis: Float64) -> Float64:
     return np.asarray(0.5 * np.einsum("...i,...i", chord, chord))
 
 
-def cone_strength(opened: Float64, inner: float, outer: float, exponent: float) -> Float64:
+def cone_strength(
+    opened: Float64, inner: float, outer: float, exponent: float, look: str = "correct"
+) -> Float64:
     """Return the strength at openings 1 - cos(angle), for a cone whose angles are given in the same way.
 
     It is 1 within `inner`, 0 beyond `outer`, a smooth step of the opening between; times cos(angle)^exponent.
+    In the look "pyrender", it is the square of a straight ramp, which is at least 0.001 wide.
     """
-    if outer > inner:
+    if look == "pyrender":
+        edge = np.clip((outer - opened) / max(outer - inner, 1e-3), 0.0, 1.0) ** 2
+    elif outer > inner:
         t = np.clip((outer - opened) / (outer - inner), 0.0, 1.0)
         edge = t * t * (3.0 - 2.0 * t)
     else:
@@ -119,3 +124,16 @@ def tone_curve(radiance: ArrayLike, name: str) -> NDArray[np.float64]:
     if name == "exponential":
         return -np.expm1(-value)
     return np.minimum(value, 1.0)
+
+
+# --- codes.glsl: the display values of the look "pyrender" ---
+
+
+def power_encoded(radiance: ArrayLike) -> Float64:
+    """Return the display values 0..1 of radiance, clipped to 0..1, by the power 1/2.2."""
+    return np.asarray(np.clip(np.asarray(radiance, dtype=np.float64), 0.0, 1.0) ** (1.0 / 2.2))
+
+
+def power_decoded(code: ArrayLike) -> Float64:
+    """Return the radiance of display values 0..1 of `power_encoded`."""
+    return np.asarray(np.asarray(code, dtype=np.float64) ** 2.2)

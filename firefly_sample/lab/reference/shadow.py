@@ -77,6 +77,7 @@ def shadow(
         at = q[:, [0, 2]] * scale
         depth = (q[:, 1] - lift) / lens.y_fold - lens.w_fold
         slope = -n[:, [0, 2]] / side[:, None] / lens.y_fold / scale
+    slope = np.where(n_dot_l[:, None] > 0.0, slope, 0.0)
     at = at + (tile.x, tile.y) + 0.5 * np.array(tile.size)
     corner = np.array([tile.x, tile.y])
     beyond = ((at < corner) | (at > corner + tile.size)).any(axis=1)

@@ -1,6 +1,8 @@
 """A texture sampler in float64, as OpenGL 3.3 specifies it: every wrap mode and filter of a `Texture`.
 
 Its texels are the GPU's own, 16 bits per channel, from `firefly_sample.mipmaps`; only the filtering differs.
+In the looks "pyrender" and "flat" a GPU has 8 bits, and its driver makes the mipmaps: but for rounding, they
+are the same where each level has an even number of texels.
 A driver takes the level of detail from differences between neighbours in a block of 2x2 pixels, and may use
 weights of 8 bits: llvmpipe's error reaches 0.006 with 8-bit textures. Here the level follows from the exact
 derivatives at the pixel, and the weights are float64. The difference is the driver's filtering error, which
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.mipmaps import texture_levels
 from firefly_sample.scene.texture import Sampling, Texture, Wrap
+from firefly_sample.srgb import srgb_to_linear
 
 Float64 = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -131,13 +134,10 @@ def _wrapped(texel: Index, size: Index, wrap: Wrap) -> Index:
 
 
 class Samplers:
-    """A thread-safe cache of samplers.
+    """A thread-safe cache of samplers, which filter colours as a look does."""
 
-    With `stored`, colours are sampled as they are stored, not decoded: the look "classic".
-    """
-
-    def __init__(self, stored: bool = False) -> None:
-        self._stored = stored
+    def __init__(self, look: str = "correct") -> None:
+        self.look = look
         self._made: dict[tuple[int, float | None, bool], tuple[Texture, Sampler]] = {}
         self._lock = Lock()
 
@@ -146,7 +146,7 @@ class Samplers:
 
         With `stored`, the texture's numbers are not colours: they are sampled as they are stored.
         """
-        stored = stored or self._stored
+        stored = stored or self.look != "correct"
         key = (texture.serial, cutoff, stored)
         with self._lock:
             if key not in self._made:
@@ -155,3 +155,7 @@ class Samplers:
                     Sampler(texture_levels(texture.pixels, cutoff, stored), texture.sampling),
                 )
             return self._made[key][1]
+
+    def decoded(self, colors: Float64) -> Float64:
+        """Return filtered colours (n, 3) as the look uses them: "pyrender" decodes them after the filter."""
+        return np.asarray(srgb_to_linear(colors)) if self.look == "pyrender" else colors

@@ -53,7 +53,7 @@ def incident_light(
     sets : sequence of LightSet
         In world space, as `firefly_sample.plan.lights.light_set.gather_lights` returns them.
     settings : Settings
-        `range_falloff` and `clamp_light` count.
+        `range_falloff`, `clamp_light` and `look` count.
     """
     light = np.zeros_like(positions)
     if len(positions):
@@ -109,7 +109,8 @@ def _light_of(lights: LightSet, place: Float64, normal: Float64, settings: Setti
         cosine = np.maximum(x * normal[0] + y * normal[1] + z * normal[2], 0.0) / distance
         strength = _falloff(lights, distance, settings.range_falloff)
         if lights.kind == "spot":
-            strength = strength * _cone(lights, x / distance, y / distance, z / distance)
+            ways = x / distance, y / distance, z / distance
+            strength = strength * _cone(lights, *ways, squared=settings.look == "pyrender")
     if settings.clamp_light:
         channels = [np.minimum(color[:, None] * cosine, 1.0) for color in lights.colors.T]
         lit = channels if strength is None else [channel * strength for channel in channels]
@@ -134,17 +135,21 @@ def _falloff(lights: LightSet, distance: Float64, ending: str) -> Float64:
     return np.asarray(factor * (inside**2 if ending == "karis" else inside))
 
 
-def _cone(lights: LightSet, x: Float64, y: Float64, z: Float64) -> Float64:
+def _cone(lights: LightSet, x: Float64, y: Float64, z: Float64, squared: bool) -> Float64:
     """Return the strength of spotlights for unit vectors to them, each of shape (lights, n).
 
     An opening is 1 - cos of the angle from a light's axis: half the square of the chord between the two,
-    which is exact for small angles as well.
+    which is exact for small angles as well. With `squared`, the edge is that of the look "pyrender".
     """
     axis_x, axis_y, axis_z = (column[:, None] for column in lights.directions.T)
     opened = 0.5 * ((x + axis_x) ** 2 + (y + axis_y) ** 2 + (z + axis_z) ** 2)
     inner, outer, exponent = (column[:, None] for column in lights.cones.T)
     soft = outer > inner
-    t = np.clip((outer - opened) / np.where(soft, outer - inner, 1.0), 0.0, 1.0)
-    edge = np.where(soft, t * t * (3.0 - 2.0 * t), (opened <= outer) | (outer >= 2.0 - 1e-9))
+    wide = np.maximum(outer - inner, 1e-3) if squared else np.where(soft, outer - inner, 1.0)
+    t = np.clip((outer - opened) / wide, 0.0, 1.0)
+    if squared:
+        edge = t * t
+    else:
+        edge = np.where(soft, t * t * (3.0 - 2.0 * t), (opened <= outer) | (outer >= 2.0 - 1e-9))
     cosine = np.maximum(1.0 - opened, 0.0)
     return np.asarray(edge * np.where(exponent > 0.0, cosine**exponent, 1.0))

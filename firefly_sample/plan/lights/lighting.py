@@ -84,12 +84,14 @@ def light_scene(
     view: View,
     particle_light: Light | None = None,
 ) -> Lighting:
-    """Return the lights of a frame.
+    """Return the lights of a frame, which has none in the look "flat".
 
     The snapshot has the nodes that the camera sees, `snapshot_for` returns those that a camera with a mask
     sees, `seen` is the geometry in view, and particles shadow `particle_light`.
     """
     world, sources = gather_lights(snapshot, time, particle_light)
+    if settings.look == "flat":
+        return Lighting(sum(map(len, world)), (), ShadowPlan())
     world = limit_reaches(world, settings, exposure, *snapshot.instances.highlights())
     visible = [in_view(lights, eye.camera.world_to_view, eye.planes) for lights in world]
     on_ray = settings.position_method not in OFF_RAY and settings.light_method != "forward"

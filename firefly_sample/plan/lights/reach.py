@@ -95,8 +95,8 @@ def limit_reaches(
     With a threshold, a light stops where the radiance that a white surface facing it reflects has fallen to
     the threshold, and so have its highlights if the scene has shiny materials (`highlights`). With a budget,
     all lights together drop no more than the budget at any pixel, light and highlights together, counted in
-    exposed radiance, so that 1.5e-4 is half a code of the display's 255 in the dark; `budget_thresholds`
-    divides it among the lights. `gain` is the most by which metallic-roughness surfaces concentrate a light
+    exposed radiance, by default half a code of the display's 255 in the dark; `budget_thresholds` divides
+    it among the lights. `gain` is the most by which metallic-roughness surfaces concentrate a light
     in their highlights, 0 without any; a threshold does not count it.
     """
     fading = [
@@ -115,7 +115,7 @@ def limit_reaches(
         counted = [
             i * lights.attenuations[:, 1:].any(axis=1) for i, lights in zip(intensities, fading, strict=True)
         ]
-        shares = budget_thresholds(np.concatenate([*counted, np.zeros(0)]), settings.cutoff_budget)
+        shares = budget_thresholds(np.concatenate([*counted, np.zeros(0)]), settings.budget)
         thresholds = np.split(shares, np.cumsum([len(i) for i in intensities])[:-1]) if fading else []
     reaches = {
         id(lights): np.minimum(light_reach(lights.attenuations, i, t), lights.ends)

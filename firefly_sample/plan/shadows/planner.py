@@ -141,7 +141,8 @@ class ShadowPlanner:
         maps = []
         for view, tile in zip(caster.views(sight, snapshot.instances, reverse), tiles, strict=True):
             lens = view.lens.constants("zero_to_one" if reverse else "gl", reverse)
-            groups = snapshot.groups if _may_meet(view, sight) else None
+            solid = [group for group in snapshot.groups if group.geom.mode == "triangles"]
+            groups = solid if _may_meet(view, sight) else None
             matrix = view.world_to_light.tobytes()
             state = snapshot, alpha_state, tile, lens, matrix, reach, groups is None
             key = (caster.source, view.name)
