@@ -36,6 +36,7 @@ COMMANDS: dict[Words, str] = {
     ("plan",): "Show the passes and targets of a frame, and why each is needed.",
     ("measure", "speed"): "Time frames with more and more lights, by each method of drawing them.",
     ("measure", "start"): "Time how soon the first picture is drawn, with a cache and without.",
+    ("measure", "pyrender"): "Time frames of pyrender's scenes, drawn here and by pyrender.",
     ("measure", "captures"): "Time captures by one process, by workers, and by a cluster.",
     ("measure", "trade"): "Measure what each setting costs in time and in accuracy.",
     ("measure", "stability"): "Draw numerically extreme scenes, and compare each error with its bound.",

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from firefly_sample.lab.captures_growth import measure_growth
     from firefly_sample.lab.choice import choose
     from firefly_sample.lab.experiments import measure_numerics
+    from firefly_sample.lab.pyrender_speed import measure_pyrender
     from firefly_sample.lab.reference.cache import reference_frame
     from firefly_sample.lab.reference.frame import render_classic, render_reference
     from firefly_sample.lab.reference.raycast import cast_visibility
@@ -27,6 +28,7 @@ __all__ = [
     "measure_captures",
     "measure_growth",
     "measure_numerics",
+    "measure_pyrender",
     "measure_speed",
     "measure_stability",
     "measure_start",
@@ -42,6 +44,7 @@ _MODULES = {
     "measure_captures": "captures",
     "measure_growth": "captures_growth",
     "measure_numerics": "experiments",
+    "measure_pyrender": "pyrender_speed",
     "measure_speed": "speed",
     "measure_stability": "stability",
     "measure_start": "start",

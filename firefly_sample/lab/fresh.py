@@ -1,4 +1,4 @@
-"""Jobs in fresh processes, each started with ``python -P -m``, that answer in one line of JSON."""
+"""Jobs in fresh processes, each started with ``python -P -m``, that answer in lines of JSON."""
 
 from __future__ import annotations
 
@@ -7,10 +7,65 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from time import perf_counter
-from typing import Any
+from typing import IO, Any
 
 from firefly_sample.errors import FireflyError
+
+
+class FreshProcess:
+    """A process that `start_process` has started: its stdin takes jobs and its stdout gives answers."""
+
+    def __init__(self, process: subprocess.Popen[str], errors: IO[str]) -> None:
+        self._process, self._errors = process, errors
+
+    def tell(self, job: dict[str, Any]) -> None:
+        """Write a job to its stdin, as a line of JSON."""
+        stdin = self._process.stdin
+        assert stdin is not None
+        with suppress(BrokenPipeError):  # it has ended: `answer` says why
+            stdin.write(json.dumps(job) + "\n")
+            stdin.flush()
+
+    def answer(self) -> dict[str, Any]:
+        """Wait for a line of its stdout and return it; see `answer_of` for errors."""
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        if not line:
+            self._errors.seek(0)
+            said = self._errors.read().strip().splitlines()
+            raise FireflyError(
+                f"a process ended without an answer: {said[-1] if said else 'it printed no error'}"
+            )
+        answer: dict[str, Any] = json.loads(line)
+        if "error" in answer:
+            raise FireflyError(answer["error"])
+        return answer
+
+
+@contextmanager
+def start_process(module: str, *arguments: str, **variables: str) -> Iterator[FreshProcess]:
+    """Start a module's `main` with arguments and environment variables beside those of this process.
+
+    When the context is left, its stdin is closed and its end is awaited; after an error, it is killed.
+    """
+    # it can import exactly what this process can: without -P, -m would add the working folder
+    command = [sys.executable, "-P", "-m", module, *arguments]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **variables}
+    pipe = subprocess.PIPE
+    with (
+        tempfile.TemporaryFile("w+") as errors,
+        subprocess.Popen(
+            command, env=environment, stdin=pipe, stdout=pipe, stderr=errors, text=True
+        ) as process,
+    ):
+        try:
+            yield FreshProcess(process, errors)
+        except BaseException:
+            process.kill()
+            raise
 
 
 def answer_of(module: str, job: dict[str, Any], **variables: str) -> tuple[float, dict[str, Any]]:
@@ -29,28 +84,8 @@ def answer_of(module: str, job: dict[str, Any], **variables: str) -> tuple[float
     FireflyError
         If it ends without an answer, or the answer is {"error": text}.
     """
-    # it can import exactly what this process can: without -P, -m would add the working folder
-    command = [sys.executable, "-P", "-m", module, json.dumps(job)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **variables}
-    with tempfile.TemporaryFile("w+") as errors:
-        start = perf_counter()
-        with subprocess.Popen(
-            command, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True
-        ) as process:
-            try:
-                assert process.stdout is not None
-                line = process.stdout.readline()
-                seconds = perf_counter() - start
-            except BaseException:
-                process.kill()
-                raise
-        if not line:
-            errors.seek(0)
-            said = errors.read().strip().splitlines()
-            raise FireflyError(
-                f"a process ended without an answer: {said[-1] if said else 'it printed no error'}"
-            )
-    answer = json.loads(line)
-    if "error" in answer:
-        raise FireflyError(answer["error"])
+    start = perf_counter()
+    with start_process(module, json.dumps(job), **variables) as process:
+        answer = process.answer()
+        seconds = perf_counter() - start
     return seconds, answer

@@ -36,8 +36,20 @@ def memory(number: int | None = None) -> int:
 
     A page of memory counts for each process by its share: the sizes of all processes add up to what is used.
     """
-    lines = (_PROC / str(number or os.getpid()) / "smaps_rollup").read_text().splitlines()
-    return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("Pss:"))
+    return _rollup(number or os.getpid(), "Pss")
+
+
+def own_memory() -> int:
+    """Return the bytes of this process's memory that are no part of a file: libraries do not count.
+
+    It does not depend on other processes, as `memory` does: a page counts more there when others end.
+    """
+    return _rollup(os.getpid(), "Anonymous")
+
+
+def _rollup(number: int, name: str) -> int:
+    lines = (_PROC / str(number) / "smaps_rollup").read_text().splitlines()
+    return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(f"{name}:"))
 
 
 def memory_of_descendants() -> list[int]:
