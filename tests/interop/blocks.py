@@ -8,7 +8,7 @@ import numpy as np
 import pyrender
 from hypothesis import strategies as st
 
-from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.interop.pyrender.bridge import from_pyrender, to_pyrender
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode

@@ -10,7 +10,7 @@ from tests.interop.oracle import SIZE, start_pyrender
 
 @pytest.fixture(scope="session")
 def draw_with_pyrender():
-    """``draw_with_pyrender(scene, size, lit)``: the colour and depth of a pyrender Scene."""
+    """``draw_with_pyrender(scene, size, flags, point_size)``: the colour and depth of a pyrender Scene."""
     with start_pyrender() as draw:
         yield draw
 

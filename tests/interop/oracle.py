@@ -18,19 +18,29 @@ import numpy as np
 
 SIZE = (160, 120)
 
+LIT, FLAT = 0, 4096
+"""pyrender's flags of an ordinary picture, and of one without light."""
+
 BEND = 1e-2
 """A pixel is on an edge if 1/depth, which is linear over a plane, bends there by this share of itself."""
 
 
 @contextmanager
 def start_pyrender() -> Iterator:
-    """A function of a pyrender Scene, a size, and whether to light it, that gives colour and depth."""
+    """A function that gives what pyrender's `render` returns for a Scene: its colour and its depth.
+
+    It takes the size, the flags (`FLAT` is pyrender's: base colours without light), the size of points and,
+    for a segmentation, each node's colour by its name. It raises what pyrender raises, and
+    RuntimeError for an error of OpenGL.
+    """
     spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=spawn, initializer=_use_egl) as pool:
-        yield lambda scene, size=SIZE, lit=False: pool.submit(_draw, scene, size, lit).result()
+    with ProcessPoolExecutor(1, mp_context=spawn, initializer=use_egl) as pool:
+        yield lambda scene, size=SIZE, flags=FLAT, point_size=1.0, segments=None: pool.submit(
+            _draw, scene, size, flags, point_size, segments
+        ).result()
 
 
-def _use_egl() -> None:
+def use_egl() -> None:
     """Before a scene arrives, and pyrender with it."""
     os.environ["PYOPENGL_PLATFORM"] = "egl"
 
@@ -46,12 +56,19 @@ def _offscreen():
     return pyrender.OffscreenRenderer(*SIZE)
 
 
-def _draw(scene, size, lit):
-    from pyrender import RenderFlags
+def _draw(scene, size, flags, point_size, segments):
+    from OpenGL.error import GLError
 
     offscreen = _offscreen()
     offscreen.viewport_width, offscreen.viewport_height = size
-    return offscreen.render(scene, flags=RenderFlags.NONE if lit else RenderFlags.FLAT)
+    offscreen.point_size = point_size
+    colors = None if segments is None else {n: segments[n.name] for n in scene.nodes if n.name in segments}
+    try:
+        return offscreen.render(scene, flags, colors)
+    except GLError as error:
+        raise RuntimeError(str(error)) from None  # a GLError cannot be sent to another process
+    finally:
+        offscreen._renderer._reset_active_textures()  # else an error leaves fewer of them to the next scene
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 import pyrender
 import pytest
 
-from firefly_sample.interop.pyrender_bridge import from_pyrender
+from firefly_sample.interop.pyrender.bridge import from_pyrender
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import Light
 from firefly_sample.scene.lights import Spotlight
@@ -38,7 +38,7 @@ class Objects:
     def __init__(self) -> None:
         self.texture = pyrender.Texture("bark", source=IMAGE, source_channels="RGBA")
         self.matt = matt(baseColorTexture=self.texture)
-        self.glossy = Glossy(name="glass", diffuseTexture=self.texture)
+        self.glossy = Glossy(name="glass", diffuseTexture=self.texture, specularFactor=[0.04] * 3)
         self.leaf = triangle(material=self.matt, texcoord_0=np.zeros((3, 2)))
         pane = triangle(material=self.glossy, texcoord_0=np.zeros((3, 2)))
         self.mesh = pyrender.Mesh([self.leaf, pane], name="shape")
@@ -133,7 +133,6 @@ def material(name, **more):
     } | more
 
 
-GLOSS = "gloss of specular-glossiness materials is left out"
 CASES: dict[type, dict[str, Any]] = {
     pyrender.Scene: {
         "name": Follows("room"),
@@ -168,7 +167,7 @@ CASES: dict[type, dict[str, Any]] = {
         "color_0": Follows([(0.5, 0.25, 1)] * 3),
         "indices": Follows([(0, 2, 1)]),
         "material": Follows(matt(name="moss")),
-        "mode": Named(GLTF.LINES, "points and lines are left out", "shape[0]"),
+        "mode": Follows(GLTF.LINES),
         "poses": Follows(np.stack([np.eye(4), POSE])),
         "tangents": Follows([(1, 0, 0, -1)] * 3),
         "texcoord_1": Follows(np.zeros((3, 2))),
@@ -188,9 +187,9 @@ CASES: dict[type, dict[str, Any]] = {
         "glass",
         diffuseFactor=Follows((0.5, 0.25, 1.0, 1.0)),
         diffuseTexture=Follows(IMAGE // 2),
-        specularFactor=Named((0.5, 0.5, 0.5), GLOSS, "glass"),
-        glossinessFactor=Named(0.5, GLOSS, "glass"),
-        specularGlossinessTexture=Named(IMAGE, "specularGlossinessTexture of materials is left out", "glass"),
+        specularFactor=Follows((1.0, 1.0, 1.0)),
+        glossinessFactor=Follows(0.5),
+        specularGlossinessTexture=Named(IMAGE, "specularGlossinessTexture is left out, of whose", "glass"),
     ),
     pyrender.PointLight: light(range=Named(3.0, "light ends at its range here", "light 1")),
     pyrender.SpotLight: light(
@@ -276,7 +275,9 @@ def contents(path: NodePath) -> list[Any]:
     said: list[Any] = [type(node).__name__]
     if isinstance(node, GeomNode):
         for geom, material in node.geoms:
-            said += [listed(getattr(geom, name)) for name in ("name", "vertices", "triangles", "normals")]
+            said += [
+                listed(getattr(geom, name)) for name in ("name", "mode", "vertices", "indices", "normals")
+            ]
             said += [listed(geom.texcoords), listed(geom.texcoords_1), listed(geom.colors)]
             said.append(listed(geom.tangents))
             look = vars(material).items()

@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 from firefly_sample.camera import FrameCamera
 from firefly_sample.errors import LensError
-from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.interop.pyrender.bridge import from_pyrender, to_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.pipeline import build_plan
 from firefly_sample.plan.view import camera_matrices

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from firefly_sample.errors import LightError
-from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.interop.pyrender.bridge import from_pyrender, to_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.lens import PerspectiveLens

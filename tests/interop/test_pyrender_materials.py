@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.interop.pyrender.bridge import from_pyrender, to_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import Material

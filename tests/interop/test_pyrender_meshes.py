@@ -8,7 +8,8 @@ import numpy as np
 import pyrender
 import pytest
 
-from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
+from firefly_sample.interop.pyrender.bridge import from_pyrender, to_pyrender
+from firefly_sample.interop.pyrender.conversions import Conversions, Treatment
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.lights import PointLight
@@ -16,8 +17,8 @@ from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
 from firefly_sample.scene.texture import Texture
-from firefly_sample.srgb import linear_to_srgb
-from tests.interop.blocks import matt, only, scene_with, triangle
+from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
+from tests.interop.blocks import matt, only, scene_with, there_and_back, triangle
 from tests.scenes import ball, geom_node, wall
 
 
@@ -226,17 +227,67 @@ def test_a_texture_has_the_channels_that_opengl_fills_in(channels, texel):
     np.testing.assert_array_equal(material.texture.pixels, np.full((2, 3, 4), texel))
 
 
-def test_a_glossy_material_keeps_its_diffuse_colour_and_texture():
-    image = np.full((2, 2, 4), (9, 8, 7, 6), np.uint8)
-    glass = pyrender.material.SpecularGlossinessMaterial(
-        diffuseFactor=(0.5, 0.25, 1.0, 0.75), diffuseTexture=image
-    )
+def glossy(**given):
+    """The material of a triangle with a SpecularGlossinessMaterial."""
     source = pyrender.Scene()
+    glass = pyrender.material.SpecularGlossinessMaterial(**given)
     source.add(pyrender.Mesh([triangle(material=glass)]), name="pane")
-    with pytest.warns(ConversionWarning, match="gloss of .* is left out, .*: 'material of pane'"):
-        ((_, material),) = from_pyrender(source).root.node().geoms
-    np.testing.assert_array_equal(material.base_color, [0.5, 0.25, 1.0, 0.75])
-    np.testing.assert_array_equal(material.texture.pixels, image)
+    ((_, material),) = from_pyrender(source).root.node().geoms
+    return material
+
+
+def test_a_glossy_dielectric_has_its_diffuse_colour():
+    material = glossy(
+        diffuseFactor=(0.5, 0.25, 1.0, 0.75), specularFactor=(0.04, 0.04, 0.04), glossinessFactor=0.25
+    )
+    np.testing.assert_allclose(material.base_color, [0.96 * 0.5, 0.96 * 0.25, 0.96, 0.75], rtol=1e-6)
+    assert (material.metallic, material.roughness) == (0.0, 0.75)
+
+
+def test_a_glossy_metal_has_its_specular_colour():
+    material = glossy(diffuseFactor=(0.0, 0.0, 0.0, 1.0), specularFactor=(0.9, 0.6, 0.3))
+    np.testing.assert_allclose(material.base_color, [0.9, 0.6, 0.3, 1.0], rtol=1e-6)
+    assert (material.metallic, material.roughness) == (1.0, 0.0)
+
+
+def test_glossy_textures_are_converted_texel_by_texel():
+    """A texel of plastic beside one of gold; the second image is one texel of full gloss and no colour."""
+    plastic, gold = (200, 100, 50, 255), (0, 0, 0, 255)
+    specular = np.array([[[56, 56, 56, 51], [255, 200, 80, 204]]], np.uint8)  # 56 is 0.04 in sRGB
+    material = glossy(
+        diffuseTexture=pyrender.Texture(source=np.array([[plastic, gold]], np.uint8), source_channels="RGBA"),
+        specularGlossinessTexture=pyrender.Texture(source=specular, source_channels="RGBA"),
+    )
+    base, others = material.texture.pixels[0], material.metallic_roughness_texture.pixels[0]
+    shown = 255 * linear_to_srgb(srgb_to_linear(np.array(plastic[:3]) / 255) * (1 - srgb_to_linear(56 / 255)))
+    np.testing.assert_allclose(base[0, :3], shown, atol=0.51)
+    np.testing.assert_allclose(base[1, :3], specular[0, 1, :3], atol=0.51)
+    assert others[:, 1].tolist() == [204, 51]  # roughness is what gloss leaves
+    assert others[1, 2] == 255
+    assert others[0, 2] <= 1
+    assert (material.metallic, material.roughness) == (1.0, 1.0)
+
+
+def test_a_glossy_image_without_glossiness_leaves_a_matt_surface():
+    """Of an image, pyrender keeps the channels "GB"."""
+    with pytest.warns(
+        ConversionWarning, match="of whose image pyrender keeps two channels: 'material of pane'"
+    ):
+        material = glossy(
+            diffuseFactor=(0.5, 0.25, 1.0, 1.0), specularGlossinessTexture=np.full((2, 2, 4), 255, np.uint8)
+        )
+    np.testing.assert_allclose(material.base_color, [0.48, 0.24, 0.96, 1.0], rtol=1e-6)
+    assert (material.metallic, material.roughness, material.texture) == (0.0, 1.0, None)
+
+
+def test_all_uses_of_a_glossy_material_share_its_textures():
+    conversions = Conversions()
+    source = pyrender.material.SpecularGlossinessMaterial(
+        diffuseTexture=np.full((2, 2, 4), 99, np.uint8), alphaMode="BLEND"
+    )
+    seen, solid = (conversions.material(source, Treatment(opaque=opaque), "pane") for opaque in (False, True))
+    assert seen.texture is solid.texture
+    assert (seen.alpha_mode, solid.alpha_mode) == ("blend", "opaque")
 
 
 def unnamed():
@@ -297,3 +348,37 @@ def test_rounding_in_a_last_row_is_let_pass():
     pose[3, 0] = 1e-17
     source.add(pyrender.Mesh([triangle()]), name="leaf", pose=pose)
     np.testing.assert_array_equal(from_pyrender(source).root.get_mat(), np.eye(4))
+
+
+@pytest.mark.parametrize("normals", [None, np.eye(3)])
+def test_points_and_lines_go_there_and_back(normals):
+    colors = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    for geom in (
+        Geom.points(np.eye(3), normals=normals, colors=colors),
+        Geom.lines(np.eye(3), [(0, 1), (1, 2)], normals=normals, colors=colors),
+    ):
+        ((back, _),) = there_and_back(scene_with(geom_node("marks", geom))).root.find("marks").node().geoms
+        assert back.mode == geom.mode
+        for name in ("vertices", "indices", "normals", "colors"):
+            np.testing.assert_array_equal(getattr(back, name), getattr(geom, name))
+
+
+@pytest.mark.parametrize(
+    ("mode", "indices", "expected"),
+    [
+        ("POINTS", None, [[0], [1], [2], [3], [4]]),
+        ("LINES", None, [[0, 1], [2, 3]]),  # one vertex is left over
+        ("LINES", [0, 4, 4, 2], [[0, 4], [4, 2]]),
+        ("LINE_STRIP", None, [[0, 1], [1, 2], [2, 3], [3, 4]]),
+        ("LINE_STRIP", [4, 0, 2], [[4, 0], [0, 2]]),
+        ("LINE_LOOP", [4, 0, 2], [[4, 0], [0, 2], [2, 4]]),
+    ],
+)
+def test_modes_of_points_and_lines(mode, indices, expected):
+    source = pyrender.Scene()
+    places = np.arange(15.0).reshape(5, 3)
+    source.add(
+        pyrender.Mesh([pyrender.Primitive(places, indices=indices, mode=getattr(pyrender.GLTF, mode))])
+    )
+    ((geom, _),) = from_pyrender(source).root.node().geoms
+    assert geom.indices.tolist() == expected

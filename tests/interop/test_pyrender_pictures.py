@@ -16,9 +16,9 @@ import pyrender
 import pytest
 import trimesh
 
-from firefly_sample.interop import pyrender_scenes
-from firefly_sample.interop.pyrender_bridge import from_pyrender, to_pyrender
-from firefly_sample.interop.pyrender_meshes import MeshWriter
+from firefly_sample.interop.pyrender import scenes as pyrender_scenes
+from firefly_sample.interop.pyrender.bridge import from_pyrender, to_pyrender
+from firefly_sample.interop.pyrender.meshes import MeshWriter
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene import transforms
 from firefly_sample.scene.geom import GeomNode
@@ -28,7 +28,7 @@ from firefly_sample.scenes import build_scene, find_scene
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import linear_to_srgb
 from tests.conftest import borrow_renderer
-from tests.interop.oracle import SIZE, Agreement, agreement, undo_perspective
+from tests.interop.oracle import LIT, SIZE, Agreement, agreement, undo_perspective
 from tests.interop.scenes import random_scene
 from tests.scenes import wall_scene
 
@@ -259,7 +259,7 @@ def test_without_a_tone_curve_tones_are_pyrenders(draw_with_pyrender):
         pyrender.PerspectiveCamera(math.pi / 3, NEAR, FAR),
         pose=trimesh.transformations.translation_matrix((0, 0, 10)),
     )
-    color, depth = draw_with_pyrender(theirs, SIZE, True)
+    color, depth = draw_with_pyrender(theirs, SIZE, LIT)
     with borrow_renderer(SIZE, Settings(tone="none")) as renderer:
         frame = renderer.render(from_pyrender(theirs, size=SIZE), 0.0, ("color", "depth", "id"))
     seen = [(frame.id == index) & (depth > 0) for index in range(len(greys))]
@@ -299,7 +299,7 @@ def test_an_emissive_texture_shines_alike(draw_with_pyrender):
         with borrow_renderer(SIZE, Settings(tone="none")) as renderer:
             frame = renderer.render(scene, 0.0, ("radiance", "id"))
         on = frame.id >= 0
-        linear = (draw_with_pyrender(theirs, SIZE, True)[0] / 255.0) ** 2.2
+        linear = (draw_with_pyrender(theirs, SIZE, LIT)[0] / 255.0) ** 2.2
         np.testing.assert_allclose(frame.radiance[on].mean(axis=0), linear[on].mean(axis=0), atol=0.01)
 
 
@@ -340,7 +340,7 @@ def test_lights_are_as_bright(draw_with_pyrender, renderer, light, least, most):
     path.set_pos(1, 4, 2)
     path.set_hpr(10, -5, 0)
     ours = renderer.render(scene, 0.0, ("radiance",)).radiance
-    codes = draw_with_pyrender(to_pyrender(scene, size=SIZE), SIZE, True)[0]
+    codes = draw_with_pyrender(to_pyrender(scene, size=SIZE), SIZE, LIT)[0]
     theirs = (codes / 255.0) ** 2.2
     clear = (ours.min(axis=-1) > 0.02) & (codes.max(axis=-1) < 255)
     assert clear.mean() > 0.05

@@ -1,4 +1,4 @@
-"""pyrender's own pictures of metallic-roughness scenes against the float64 twin of its shader.
+"""pyrender's own pictures of metallic-roughness scenes, and ours in its look, against float64 twins.
 
 The twin gets position and normal of each pixel from our renderer, and materials and lights from our scene, so
 that these pictures check the conversion of all of them.
@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 import warnings
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from firefly_sample.interop.pyrender_bridge import to_pyrender
+from firefly_sample.interop.pyrender.bridge import to_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens import OrthographicLens
@@ -23,10 +24,10 @@ from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import Settings
 from tests.conftest import make_renderer
-from tests.interop.oracle import SIZE
+from tests.interop.oracle import LIT, SIZE
 from tests.interop.pyrender_twin import GLTF, PYRENDER, Lamp, Lighting, Surface, codes, radiance
 from tests.interop.shading import add_lights, lighting_of, seen, things
-from tests.scenes import geom_node, wall
+from tests.scenes import ball, geom_node, wall
 
 
 def texel(*code):
@@ -94,14 +95,25 @@ def renderer():
 
 
 @pytest.fixture(scope="module")
-def difference(renderer, draw_with_pyrender):
+def alike():
+    """Our renderer in pyrender's look; targets of full precision, and no light is cut off."""
+    exact = {"normal_format": "rgba32f", "albedo_format": "rgba32f", "cutoff_budget": 0.0}
+    with make_renderer(SIZE, Settings(look="pyrender", range_falloff="gltf", **exact)) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def drawn(renderer, draw_with_pyrender):
+    """``drawn(name)``: a scene, our frame of it, and pyrender's codes."""
+    return cache(lambda name: both(SCENES[name](), renderer, draw_with_pyrender))
+
+
+@pytest.fixture(scope="module")
+def difference(drawn):
     """``difference(name, terms)``: pyrender's codes minus the twin's inside the silhouettes, shape (n, 3)."""
-    drawn = {}
 
     def compare(name, terms):
-        if name not in drawn:
-            drawn[name] = both(SCENES[name](), renderer, draw_with_pyrender)
-        scene, frame, theirs = drawn[name]
+        scene, frame, theirs = drawn(name)
         inside, surface = seen(scene, frame, "eye" in terms)
         assert inside.mean() > 0.2
         return theirs[inside].astype(np.float64) - codes(surface, lighting_of(scene), terms)
@@ -114,8 +126,13 @@ def both(scene, renderer, draw_with_pyrender):
     frame = renderer.render(scene, 0.0, ("position", "normal", "depth", "id"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConversionWarning)
-        theirs = draw_with_pyrender(to_pyrender(scene, size=SIZE), SIZE, True)[0]
+        theirs = draw_with_pyrender(to_pyrender(scene, size=SIZE), SIZE, LIT)[0]
     return scene, frame, theirs
+
+
+def whole_codes(roughness, metallic):
+    """The numbers next to these that the sixteen bits of a target hold."""
+    return np.round(roughness * 65535) / 65535, np.round(metallic * 65534) / 65534
 
 
 def mean_and_largest(differences):
@@ -128,6 +145,24 @@ def test_pyrender_draws_what_the_twin_computes_with_its_terms(difference, name):
     mean, largest = mean_and_largest(difference(name, PYRENDER.keys()))
     assert largest <= 1
     assert mean < 0.01
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_look_pyrender_has_the_twins_radiance_and_pyrenders_codes(drawn, alike, name):
+    """Radiance differs by float32's rounding; codes by one where it rounds to the other side.
+
+    A max distance is ours, and ends a light in every look.
+    """
+    scene, _, theirs = drawn(name)
+    frame = alike.render(scene, 0.0, ("radiance", "color", "position", "normal", "depth", "id"))
+    inside, surface = seen(scene, frame, True)
+    surface.roughness, surface.metallic = whole_codes(surface.roughness, surface.metallic)
+    expected = radiance(surface, lighting_of(scene), PYRENDER.keys() - {"range"})
+    assert np.abs(frame.radiance[inside] - expected).max() <= 1e-5 * expected.max()
+    if name != "range":
+        mean, largest = mean_and_largest(frame.color[inside] - theirs[inside].astype(np.float64))
+        assert largest <= 1
+        assert mean < 0.001
 
 
 @pytest.mark.parametrize(
@@ -169,7 +204,7 @@ def test_the_page_has_the_differences(difference):
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_normal_maps_lie_along_texture_coordinates(renderer, draw_with_pyrender, mirrored):
+def test_normal_maps_lie_along_texture_coordinates(renderer, alike, draw_with_pyrender, mirrored):
     """pyrender takes the direction of u, and a bitangent that is right if u and v are not mirrored.
 
     Tangents that say so change nothing there.
@@ -191,11 +226,13 @@ def test_normal_maps_lie_along_texture_coordinates(renderer, draw_with_pyrender,
     if mirrored:
         surface.normal = surface.normal * (-1.0, 1.0, -1.0)
     expected = codes(surface, lighting_of(scene), PYRENDER.keys())
+    ours = alike.render(scene, 0.0, ("color",)).color
     assert inside.mean() > 0.5
     assert np.abs(theirs[inside] - expected).max() <= 1
+    assert np.abs(theirs[inside] - ours[inside].astype(np.float64)).max() <= 1
 
 
-def test_each_texel_has_its_own_roughness_and_metalness(renderer, draw_with_pyrender):
+def test_each_texel_has_its_own_roughness_and_metalness(renderer, alike, draw_with_pyrender):
     """Three by three texels: pyrender would skew rows of three texels with two or three channels."""
     pixels = np.random.default_rng(5).integers(60, 256, (3, 3, 4), np.uint8)
     packed = Texture(pixels, minfilter="nearest", magfilter="nearest")
@@ -210,8 +247,30 @@ def test_each_texel_has_its_own_roughness_and_metalness(renderer, draw_with_pyre
     surface.roughness, surface.metallic = stored[:, 1], stored[:, 2]
     clear = np.all([np.abs(at - np.round(at)) > 0.02 for at in (row, column)], axis=0)  # of texels' edges
     differences = theirs[inside] - codes(surface, lighting_of(scene), PYRENDER.keys())
+    ours = alike.render(scene, 0.0, ("color",)).color[inside].astype(np.float64)
     assert len(np.unique(stored[clear], axis=0)) == 9
     assert np.abs(differences[clear]).max() <= 1
+    assert np.abs(theirs[inside] - ours)[clear].max() <= 1
+
+
+def test_the_look_pyrender_has_pyrenders_normals(alike, draw_with_pyrender):
+    """Backs of two-sided surfaces keep those of their fronts, which light from behind reaches.
+
+    Those of a stretched thing are unit vectors before they are interpolated.
+    """
+    scene, look = (
+        Scene(),
+        Material("look", (0.6, 0.5, 0.4, 1), metallic=0.3, roughness=0.4, double_sided=True),
+    )
+    for index, (shape, turn) in enumerate([(wall(3.0), 160.0), (wall(3.0), 20.0), (ball(1.4, 1), 0.0)]):
+        path = scene.root.attach_new_node(geom_node(f"thing {index}", shape, look))
+        path.set_pos_hpr(3.5 * index - 3.5, 10.0, 0.0, turn, 0.0, 0.0)
+    path.set_scale(0.3, 1.0, 1.5)
+    scene, frame, theirs = both(add_lights(scene, suns=2, lamps=2), alike, draw_with_pyrender)
+    inside, _ = seen(scene, frame, True)
+    ours = alike.render(scene, 0.0, ("color",)).color[inside].astype(np.float64)
+    assert [(frame.id[inside] == index).sum() > 500 for index in range(3)] == [True] * 3
+    assert np.abs(theirs[inside] - ours).max() <= 1
 
 
 @pytest.mark.parametrize("terms", [GLTF, {"visibility"}])
@@ -238,5 +297,5 @@ def test_pyrender_blends_display_codes(draw_with_pyrender):
     for name, distance, grey, alpha in (("back", 10, 0.2, 1.0), ("front", 8, 0.8, 0.5)):
         material = Material(name, (grey, grey, grey, alpha), alpha_mode="blend", metallic=0.0)
         scene.root.attach_new_node(geom_node(name, wall(), material)).set_pos(0, distance, 0)
-    middle = draw_with_pyrender(to_pyrender(scene, size=SIZE), SIZE, True)[0][60, 80]
+    middle = draw_with_pyrender(to_pyrender(scene, size=SIZE), SIZE, LIT)[0][60, 80]
     assert np.abs(middle - 255 * (0.5 * 0.8 ** (1 / 2.2) + 0.5 * 0.2 ** (1 / 2.2))).max() <= 1

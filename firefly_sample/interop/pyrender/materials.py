@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.interop.pyrender_textures import TextureReader, pyrender_texture
+from firefly_sample.interop.pyrender.glossiness import read_glossiness
+from firefly_sample.interop.pyrender.textures import Keep, TextureReader, pyrender_texture
 from firefly_sample.losses import Losses
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.material import AlphaMode, Material
@@ -33,7 +34,6 @@ _NO_SCALE = "scales of normal maps, which pyrender lacks, become 1"
 _OCCLUSION = "pyrender's occlusion darkens all light by its full strength, and ours ambient light alone"
 _CUT_OUT = "pyrender ignores the alpha cut-off of materials and draws their surfaces whole"
 _SQUARED_EMISSION = "pyrender draws the square of emission"
-_NO_GLOSS = "gloss of specular-glossiness materials is left out, they become matt"
 
 
 class MaterialWriter:
@@ -82,11 +82,14 @@ class MaterialWriter:
 
 
 class MaterialReader:
-    """Makes materials from pyrender's."""
+    """Makes materials from pyrender's.
 
-    def __init__(self, losses: Losses) -> None:
-        self._losses = losses
-        self._textures = TextureReader(losses)
+    `keep` keeps their textures: see `TextureReader`. With `compare`, note what pyrender draws differently.
+    """
+
+    def __init__(self, losses: Losses, keep: Keep | None = None, *, compare: bool = True) -> None:
+        self._losses, self._compare = losses, compare
+        self._textures = TextureReader(losses, keep)
         self._materials: dict[int, Material] = {}
 
     def material(self, source: Any, part_name: str) -> Material:
@@ -97,7 +100,7 @@ class MaterialReader:
         return self._materials[id(source)]
 
     def _new_material(self, source: Any, name: str) -> Material:
-        if source.wireframe:
+        if source.wireframe and self._compare:
             self._losses.add("wireframes are left out, materials become solid", name)
         glow = self._textures.texture(source.emissiveTexture, name)
         black = source.emissiveTexture is not None and glow is None  # as pyrender draws it
@@ -112,7 +115,8 @@ class MaterialReader:
             normal_texture=self._textures.texture(source.normalTexture, name),
             occlusion_texture=self._textures.texture(source.occlusionTexture, name),
         )
-        _note_differences(material, self._losses)
+        if self._compare:
+            _note_differences(material, self._losses)
         return material
 
     def _reflection(self, source: Any, name: str) -> dict[str, Any]:
@@ -130,11 +134,7 @@ class MaterialReader:
                 ),
             }
         if isinstance(source, pyrender.material.SpecularGlossinessMaterial):
-            self._losses.add(_NO_GLOSS, name)
-            if source.specularGlossinessTexture is not None:
-                self._losses.add("specularGlossinessTexture of materials is left out", name)
-            texture = self._textures.texture(source.diffuseTexture, name)
-            return {"base_color": source.diffuseFactor, "texture": texture}
+            return read_glossiness(source, name, self._textures, self._losses)
         self._losses.add(f"colours of {type(source).__name__} are left out, materials become white", name)
         return {}
 

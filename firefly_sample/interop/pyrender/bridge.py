@@ -15,13 +15,13 @@ pictures, draw ours with ``Settings(tone="none")``, and note that pyrender's `Of
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from firefly_sample.errors import MissingPackageError, SceneError
-from firefly_sample.extras import install_command
+from firefly_sample.errors import SceneError
 from firefly_sample.frame import check_size
-from firefly_sample.interop.pyrender_cameras import Size
-from firefly_sample.interop.pyrender_scenes import SceneReader, SceneWriter
+from firefly_sample.interop.pyrender.cameras import Size
+from firefly_sample.interop.pyrender.package import import_pyrender
+from firefly_sample.interop.pyrender.scenes import SceneReader, SceneWriter
 from firefly_sample.losses import Losses
 from firefly_sample.scene.scene import Scene
 
@@ -37,7 +37,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
     is hidden from the scene's camera becomes an invisible Mesh. Colours and materials that nodes set for
     their subtrees become those of pyrender's materials.
 
-    `firefly_sample.interop.pyrender_lights` documents the conversion of lights, which is exact for an
+    `firefly_sample.interop.pyrender.lights` documents the conversion of lights, which is exact for an
     inverse-square attenuation. Each light of a `PointLights`, and each light or camera that needs a transform
     of its own (a light's direction, a scaled camera, the film offset of an orthographic lens), gets a child
     Node.
@@ -79,7 +79,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
         attenuation other than 1/d^2, shadows, more than four lights of a kind, exposure, a background's
         gradient, aspect ratios that contradict `size`, tags and more.
     """
-    _import_pyrender()
+    import_pyrender()
     _check_type("to_pyrender", scene, Scene)
     losses = Losses()
     scene.update(time)
@@ -108,7 +108,8 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     scene : pyrender.Scene
     size : (int, int), optional
         Width and height in pixels of the picture to be drawn. IntrinsicsCameras are taken to be for it, and
-        PerspectiveCameras of another aspect ratio are stretched to it, as in pyrender.
+        PerspectiveCameras of another aspect ratio are stretched to it, as in pyrender. A camera of another
+        class has the lens of its projection matrix for it.
 
     Raises
     ------
@@ -129,23 +130,19 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
         Once for each kind of loss, with the names of the objects: gloss, occlusion, wireframes, points and
         lines, ranges of lights, and more.
     """
-    _check_type("from_pyrender", scene, _import_pyrender().Scene)
+    check_scene("from_pyrender", scene)
     losses = Losses()
     read = SceneReader(scene, None if size is None else check_size(size), losses).read()
     losses.warn(stacklevel=2)
     return read
 
 
+def check_scene(function: str, scene: object) -> None:
+    """Raise SceneError if what a function was given is no pyrender Scene."""
+    _check_type(function, scene, import_pyrender().Scene)
+
+
 def _check_type(function: str, scene: object, wanted: type) -> None:
     if not isinstance(scene, wanted):
         module = wanted.__module__.partition(".")[0]
         raise SceneError(f"{function} takes a {module}.{wanted.__name__}, got {scene!r}")
-
-
-def _import_pyrender() -> Any:
-    try:
-        import pyrender
-    except ImportError as error:
-        fix = f"run {install_command('pyrender')}"
-        raise MissingPackageError(f"pyrender cannot be imported ({error}): {fix}") from error
-    return pyrender

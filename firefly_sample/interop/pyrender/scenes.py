@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.interop.pyrender_cameras import Size, camera_from_pyrender, camera_to_pyrender
-from firefly_sample.interop.pyrender_lights import (
+from firefly_sample.interop.pyrender.cameras import Size, camera_from_pyrender, camera_to_pyrender
+from firefly_sample.interop.pyrender.lights import (
     light_from_pyrender,
     light_to_pyrender,
     point_lights_to_pyrender,
 )
-from firefly_sample.interop.pyrender_meshes import MeshReader, MeshWriter
+from firefly_sample.interop.pyrender.meshes import MeshReader, MeshWriter
 from firefly_sample.losses import Losses
 from firefly_sample.plan.view import camera_matrices
 from firefly_sample.scene.geom import GeomNode

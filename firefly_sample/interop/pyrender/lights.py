@@ -113,8 +113,13 @@ def light_to_pyrender(
     return light, unscaled
 
 
-def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | Spotlight | DirectionalLight:
-    """Return a pyrender light as a node of one light."""
+def light_from_pyrender(
+    light: Any, name: str, losses: Losses, alike: bool = False
+) -> PointLight | Spotlight | DirectionalLight:
+    """Return a pyrender light as a node of one light.
+
+    `alike` is for the look "pyrender", in which cones fade as they do there and ranges end no light.
+    """
     import pyrender
 
     color = np.asarray(light.color, dtype=np.float64) * (light.intensity / math.pi)
@@ -124,12 +129,12 @@ def light_from_pyrender(light: Any, name: str, losses: Losses) -> PointLight | S
     if isinstance(light, pyrender.SpotLight):
         made = Spotlight(name, color)
         made.set_cone(math.degrees(light.innerConeAngle), math.degrees(light.outerConeAngle))
-        if light.innerConeAngle != light.outerConeAngle:
+        if light.innerConeAngle != light.outerConeAngle and not alike:
             losses.add(_SOFT_EDGE, name)
     else:
         made = PointLight(name, color)
     made.set_attenuation(_INVERSE_SQUARE)
-    if light.range is not None:
+    if light.range is not None and not alike:
         losses.add("light ends at its range here, but shines beyond it in pyrender", name)
         made.set_max_distance(light.range)
     return made

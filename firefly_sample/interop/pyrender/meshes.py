@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
-from firefly_sample.interop.pyrender_materials import (
+from firefly_sample.interop.pyrender.materials import (
     MaterialReader,
     MaterialWriter,
     has_second_texcoords,
     tints_emission,
 )
 from firefly_sample.losses import Losses
-from firefly_sample.scene.geom import Geom, GeomNode
+from firefly_sample.scene.geom import Geom, GeomMode, GeomNode
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import Color
 from firefly_sample.scene.transforms import vectors_from_gltf, vectors_to_gltf
@@ -38,6 +38,7 @@ LARGEST_INDEX = 2**24
 
 _LIST, _STRIP, _FAN = 4, 5, 6
 """glTF's modes of triangles."""
+_POINTS, _LINES, _LINE_LOOP, _LINE_STRIP = 0, 1, 2, 3
 
 _UNREAD_ATTRIBUTES = ("joints_0", "weights_0", "targets")
 _NO_NORMALS = "meshes without normals, which pyrender lights as if they faced the camera, get smooth ones"
@@ -99,7 +100,8 @@ class MeshWriter:
         return pyrender.Primitive(
             **self._arrays(geom),
             color_0=colors,
-            indices=geom.triangles[:, ::-1] if mirrored else geom.triangles,
+            indices=geom.indices[:, ::-1] if mirrored and geom.mode == "triangles" else geom.indices,
+            mode={"triangles": _LIST, "lines": _LINES, "points": _POINTS}[geom.mode],
             material=self._materials.material(material, color),
         )
 
@@ -108,7 +110,8 @@ def _arrays(geom: Geom) -> dict[str, NDArray[np.float32] | None]:
     second, tangents = geom.texcoords_1, geom.tangents
     return {
         "positions": vectors_to_gltf(geom.vertices).astype(np.float32),
-        "normals": vectors_to_gltf(geom.normals).astype(np.float32),
+        # without normals, pyrender lights what faces the camera, as we do where they are 0
+        "normals": vectors_to_gltf(geom.normals).astype(np.float32) if geom.normals.any() else None,
         "tangents": None if tangents is None else _turned(tangents, vectors_to_gltf).astype(np.float32),
         "texcoord_0": geom.texcoords.astype(np.float32),
         "texcoord_1": None if second is None else second.astype(np.float32),
@@ -140,9 +143,6 @@ class MeshReader:
             self._losses.add("skins and morph weights are left out", name)
         for index, primitive in enumerate(mesh.primitives):
             part_name = f"{name}[{index}]" if len(mesh.primitives) > 1 else name
-            if primitive.mode not in (_LIST, _STRIP, _FAN):
-                self._losses.add("points and lines are left out", part_name)
-                continue
             material = self._materials.material(primitive.material, part_name)
             self._note_losses(primitive, material, part_name)
             for pose in (None,) if primitive.poses is None else primitive.poses:
@@ -150,14 +150,14 @@ class MeshReader:
                 mirrored = bool(np.linalg.det(upper) < 0)
                 key = (id(primitive), mirrored)
                 if key not in self._of_primitives:
-                    self._of_primitives[key] = self._geom(primitive, mirrored, part_name)
+                    self._of_primitives[key] = self.geom(primitive, mirrored, part_name)
                 yield self._of_primitives[key], material, pose
 
     def _note_losses(self, primitive: Any, material: Material, name: str) -> None:
         for attribute in _UNREAD_ATTRIBUTES:
             if getattr(primitive, attribute) is not None:
                 self._losses.add(f"{attribute} of meshes are left out", name)
-        if primitive.normals is None:
+        if primitive.normals is None and primitive.mode in (_LIST, _STRIP, _FAN):
             self._losses.add(_NO_NORMALS, name)
         if primitive.color_0 is not None and tints_emission(primitive.color_0, material):
             self._losses.add(_TINTED_EMISSION, name)
@@ -166,36 +166,58 @@ class MeshReader:
         elif primitive.tangents is not None and material.normal_texture is not None:
             self._losses.add(_OWN_TANGENTS, name)
 
-    def _geom(self, primitive: Any, mirrored: bool, name: str) -> Geom:
-        triangles = _triangles(primitive)
-        if mirrored:
-            triangles = triangles[:, ::-1]
+    def geom(self, primitive: Any, mirrored: bool, name: str, facing: bool = False) -> Geom:
+        """Return a primitive as a Geom; triangles are reversed if `mirrored`.
+
+        With `facing`, triangles without normals are lit as if they faced the camera; else they get smooth
+        normals.
+        """
+        mode, indices = corners_of(primitive)
+        solid = mode == "triangles"
+        if mirrored and solid:
+            indices = indices[:, ::-1]
         colors, tangents = primitive.color_0, primitive.tangents
         # Equal arrays are one Geom under whatever material; pyrender copies indices and colours.
         texcoords = primitive.texcoord_0, primitive.texcoord_1
         shared = (primitive.positions, primitive.normals, tangents, *texcoords)
-        key = (*map(id, shared), triangles.tobytes(), None if colors is None else colors.tobytes())
+        key = (*map(id, shared), mode, indices.tobytes(), None if colors is None else colors.tobytes())
         if key not in self._geoms:
             if tangents is not None:
                 tangents = _turned(tangents, vectors_from_gltf) if _are_tangents(tangents) else None
+            normals = None if primitive.normals is None else vectors_from_gltf(primitive.normals)
+            if normals is None and facing:
+                normals = np.zeros((len(primitive.positions), 3))
             self._geoms[key] = Geom(
                 vectors_from_gltf(primitive.positions),
-                triangles,
-                normals=None if primitive.normals is None else vectors_from_gltf(primitive.normals),
+                indices,
+                normals=normals,
                 texcoords=primitive.texcoord_0,
                 colors=colors,
                 name=name,
                 texcoords_1=primitive.texcoord_1,
-                tangents=tangents,
+                tangents=tangents if solid else None,
+                mode=mode,
             )
         return self._geoms[key]
 
 
-def _triangles(primitive: Any) -> Int64:
-    """Return the triangles of a list, a strip or a fan, shape (m, 3)."""
+def corners_of(primitive: Any) -> tuple[GeomMode, Int64]:
+    """Return the mode of a primitive's Geom, and its indices by corners, shape (m, 3), (m, 2) or (m, 1)."""
     given = primitive.indices
     indices = np.arange(len(primitive.positions)) if given is None else np.asarray(given).ravel()
     indices = indices.astype(np.int64)
+    if primitive.mode == _POINTS:
+        return "points", indices[:, None]
+    if primitive.mode == _LINES:
+        return "lines", indices[: len(indices) // 2 * 2].reshape(-1, 2)
+    if primitive.mode in (_LINE_LOOP, _LINE_STRIP):
+        closed = np.append(indices, indices[:1]) if primitive.mode == _LINE_LOOP else indices
+        return "lines", np.stack([closed[:-1], closed[1:]], axis=1)
+    return "triangles", _triangles(primitive, indices)
+
+
+def _triangles(primitive: Any, indices: Int64) -> Int64:
+    """Return the triangles of a list, a strip or a fan, shape (m, 3)."""
     if primitive.mode == _LIST:
         return indices[: len(indices) // 3 * 3].reshape(-1, 3)
     # each vertex makes a triangle with the one before it, and the one before that or the first of all

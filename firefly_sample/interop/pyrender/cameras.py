@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import LensError
+from firefly_sample.interop.pyrender.projections import has_own_projection, lens_of_projection
 from firefly_sample.losses import Losses
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 from firefly_sample.scene.lens_base import Lens
@@ -92,13 +93,20 @@ def camera_to_pyrender(
 
 
 def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Losses) -> Lens | None:
-    """Return the lens of a pyrender camera, or None, with a loss, for a class that is not pyrender's own.
+    """Return the lens of a pyrender camera, or None, with a loss, for one whose projection no lens has.
 
+    A camera with a `get_projection_matrix` of its own has the lens of that matrix, if there is a `size`.
     As in pyrender, a PerspectiveCamera without an aspect ratio and an OrthographicCamera keep their height at
     every aspect ratio of the picture. Until it is drawn, the former has the aspect ratio of `size`, or 1.
     """
     import pyrender
 
+    if has_own_projection(camera):
+        own = None if size is None else lens_of_projection(camera, size)
+        if own is None:
+            without = " without the picture's size" if size is None else ""
+            losses.add(f"cameras of the class {type(camera).__name__} are left out{without}", name)
+        return own
     try:
         if isinstance(camera, pyrender.OrthographicCamera):
             film = (2.0 * camera.xmag, 2.0 * camera.ymag)
@@ -122,15 +130,22 @@ def camera_from_pyrender(camera: Any, name: str, size: Size | None, losses: Loss
             fy = 0.5 * size[1] / math.tan(0.5 * camera.yfov)
             fx = fy * ours / aspect
             cx, cy = 0.5 * size[0], 0.5 * size[1]
-        elif isinstance(camera, pyrender.IntrinsicsCamera):
+        else:
             if size is None:
                 raise LensError("it measures in pixels: give the picture's size=(width, height)")
             fx, fy, cx, cy = camera.fx, camera.fy, camera.cx, camera.cy
-        else:
-            losses.add(f"cameras of the class {type(camera).__name__} are left out", name)
-            return None
         if not (fx > 0.0 and fy > 0.0):
             raise LensError(f"fx and fy must be above 0, got {fx:g} and {fy:g}")
         return PerspectiveLens.from_intrinsics(fx, fy, cx, cy, *size, camera.znear, far, pixel_center=0.5)
     except LensError as error:
         raise LensError(f"camera {name!r}: {error}") from None
+
+
+def depth_shift(camera: Any, lens: Lens) -> float:
+    """Return what is added to distances along the view axis so that all of a pyrender camera's are above 0.
+
+    It is 0 unless parallel rays start at or behind the camera, as those of weak-perspective cameras do. Then
+    the near plane is at the camera's `znear`.
+    """
+    near = lens.get_near()
+    return camera.znear - near if lens.is_orthographic() and near <= 0.0 else 0.0

@@ -8,6 +8,7 @@ not a multiple of four.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, TypedDict, get_args
 
 import numpy as np
@@ -54,12 +55,20 @@ def pyrender_texture(texture: Texture, metallic_roughness: bool = False) -> Any:
     return pyrender.Texture(name=texture.name, sampler=sampler, source=pixels, source_channels="RGBA")
 
 
-class TextureReader:
-    """Makes textures from pyrender's, each once for each use."""
+Keep = Callable[[Any, bool, Callable[[], Any]], Any]
+"""Returns what the last argument makes of the first, once for each value of the second."""
 
-    def __init__(self, losses: Losses) -> None:
+
+class TextureReader:
+    """Makes textures from pyrender's, each once for each use.
+
+    `keep` keeps them beyond the reader's own life.
+    """
+
+    def __init__(self, losses: Losses, keep: Keep | None = None) -> None:
         self._losses = losses
         self._textures: dict[tuple[int, bool], Texture | None] = {}
+        self._keep = keep or self._keep_here
 
     def texture(self, source: Any, owner: str, metallic_roughness: bool = False) -> Texture | None:
         """Return a pyrender Texture as a texture, or None, with a loss, without a plain image of bytes.
@@ -69,9 +78,16 @@ class TextureReader:
         """
         if source is None:
             return None
-        key = id(source), metallic_roughness
+        name = source.name or owner
+        made: Texture | None = self._keep(
+            source, metallic_roughness, lambda: self._new_texture(source, name, metallic_roughness)
+        )
+        return made
+
+    def _keep_here(self, source: Any, use: bool, make: Callable[[], Texture | None]) -> Texture | None:
+        key = id(source), use
         if key not in self._textures:
-            self._textures[key] = self._new_texture(source, source.name or owner, metallic_roughness)
+            self._textures[key] = make()
         return self._textures[key]
 
     def _new_texture(self, source: Any, name: str, metallic_roughness: bool) -> Texture | None:
