@@ -119,8 +119,8 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
         If there is an IntrinsicsCamera and no `size`, or a camera that cannot become a lens; the message
         names it.
     SceneError
-        If `scene` is not a pyrender Scene, or a transform, mesh, light or material has a number that is not
-        finite or out of its range.
+        If `scene` is not a pyrender Scene, a transform, light or material has a number that is not finite or
+        out of its range, or a mesh has a wrong index.
     OutputError
         If `size` is not two whole numbers of 1 or more.
 
@@ -128,7 +128,7 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     -----
     ConversionWarning
         Once for each kind of loss, with the names of the objects: gloss, occlusion, wireframes, points and
-        lines, ranges of lights, and more.
+        lines, ranges of lights, numbers of meshes that are not finite, and more.
     """
     check_scene("from_pyrender", scene)
     losses = Losses()

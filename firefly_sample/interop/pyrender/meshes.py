@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError
+from firefly_sample.interop.pyrender.attributes import usable_attributes
 from firefly_sample.interop.pyrender.materials import (
     MaterialReader,
     MaterialWriter,
@@ -184,17 +185,18 @@ class MeshReader:
         if key not in self._geoms:
             if tangents is not None:
                 tangents = _turned(tangents, vectors_from_gltf) if _are_tangents(tangents) else None
-            normals = None if primitive.normals is None else vectors_from_gltf(primitive.normals)
+            usable = usable_attributes(primitive, indices, name, self._losses)
+            normals = None if usable.normals is None else vectors_from_gltf(usable.normals)
             if normals is None and facing:
                 normals = np.zeros((len(primitive.positions), 3))
             self._geoms[key] = Geom(
-                vectors_from_gltf(primitive.positions),
-                indices,
+                vectors_from_gltf(usable.positions),
+                usable.corners,
                 normals=normals,
-                texcoords=primitive.texcoord_0,
-                colors=colors,
+                texcoords=usable.texcoords,
+                colors=usable.colors,
                 name=name,
-                texcoords_1=primitive.texcoord_1,
+                texcoords_1=usable.texcoords_1,
                 tangents=tangents if solid else None,
                 mode=mode,
             )
