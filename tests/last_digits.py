@@ -16,7 +16,7 @@ _NUMPY = (
 )
 _MATH = ("sin", "cos", "tan", "asin", "acos", "atan2", "exp", "log", "pow", "hypot")
 _STEPS = np.random.default_rng(1).integers(-1, 2, 4099)
-"""How many units in the last place values are moved, in turn."""
+"""Units in the last place by which values are moved, in turn."""
 
 
 def move_last_digits(patch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""How the door's scenes are drawn, and how far the pictures of the two renderers may differ.
+"""The door's scenes with the flags that they are drawn with, and the limits of their comparison.
 
 Both draw with one sample in a pixel, which makes every pixel comparable, also those on edges.
 """

@@ -1,4 +1,4 @@
-"""What the door draws differently from pyrender on purpose: both do what docs/pyrender.md says of them."""
+"""The door's differences on purpose: pyrender and the door both do what docs/pyrender.md says of them."""
 
 from __future__ import annotations
 

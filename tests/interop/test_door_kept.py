@@ -1,4 +1,4 @@
-"""What the door keeps of a scene from frame to frame: nothing is converted again, and every change shows."""
+"""Nothing of a scene is converted again from frame to frame, and every change shows."""
 
 from __future__ import annotations
 

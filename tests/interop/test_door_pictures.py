@@ -25,7 +25,7 @@ from tests.interop.test_pyrender_shading import SCENES
 
 EVERY_CASE = pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
 OTHER_FORMULAS = "one spotlight", "four spotlights", "four of each", "ambient light", "range", "mirrors"
-"""What glTF leaves to a renderer: the edges of cones and ranges, ambient light, the least roughness."""
+"""Scenes of terms that glTF leaves open: edges of cones and ranges, ambient light, the least roughness."""
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_a_picture_is_pyrenders(draw_with_pyrender, drawn, case):
 @pytest.mark.parametrize("flags", [LIT, RenderFlags.FLAT, RenderFlags.SKIP_CULL_FACES])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_random_scene_is_pyrenders(draw_with_pyrender, drawn, seed, flags):
-    """Where surfaces cross, and nowhere else, float32 may show the other one."""
+    """Float32 may show the other one of two surfaces that cross, and differs nowhere else."""
     case = Case(lambda: random_scene(seed), flags)
     theirs, their_depth = draw_with_pyrender(case.build(), SIZE, flags)
     ours, depth = drawn(case)

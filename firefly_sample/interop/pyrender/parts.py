@@ -18,7 +18,7 @@ from firefly_sample.scene.material import Material
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """What is drawn of a primitive, or of one of its instances.
+    """The part of a picture that a primitive, or one of its instances, draws.
 
     Attributes
     ----------

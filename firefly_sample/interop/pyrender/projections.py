@@ -22,7 +22,7 @@ from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
 Float64 = NDArray[np.float64]
 
 _ERROR = 1e-6
-"""How far a lens's matrix may be from the camera's, over the largest number of its column."""
+"""The most by which a lens's matrix may differ from the camera's, over the largest number of its column."""
 
 
 def has_own_projection(camera: Any) -> bool:
