@@ -117,7 +117,7 @@ def has_wide(
 
 
 class _Chunks(NamedTuple):
-    """A Geom's triangles in chunks at a revision: indices cell by cell, boxes' middles and half sizes."""
+    """A Geom's elements in chunks at a revision: indices cell by cell, boxes' middles and half sizes."""
 
     revision: int
     order: NDArray[np.intp]
@@ -129,14 +129,14 @@ _kept: WeakKeyDictionary[Geom, _Chunks] = WeakKeyDictionary()
 
 
 def corners_near(geom: Geom, planes: Float64, touch: float) -> Iterator[Float64]:
-    """Yield corners, shape (n, 3, 3), of triangles that may reach into a convex region.
+    """Yield corners of triangles, lines or points that may reach into a convex region.
 
-    Left out are triangles that lie outside one of the planes, shape (p, 4): rows (nx, ny, nz, d) in the
-    Geom's own space, with nx*x + ny*y + nz*z + d > `touch` inside.
+    Their shape is (n, 3, 3), (n, 2, 3) or (n, 1, 3). Left out are those that lie outside one of the planes,
+    shape (p, 4): rows (nx, ny, nz, d) in the Geom's own space, with nx*x + ny*y + nz*z + d > `touch` inside.
     """
-    triangles, vertices = geom.triangles, geom.vertices
+    elements, vertices = geom.indices, geom.vertices
     parts: Any = (slice(None),)
-    if len(triangles) > CHUNK:
+    if len(elements) > CHUNK:
         _, order, middles, halves = _chunks_of(geom)
         nearest = middles @ planes[:, :3].T + halves @ np.abs(planes[:, :3]).T + planes[:, 3]
         chosen = np.flatnonzero((nearest > touch).all(axis=1))
@@ -145,9 +145,9 @@ def corners_near(geom: Geom, planes: Float64, touch: float) -> Iterator[Float64]
             for start in range(0, len(chosen), TOGETHER)
         )
     for part in parts:
-        corners = vertices[triangles[part]]
+        corners = vertices[elements[part]]
         outside = corners.reshape(-1, 3) @ planes[:, :3].T + planes[:, 3] <= touch
-        yield corners[~outside.reshape(len(corners), 3, -1).all(axis=1).any(axis=1)]
+        yield corners[~outside.reshape(*corners.shape[:2], -1).all(axis=1).any(axis=1)]
 
 
 def _chunks_of(geom: Geom) -> _Chunks:
@@ -155,8 +155,8 @@ def _chunks_of(geom: Geom) -> _Chunks:
     if kept is None or kept.revision != geom.revision:
         # the order stays when vertices move, since boxes may overlap
         order = _order_of(geom) if kept is None else kept.order
-        indices = geom.triangles[order].ravel()
-        starts = np.arange(0, len(indices), 3 * CHUNK)
+        indices = geom.indices[order].ravel()
+        starts = np.arange(0, len(indices), geom.indices.shape[1] * CHUNK)
         lows, highs = np.empty((2, len(starts), 3))
         for axis in range(3):  # one by one takes a third of the time
             coordinates = np.ascontiguousarray(geom.vertices[:, axis])[indices]
@@ -168,8 +168,8 @@ def _chunks_of(geom: Geom) -> _Chunks:
 
 
 def _order_of(geom: Geom) -> NDArray[np.intp]:
-    """Return indices of triangles, cell by cell."""
-    first = geom.vertices[geom.triangles[:, 0]]
+    """Return indices of triangles, lines or points, cell by cell."""
+    first = geom.vertices[geom.indices[:, 0]]
     low, high = geom.bounds
     size = np.where(high > low, high - low, 1.0)
     cells = np.minimum((first - low) / size * CELLS, CELLS - 1).astype(np.uint16)

@@ -135,11 +135,14 @@ class _Region:
 
 
 def _reaches(group: Group, model_to_view: Float64, region: _Region) -> bool:
-    """Return whether a triangle that faces the eye reaches into the region."""
+    """Return whether a triangle that faces the eye, or a line or point, reaches into the region."""
     planes = region.planes @ model_to_view.T  # in model space, where vertices are
     for corners in corners_near(group.geom, planes, region.touch):
         seen = corners @ model_to_view[:3, :3] + model_to_view[3, :3]
-        seen = seen[_facing(seen, group, region.perspective)]
+        if group.geom.mode == "triangles":
+            seen = seen[_facing(seen, group, region.perspective)]
+        else:  # as triangles without area
+            seen = seen[:, np.minimum((0, 1, 2), seen.shape[1] - 1)]
         if len(seen) and _overlaps(seen, region).any():
             return True
     return False

@@ -118,6 +118,16 @@ def test_back_faces_are_never_drawn_and_so_not_cut_off():
     assert "cuts off root/head" in warnings_of(scene)[0]
 
 
+def test_lines_and_points_are_cut_off_too():
+    ends = [(0.1, 0.0, 0.0), (0.2, 5.0, 0.1), (0.0, 5.0, 0.0)]
+    for marks in (Geom.points(ends), Geom.lines(ends, [(0, 1), (1, 2)])):
+        (warning,) = warnings_of(scene_of(marks=(marks, (0, 0.5, 0))))
+        assert "the near plane at 1, Panda3D's default, cuts off root/marks: set" in warning
+        assert (
+            warnings_of(scene_of(marks=(marks, (1, 0.5, 0)))) == ()
+        )  # beside the view, and beyond the plane
+
+
 def test_an_orthographic_lens_sees_nothing_behind_its_eye():
     assert warnings_of(scene_of(OrthographicLens(film_size=2.0), back=(ball(0.2), (0, -1, 0)))) == ()
     assert (
