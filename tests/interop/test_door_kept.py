@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import gc
 import tracemalloc
+import warnings
 import weakref
+from itertools import product
 
 import moderngl
 import numpy as np
@@ -89,6 +91,23 @@ def test_sixty_poses_convert_and_upload_no_mesh(kept, monkeypatch):
     assert len(pictures) == 60
     assert kept.converted_meshes == converted
     assert created == []
+
+
+FLAGS = [value for name, value in vars(RenderFlags).items() if name.isupper()]
+
+
+@pytest.mark.parametrize("look_of_pictures", ["pyrender", "correct", "flat"])
+def test_no_two_flags_convert_a_mesh_again(look_of_pictures):
+    """Of meshes with normals and one without: any two flags, in any order."""
+    made = add_shapes(scene())
+    bare = pyrender.Primitive([(0, 0, 0), (1, 0, 0), (0, 1, 0)], mode=4, material=look())
+    made.add(pyrender.Mesh([bare]), name="bare")
+    primitives = {id(each) for node in made.mesh_nodes for each in node.mesh.primitives}
+    with warnings.catch_warnings(), door.OffscreenRenderer(8, 6, look=look_of_pictures) as renderer:
+        warnings.simplefilter("ignore")
+        for first, second in product(FLAGS, repeat=2):
+            renderer.render(made, first | second, segments(made))
+            assert renderer.converted_meshes == len(primitives), (first, second)
 
 
 @pytest.mark.parametrize("kind", ["directional", "spot"])

@@ -42,7 +42,10 @@ class Treatment:
     vertex_normals, face_normals : bool
         Draw normals as lines.
     look : str
-        The setting `look` of the picture.
+        The setting `look` of the picture; data, which do not depend on it, have the default.
+    facing : bool
+        Light primitives without normals as if they faced the camera; else they get smooth ones. It is the
+        renderer's, also of data and of flat pictures, so that these do not convert a mesh again.
     """
 
     opaque: bool = False
@@ -52,16 +55,12 @@ class Treatment:
     vertex_normals: bool = False
     face_normals: bool = False
     look: str = "pyrender"
+    facing: bool = True
 
     @property
-    def ranges(self) -> bool:
-        """True if lights end at their range, which pyrender ignores; without light, nothing is said of it."""
-        return self.look not in ("pyrender", "flat")
-
-    @property
-    def facing(self) -> bool:
-        """True to light primitives without normals as if they faced the camera; else they get smooth ones."""
-        return self.look == "pyrender"
+    def alike(self) -> bool:
+        """True if pictures are as pyrender's; else what it ignores or draws otherwise counts, or is named."""
+        return self.look in ("pyrender", "flat")
 
     def draws_wireframe(self, material: Any) -> bool:
         """Return whether a primitive with a pyrender Material is drawn as lines."""
@@ -71,12 +70,15 @@ class Treatment:
     @property
     def for_depth(self) -> Treatment:
         """The same scene for the depth of its picture."""
-        return Treatment(opaque=True, both_sides=self.both_sides, wireframe=self.wireframe)
+        return self._of_data(self.wireframe)
 
     @property
     def for_data(self) -> Treatment:
         """The same scene for depth alone and for segmentation: as in pyrender, wireframes are filled."""
-        return Treatment(opaque=True, both_sides=self.both_sides, wireframe="none")
+        return self._of_data("none")
+
+    def _of_data(self, wireframe: str) -> Treatment:
+        return Treatment(opaque=True, both_sides=self.both_sides, wireframe=wireframe, facing=self.facing)
 
 
 class _Kept(NamedTuple):
@@ -117,7 +119,8 @@ class Conversions:
             return MeshReader(self.losses).geom(primitive, mirrored, name, facing)
 
         arrays, mode = _ARRAYS(primitive), (primitive.mode,)
-        made: Geom = self._keep(self._geoms, primitive, arrays, mode, (mirrored, facing), make)
+        use = mirrored, facing and primitive.normals is None  # with normals, both are the same
+        made: Geom = self._keep(self._geoms, primitive, arrays, mode, use, make)
         return made
 
     def normals(self, primitive: Any, treatment: Treatment, name: str) -> Geom | None:
@@ -125,10 +128,12 @@ class Conversions:
         if not (treatment.vertex_normals or treatment.face_normals):
             return None
         use = treatment.vertex_normals, treatment.face_normals
-        arrays, mode = _ARRAYS(primitive), (primitive.mode,)
-        made: Geom | None = self._keep(
-            self._normals, primitive, arrays, mode, use, lambda: normal_lines(primitive, *use, name)
-        )
+        objects, mode = (*_ARRAYS(primitive), primitive.poses), (primitive.mode,)
+
+        def make() -> Geom | None:
+            return normal_lines(primitive, *use, name, self.losses)
+
+        made: Geom | None = self._keep(self._normals, primitive, objects, mode, use, make)
         return made
 
     def normal_material(self, look: str) -> Material:

@@ -215,7 +215,7 @@ class SceneMirror:
                     light,
                     self._name(node, light, "light"),
                     self._conversions.losses,
-                    alike=not self._treatment.ranges,
+                    alike=self._treatment.alike,
                 )
                 if resolution:
                     made.set_shadow_caster(True, resolution)

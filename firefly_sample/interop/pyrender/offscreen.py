@@ -197,6 +197,13 @@ class OffscreenRenderer:
         -------
         dict of str to ndarray
             And under "nodes", if "id" is asked for, the list of the drawn pyrender Nodes.
+
+        Raises
+        ------
+        OutputError
+            If there is no such output, the look lacks it, or `flags` has SEG or DEPTH_ONLY.
+        SceneError, GpuError
+            As `render`.
         """
         from pyrender import RenderFlags
 
@@ -262,6 +269,7 @@ class OffscreenRenderer:
             vertex_normals=bool(flags & RenderFlags.VERTEX_NORMALS),
             face_normals=bool(flags & RenderFlags.FACE_NORMALS),
             look=self._settings(flags).look,
+            facing=self.settings.look == "pyrender",
         )
 
     def _mirror(self, scene: Any, treatment: Treatment) -> SceneMirror:
