@@ -136,7 +136,7 @@ def _lengths(points: Float64, unit: float) -> Iterator[np.float64]:
 
 
 def _points(node: PandaNode, drawn: dict[tuple[int, int], Float64]) -> list[Float64]:
-    """Return a node's own points; of geoms, the vertices that triangles use, which `drawn` keeps."""
+    """Return a node's own points; of geoms, the vertices that are drawn, which `drawn` keeps."""
     if not isinstance(node, GeomNode):
         return node.iter_local_points()
     found = []
@@ -144,7 +144,7 @@ def _points(node: PandaNode, drawn: dict[tuple[int, int], Float64]) -> list[Floa
         key = geom.serial, geom.revision
         if key not in drawn:
             marked = np.zeros(len(geom.vertices), dtype=bool)
-            marked[geom.triangles.ravel()] = True
+            marked[geom.indices.ravel()] = True
             drawn[key] = geom.vertices if marked.all() else geom.vertices[marked]
         if len(drawn[key]):
             found.append(drawn[key])

@@ -202,3 +202,14 @@ def test_a_path_outside_the_scene_may_be_framed():
     scene, path = Scene(), NodePath(node_of(np.eye(3)))
     frame_camera(scene, path)
     check_in_view(scene, np.eye(3), 1.0)
+
+
+@pytest.mark.parametrize("kind", ["points", "lines"])
+def test_points_and_lines_are_framed_as_triangles_are(kind):
+    corners = np.array([(-1.0, 0.0, 0.0), (2.0, 1.0, 0.0), (0.0, 0.0, 3.0)])
+    geom = Geom.points(corners) if kind == "points" else Geom.lines(corners, [(0, 1), (1, 2)])
+    scene, node = Scene(), GeomNode("marks")
+    node.add_geom(geom)
+    scene.root.attach_new_node(node)
+    frame_camera(scene)
+    check_in_view(scene, corners, 1.0)
