@@ -12,6 +12,7 @@ import pytest
 from firefly_sample.errors import FireflyError, LightError, MissingPackageError, SceneError
 from firefly_sample.interop.pyrender import meshes as pyrender_meshes
 from firefly_sample.interop.pyrender.bridge import from_pyrender, to_pyrender
+from firefly_sample.interop.pyrender.package import import_pyrender
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lights import DirectionalLight, PointLight, PointLights, Spotlight
@@ -315,6 +316,14 @@ def test_a_spotlight_without_direction_is_refused():
     scene.root.attach_new_node(fading(Spotlight("spot"))).set_scale(1, 0, 1)
     with pytest.raises(LightError, match=r"light 'spot': .* no direction"):
         to_pyrender(scene)
+
+def test_a_package_that_pyrender_needs_is_named_with_how_to_install_it(monkeypatch):
+    for name in [name for name in sys.modules if name.partition(".")[0] == "pyrender"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(MissingPackageError, match=r"trimesh.*-m pip install 'pyrender-maintained>=1.0'$"):
+        import_pyrender()
+
 
 
 @pytest.mark.parametrize("wrong", [42, None, "forest", []])

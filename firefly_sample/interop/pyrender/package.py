@@ -20,12 +20,12 @@ def import_pyrender() -> Any:
     Raises
     ------
     MissingPackageError
-        If it is not installed, or cannot be imported.
+        If it or a package that it needs is not installed, or cannot be imported; the message says which.
     """
     try:
         return import_module("pyrender")
     except Exception as error:
-        if isinstance(error, ModuleNotFoundError) and error.name == "pyrender":
+        if isinstance(error, ModuleNotFoundError):  # pyrender itself, or a package that it needs
             fix = f"run {install_command('pyrender')}"
             raise MissingPackageError(f"pyrender cannot be imported ({error}): {fix}") from error
     try:
