@@ -15,7 +15,9 @@ from trimesh.transformations import rotation_matrix, translation_matrix
 
 import firefly_sample.interop.pyrender as door
 from firefly_sample.errors import GpuError, OutputError, SceneError, SettingsError
+from firefly_sample.interop.pyrender.offscreen import MOST_TOLD
 from firefly_sample.losses import ConversionWarning
+from firefly_sample.settings import Settings
 from tests.interop.door_parts import EYE, add_lights, add_shapes, look, scene
 
 SIZE = (64, 48)
@@ -277,6 +279,24 @@ def test_what_cannot_be_kept_is_named_once(renderer):
     with pytest.warns(ConversionWarning, match="skins and morph weights are left out: 'morphing ball'"):
         renderer.render(made)
     renderer.render(made)  # warnings are errors in these tests
+
+
+def test_settings_that_are_not_given_are_those_of_the_look():
+    for name, options in (("pyrender", {}), ("correct", {"look": "correct"}), ("flat", {"look": "flat"})):
+        with door.OffscreenRenderer(*SIZE, **options) as drawing:
+            assert drawing.settings == Settings(look=name, tone="none")
+            assert drawing.settings.budget == Settings(look=name).budget
+
+
+def test_a_renderer_forgets_old_warnings(renderer):
+    told = dict(renderer._told)
+    with pytest.warns(ConversionWarning) as caught:
+        renderer._tell([*(f"loss {number}" for number in range(MOST_TOLD + 50)), f"loss {MOST_TOLD}"])
+    assert len(caught) == MOST_TOLD + 50
+    assert len(renderer._told) == MOST_TOLD
+    with pytest.warns(ConversionWarning, match="^loss 0$"):
+        renderer._tell(["loss 0"])
+    renderer._told = told
 
 
 def test_a_scale_of_the_camera_is_named(renderer):

@@ -25,10 +25,10 @@ from firefly_sample.scene.transforms import vectors_to_gltf
 from firefly_sample.settings import Settings
 from firefly_sample.srgb import srgb_to_linear
 
-HALF_CODE = (0.5 / 255.0) ** 2.2
-"""Half a code of 255 in the dark, as pyrender encodes radiance."""
-DEFAULTS: dict[str, Any] = {"look": "pyrender", "tone": "none", "cutoff_budget": HALF_CODE}
+DEFAULTS: dict[str, Any] = {"look": "pyrender", "tone": "none"}
 """The settings that differ from those of `Settings`."""
+MOST_TOLD = 1000
+"""The number of warnings that a renderer remembers; it repeats one after so many others."""
 _TURNED = "normal", "normal_world", "position", "position_world"
 """Outputs of vectors, which are turned to pyrender's axes."""
 
@@ -77,7 +77,7 @@ class OffscreenRenderer:
         self._conversions = Conversions()
         self._depth_shift = 0.0
         self._mirrors: WeakKeyDictionary[Any, dict[Treatment, SceneMirror]] = WeakKeyDictionary()
-        self._told: set[str] = set()
+        self._told: dict[str, None] = {}
         self._lock = threading.RLock()
         if device is None and os.environ.get("EGL_DEVICE_ID"):
             device = int(os.environ["EGL_DEVICE_ID"])
@@ -326,10 +326,12 @@ class OffscreenRenderer:
         return depth
 
     def _tell(self, lines: Iterable[str]) -> None:
-        """Warn of each line once."""
+        """Warn of each line once, as far as `MOST_TOLD` goes."""
         for line in lines:
             if line not in self._told:
-                self._told.add(line)
+                self._told[line] = None
+                if len(self._told) > MOST_TOLD:
+                    del self._told[next(iter(self._told))]
                 warnings.warn(line, ConversionWarning, stacklevel=4)
 
     def _segment(
