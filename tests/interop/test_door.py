@@ -15,6 +15,8 @@ from trimesh.transformations import rotation_matrix, translation_matrix
 
 import firefly_sample.interop.pyrender as door
 from firefly_sample.errors import GpuError, OutputError, SceneError, SettingsError
+from firefly_sample.interop.pyrender.conversions import Conversions, Treatment
+from firefly_sample.interop.pyrender.mirror import SceneMirror
 from firefly_sample.interop.pyrender.offscreen import MOST_TOLD
 from firefly_sample.losses import ConversionWarning
 from firefly_sample.settings import Settings
@@ -279,6 +281,56 @@ def test_what_cannot_be_kept_is_named_once(renderer):
     with pytest.warns(ConversionWarning, match="skins and morph weights are left out: 'morphing ball'"):
         renderer.render(made)
     renderer.render(made)  # warnings are errors in these tests
+
+
+def test_losses_of_meshes_are_named_once_where_pictures_are_not_as_pyrenders():
+    """After flat frames and data, which do not depend on them, and not again for another pose."""
+    card = {"positions": [(0, 0, 0), (1, 0, 0), (0, 1, 0)], "mode": 4, "material": look()}
+    bent = {"normals": [(0, 0, 1)] * 3, "tangents": [(1, 0, 0, 0.5)] * 3, "joints_0": np.zeros((3, 4))}
+    made = add_lights(scene(), suns=1)
+    made.add(theirs.Mesh([theirs.Primitive(**card)]), name="bare")
+    node = made.add(theirs.Mesh([theirs.Primitive(**card, **bent)]), name="bent")
+    with door.OffscreenRenderer(*SIZE, look="correct") as drawing, door.OffscreenRenderer(*SIZE) as alike:
+        for flags in (RenderFlags.FLAT, RenderFlags.SEG, RenderFlags.DEPTH_ONLY):
+            drawing.render(made, flags, {node: 1})
+        alike.render(made)
+        with pytest.warns(ConversionWarning) as told:
+            drawing.render(made)
+        made.set_pose(node, translation_matrix((1, 0, 0)))
+        drawing.render(made, RenderFlags.SKIP_CULL_FACES)
+        drawing.render(made)
+    lines = sorted(str(each.message) for each in told)
+    assert [line.rpartition(": ")[2] for line in lines] == ["'bent'", "'bare'", "'bent'"]
+    for line, what in zip(lines, ("joints_0", "meshes without normals", "tangents without"), strict=True):
+        assert line.startswith(what)
+
+
+@pytest.mark.parametrize(
+    ("suns", "lamps", "maps", "share"),
+    [(8, 0, 8, 1), (9, 0, 9, 2), (12, 0, 12, 2), (8, 1, 14, 2), (33, 0, 33, 4)],
+)
+def test_smaller_shadow_maps_are_named_with_a_way_out(suns, lamps, maps, share):
+    """2^25 texels hold eight maps of 2048; a lamp has six of 512."""
+    made = add_lights(scene(), suns=suns, lamps=lamps)
+    conversions = Conversions()
+    kinds = frozenset({"directional", "point"})
+    mirror = SceneMirror(Treatment(shadows=kinds), conversions)
+    drawn = mirror.update(made, SIZE)
+    sun = drawn.root.find("**/+DirectionalLight").node()
+    assert sun.get_shadow_resolution() == 2048 // share
+    lines = conversions.losses.lines()
+    assert len(lines) == (share > 1)
+    assert all(line.startswith(f"{maps} shadow maps have 1/{share} of their usual texels") for line in lines)
+    ways_out = "SHADOWS_DIRECTIONAL", "set_shadow_caster", "shadow_resolution"
+    assert all(way in line for line in lines for way in ways_out)
+
+
+def test_shadow_maps_of_a_size_that_is_set_are_not_named():
+    """Twelve of 64 a side: the maps of 2048 that lights have otherwise would be smaller."""
+    made, _ = ball_scene()
+    add_lights(made, suns=11)
+    with door.OffscreenRenderer(*SIZE, shadow_resolution=64) as drawing:
+        drawing.render(made, RenderFlags.SHADOWS_DIRECTIONAL)  # warnings are errors in these tests
 
 
 def test_settings_that_are_not_given_are_those_of_the_look():

@@ -129,7 +129,7 @@ def material(name, **more):
         "alphaCutoff": Follows(cut_out),
         "doubleSided": Follows(True),
         "smooth": Nothing(False),  # nowhere read
-        "wireframe": Named(True, "wireframes are left out, materials become solid", name),
+        "wireframe": Follows(True),
     } | more
 
 

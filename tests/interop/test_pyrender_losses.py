@@ -29,6 +29,12 @@ from tests.scenes import geom_node, wall
 SIZE = (64, 48)
 
 
+def with_large_points():
+    node = geom_node("dust", Geom.points(np.eye(3)))
+    NodePath(node).set_render_mode_thickness(3)
+    return node
+
+
 def with_tag(node):
     node.tags["use"] = "test"
     return node
@@ -121,6 +127,7 @@ def shiny_light(light):
         (scene_with(with_tangents()), "ignores tangents and takes those of normal maps .*: 'wall'"),
         (scene_with(with_second_texcoords()), "all textures at the first texture coordinates: 'wall'"),
         (scene_with(with_tag(PandaNode("box"))), "tags are left out: 'box'"),
+        (scene_with(with_large_points()), "sizes of points are left out: .* point_size: 'dust'"),
         (
             Scene(background=VerticalGradient((0, 0, 0), (0, 0, 1))),
             "gradient becomes its horizon's .*: 'root'",
@@ -167,7 +174,6 @@ def textured(**texture):
             triangle(color_0=[(1, 1, 0.5)] * 3, material=matt(emissiveFactor=(1.0, 0.0, 0.0))),
             "multiplies emission by vertex colours, .*: 'leaf'",
         ),
-        (triangle(material=matt(wireframe=True)), "wireframes are left out, .*: 'clay'"),
         (triangle(material=matt(emissiveFactor=(0.5, 0.0, 0.0))), "draws the square of emission: 'clay'"),
         (
             triangle(material=matt(alphaMode="MASK", baseColorFactor=(1.0, 1.0, 1.0, 0.4))),
@@ -311,12 +317,6 @@ def test_without_pyrender_the_error_says_how_to_install_it(monkeypatch, convert)
     assert isinstance(caught.value, ImportError)
 
 
-def test_a_spotlight_without_direction_is_refused():
-    scene = Scene()
-    scene.root.attach_new_node(fading(Spotlight("spot"))).set_scale(1, 0, 1)
-    with pytest.raises(LightError, match=r"light 'spot': .* no direction"):
-        to_pyrender(scene)
-
 def test_a_package_that_pyrender_needs_is_named_with_how_to_install_it(monkeypatch):
     for name in [name for name in sys.modules if name.partition(".")[0] == "pyrender"]:
         monkeypatch.delitem(sys.modules, name)
@@ -324,6 +324,12 @@ def test_a_package_that_pyrender_needs_is_named_with_how_to_install_it(monkeypat
     with pytest.raises(MissingPackageError, match=r"trimesh.*-m pip install 'pyrender-maintained>=1.0'$"):
         import_pyrender()
 
+
+def test_a_spotlight_without_direction_is_refused():
+    scene = Scene()
+    scene.root.attach_new_node(fading(Spotlight("spot"))).set_scale(1, 0, 1)
+    with pytest.raises(LightError, match=r"light 'spot': .* no direction"):
+        to_pyrender(scene)
 
 
 @pytest.mark.parametrize("wrong", [42, None, "forest", []])

@@ -375,10 +375,10 @@ def test_points_and_lines_go_there_and_back(normals):
     ],
 )
 def test_modes_of_points_and_lines(mode, indices, expected):
+    """Also of a wireframe's material, which changes neither."""
     source = pyrender.Scene()
     places = np.arange(15.0).reshape(5, 3)
-    source.add(
-        pyrender.Mesh([pyrender.Primitive(places, indices=indices, mode=getattr(pyrender.GLTF, mode))])
-    )
+    wires, kind = matt(wireframe=True), getattr(pyrender.GLTF, mode)
+    source.add(pyrender.Mesh([pyrender.Primitive(places, indices=indices, mode=kind, material=wires)]))
     ((geom, _),) = from_pyrender(source).root.node().geoms
     assert geom.indices.tolist() == expected

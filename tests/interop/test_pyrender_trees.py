@@ -5,18 +5,22 @@ from __future__ import annotations
 from typing import get_args
 
 import numpy as np
+import pyrender
 import pytest
 from hypothesis import given
 from hypothesis import settings as search
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from firefly_sample.interop.pyrender.bridge import from_pyrender, to_pyrender
 from firefly_sample.scene.geom import Geom, GeomNode
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Scene
 from firefly_sample.scene.texture import MagFilter, MinFilter, Texture, Wrap
-from tests.interop.blocks import ANGLES, SCALES, SINGLE, VECTOR, single, there_and_back
+from firefly_sample.scene.traversal import iter_visible
+from tests.interop.blocks import ANGLES, SCALES, SINGLE, VECTOR, matt, single, there_and_back, triangle
+from tests.scenes import ball, geom_node
 
 
 @st.composite
@@ -136,3 +140,28 @@ def test_trees_come_back(scene):
 def test_backgrounds_come_back(color):
     scene = Scene(background=color)
     np.testing.assert_allclose(there_and_back(scene).background, color, rtol=4 * SINGLE, atol=4e-8)
+
+
+def test_wireframes_go_there_and_back_by_the_net_render_mode():
+    scene = Scene()
+    above = scene.root.attach_new_node("above")
+    above.set_render_mode_wireframe()
+    above.attach_new_node(geom_node("wires", ball(1.0, 1)))
+    above.attach_new_node(geom_node("filled", ball(1.0, 1))).set_render_mode_filled()
+    above.attach_new_node(geom_node("hidden", ball(1.0, 1))).hide()
+    written = to_pyrender(scene)
+    drawn = {node.name: node.mesh.primitives[0].material.wireframe for node in written.mesh_nodes}
+    assert drawn == {"wires": True, "filled": False, "hidden": True}
+    modes = {visit.node.name: visit.render_mode.mode for visit in iter_visible(from_pyrender(written).root)}
+    assert modes["wires[0]"] == "wireframe"
+    assert modes["filled"] == "filled"
+
+
+def test_a_wireframe_with_instances_is_one_at_each():
+    poses = np.array([np.eye(4), np.diag((2.0, 2.0, 2.0, 1.0))])
+    source = pyrender.Scene()
+    source.add(pyrender.Mesh([triangle(material=matt(wireframe=True), poses=poses)]), name="leaf")
+    visits = [visit for visit in iter_visible(from_pyrender(source).root) if visit.node.name != "leaf"]
+    assert [visit.render_mode.mode for visit in visits if isinstance(visit.node, GeomNode)] == [
+        "wireframe"
+    ] * 2

@@ -77,7 +77,7 @@ def to_pyrender(scene: Scene, time: float = 0.0, *, size: Size | None = None) ->
         Once for each kind of loss, with the names of the objects: sprites, highlights, ambient colours of
         materials, unlit materials, scales of normal maps, occlusion, cut-outs, a spotlight's exponent,
         attenuation other than 1/d^2, shadows, more than four lights of a kind, exposure, a background's
-        gradient, aspect ratios that contradict `size`, tags and more.
+        gradient, aspect ratios that contradict `size`, sizes of points, tags and more.
     """
     import_pyrender()
     _check_type("to_pyrender", scene, Scene)
@@ -96,8 +96,9 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     `DirectionalLight`. If a pyrender Scene without a name has a single top node, that becomes the root.
     Otherwise a new root is added, with the top nodes sorted by name (equal names keep their order). A node
     without a name takes that of its mesh, light or camera, or one such as "mesh 2". An ambient light becomes
-    an `AmbientLight`; instances (`Primitive.poses`) become nodes; strips and fans become triangles. A Mesh
-    without normals gets smooth ones. A Scene without a main camera gets a new camera.
+    an `AmbientLight`; instances (`Primitive.poses`) and wireframes become nodes below that of their mesh.
+    Strips and fans become triangles, points and lines stay what they are. A Mesh without normals gets smooth
+    ones. A Scene without a main camera gets a new camera.
 
     A MetallicRoughnessMaterial becomes a metallic-roughness material, also one of metalness 0 and roughness
     1, which `to_pyrender` may have made of a Phong material: pyrender draws a highlight on it. The range of
@@ -127,8 +128,8 @@ def from_pyrender(scene: pyrender.Scene, *, size: Size | None = None) -> Scene:
     Warns
     -----
     ConversionWarning
-        Once for each kind of loss, with the names of the objects: gloss, occlusion, wireframes, points and
-        lines, ranges of lights, numbers of meshes that are not finite, and more.
+        Once for each kind of loss, with the names of the objects: gloss, occlusion, ranges of lights,
+        numbers of meshes that are not finite, and more.
     """
     check_scene("from_pyrender", scene)
     losses = Losses()

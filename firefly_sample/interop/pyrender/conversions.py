@@ -18,7 +18,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from firefly_sample.interop.pyrender.materials import MaterialReader
-from firefly_sample.interop.pyrender.meshes import MeshReader
+from firefly_sample.interop.pyrender.meshes import MeshReader, note_losses
 from firefly_sample.interop.pyrender.normals import normal_lines, normal_material
 from firefly_sample.losses import Losses
 from firefly_sample.scene.geom import Geom
@@ -39,6 +39,8 @@ class Treatment:
         The primitives that are drawn as lines: those whose material says so, all others, all, or none.
     shadows : frozenset of str
         The kinds of lights that cast shadows: "directional", "point", "spot".
+    map_size : int or None
+        Texels along a side of all shadow maps, where the setting `shadow_resolution` gives them.
     vertex_normals, face_normals : bool
         Draw normals as lines.
     look : str
@@ -52,6 +54,7 @@ class Treatment:
     both_sides: bool = False
     wireframe: str = "material"
     shadows: frozenset[str] = frozenset()
+    map_size: int | None = None
     vertex_normals: bool = False
     face_normals: bool = False
     look: str = "pyrender"
@@ -108,6 +111,7 @@ class Conversions:
         self._geoms: WeakKeyDictionary[Any, _Kept] = WeakKeyDictionary()
         self._materials: WeakKeyDictionary[Any, _Kept] = WeakKeyDictionary()
         self._normals: WeakKeyDictionary[Any, _Kept] = WeakKeyDictionary()
+        self._noted: WeakKeyDictionary[Any, _Kept] = WeakKeyDictionary()
         self._normal_materials: dict[str, Material] = {}
         self._textures: WeakKeyDictionary[Any, _Kept] = WeakKeyDictionary()
 
@@ -122,6 +126,13 @@ class Conversions:
         use = mirrored, facing and primitive.normals is None  # with normals, both are the same
         made: Geom = self._keep(self._geoms, primitive, arrays, mode, use, make)
         return made
+
+    def note_losses(self, primitive: Any, name: str) -> None:
+        """Note once what a picture that is not as pyrender's lacks of a primitive."""
+        objects, mode = _NOTED(primitive), (primitive.mode,)
+        self._keep(
+            self._noted, primitive, objects, mode, None, lambda: note_losses(primitive, name, self.losses)
+        )
 
     def normals(self, primitive: Any, treatment: Treatment, name: str) -> Geom | None:
         """Return the lines along a primitive's normals that a treatment asks for."""
@@ -192,6 +203,7 @@ class Conversions:
 
 
 _ARRAYS = attrgetter("positions", "normals", "tangents", "texcoord_0", "color_0", "indices")
+_NOTED = attrgetter("normals", "tangents", "joints_0", "weights_0", "targets")
 _FACTORS = (
     "alphaMode",
     "alphaCutoff",

@@ -44,11 +44,11 @@ class MaterialWriter:
         self._texture = cache(pyrender_texture)
         self._material = cache(self._new_material)
 
-    def material(self, material: Material, color: Color | None) -> Any:
+    def material(self, material: Material, color: Color | None, wireframe: bool) -> Any:
         """Return a material as a pyrender Material; `color` multiplies its base colour."""
-        return self._material(material, color)
+        return self._material(material, color, wireframe)
 
-    def _new_material(self, material: Material, color: Color | None) -> Any:
+    def _new_material(self, material: Material, color: Color | None, wireframe: bool) -> Any:
         import pyrender
 
         if material.specular.any():
@@ -68,6 +68,7 @@ class MaterialWriter:
             alphaMode=material.alpha_mode.upper(),
             alphaCutoff=material.alpha_cutoff,
             doubleSided=bool(material.double_sided),
+            wireframe=wireframe,
             emissiveFactor=material.emission,
             emissiveTexture=self._image(material.emission_texture),
             metallicFactor=0.0 if matt else material.metallic,
@@ -100,8 +101,6 @@ class MaterialReader:
         return self._materials[id(source)]
 
     def _new_material(self, source: Any, name: str) -> Material:
-        if source.wireframe and self._compare:
-            self._losses.add("wireframes are left out, materials become solid", name)
         glow = self._textures.texture(source.emissiveTexture, name)
         black = source.emissiveTexture is not None and glow is None  # as pyrender draws it
         material = Material(

@@ -58,7 +58,13 @@ class MeshWriter:
         self._materials = MaterialWriter(losses)
 
     def mesh(
-        self, node: GeomNode, material: Material | None, color: Color | None, mirrored: bool, visible: bool
+        self,
+        node: GeomNode,
+        material: Material | None,
+        color: Color | None,
+        wireframe: bool,
+        mirrored: bool,
+        visible: bool,
     ) -> Any:
         """Return a pyrender Mesh of a node's Geoms, shared by nodes that look alike; None without vertices.
 
@@ -71,17 +77,24 @@ class MeshWriter:
         parts = tuple(
             (geom, own if material is None else material) for geom, own in node.geoms if len(geom.vertices)
         )
-        return self._mesh(parts, color, mirrored, visible) if parts else None
+        return self._mesh(parts, color, wireframe, mirrored, visible) if parts else None
 
     def _new_mesh(
-        self, parts: tuple[tuple[Geom, Material], ...], color: Color | None, mirrored: bool, visible: bool
+        self,
+        parts: tuple[tuple[Geom, Material], ...],
+        color: Color | None,
+        wireframe: bool,
+        mirrored: bool,
+        visible: bool,
     ) -> Any:
         import pyrender
 
-        primitives = [self._primitive(geom, look, color, mirrored) for geom, look in parts]
+        primitives = [self._primitive(geom, look, color, wireframe, mirrored) for geom, look in parts]
         return pyrender.Mesh(primitives, name=parts[0][0].name, is_visible=visible)
 
-    def _primitive(self, geom: Geom, material: Material, color: Color | None, mirrored: bool) -> Any:
+    def _primitive(
+        self, geom: Geom, material: Material, color: Color | None, wireframe: bool, mirrored: bool
+    ) -> Any:
         import pyrender
 
         if len(geom.vertices) > LARGEST_INDEX:
@@ -103,7 +116,7 @@ class MeshWriter:
             color_0=colors,
             indices=geom.indices[:, ::-1] if mirrored and geom.mode == "triangles" else geom.indices,
             mode={"triangles": _LIST, "lines": _LINES, "points": _POINTS}[geom.mode],
-            material=self._materials.material(material, color),
+            material=self._materials.material(material, color, wireframe),
         )
 
 
@@ -133,8 +146,8 @@ class MeshReader:
         self._of_primitives: dict[tuple[int, bool], Geom] = {}
         self._materials = MaterialReader(losses)
 
-    def parts(self, mesh: Any, name: str, net: Float64) -> Iterable[tuple[Geom, Material, Any]]:
-        """Yield a Geom, a material and None for each primitive of triangles.
+    def parts(self, mesh: Any, name: str, net: Float64) -> Iterable[tuple[Geom, Material, Any, bool]]:
+        """Yield a Geom, a material, None and True for a wireframe, for each primitive.
 
         A primitive with instances yields one item for each instance, with its pyrender transform in place of
         None. `name` is for a mesh that has none; `net` goes from the mesh's space to world space.
@@ -145,26 +158,24 @@ class MeshReader:
         for index, primitive in enumerate(mesh.primitives):
             part_name = f"{name}[{index}]" if len(mesh.primitives) > 1 else name
             material = self._materials.material(primitive.material, part_name)
-            self._note_losses(primitive, material, part_name)
+            note_losses(primitive, part_name, self._losses)
+            self._note_differences(primitive, material, part_name)
+            asks_wireframe = bool(primitive.material.wireframe)
             for pose in (None,) if primitive.poses is None else primitive.poses:
                 upper = net[:3, :3] if pose is None else pose[:3, :3].astype(np.float64) @ net[:3, :3]
                 mirrored = bool(np.linalg.det(upper) < 0)
                 key = (id(primitive), mirrored)
                 if key not in self._of_primitives:
                     self._of_primitives[key] = self.geom(primitive, mirrored, part_name)
-                yield self._of_primitives[key], material, pose
+                geom = self._of_primitives[key]
+                yield geom, material, pose, asks_wireframe and geom.mode == "triangles"
 
-    def _note_losses(self, primitive: Any, material: Material, name: str) -> None:
-        for attribute in _UNREAD_ATTRIBUTES:
-            if getattr(primitive, attribute) is not None:
-                self._losses.add(f"{attribute} of meshes are left out", name)
-        if primitive.normals is None and primitive.mode in (_LIST, _STRIP, _FAN):
-            self._losses.add(_NO_NORMALS, name)
+    def _note_differences(self, primitive: Any, material: Material, name: str) -> None:
+        """Note what pyrender draws differently of a primitive that is in both libraries."""
         if primitive.color_0 is not None and tints_emission(primitive.color_0, material):
             self._losses.add(_TINTED_EMISSION, name)
-        if primitive.tangents is not None and not _are_tangents(primitive.tangents):
-            self._losses.add(_WRONG_TANGENTS, name)
-        elif primitive.tangents is not None and material.normal_texture is not None:
+        tangents = primitive.tangents
+        if tangents is not None and _are_tangents(tangents) and material.normal_texture is not None:
             self._losses.add(_OWN_TANGENTS, name)
 
     def geom(self, primitive: Any, mirrored: bool, name: str, facing: bool = False) -> Geom:
@@ -201,6 +212,17 @@ class MeshReader:
                 mode=mode,
             )
         return self._geoms[key]
+
+
+def note_losses(primitive: Any, name: str, losses: Losses) -> None:
+    """Note what a Geom of a primitive that shall not look as in pyrender lacks, or has in its place."""
+    for attribute in _UNREAD_ATTRIBUTES:
+        if getattr(primitive, attribute) is not None:
+            losses.add(f"{attribute} of meshes are left out", name)
+    if primitive.normals is None and primitive.mode in (_LIST, _STRIP, _FAN):
+        losses.add(_NO_NORMALS, name)
+    if primitive.tangents is not None and not _are_tangents(primitive.tangents):
+        losses.add(_WRONG_TANGENTS, name)
 
 
 def corners_of(primitive: Any) -> tuple[GeomMode, Int64]:

@@ -225,12 +225,23 @@ class SceneMirror:
 
     def _map_sizes(self, nodes: Iterable[Any]) -> dict[str, int]:
         """Return the texels along a side of the shadow maps of each kind of lights that casts shadows."""
-        kinds = [_kind(node.light) for node in nodes]
+        kinds, given = [_kind(node.light) for node in nodes], self._treatment.map_size
         counts = {kind: kinds.count(kind) for kind in self._treatment.shadows if kind in kinds}
+        if given is not None:
+            return dict.fromkeys(counts, given)
         sizes = {kind: LAMP_MAP if kind == "point" else SUN_MAP for kind in counts}
         maps = {kind: count * (6 if kind == "point" else 1) for kind, count in counts.items()}
+        share = 1
         while sum(maps[kind] * size**2 for kind, size in sizes.items()) > MOST_TEXELS:
             sizes = {kind: size // 2 for kind, size in sizes.items()}
+            share *= 2
+        if share > 1:
+            self._conversions.losses.add(
+                f"{sum(maps.values())} shadow maps have 1/{share} of their usual texels a side, because all "
+                "lights of a kind cast shadows: use the flags SHADOWS_DIRECTIONAL, SHADOWS_POINT and "
+                "SHADOWS_SPOT for fewer kinds, from_pyrender and set_shadow_caster for fewer lights, or the "
+                "setting shadow_resolution for another size"
+            )
         return sizes
 
     # --- names ---

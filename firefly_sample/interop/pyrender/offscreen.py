@@ -266,6 +266,7 @@ class OffscreenRenderer:
             both_sides=bool(flags & RenderFlags.SKIP_CULL_FACES),
             wireframe=wireframe,
             shadows=frozenset(kind for kind, flag in shadows.items() if lit and flags & flag),
+            map_size=self.settings.shadow_resolution,
             vertex_normals=bool(flags & RenderFlags.VERTEX_NORMALS),
             face_normals=bool(flags & RenderFlags.FACE_NORMALS),
             look=self._settings(flags).look,

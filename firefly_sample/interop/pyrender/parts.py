@@ -90,10 +90,13 @@ class MeshParts:
     def _of_primitive(self, primitive: Any, mirrored: bool, name: str) -> Iterator[Part]:
         treatment, conversions, source = self._treatment, self._conversions, primitive.material
         material = conversions.material(source, treatment, name)
-        wireframe = treatment.draws_wireframe(source)
+        asks_wireframe = treatment.draws_wireframe(source)
+        if not (treatment.alike or treatment.opaque):
+            conversions.note_losses(primitive, name)
         for pose in (None,) if primitive.poses is None else primitive.poses:
             turned = mirrored != (pose is not None and np.linalg.det(pose[:3, :3]) < 0.0)
-            yield Part(conversions.geom(primitive, turned, treatment.facing, name), material, wireframe, pose)
+            geom = conversions.geom(primitive, turned, treatment.facing, name)
+            yield Part(geom, material, asks_wireframe and geom.mode == "triangles", pose)
             lines = conversions.normals(primitive, treatment, name)
             if lines is not None:
                 yield Part(lines, conversions.normal_material(treatment.look), False, pose)

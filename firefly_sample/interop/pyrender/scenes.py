@@ -20,10 +20,11 @@ from firefly_sample.plan.view import camera_matrices
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import FadingLight, Light
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
-from firefly_sample.scene.node import PandaNode
+from firefly_sample.scene.node import PandaNode, inherit
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
+from firefly_sample.scene.render_mode import PLAIN, RenderMode
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
 from firefly_sample.scene.transforms import matrix_from_gltf, matrix_to_gltf
 from firefly_sample.scene.traversal import iter_visible
@@ -34,6 +35,8 @@ Float64 = NDArray[np.float64]
 
 Content = tuple[str, Any, Float64 | None]
 """A keyword of pyrender's Node, the object for it, and its matrix in node space; None is the identity."""
+
+_NO_SIZES = "sizes of points are left out: pyrender's OffscreenRenderer takes one, as point_size"
 
 
 class SceneWriter:
@@ -99,7 +102,10 @@ class SceneWriter:
         match node:
             case GeomNode():
                 mirrored = bool(np.linalg.det(net[:3, :3]) < 0)
-                look = path.get_net_material(), path.get_net_color()
+                mode = _net_render_mode(path)
+                if mode.thickness != 1.0 and any(geom.mode == "points" for geom, _ in node.geoms):
+                    self._losses.add(_NO_SIZES, node.name)
+                look = path.get_net_material(), path.get_net_color(), mode.mode == "wireframe"
                 mesh = self._meshes.mesh(node, *look, mirrored, visible)
                 return [] if mesh is None else [("mesh", mesh, None)]
             case Sprites():
@@ -232,15 +238,27 @@ class SceneReader:
 
     def _mesh(self, mesh: Any, name: str, net: Float64) -> GeomNode:
         node = GeomNode(name)
-        for index, (geom, material, pose) in enumerate(self._meshes.parts(mesh, name, net)):
-            if pose is None:
+        for index, (geom, material, pose, wireframe) in enumerate(self._meshes.parts(mesh, name, net)):
+            if pose is None and not wireframe:
                 node.add_geom(geom, material)
-            else:
-                instance = GeomNode(f"{name}[{index}]")
-                instance.add_geom(geom, material)
-                NodePath(instance).set_mat(_matrix(pose))
-                node.add_child(instance)
+                continue
+            below = GeomNode(f"{name}[{index}]")
+            below.add_geom(geom, material)
+            if pose is not None:
+                NodePath(below).set_mat(_matrix(pose))
+            if wireframe:
+                NodePath(below).set_render_mode_wireframe()
+            node.add_child(below)
         return node
+
+
+def _net_render_mode(path: NodePath) -> RenderMode:
+    """Return the render mode at a node after inheriting."""
+    mode, priority = None, 0
+    for step in reversed(path.get_ancestors()):
+        node = step.node()
+        mode, priority = inherit(mode, priority, node.render_mode, node.render_mode_priority)
+    return mode or PLAIN
 
 
 def _matrix(given: Any) -> Float64:
