@@ -83,9 +83,15 @@ class Group:
     @property
     def blended(self) -> bool:
         """True if the materials are marked for blending, and something of the instances is not opaque."""
-        if self.materials[0].alpha_mode != "blend" or self.geom.mode != "triangles":
+        return self.geom.mode == "triangles" and self.clear
+
+    @property
+    def clear(self) -> bool:
+        """True where `blended` is, and for points and lines of which the same is true: they stay opaque."""
+        if self.materials[0].alpha_mode != "blend":
             return False
-        if self.vertex_alpha or (self.texture is not None and self.texture.least_alpha() < 1.0):
+        own = self.geom.alphas is not None and self.colors is None
+        if own or (self.texture is not None and self.texture.least_alpha() < 1.0):
             return True
         return bool((self.factors().base_colors[:, 3] < 1.0).any())
 

@@ -58,6 +58,7 @@ class PlanWarnings:
             *snapshot.warnings,
             *_blended_warnings(needs, snapshot),
             *_mark_warnings(needs, snapshot),
+            *_thickness_warnings(snapshot),
             *_driver_warnings(needs),
             *eye.warnings,
             *clipping_warnings(clipped, eye, snapshot.id_names),
@@ -92,17 +93,26 @@ def _blended_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
 def _mark_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
     """Yield a line about lines and points that would let through what is behind them."""
     marks = dict.fromkeys(
-        group.geom.name
-        for group in snapshot.groups
-        if group.geom.mode != "triangles" and group.materials[0].alpha_mode == "blend" and _is_clear(group)
+        group.geom.name for group in snapshot.groups if group.geom.mode != "triangles" and group.clear
     )
     if marks and needs.picture:
         yield f"lines and points are drawn opaque, not blended: {', '.join(marks)}"
 
 
-def _is_clear(group: Group) -> bool:
-    colors = group.factors().base_colors[:, 3]
-    return bool((colors < 1.0).any()) or (group.geom.alphas is not None and group.colors is None)
+def _thickness_warnings(snapshot: Snapshot) -> Iterator[str]:
+    """Yield a line about lines and wireframes that a render mode would make thicker or thinner."""
+    names = dict.fromkeys(group.geom.name for group in snapshot.groups if _is_thick(group))
+    if names:
+        yield (
+            f"lines are one pixel wide, whatever the thickness of their render mode: {', '.join(names)} (the "
+            "core profile of OpenGL draws no others; give them the thickness 1)"
+        )
+
+
+def _is_thick(group: Group) -> bool:
+    mode, thickness = group.render_mode
+    has_lines = group.geom.mode == "lines" or (group.geom.mode == "triangles" and mode == "wireframe")
+    return has_lines and thickness != 1.0
 
 
 def _driver_warnings(needs: Needs) -> Iterator[str]:

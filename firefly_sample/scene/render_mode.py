@@ -6,7 +6,7 @@ thickness replace both of those above, unless these have a higher priority.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol, get_args
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.node import PandaNode
@@ -43,6 +43,30 @@ class _HasNode(Protocol):
 class RenderModes:
     """The methods of a `NodePath` that set its node's render mode, by Panda3D's names."""
 
+    def set_render_mode(self: _HasNode, mode: Mode, thickness: float, priority: int = 0) -> None:
+        """Set both parts of the render mode of this node and those below it.
+
+        Parameters
+        ----------
+        mode : {"filled", "wireframe"}
+            Panda3D's numbers for these are `RenderModeAttrib.M_filled` and `M_wireframe`.
+        thickness : float
+            Width and height of points in pixels: above 0, up to 2048. Lines are one pixel wide; a warning
+            names those for which another thickness is set.
+        priority : int
+            A mode of a higher priority above this node wins.
+
+        Raises
+        ------
+        NodeError
+            If there is no such mode, or a number is wrong.
+        """
+        if mode not in get_args(Mode):
+            raise NodeError(
+                f"node {self.node().name!r}: a render mode must be 'filled' or 'wireframe', got {mode!r}"
+            )
+        _set(self.node(), mode, thickness, priority)
+
     def set_render_mode_wireframe(self: _HasNode, priority: int = 0) -> None:
         """Draw only the edges of triangles at this node and below it, as lines of one pixel."""
         _set(self.node(), "wireframe", priority=priority)
@@ -54,15 +78,10 @@ class RenderModes:
     def set_render_mode_thickness(self: _HasNode, thickness: float, priority: int = 0) -> None:
         """Set the width and height of points at this node and below it, in pixels: above 0, up to 2048.
 
-        As in Panda3D, a node without a mode of its own then fills triangles.
+        As in Panda3D, a node without a mode of its own then fills triangles. Lines are one pixel wide; a
+        warning names those for which another thickness is set.
         """
-        given = to_number(thickness)
-        if not 0.0 < given <= LARGEST_THICKNESS:
-            raise NodeError(
-                f"node {self.node().name!r}: a thickness must be a number of pixels above 0, at most "
-                f"{LARGEST_THICKNESS:g}, got {thickness!r}"
-            )
-        _set(self.node(), None, given, priority)
+        _set(self.node(), None, thickness, priority)
 
     def clear_render_mode(self: _HasNode) -> None:
         """Remove this node's own render mode; it inherits again."""
@@ -91,6 +110,12 @@ def _set(node: PandaNode, mode: Mode | None, thickness: float | None = None, pri
     if whole is None:
         raise NodeError(f"node {node.name!r}: a priority must be a whole number, got {priority!r}")
     own = node.render_mode or PLAIN
-    node.render_mode = RenderMode(mode or own.mode, own.thickness if thickness is None else thickness)
+    given = own.thickness if thickness is None else to_number(thickness)
+    if not 0.0 < given <= LARGEST_THICKNESS:
+        raise NodeError(
+            f"node {node.name!r}: a thickness must be a number of pixels above 0, at most "
+            f"{LARGEST_THICKNESS:g}, got {thickness!r}"
+        )
+    node.render_mode = RenderMode(mode or own.mode, given)
     node.render_mode_priority = whole
     node.mark_changed()

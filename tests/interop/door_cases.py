@@ -80,6 +80,8 @@ CASES = [
     Case(scenes.points, largest=3),
     Case(scenes.points, point_size=4.0, largest=7),
     Case(scenes.points, RenderFlags.FLAT, point_size=4.0),
+    Case(scenes.points, RenderFlags.ALL_WIREFRAME, point_size=4.0, largest=7),
+    Case(scenes.lines, point_size=4.0),
     Case(scenes.wireframes, has_ties=True),
     Case(scenes.clear_background, RenderFlags.RGBA),
     Case(scenes.textures, RenderFlags.FLAT),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firefly_sample import Geom, Material, NodePath, Scene, Settings
+from firefly_sample import Geom, Material, NodePath, Scene, Settings, Texture
 from firefly_sample.errors import SceneError
 from firefly_sample.lab import render_reference
 from firefly_sample.scene.lens import OrthographicLens
@@ -14,6 +14,7 @@ from tests.conftest import borrow_renderer
 from tests.scenes import geom_node
 
 SIZE = (32, 24)
+CLEAR = Texture(np.array([[(255, 255, 255, 51)]], np.uint8), "clear")
 
 
 def scene_of(geom: Geom, material: Material | None = None) -> tuple[Scene, NodePath]:
@@ -146,14 +147,37 @@ def test_marks_cast_no_shadow_and_break_no_sum_over_surfaces():
     assert np.isfinite(frame.depth).sum() == 1
 
 
-def test_marks_that_let_through_are_opaque_and_named():
-    clear = Material("glass", base_color=(1.0, 1.0, 1.0, 0.2), alpha_mode="blend")
+@pytest.mark.parametrize("share", [{"base_color": (1.0, 1.0, 1.0, 0.2)}, {"texture": CLEAR}])
+def test_marks_that_let_through_are_opaque_and_named(share):
+    clear = Material("glass", alpha_mode="blend", **share)
     scene, _ = scene_of(Geom.points([(10.5, 10, 12.5)], name="dust"), clear)
     with borrow_renderer(SIZE, Settings(albedo_format="rgba32f")) as renderer:
         frame = renderer.render(scene, outputs=("radiance", "depth"))
     assert frame.warnings == ("lines and points are drawn opaque, not blended: dust",)
     assert frame.radiance[SIZE[1] - 1 - 12, 10].tolist() == [0.5, 0.5, 0.5]
     assert np.isfinite(frame.depth).sum() == 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "mode", "thickness", "warned"),
+    [
+        ("lines", "filled", 3.0, True),
+        ("lines", "wireframe", 0.5, True),
+        ("triangles", "wireframe", 3.0, True),
+        ("lines", "filled", 1.0, False),
+        ("triangles", "filled", 3.0, False),
+        ("points", "wireframe", 3.0, False),
+    ],
+)
+def test_lines_of_another_thickness_are_named(kind, mode, thickness, warned):
+    corners, elements = [(5, 10, 5), (25, 10, 5), (5, 10, 20)], {"lines": [(0, 1)], "triangles": [(0, 1, 2)]}
+    geom = Geom(corners, elements.get(kind, [(0,), (1,)]), name="net", mode=kind)
+    scene, path = scene_of(geom)
+    path.get_parent().set_render_mode(mode, thickness)
+    with borrow_renderer(SIZE) as renderer:
+        warnings = renderer.render(scene, outputs=("depth",)).warnings
+    assert len(warnings) == warned
+    assert all(line.startswith("lines are one pixel wide, whatever") and "net" in line for line in warnings)
 
 
 def test_the_reference_refuses_marks_by_name():

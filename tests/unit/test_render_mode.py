@@ -16,8 +16,12 @@ MODES = {
     panda.RenderModeAttrib.M_filled: "filled",
     panda.RenderModeAttrib.M_wireframe: "wireframe",
 }
+NUMBERS = {name: number for number, name in MODES.items()}
 PRIORITY = st.integers(-2, 2)
 CALLS = st.one_of(
+    st.tuples(
+        st.just("set_render_mode"), st.sampled_from(["filled", "wireframe"]), st.integers(1, 9), PRIORITY
+    ),
     st.tuples(st.just("set_render_mode_wireframe"), PRIORITY),
     st.tuples(st.just("set_render_mode_filled"), PRIORITY),
     st.tuples(st.just("set_render_mode_thickness"), st.integers(1, 9), PRIORITY),
@@ -33,7 +37,7 @@ def test_modes_are_inherited_as_in_panda3d(levels):
         path, other = path.attach_new_node("below"), other.attach_new_node("below")
         for name, *arguments in calls:
             getattr(path, name)(*arguments)
-            getattr(other, name)(*arguments)
+            getattr(other, name)(*(NUMBERS.get(argument, argument) for argument in arguments))
         assert path.has_render_mode() == other.has_render_mode()
         assert path.get_render_mode() == MODES[other.get_render_mode()]
         assert path.get_render_mode_thickness() == other.get_render_mode_thickness()
@@ -48,6 +52,16 @@ def test_modes_are_inherited_as_in_panda3d(levels):
 def test_a_wrong_thickness_is_refused(thickness):
     with pytest.raises(NodeError, match="node 'dots': a thickness must be a number of pixels"):
         NodePath("dots").set_render_mode_thickness(thickness)
+    with pytest.raises(NodeError, match="node 'dots': a thickness must be a number of pixels"):
+        NodePath("dots").set_render_mode("filled", thickness)
+
+
+@pytest.mark.parametrize("mode", ["point", "unchanged", 2, None])
+def test_an_unknown_mode_is_refused(mode):
+    path = NodePath("dots")
+    with pytest.raises(NodeError, match="node 'dots': a render mode must be 'filled' or 'wireframe', got"):
+        path.set_render_mode(mode, 1.0)
+    assert not path.has_render_mode()
 
 
 def test_lines_and_points_have_no_triangles():

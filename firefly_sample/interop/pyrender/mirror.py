@@ -256,7 +256,7 @@ class SceneMirror:
 
 
 def _draw_parts(path: NodePath, parts: Iterable[Part]) -> None:
-    """Make a node draw other parts: instances and wireframes by nodes below it."""
+    """Make a node draw other parts: instances, lines and wireframes by nodes below it."""
     node = path.node()
     assert isinstance(node, GeomNode)
     for child in list(path.get_children()):
@@ -271,6 +271,8 @@ def _draw_parts(path: NodePath, parts: Iterable[Part]) -> None:
         below = path.attach_new_node(made)
         if part.wireframe:
             below.set_render_mode_wireframe()
+        elif part.geom.mode == "lines":
+            below.set_render_mode_thickness(1.0)
         if part.pose is not None:
             matrix = matrix_from_gltf(part.pose)
             matrix[:, 3] = 0.0, 0.0, 0.0, 1.0

@@ -45,8 +45,8 @@ class Part:
 
     @property
     def apart(self) -> bool:
-        """True if the part needs a node of its own."""
-        return self.wireframe or self.pose is not None
+        """True if the part needs a node of its own: lines have no part in the size of points."""
+        return self.wireframe or self.pose is not None or self.geom.mode == "lines"
 
     def same_as(self, other: Part) -> bool:
         """Return True if the other part has the same objects, and an equal transform."""
