@@ -135,9 +135,14 @@ def draw_surface(
     if batch.geom.mode == "points":
         ctx.point_size = drawable.point_size
     modes = {"triangles": ctx.TRIANGLES, "lines": ctx.LINES, "points": ctx.POINTS}
-    ctx.wireframe = batch.render_mode.mode == "wireframe"
-    gpu.render(drawable.array, modes[batch.geom.mode], vertices=count, first=first)
-    ctx.wireframe = False
+    wireframe = batch.render_mode.mode == "wireframe"
+    if wireframe:
+        ctx.wireframe = True
+    try:
+        gpu.render(drawable.array, modes[batch.geom.mode], vertices=count, first=first)
+    finally:
+        if wireframe:
+            ctx.wireframe = False
 
 
 def draw_volumes(

@@ -138,10 +138,10 @@ class ShadowPlanner:
         kept: dict[tuple[LightSource, str], Memo[ShadowMap]],
     ) -> list[ShadowMap]:
         reach, alpha_state = caster.reach, snapshot.alpha_state()
+        solid = [group for group in snapshot.groups if group.geom.mode == "triangles"]
         maps = []
         for view, tile in zip(caster.views(sight, snapshot.instances, reverse), tiles, strict=True):
             lens = view.lens.constants("zero_to_one" if reverse else "gl", reverse)
-            solid = [group for group in snapshot.groups if group.geom.mode == "triangles"]
             groups = solid if _may_meet(view, sight) else None
             matrix = view.world_to_light.tobytes()
             state = snapshot, alpha_state, tile, lens, matrix, reach, groups is None
