@@ -67,9 +67,8 @@ def measure_pyrender(
         "scene"; "drawn", the way; "samples", pyrender's samples a pixel; "ms" and "pyrender_ms", medians of a
         frame's milliseconds; "ratio", ours over pyrender's in the same block, the median; "spread",
         interquartile range over median of the ratios; "converted", the number of meshes that ours converted
-        after the first frame; and "growth", the bytes by which its process grew, without
-        libraries, from frame 100 (with fewer
-        than 200 frames, from the middle) to the last.
+        after the first frame; and "growth", the bytes by which its process grew, without libraries, from
+        frame 100 (with fewer than 200 frames, from the middle) to the last.
 
     Raises
     ------

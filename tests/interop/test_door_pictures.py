@@ -77,12 +77,17 @@ def test_a_random_scene_is_pyrenders(draw_with_pyrender, drawn, seed, flags):
     assert differences.mean() < 0.3
 
 
-def test_the_page_has_the_number_of_scenes_and_the_largest_difference():
-    page = (Path(__file__).parents[2] / "docs" / "pyrender.md").read_text()
-    assert f"On the {len({case.build for case in CASES})} scenes" in page
+def test_the_pages_have_the_number_of_scenes_and_the_largest_difference():
+    root, scenes = Path(__file__).parents[2], len({case.build for case in CASES})
+    page, first_page = (
+        " ".join(path.read_text().split()) for path in (root / "docs" / "pyrender.md", root / "README.md")
+    )
+    assert f"On the {scenes} scenes" in page
+    assert f"On {scenes} scenes" in first_page
     assert max(case.largest for case in CASES if case.build is not points) == 1
     assert max(case.largest for case in CASES) == 7
-    assert "by more than one code, but for lit points (up to seven codes)" in page
+    for text in (page, first_page):
+        assert "by more than one code, but for lit points (up to seven codes)" in text
 
 
 @EVERY_CASE

@@ -1,7 +1,8 @@
 """Convert scenes to pyrender and back: pip install 'firefly_sample[pyrender]'.
 
 pyrender 0.1.45 and its successor pyrender-maintained have the same import name; either one works. To compare
-pictures, draw ours with ``Settings(tone="none")``, and note that pyrender's `OffscreenRenderer`
+pictures by glTF's formula, draw ours with ``Settings(tone="none")``, and note that pyrender's
+`OffscreenRenderer`
 
 - encodes colours by the power 1/2.2, where ours are sRGB, and has no tone curve;
 - gives depth 0 where nothing is drawn, where ours is infinite;

@@ -40,7 +40,7 @@ class Fragments:
     position : ndarray of float64, shape (n, 3)
         View space: on the ray, or on the triangle where that is edge-on.
     by_pyrender : bool
-        Whether the surfaces are as pyrender has them.
+        True if the surfaces are as pyrender has them.
     """
 
     def __init__(
