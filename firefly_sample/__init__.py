@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from firefly_sample.capture.sequence import capture_frames
     from firefly_sample.capture.verify import compare_captures, verify_capture
     from firefly_sample.compositing import composite
-    from firefly_sample.errors import FireflyError, SoftwareDriverWarning
+    from firefly_sample.errors import FireflyError, NoEffectWarning, SoftwareDriverWarning
     from firefly_sample.frame import Frame
     from firefly_sample.model.framing import frame_camera
     from firefly_sample.model.load import load_model
@@ -52,6 +52,7 @@ __all__ = [
     "Intrinsics",
     "KeyStep",
     "Material",
+    "NoEffectWarning",
     "NodePath",
     "OrthographicLens",
     "PandaNode",
@@ -85,7 +86,7 @@ _MODULES = {
     "capture.sequence": ("capture_frames",),
     "capture.verify": ("compare_captures", "verify_capture"),
     "compositing": ("composite",),
-    "errors": ("FireflyError", "SoftwareDriverWarning"),
+    "errors": ("FireflyError", "NoEffectWarning", "SoftwareDriverWarning"),
     "frame": ("Frame",),
     "model.framing": ("frame_camera",),
     "model.load": ("load_model",),

@@ -20,6 +20,7 @@
         └── ShaderError               a shader that does not compile; names file and line
 
     SoftwareDriverWarning             a UserWarning: there is no GPU; pictures are right, but drawing is slow
+    NoEffectWarning                   a UserWarning: a method of Panda3D's that changes nothing here
 
 Each error is also the built-in exception that fits (`ValueError`, `ImportError`,
 `RuntimeError`), so that callers need not import this module to catch them.
@@ -104,6 +105,13 @@ class SoftwareDriverWarning(UserWarning):
     """The driver computes on the CPU: pictures are right, but drawing is slow.
 
     ``warnings.filterwarnings("ignore", category=firefly_sample.SoftwareDriverWarning)`` silences it.
+    """
+
+
+class NoEffectWarning(UserWarning):
+    """A method of Panda3D's that changes nothing here; the message says why, or what to do instead.
+
+    ``warnings.filterwarnings("ignore", category=firefly_sample.NoEffectWarning)`` silences it.
     """
 
 

@@ -99,6 +99,16 @@ def decode_shininess(stored: ArrayLike) -> Float64:
     return np.asarray(np.expm1(np.asarray(stored, dtype=np.float64) * 20.0 * np.log(2.0)))
 
 
+def decode_viewer(stored: ArrayLike) -> tuple[Float64, NDArray[np.bool_]]:
+    """Return what `decode_shininess` takes, and where highlights see the eye where it is.
+
+    Both are one number of 16 bits, whose highest bit is the second.
+    """
+    code = np.rint(np.asarray(stored, dtype=np.float64) * 65535.0)
+    local = code >= 32768.0
+    return np.asarray((code - 32768.0 * local) / 32767.0), np.asarray(local)
+
+
 def encode_metallic_roughness(metallic: ArrayLike, roughness: ArrayLike) -> Float64:
     """Return (..., 2) in 0..1, for targets of 16 bits: 0 first where `metallic` is below 0, which means none.
 

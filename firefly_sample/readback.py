@@ -16,6 +16,7 @@ from firefly_sample.packing import (
     decode_metallic_roughness,
     decode_normals,
     decode_shininess,
+    decode_viewer,
     unpack_ten_bits,
 )
 from firefly_sample.plan.frame_plan import FramePlan
@@ -166,8 +167,19 @@ class Surface:
         """Return the linear reflectance of ambient light, which is the albedo for most scenes."""
         return self._colors("albedo" if self._plan.target("ambient_albedo") is None else "ambient_albedo")
 
+    def shown_albedo(self) -> Float64:
+        """Return the linear reflectance with all that multiplies it."""
+        return np.minimum(self.albedo() * self.tint(), 1.0) if self.has_modulation() else self.albedo()
+
+    def has_modulation(self) -> bool:
+        """Return whether textures and colour scales are kept apart from base colours."""
+        return self._plan.settings.look == "panda3d" and self._plan.target("tint") is not None
+
     def tint(self) -> Float64:
-        """Return the colours that multiply all reflected light: ones, but in the look "pyrender"."""
+        """Return the colours that multiply all reflected light, or what is shown of it: mostly ones.
+
+        The first are those of the look "pyrender", the second of the look "panda3d".
+        """
         if self._plan.target("tint") is None:
             return self._where_covered(np.ones((*self.covered().shape, 3)), 0.0)
         return self._colors("tint")
@@ -182,7 +194,17 @@ class Surface:
         """Return the exponents of highlights, 0 without any."""
         if self._plan.target("specular") is None:
             return self._nothing("shininess")
-        return decode_shininess(self._floats("specular", 4)[..., 3])
+        stored = self._floats("specular", 4)[..., 3]
+        if self._target("specular").encoding == "local":
+            stored = decode_viewer(stored)[0]
+        return decode_shininess(stored)
+
+    def _local_viewer(self) -> NDArray[np.bool_]:
+        """Return where highlights see the eye where it is, in the look "panda3d"."""
+        target = self._plan.target("specular")
+        if target is None or target.encoding != "local":
+            return np.zeros(self.covered().shape, dtype=bool)
+        return decode_viewer(self._floats("specular", 4)[..., 3])[1]
 
     def metallic(self) -> Float64:
         """Return the shares of metal, -1 where the surface is not a metallic-roughness one."""
@@ -267,18 +289,24 @@ class Surface:
         """Return unit vectors from each pixel's surface to the eye, view space.
 
         In the look "pyrender", the eye of an orthographic camera is in its position for metallic-roughness
-        surfaces.
+        surfaces. In the look "panda3d", it is there for Phong materials that see it where it is, and for
+        others infinitely far behind the camera.
         """
-        lens = self._plan.view.lens
+        lens, look = self._plan.view.lens, self._plan.settings.look
         ray = lens.view_from_distance(*self._ndc(), 1.0)
-        if lens.perspective:
-            return np.asarray(-ray / np.linalg.norm(ray, axis=-1, keepdims=True))
         parallel = np.broadcast_to((0.0, -1.0, 0.0), ray.shape)
-        if self._plan.settings.look != "pyrender":
+        if lens.perspective:
+            own = np.asarray(-ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+            if look != "panda3d":
+                return own
+            seen = self._local_viewer() | (self.metallic() >= 0.0)
+            return np.where(seen[..., None], own, parallel)
+        meets = {"pyrender": lambda: self.metallic() >= 0.0, "panda3d": self._local_viewer}.get(look)
+        if meets is None:
             return parallel
         place = self.position()
         meeting = -place / np.linalg.norm(place, axis=-1, keepdims=True)
-        return np.where((self.metallic() >= 0.0)[..., None], meeting, parallel)
+        return np.where(meets()[..., None], meeting, parallel)
 
     def gbuffer(self) -> GBuffer:
         """Return all of it, as the float64 reference takes it."""
@@ -303,7 +331,7 @@ _DECODERS: dict[str, Callable[[Surface], NDArray[Any]]] = {
     "color": _stored("color", np.uint8),
     "color_alpha": _stored("color_alpha", np.uint8, 4),
     "radiance": _stored("final_radiance", np.float32),
-    "albedo": Surface.albedo,
+    "albedo": Surface.shown_albedo,
     "normal": Surface.normal,
     "normal_world": lambda surface: surface._to_world(surface.unit_normal(), point=False),
     "depth": Surface.stored_distance,

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from firefly_sample.errors import SettingsError, did_you_mean
 
-Look = Literal["correct", "classic", "pyrender", "flat"]
+Look = Literal["correct", "classic", "pyrender", "flat", "panda3d"]
 PositionMethod = Literal[
     "linear32f", "depth32f", "depth24", "depth16", "inverse_matrix", "stored16f", "stored32f"
 ]
@@ -39,6 +39,8 @@ HALF_CODE = 1.5e-4
 """Half a code of 255 in the dark, where sRGB is linear: 0.5 / 255 / 12.92."""
 HALF_CODE_OF_POWER = (0.5 / 255.0) ** 2.2
 """The radiance of half a code in the look "pyrender"."""
+HALF_CODE_OF_CODES = 0.5 / 255.0
+"""The same in the look "panda3d", which shows radiance as it is."""
 LARGEST_ATLAS = 16384
 """The largest side of a texture that drivers offer."""
 SHADOW_RESOLUTIONS = 16, LARGEST_ATLAS
@@ -76,6 +78,10 @@ def _classic(*allowed: Any, because: str = _STORED_AS_BY_PANDA) -> Limit:
 
 def _pyrender(*allowed: Any, because: str = "shades as pyrender does") -> Limit:
     return Limit("look", ("pyrender",), allowed, because)
+
+
+def _panda3d(*allowed: Any, because: str = "shades as Panda3D's shader generator does") -> Limit:
+    return Limit("look", ("panda3d",), allowed, because)
 
 
 def _flat(*allowed: Any, because: str = "shows base colours as they are stored") -> Limit:
@@ -180,13 +186,16 @@ class Settings:
 
     look: Look = _setting(
         "correct",
-        "Shade correctly, as Panda3D's sample does with its faults, as pyrender does, or not at all (flat).",
+        "Shade correctly, as Panda3D's sample does with its faults, as pyrender or Panda3D do, or not at all "
+        "(flat).",
         """The look "classic" reproduces the faults of Panda3D's sample "fireflies": normals are in the wrong
         axes and are never decoded, so that light comes from wrong directions; colours are multiplied as
         stored; each light is cut off and rounded as it is added into 8 bits. docs/lighting.md lists them, and
         what still differs. The look "pyrender" shades metallic-roughness materials by pyrender's formula
         and shows radiance by the power 1/2.2: docs/pyrender.md lists the terms. "flat" shows base colours,
-        textures and vertex colours as they are stored, without light.""",
+        textures and vertex colours as they are stored, without light. "panda3d" shades by the formula of
+        Panda3D's shader generator, and multiplies and shows colours as they are stored: docs/lighting.md has
+        the formula.""",
     )
     position_method: PositionMethod = _setting(
         "linear32f",
@@ -226,7 +235,12 @@ class Settings:
         whose normals come out half a degree wrong. "float64" computes those again from the triangle's
         corners, to 4e-7. That takes 8 bytes per pixel and one more pass, a quarter of the frame on a CPU.
         Vertex colours, and depth where positions come from it, remain the rasterizer's.""",
-        limits=(_classic("rasterizer"), _pyrender("rasterizer"), _forward("rasterizer")),
+        limits=(
+            _classic("rasterizer"),
+            _pyrender("rasterizer"),
+            _panda3d("rasterizer"),
+            _forward("rasterizer"),
+        ),
     )
     accumulation_format: AccumulationFormat = _setting(
         "rgba32f",
@@ -265,7 +279,7 @@ class Settings:
         on the same surface. That costs a quarter of the lighting and a pass to upsample it, which pays only
         with very many lights. It is wrong where surfaces are thinner than two pixels, or where light varies
         faster.""",
-        limits=(_classic("full"), _pyrender("full"), _forward("full")),
+        limits=(_classic("full"), _pyrender("full"), _panda3d("full"), _forward("full")),
     )
     volume_depth_test: bool = _setting(
         True,
@@ -277,7 +291,7 @@ class Settings:
         "How much radiance, after exposure, all lights together may lose per pixel because each is cut off.",
         """Each light is drawn only as far as it matters. The default is half a display code in the dark; 0
         cuts nothing off. Lights with a radius or a max distance end there and lose nothing.""",
-        absent="1.5e-4, or 1.1e-6 with look=pyrender",
+        absent="1.5e-4, or 1.1e-6 with look=pyrender, or 2e-3 with look=panda3d",
     )
     cutoff_threshold: float | None = _setting(
         None,
@@ -298,14 +312,15 @@ class Settings:
         "The formula of highlights.",
         """The model "phong" uses the angle between the reflected light and the eye; "blinn_phong" the angle
         between the normal and the vector halfway between light and eye: rounder, and it takes about four
-        times the shininess for the same size.""",
+        times the shininess for the same size. The look "panda3d" has a formula of its own.""",
+        limits=(_panda3d("phong", because="has highlights of its own"),),
     )
     clamp_light: bool = _setting(
         False,
         "Limit each light to the surface's own colour, and its highlight to 1.",
         """The limit applies before the light fades with distance: nothing is overexposed, and lights brighter
         than 1 look like lights of 1.""",
-        limits=(_classic(False), _pyrender(False)),
+        limits=(_classic(False), _pyrender(False), _panda3d(False)),
     )
     shadow_taps: int = _setting(
         4,
@@ -416,7 +431,11 @@ class Settings:
         """With "auto", white paper in bright light comes out just below display white. Captures, windows and
         measurements measure it once, at their first time. docs/lighting.md explains how.""",
         above=True,
-        limits=(_classic(1.0, because="has no exposure"), _flat(1.0)),
+        limits=(
+            _classic(1.0, because="has no exposure"),
+            _flat(1.0),
+            _panda3d(1.0, because="has no exposure"),
+        ),
     )
     tone: Tone | None = _setting(
         None,
@@ -428,6 +447,7 @@ class Settings:
             _classic(None, "none", because="has no tone curve"),
             _pyrender(None, "none", because="encodes radiance by the power 1/2.2 alone"),
             _flat(None, "none"),
+            _panda3d(None, "none", because="has no tone curve"),
         ),
     )
 
@@ -458,7 +478,7 @@ class Settings:
         """Return the `cutoff_budget` in force: half a code of the look where it is absent."""
         if self.cutoff_budget is not None:
             return self.cutoff_budget
-        return HALF_CODE_OF_POWER if self.look == "pyrender" else HALF_CODE
+        return {"pyrender": HALF_CODE_OF_POWER, "panda3d": HALF_CODE_OF_CODES}.get(self.look, HALF_CODE)
 
     def with_changes(self, **changes: Any) -> Settings:
         """Return a copy with some settings changed.

@@ -1,7 +1,7 @@
 #version 330 core
 // Adds directional lights, which reach every surface. The surface's position is needed only for shadows, and where the
 // rays of an orthographic camera meet in its position.
-#if defined(PYRENDER) && defined(METALLIC_ROUGHNESS) && ORTHOGRAPHIC
+#if ORTHOGRAPHIC && ((defined(PYRENDER) && defined(METALLIC_ROUGHNESS)) || defined(LOCAL_VIEWERS))
 #define PLACED 1
 #else
 #define PLACED (SHADOW_TAPS > 0 || PARTICLE_SHADOW)

@@ -25,6 +25,12 @@
 
 out vec4 o_radiance;
 out vec4 o_coverage;
+#ifdef TINT
+out vec4 o_tint;
+#endif
+#ifdef GLOSS
+out vec4 o_gloss;
+#endif
 
 void main()
 {
@@ -64,4 +70,16 @@ void main()
 #endif
     o_radiance = vec4(sum, 0.0);
     o_coverage = vec4(1.0);
+#ifdef TINT
+#if FIRST
+    o_tint = vec4(min(made.tint, LARGEST_HALF), 1.0);
+#else
+    o_tint = vec4(0.0);
+#endif
+#endif
+#if defined(GLOSS) && LIGHT_KIND != LIGHT_KIND_NONE
+    o_gloss = vec4(gloss_sum, 0.0);
+#elif defined(GLOSS)
+    o_gloss = vec4(0.0);
+#endif
 }

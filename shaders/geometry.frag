@@ -32,7 +32,9 @@ out vec4 o_specular;
 #ifdef METALLIC_ROUGHNESS
 out vec4 o_metallic_roughness;
 #endif
-#ifdef TINT
+#if defined(TINT) && defined(PANDA3D)
+out vec4 o_tint;
+#elif defined(TINT)
 out COLOR_TEXEL o_tint;
 #endif
 #if EMISSION
@@ -93,6 +95,13 @@ void main()
     o_specular = encode_specular(vec3(0.0), 0.0);
 #elif SPECULAR
     o_specular = encode_specular(v_specular.rgb, v_specular.a);
+#ifdef LOCAL_VIEWERS
+#ifdef LOCAL_VIEWER
+    o_specular.a = encode_viewer(o_specular.a, true);
+#else
+    o_specular.a = encode_viewer(o_specular.a, false);
+#endif
+#endif
 #endif
 #ifdef METALLIC_ROUGHNESS
 #ifdef METALLIC
@@ -101,7 +110,9 @@ void main()
     o_metallic_roughness = vec4(0.0);
 #endif
 #endif
-#ifdef TINT
+#if defined(TINT) && defined(PANDA3D)
+    o_tint = vec4(min(made.tint, LARGEST_HALF), 1.0);
+#elif defined(TINT)
     o_tint = pack_color(made.tint);
 #endif
 #if EMISSION

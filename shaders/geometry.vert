@@ -29,9 +29,15 @@ in vec4 in_tangent;
 in vec4 in_view_x;
 in vec4 in_view_y;
 in vec4 in_view_z;
+#ifdef SCALED
+in vec4 in_normal_x;  // the fourth ones are the colour scale
+in vec4 in_normal_y;
+in vec4 in_normal_z;
+#else
 in vec3 in_normal_x;
 in vec3 in_normal_y;
 in vec3 in_normal_z;
+#endif
 in vec4 in_base_color;
 #if AMBIENT_ALBEDO
 in vec3 in_ambient;
@@ -77,6 +83,9 @@ flat out vec3 v_emission;
 #if TEXCOORDS_1
 out vec2 v_texcoord_1;
 #endif
+#ifdef SCALED
+flat out vec3 v_color_scale;
+#endif
 #if ID
 flat out uint v_id;
 #endif
@@ -91,9 +100,12 @@ void main()
 #endif
     vec4 p = vec4(in_position, 1.0);
     v_view = vec3(dot(p, in_view_x), dot(p, in_view_y), dot(p, in_view_z));
-    v_normal = vec3(dot(in_normal, in_normal_x), dot(in_normal, in_normal_y), dot(in_normal, in_normal_z));
-#if BY_PYRENDER
-    v_normal *= inversesqrt(max(dot(v_normal, v_normal), 1e-37));  // pyrender interpolates unit normals
+    v_normal = vec3(dot(in_normal, in_normal_x.xyz), dot(in_normal, in_normal_y.xyz), dot(in_normal, in_normal_z.xyz));
+#if BY_PYRENDER || BY_PANDA3D
+    v_normal *= inversesqrt(max(dot(v_normal, v_normal), 1e-37));  // they interpolate unit normals
+#endif
+#ifdef SCALED
+    v_color_scale = vec3(in_normal_x.w, in_normal_y.w, in_normal_z.w);
 #endif
     v_texcoord = in_texcoord.xy;
 #if VERTEX_COLOR

@@ -2,7 +2,7 @@
 // Turns samples into the picture: fills in the background, averages, and applies exposure, tone curve and sRGB.
 // LOOK_PYRENDER: each sample is encoded first, by the power 1/2.2; layers are mixed, and samples averaged, as display
 // values, as pyrender does in a framebuffer of 8 bits. LOOK_FLAT: the same of base colours, which are display values.
-// LOOK_CLASSIC: radiance is display values.
+// LOOK_CLASSIC: radiance is display values. LOOK_PANDA3D: so it is, up to 1; TINT multiplies it, and GLOSS is added.
 #include "include/color.glsl"
 #if LOOK == LOOK_PYRENDER
 #include "include/codes.glsl"
@@ -14,6 +14,12 @@
 
 #if RADIANCE
 uniform sampler2D u_radiance;
+#endif
+#ifdef TINT
+uniform sampler2D u_tint;
+#endif
+#ifdef GLOSS
+uniform sampler2D u_gloss;
 #endif
 #if PARTICLES
 uniform sampler2D u_particles;
@@ -68,6 +74,15 @@ vec3 surface_at(ivec2 texel)
 {
 #if LOOK == LOOK_FLAT && MASKED
     return texelFetch(u_albedo, texel, 0).rgb;
+#elif LOOK == LOOK_PANDA3D && RADIANCE
+    vec3 value = min(texelFetch(u_radiance, texel, 0).rgb, 1.0);
+#ifdef TINT
+    value *= texelFetch(u_tint, texel, 0).rgb;
+#endif
+#ifdef GLOSS
+    value += texelFetch(u_gloss, texel, 0).rgb;
+#endif
+    return value;
 #elif RADIANCE
     return min(texelFetch(u_radiance, texel, 0).rgb, LARGEST);  // a target of small floats may hold infinity
 #else
@@ -96,6 +111,8 @@ vec3 displayed(vec3 value)
 {
 #if LOOK == LOOK_PYRENDER
     return power_encoded(value * u_exposure.rgb);
+#elif LOOK == LOOK_PANDA3D
+    return clamp(value, 0.0, 1.0);
 #else
     return value;
 #endif

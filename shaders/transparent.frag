@@ -1,6 +1,6 @@
 #version 330 core
 // Shades blended surfaces when they are drawn, by all lights at once. The surfaces' alpha multiplies all that they show.
-// PYRENDER: what they show is codes, which are mixed.
+// PYRENDER and PANDA3D: what they show is codes, which are mixed.
 // TRANSPARENCY_SORTED: for blending from back to front.
 // TRANSPARENCY_WEIGHTED: a sum whose weights fall with the distance (McGuire, Bavoil, "Weighted Blended Order-Independent
 // Transparency", JCGT 2(2), 2013).
@@ -18,6 +18,9 @@
 #define CUTOUT 0
 #ifdef METALLIC
 #define METALLIC_ROUGHNESS 1
+#endif
+#if defined(PANDA3D) && SPECULAR_MODEL != SPECULAR_MODEL_NONE
+#define GLOSS 1
 #endif
 #include "include/surface.glsl"
 #include "include/material.glsl"
@@ -116,6 +119,12 @@ void main()
     float alpha = clamp(made.alpha, 0.0, 1.0);
 #ifdef PYRENDER
     vec3 value = power_encoded(sum * u_exposure.rgb);  // display values are mixed
+#elif defined(PANDA3D)
+    vec3 value = min(sum, 1.0) * made.tint;
+#ifdef GLOSS
+    value += gloss_sum;
+#endif
+    value = min(value, 1.0);
 #else
     vec3 value = min(sum, LARGEST_LIGHT);
 #endif

@@ -39,6 +39,7 @@ class ViewLens:
 
     def make(self, own: Lens) -> Lens:
         """Return the lens; `own` is the scene's. LensError if its near and far do not suit this one."""
+        own = own.near_first()
         near, far = self.planes or (own.get_near(), own.get_far())
         if self.intrinsics is None:
             assert self.angle is not None

@@ -35,6 +35,9 @@ BEHIND = 4.0
 are rounded separately: where few steps are left, a back face could end up in front of a surface that it is
 behind."""
 
+COLORED = frozenset(("emission", "modulate"))
+"""Maps whose texels are colours; those of the others are numbers."""
+
 
 def draw_fullscreen(
     gpu: Gpu,
@@ -68,6 +71,7 @@ class Drawable(NamedTuple):
     textures: dict[str, moderngl.Texture]
     array: moderngl.VertexArray
     point_size: float  # samples across a point
+    reverse: bool  # True if a nearer surface has the larger depth
 
 
 def make_drawable(
@@ -84,9 +88,10 @@ def make_drawable(
     for name, found in batch.maps.named():
         sampler = f"u_{name}_texture"
         if program.samples(sampler):
-            textures[sampler] = texture_of(gpu, plan, found.texture, None, name == "emission")
+            textures[sampler] = texture_of(gpu, plan, found.texture, None, name in COLORED)
     point_size = batch.render_mode.thickness * plan.settings.supersample
-    return Drawable(batch, program, textures, array or gpu.uploads.drawable(batch, program), point_size)
+    vertices = array or gpu.uploads.drawable(batch, program)
+    return Drawable(batch, program, textures, vertices, point_size, plan.view.reverse)
 
 
 def texture_of(
@@ -97,7 +102,7 @@ def texture_of(
     `colors` says whether its texels are colours, which the look "correct" decodes before they are filtered.
     """
     look = plan.settings.look
-    if look in ("pyrender", "flat") and cutoff is None:
+    if look in ("pyrender", "flat", "panda3d") and cutoff is None:
         return gpu.uploads.byte_texture(texture)
     return gpu.uploads.texture(texture, cutoff, not colors or look != "correct")
 
@@ -135,14 +140,19 @@ def draw_surface(
     if batch.geom.mode == "points":
         ctx.point_size = drawable.point_size
     modes = {"triangles": ctx.TRIANGLES, "lines": ctx.LINES, "points": ctx.POINTS}
-    wireframe = batch.render_mode.mode == "wireframe"
-    if wireframe:
-        ctx.wireframe = True
+    wireframe, offset = batch.render_mode.mode == "wireframe", batch.depth_offset
     try:
+        if wireframe:
+            ctx.wireframe = True
+        if offset:
+            steps = float(offset if drawable.reverse else -offset)
+            ctx.polygon_offset = steps, steps
         gpu.render(drawable.array, modes[batch.geom.mode], vertices=count, first=first)
     finally:
         if wireframe:
             ctx.wireframe = False
+        if offset:
+            ctx.polygon_offset = 0.0, 0.0
 
 
 def draw_volumes(

@@ -209,7 +209,10 @@ class BoundImages:
         framebuffer.depth_mask = depth is not None
         self._images.note_writer(self._plan, self._step, (*self._step.writes, *self.color_names()))
         if written:
-            framebuffer.clear(0.0, 0.0, 0.0, 0.0, depth=depth.clear[0] if depth else 1.0)
+            kept = [name for name in self.color_names() if name not in self._step.writes]
+            cleared = self.framebuffer_of(*self._step.writes) if kept else framebuffer
+            cleared.clear(0.0, 0.0, 0.0, 0.0, depth=depth.clear[0] if depth else 1.0)
+            framebuffer.use()
         return framebuffer
 
     def encodes_srgb(self) -> bool:

@@ -22,22 +22,29 @@ from firefly_sample.plan.view import View
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 
-INSTANCE_DTYPE = np.dtype(
-    [
-        ("in_view_x", np.float32, 4),
-        ("in_view_y", np.float32, 4),
-        ("in_view_z", np.float32, 4),
-        ("in_normal_x", np.float32, 3),
-        ("in_normal_y", np.float32, 3),
-        ("in_normal_z", np.float32, 3),
-        ("in_base_color", np.float32, 4),
-        ("in_ambient", np.float32, 3),
-        ("in_emission", np.float32, 3),
-        ("in_specular", np.float32, 4),
-        ("in_id", np.uint32),
-    ]
-)
+
+def _instance_dtype(normals: int) -> np.dtype[Any]:
+    return np.dtype(
+        [
+            ("in_view_x", np.float32, 4),
+            ("in_view_y", np.float32, 4),
+            ("in_view_z", np.float32, 4),
+            ("in_normal_x", np.float32, normals),
+            ("in_normal_y", np.float32, normals),
+            ("in_normal_z", np.float32, normals),
+            ("in_base_color", np.float32, 4),
+            ("in_ambient", np.float32, 3),
+            ("in_emission", np.float32, 3),
+            ("in_specular", np.float32, 4),
+            ("in_id", np.uint32),
+        ]
+    )
+
+
+INSTANCE_DTYPE = _instance_dtype(3)
 """One instance: the columns of model-to-view for positions and for normals, its colours, and id + 1."""
+SCALED_DTYPE = _instance_dtype(4)
+"""The same with a colour scale: its red, green and blue follow the columns for normals."""
 
 _DOT = [
     ("in_dot", np.float32, 4),
@@ -66,15 +73,21 @@ particle shadow; its own share of what a lookup finds there."""
 
 def instance_rows(batches: Sequence[Batch]) -> NDArray[Any]:
     """Return the instances of batches, one batch after the other."""
-    rows = np.zeros(sum(len(batch.ids) for batch in batches), dtype=INSTANCE_DTYPE)
+    scaled = any(batch.surface.scaled for batch in batches)
+    dtype = SCALED_DTYPE if scaled else INSTANCE_DTYPE
+    rows = np.zeros(sum(len(batch.ids) for batch in batches), dtype=dtype)
     if not len(rows):
         return rows
     matrices = np.concatenate([batch.model_to_view for batch in batches])
     cofactors = normal_columns(matrices)
     for column, axis in enumerate("xyz"):
         rows[f"in_view_{axis}"] = matrices[:, :, column]
-        rows[f"in_normal_{axis}"] = cofactors[:, :, column]
+        rows[f"in_normal_{axis}"][:, :3] = cofactors[:, :, column]
     factors = [batch.factors for batch in batches]
+    if scaled:
+        scales = np.concatenate([np.ones((0, 3)), *(own.scales for own in factors if own.scales is not None)])
+        for channel, axis in zip(scales.T, "xyz", strict=True):
+            rows[f"in_normal_{axis}"][:, 3] = channel
     rows["in_base_color"] = np.concatenate([own.base_colors for own in factors])
     rows["in_ambient"] = np.concatenate([own.ambients for own in factors])
     rows["in_emission"] = np.concatenate([own.emissions for own in factors])

@@ -19,7 +19,13 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import GpuError
 from firefly_sample.gpu.device import Device
-from firefly_sample.gpu.instance_rows import CASTER_DTYPE, INSTANCE_DTYPE, caster_rows, instance_rows
+from firefly_sample.gpu.instance_rows import (
+    CASTER_DTYPE,
+    INSTANCE_DTYPE,
+    SCALED_DTYPE,
+    caster_rows,
+    instance_rows,
+)
 from firefly_sample.gpu.programs import Program
 from firefly_sample.gpu.raw import CLAMP_TO_EDGE, MIRRORED_REPEAT, REPEAT
 from firefly_sample.gpu.streams import Streams
@@ -160,14 +166,14 @@ class Uploads:
         key = (self._serial(batch.geom), batch.key, id(program))
         surface = batch.surface
         attributes = surface.vertex_color, surface.vertex_alpha, surface.normal_map
-        instances = self._instance_buffer
-        kept = self._array(key, batch.geom, attributes, instances, INSTANCE_DTYPE, program)
+        instances, rows = self._instance_buffer, SCALED_DTYPE if surface.scaled else INSTANCE_DTYPE
+        kept = self._array(key, batch.geom, attributes, instances, rows, program)
         array: moderngl.VertexArray = kept.objects[0]
         first = self._first_rows[id(batch)]
         if kept.first_row != first:
             # OpenGL 3.3 has no draw call that begins with an instance other than 0: the attributes do
-            pointers, stride = program.pointers(INSTANCE_DTYPE), INSTANCE_DTYPE.itemsize
-            self._raw.point_attributes(array.glo, instances.glo, pointers, stride, first)
+            pointers = program.pointers(rows)
+            self._raw.point_attributes(array.glo, instances.glo, pointers, rows.itemsize, first)
             kept.first_row = first
         array.instances = len(batch.ids)
         return array

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING, Any, get_args
 
 from firefly_sample.gpu.drawing import Drawable, draw_surface, light_table, make_drawable, shadow_textures
 from firefly_sample.passes.base import BOTH, Pass
-from firefly_sample.passes.geometry import legal_surfaces, surface_fields
+from firefly_sample.passes.geometry import surface_fields
 from firefly_sample.passes.legal import Product, Products, choices
+from firefly_sample.passes.legal_surfaces import legal_surfaces
 from firefly_sample.passes.lights import FADES, shining
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import FramePlan, PassPlan
@@ -62,7 +64,13 @@ class ForwardVariant(Variant):
     metallic_map: MapCoordinates = 0
     normal_map: MapCoordinates = 0
     occlusion_map: MapCoordinates = 0
+    modulate_map: MapCoordinates = 0
     pyrender: bool = False
+    panda3d: bool = False
+    scaled: bool = False
+    local_viewer: bool = False
+    tint: bool = False
+    gloss: bool = False
 
 
 class ForwardPass(Pass):
@@ -74,7 +82,7 @@ class ForwardPass(Pass):
 
     name = "forward"
     vertex = "geometry"
-    colors = "coverage", "radiance"
+    colors = "coverage", "radiance", "tint", "gloss"
 
     def __init__(self) -> None:
         self._ready: list[tuple[LightSet | None, ForwardVariant, list[Drawable]]] = []
@@ -92,7 +100,7 @@ class ForwardPass(Pass):
         return Declaration(
             f"{needs.geometry} geometry instances in view, {lights}",
             reads=reads,
-            writes=["depth", "coverage"],
+            writes=["depth", "coverage", "tint", "gloss"],
             fills=["radiance"],
             keeps={"depth": ["geometry hides what is behind it"]},
         )
@@ -102,7 +110,7 @@ class ForwardPass(Pass):
         settings = needs.settings
         return ForwardVariant(
             range_falloff=settings.range_falloff,
-            specular_model=settings.specular_model if needs.highlights else "none",
+            specular_model=needs.specular_model if needs.highlights else "none",
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if needs.shadowed else 0,  # type: ignore[arg-type]
             ambient_albedo=needs.own_ambient_lit,
@@ -111,6 +119,9 @@ class ForwardPass(Pass):
             orthographic=needs.orthographic,
             particle_shadow=needs.particle_shadowed_kind is not None and needs.particle_shadowed,
             pyrender=needs.pyrender,
+            panda3d=needs.panda3d,
+            tint="tint" in targets,
+            gloss="gloss" in targets,
         )
 
     def legal_variants(self) -> Products:
@@ -121,7 +132,7 @@ class ForwardPass(Pass):
                     ForwardVariant,
                     _legal_lights(emission),
                     choices(orthographic=BOTH),
-                    choices(pyrender=BOTH),
+                    [{}, {"pyrender": True}, *_legal_panda3d()],
                     *legal_surfaces(emission),
                 )
                 for emission in BOTH
@@ -138,7 +149,9 @@ class ForwardPass(Pass):
             ready = []
             for batch in plan.batches:
                 shows = frame.emission, lights is not None, frame.ambient_albedo, lights is not None
-                fields = surface_fields(batch.surface, *shows, plan.settings.look, frame.pyrender)
+                fields = surface_fields(
+                    batch.surface, *shows, plan.settings.look, frame.pyrender, frame.specular
+                )
                 variant = replace(frame, **fields)
                 program = self.program(gpu, variant, images)
                 ready.append(make_drawable(gpu, plan, batch, program))
@@ -159,6 +172,14 @@ class ForwardPass(Pass):
             framebuffer.depth_mask = variant.first
             for drawable in surfaces:
                 draw_surface(gpu, drawable, flags, uniforms, textures)
+
+
+def _legal_panda3d() -> Iterator[dict[str, Any]]:
+    """Yield what the look "panda3d" adds; highlights have a target of their own only beside a tint."""
+    for scaled, viewer in product(BOTH, repeat=2):
+        for tint, gloss in ((False, False), (True, False), (True, True)):
+            shown = {"scaled": scaled, "local_viewer": viewer, "tint": tint, "gloss": gloss}
+            yield {"panda3d": True} | shown
 
 
 def _legal_lights(emission: bool) -> Iterator[dict[str, Any]]:
@@ -192,6 +213,9 @@ def _variant_for(frame: ForwardVariant, lights: LightSet | None, first: bool) ->
             emission=frame.emission,
             orthographic=frame.orthographic,
             pyrender=frame.pyrender,
+            panda3d=frame.panda3d,
+            tint=frame.tint,
+            gloss=frame.gloss,
         )
     return shining(
         frame,

@@ -226,6 +226,8 @@ class ResolveVariant(Variant):
     packed: bool = False
     transparency: Transparency = "none"
     color_alpha: bool = False
+    tint: bool = False
+    gloss: bool = False
 
 
 class ResolvePass(FullscreenPass):
@@ -243,6 +245,10 @@ class ResolvePass(FullscreenPass):
         radiance += [f"emission of {needs.looks.emissive}"] if needs.emits else []
         radiance += [f"{needs.sprites} sprites"] if needs.draws_sprites else []
         reads = {"radiance": radiance} if radiance else {}
+        if needs.modulates and radiance:
+            reads["tint"] = [f"textures and colour scales of {needs.looks.modulated}"]
+        if needs.gloss:
+            reads["gloss"] = [f"highlights of {needs.looks.shiny}, which these do not multiply"]
         if needs.blends:
             reads["transparency"] = [needs.blended_in_view]
             if needs.transparency == "weighted":
@@ -275,6 +281,8 @@ class ResolvePass(FullscreenPass):
             packed="albedo" in targets and targets["albedo"].encoding == "sqrt10",
             transparency=needs.transparency,
             color_alpha="color_alpha" in targets,
+            tint=needs.modulates and "tint" in targets and "radiance" in targets,
+            gloss="gloss" in targets,
         )
 
     def legal_variants(self) -> Iterator[Variant]:
@@ -300,5 +308,9 @@ def _fits_look(made: ResolveVariant) -> bool:
         "classic": covered or layered,
         "pyrender": made.particles,
         "flat": covered or made.particles or made.radiance or made.final_radiance,
+        "panda3d": made.particles,
     }
+    tinted = made.look == "panda3d" and made.radiance and made.masked
+    if (made.tint and not tinted) or (made.gloss and not made.tint):
+        return False
     return not lacks[made.look] and (made.tone == "none" or made.look == "correct")

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 from firefly_sample.gpu.drawing import Drawable, draw_surface, make_drawable
 from firefly_sample.passes.base import BOTH, FullscreenPass, Pass, combinations, encodings
 from firefly_sample.passes.legal import Product, Products, choices
+from firefly_sample.passes.legal_surfaces import legal_surfaces, legal_targets
 from firefly_sample.plan.frame_graph import Declaration
 from firefly_sample.plan.frame_plan import Batch, FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 INTERPOLATED = ("normal", "distance", "position")
 """Targets of values that are interpolated between corners, and not sampled."""
-MOST_TARGETS = 8
-"""Colour targets that a draw may write: what every driver of OpenGL 3.3 offers."""
 AT_ONCE = 32
 """Draws that a software driver is given before it begins with them: it then shades them on all cores while it
 transforms the next ones' vertices. This makes a forest's pass a tenth faster."""
@@ -72,9 +71,14 @@ class GeometryVariant(Variant):
     metallic_map: MapCoordinates = 0
     normal_map: MapCoordinates = 0
     occlusion_map: MapCoordinates = 0
+    modulate_map: MapCoordinates = 0
     metallic_roughness: bool = False
     pyrender: bool = False
     tint: bool = False
+    panda3d: bool = False
+    scaled: bool = False
+    local_viewer: bool = False
+    local_viewers: bool = False
 
     @property
     def position(self) -> bool:
@@ -88,77 +92,6 @@ def position_target_of(targets: Mapping[str, Target]) -> PositionTarget:
     return formats[targets["position"].format] if "position" in targets else "none"
 
 
-def legal_surfaces(emission: bool) -> list[list[dict[str, Any]]]:
-    """Return parts of what a draw of surfaces can ask for, in a pass that writes emission or not.
-
-    Alpha of vertex colours needs these, and cuts out; second texture coordinates need an emission texture.
-    """
-    maps = get_args(MapCoordinates)
-    plain = choices(
-        textured=BOTH,
-        vertex_color=BOTH,
-        cutout=BOTH,
-        double_sided=BOTH,
-        vertex_alpha=BOTH,
-        emission_textured=BOTH if emission else (False,),
-        second_texcoords=BOTH if emission else (False,),
-    )
-    return [
-        [
-            each
-            for each in plain
-            if ((each["vertex_color"] and each["cutout"]) or not each["vertex_alpha"])
-            and (each["emission_textured"] or not each["second_texcoords"])
-        ],
-        [{}, {"unlit": True}, *({"metallic": True, "metallic_map": each} for each in maps)],
-        choices(normal_map=maps),
-        choices(occlusion_map=maps),
-    ]
-
-
-def _legal_targets() -> Iterator[dict[str, Any]]:
-    """Yield the targets of the G-buffer that a frame can have together, their formats and interpolations."""
-    for albedo, normal, distance in product(BOTH, repeat=3):
-        # what a frame has beside the albedo for light, no frame has without it
-        extras = BOTH if albedo else (False,)
-        for chosen in choices(
-            albedo=[albedo],
-            normal=[normal],
-            distance=[distance],
-            ambient_albedo=extras,
-            specular=extras,
-            emission=extras,
-            id=BOTH,
-            visibility=BOTH,
-            position_target=("none",) if distance else get_args(PositionTarget),
-            # without a target, nothing is encoded
-            normal_format=get_args(NormalFormat) if normal else ("oct16",),
-            albedo_format=get_args(AlbedoFormat) if albedo else ("sqrt10",),
-            interpolation=get_args(Interpolation),
-        ):
-            beside = chosen["ambient_albedo"] or chosen["specular"] or chosen["emission"]
-            linear = not albedo or chosen["albedo_format"] == "linear"
-            if chosen["normal_format"] == "classic" and (beside or not linear):
-                continue
-            interpolated = normal or distance or chosen["position_target"] != "none"
-            if chosen["interpolation"] == "rasterizer" or (interpolated and chosen["visibility"]):
-                yield chosen
-
-
-def _legal_looks(chosen: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return what the look "pyrender" may add to a choice of targets."""
-    if chosen["interpolation"] != "rasterizer" or chosen["normal_format"] == "classic":
-        return [{}]
-    tinted = [{"pyrender": True, "tint": True}] if chosen["albedo"] else []
-    return [{}, {"pyrender": True}, *tinted]
-
-
-def _count_targets(chosen: Mapping[str, Any]) -> int:
-    """Return the number of colour targets of a choice."""
-    names = "albedo", "normal", "distance", "ambient_albedo", "specular", "emission", "id", "visibility"
-    return len([name for name in names if chosen[name]]) + int(chosen["position_target"] != "none")
-
-
 def surface_fields(
     surface: SurfaceFeatures,
     emission: bool,
@@ -167,19 +100,21 @@ def surface_fields(
     metals: bool,
     look: Look = "correct",
     tint: bool = False,
+    viewer: bool = False,
 ) -> dict[str, Any]:
     """Return a draw's fields of a variant, without those that nothing needs.
 
     The others say whether the pass makes emission, normals, the reflectance of ambient light, metalness and
-    roughness, and a tint, by which pyrender's formula multiplies light.
+    roughness, a tint, by which pyrender's formula multiplies light, and highlights that may see the eye where
+    it is.
     """
     classic, pyrender = look == "classic", look == "pyrender"
-    absent: dict[str, Any] = {}
+    absent: dict[str, Any] = {} if viewer else {"local_viewer": False}
     if not emission:
         absent |= {"emission_textured": False, "second_texcoords": False}
     if not normal or classic:
         absent["normal_map"] = 0
-    if not (ambient or metals or pyrender) or classic:
+    if not (ambient or metals or look in ("pyrender", "panda3d")) or classic:
         absent["metallic"] = False
     if not (metals or (ambient and not pyrender)) or classic:
         absent["metallic_map"] = 0
@@ -240,21 +175,19 @@ class GeometryPass(Pass):
             interpolation="float64" if again else "rasterizer",
             orthographic=needs.orthographic,
             pyrender=needs.pyrender,
+            panda3d=needs.panda3d,
+            local_viewers=needs.local_viewers and "specular" in targets,
         )
 
     def legal_variants(self) -> Products:
         """Return every combination of targets, formats and surfaces that a frame can have."""
         products = []
-        for emission, metals in product(BOTH, repeat=2):
-            targets = [
-                chosen | look
-                for chosen in _legal_targets()
-                for look in _legal_looks(chosen)
-                if chosen["emission"] == emission
-                if _count_targets(chosen) + metals + ("tint" in look) <= MOST_TARGETS
-            ]
-            frame = targets, choices(orthographic=BOTH), choices(metallic_roughness=[metals])
-            products.append(Product(GeometryVariant, *frame, *legal_surfaces(emission)))
+        for emission, metals, panda3d in product(BOTH, repeat=3):
+            targets = legal_targets(emission, metals, panda3d)
+            frame = choices(orthographic=BOTH), choices(metallic_roughness=[metals])
+            scales = choices(scaled=BOTH if panda3d else (False,))
+            surfaces = legal_surfaces(emission)
+            products.append(Product(GeometryVariant, targets, *frame, scales, *surfaces))
         return Products(*products)
 
     def prepare(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
@@ -283,7 +216,7 @@ class GeometryPass(Pass):
     @staticmethod
     def _fields(surface: SurfaceFeatures, frame: GeometryVariant, plan: FramePlan) -> dict[str, Any]:
         wanted = frame.emission, frame.normal, frame.ambient_albedo, frame.metallic_roughness
-        fields = surface_fields(surface, *wanted, plan.settings.look, frame.tint)
+        fields = surface_fields(surface, *wanted, plan.settings.look, frame.tint, frame.local_viewers)
         return fields | {"unlit": False} if plan.settings.look == "flat" else fields
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:

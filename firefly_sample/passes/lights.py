@@ -54,6 +54,8 @@ class LightVariant(Variant):
     `radiance` and `light` are the targets; at half resolution the first is of highlights alone.
     `metallic_roughness` says that some surfaces are of that model, `pyrender` that they are shaded by
     pyrender's formula, and `tint` that some have vertex colours or occlusion, which multiply their light.
+    `panda3d` says that Panda3D's formula shades those of other models, `gloss` that their highlights have a
+    target of their own, and `local_viewers` that some of these see the eye where it is.
     """
 
     light_method: DrawMethod = "sphere"
@@ -73,11 +75,14 @@ class LightVariant(Variant):
     metallic_roughness: bool = False
     pyrender: bool = False
     tint: bool = False
+    panda3d: bool = False
+    gloss: bool = False
+    local_viewers: bool = False
 
     @property
     def eye_at_origin(self) -> bool:
         """True if highlights see the rays of an orthographic camera meet in its position."""
-        return self.pyrender and self.metallic_roughness and self.orthographic
+        return self.orthographic and ((self.pyrender and self.metallic_roughness) or self.local_viewers)
 
 
 Shines = TypeVar("Shines", bound=Variant)
@@ -89,14 +94,14 @@ class LightPass(Pass):
     kind: LightKind
     methods: tuple[DrawMethod, ...]
     """The methods by which it can be drawn."""
-    colors = "radiance", "light"
+    colors = "radiance", "light", "gloss"
 
     def declare(self, needs: Needs) -> Declaration | None:
         """Return what it does if lights of its kind meet surfaces."""
         kind = self.kind
         if not needs.lit or needs.forward or kind not in needs.lights:
             return None
-        lights, position = [needs.lights_of(kind)], needs.settings.position_method
+        lights = [needs.lights_of(kind)]
         reads = {"albedo": lights} if needs.picture and (needs.metals or not needs.half) else {}
         reads["normal"] = lights
         if needs.needs_position(kind):
@@ -104,13 +109,14 @@ class LightPass(Pass):
             if kind == "directional":
                 reasons = needs.shadows([kind])
                 if needs.eye_at_origin:
-                    reasons.append("look=pyrender: the rays of an orthographic camera meet in its position")
+                    look = needs.settings.look
+                    reasons.append(f"look={look}: the rays of an orthographic camera meet in its position")
                 if needs.shadowed_by_particles(kind) and needs.particle_shadow is not None:
                     reasons.append(f"shadows of particles in light {needs.particle_shadow.light!r}")
-            reads[source] = [f"{reason} (position_method={position})" for reason in reasons]
+            reads[source] = [f"{reason} ({needs.position_reason})" for reason in reasons]
             if source == "depth_copy":
                 reads[source] = [
-                    f"position_method={position} samples the depth that the volumes are tested against"
+                    f"{needs.position_reason} samples the depth that the volumes are tested against"
                 ]
         if needs.highlights:
             reads["specular"] = [f"highlights of {needs.looks.shiny}"]
@@ -124,7 +130,7 @@ class LightPass(Pass):
             reads["particle_shadow_atlas"] = [needs.particle_shadow_reason]
         tested = needs.tests_volumes and kind != "directional"
         tests = ["half_depth" if needs.half else "depth"] if tested else []
-        fills = ["half_light", "half_shine"] if needs.half else ["radiance", "light"]
+        fills = ["half_light", "half_shine"] if needs.half else ["radiance", "light", "gloss"]
         return Declaration(needs.in_view(kind), reads=reads, fills=fills, tests=tests)
 
     def variant(self, needs: Needs, targets: Mapping[str, Target]) -> LightVariant:
@@ -134,7 +140,7 @@ class LightPass(Pass):
         return LightVariant(
             light_method="fullscreen" if kind == "directional" and method != "loop" else method,
             range_falloff=settings.range_falloff if kind != "directional" else "karis",
-            specular_model=settings.specular_model if needs.highlights else "none",
+            specular_model=needs.specular_model if needs.highlights else "none",
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if kind in needs.shadowed else 0,  # type: ignore[arg-type]
             position_source=needs.position_source if needs.needs_position(kind) else "distance",
@@ -146,11 +152,14 @@ class LightPass(Pass):
             metallic_roughness=needs.metals,
             pyrender=needs.pyrender,
             tint=needs.tints,
+            panda3d=needs.panda3d,
+            gloss="gloss" in targets,
+            local_viewers=needs.local_viewers,
             **encodings(targets, "normal", "albedo"),
         )
 
     def legal_variants(self) -> Products:
-        """Return every combination that a frame can have, and those of the looks "classic" and "pyrender"."""
+        """Return every combination that a frame can have, and those of three other looks."""
         placed = self.kind != "directional"
         shared = (
             [{"falloff": falloff, "range_falloff": end} for kind, falloff, end in FADES if kind == self.kind],
@@ -201,7 +210,20 @@ class LightPass(Pass):
             )
             for metals in BOTH
         ]
-        return Products(correct, classic, *pyrender)
+        panda3d = Product(
+            LightVariant,
+            choices(light_method=self.methods, panda3d=[True]),
+            shared[0],
+            [
+                chosen | {"orthographic": orthographic} | shine
+                for orthographic in BOTH
+                for shine in _legal_gloss()
+                for chosen in shadows
+                if _has_use_for_position(chosen, placed or ("local_viewers" in shine and orthographic))
+            ],
+            [{"normal_format": normal, "albedo_format": albedo} for normal, albedo in FORMATS],
+        )
+        return Products(correct, classic, *pyrender, panda3d)
 
     def draw(self, gpu: Gpu, plan: FramePlan, step: PassPlan, images: BoundImages) -> None:
         """Draw `step` of `plan`."""
@@ -259,6 +281,18 @@ def _legal_shine() -> Iterator[dict[str, Any]]:
                 "light_resolution": "half",
                 "metallic_roughness": metals,
             }
+
+
+def _legal_gloss() -> Iterator[dict[str, Any]]:
+    """Yield the same for the look "panda3d"."""
+    for radiance, light in TARGETS:
+        made = {"radiance": radiance, "light": light}
+        yield made
+        if radiance:
+            yield made | {"metallic_roughness": True}
+            for metals, gloss, viewers in product(BOTH, repeat=3):
+                shine = {"specular_model": "blinn_phong", "metallic_roughness": metals, "gloss": gloss}
+                yield made | shine | ({"local_viewers": True} if viewers else {})
 
 
 class DirectionalLightsPass(LightPass):

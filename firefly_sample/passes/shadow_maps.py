@@ -13,7 +13,7 @@ from firefly_sample.plan.frame_plan import FramePlan, PassPlan
 from firefly_sample.plan.needs import Needs
 from firefly_sample.plan.shadows.maps import CasterBatch, ShadowMap, Tile
 from firefly_sample.plan.targets import Target
-from firefly_sample.plan.variants import Variant
+from firefly_sample.plan.variants import MapCoordinates, Variant
 
 if TYPE_CHECKING:
     import moderngl
@@ -28,10 +28,11 @@ itself. The shader's own offsets do the rest."""
 
 @dataclass(frozen=True)
 class ShadowVariant(Variant):
-    """The alpha that cuts casters out: that of a texture, of vertex colours, or of both."""
+    """The alphas that cut casters out: those of up to two textures, and of vertex colours."""
 
     textured: bool = False
     vertex_alpha: bool = False
+    modulate_map: MapCoordinates = 0
 
 
 class ShadowMapsPass(Pass):
@@ -87,11 +88,15 @@ class ShadowMapsPass(Pass):
             self._draw_batch(gpu, plan, batch)
 
     def _draw_batch(self, gpu: Gpu, plan: FramePlan, batch: CasterBatch) -> None:
-        variant = ShadowVariant(batch.texture is not None, batch.vertex_alpha)
+        second = batch.modulate
+        coordinates = 0 if second is None else second.coordinates
+        variant = ShadowVariant(batch.texture is not None, batch.vertex_alpha, coordinates)
         uniforms, textures = {}, {}
         if batch.texture is not None:
             textures["u_texture"] = texture_of(gpu, plan, batch.texture, batch.cutoff)
-        if batch.texture is not None or batch.vertex_alpha:
+        if second is not None:
+            textures["u_modulate_texture"] = texture_of(gpu, plan, second.texture, None)
+        if variant != ShadowVariant():
             uniforms["u_alpha_cutoff"] = batch.cutoff
         program = gpu.programs.get(self.name, variant, ())
         program.use(uniforms, textures)

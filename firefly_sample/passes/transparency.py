@@ -17,8 +17,9 @@ from firefly_sample.errors import SceneError
 from firefly_sample.gpu.drawing import Drawable, draw_surface, make_drawable, shadow_textures
 from firefly_sample.gpu.instance_rows import PARTICLE_DTYPE, instance_texels, particle_rows
 from firefly_sample.passes.base import BOTH, Pass
-from firefly_sample.passes.geometry import legal_surfaces, surface_fields
+from firefly_sample.passes.geometry import surface_fields
 from firefly_sample.passes.legal import Product, Products, choices
+from firefly_sample.passes.legal_surfaces import legal_surfaces
 from firefly_sample.passes.light_sets import LightSetVariant, bind_light_sets, legal_light_sets
 from firefly_sample.passes.particles import ParticleVariant, particle_reads, particle_variant
 from firefly_sample.plan.frame_graph import Declaration
@@ -87,7 +88,11 @@ class TransparencyVariant(Variant):
     metallic_map: MapCoordinates = 0
     normal_map: MapCoordinates = 0
     occlusion_map: MapCoordinates = 0
+    modulate_map: MapCoordinates = 0
     pyrender: bool = False
+    panda3d: bool = False
+    scaled: bool = False
+    local_viewer: bool = False
     particles: ParticleVariant | None = None
 
 
@@ -130,7 +135,7 @@ class TransparencyPass(Pass):
         return TransparencyVariant(
             transparency=needs.transparency,
             range_falloff=settings.range_falloff,
-            specular_model=settings.specular_model if needs.blended_looks.shiny and needs.lights else "none",
+            specular_model=needs.specular_model if needs.blended_looks.shiny and needs.lights else "none",
             clamp_light=settings.clamp_light,
             shadow_taps=settings.shadow_taps if needs.shadowed else 0,  # type: ignore[arg-type]
             particle_shadow=needs.particle_shadowed_kind is not None and needs.particle_shadowed,
@@ -143,6 +148,7 @@ class TransparencyPass(Pass):
             surfaces=exact and needs.drawn,
             reverse=exact and needs.reverse,
             pyrender=needs.pyrender,
+            panda3d=needs.panda3d,
             particles=particle_variant(needs, targets) if needs.squares_among_blended else None,
         )
 
@@ -162,7 +168,8 @@ class TransparencyPass(Pass):
                 if each["cutout"] == each["vertex_alpha"]
             ]
             frame = choices(emission=[emission]), choices(ambient_albedo=BOTH), choices(orthographic=BOTH)
-            looks = [*choices(clamp_light=BOTH), {"pyrender": True}]
+            panda3d = choices(panda3d=[True], scaled=BOTH, local_viewer=BOTH)
+            looks = [*choices(clamp_light=BOTH), {"pyrender": True}, *panda3d]
             parts = methods, *frame, legal_light_sets(), looks, surfaces, *others
             products.append(Product(TransparencyVariant, *parts))
         return Products(*products)
@@ -212,7 +219,9 @@ class _Drawing:
         frame = self._frame
         lit, flat = bool(frame.light_sets), self._plan.settings.look == "flat"
         shows = frame.emission and not flat, lit, frame.ambient_albedo, lit
-        fields = surface_fields(batch.surface, *shows, self._plan.settings.look, frame.pyrender)
+        fields = surface_fields(
+            batch.surface, *shows, self._plan.settings.look, frame.pyrender, frame.specular
+        )
         if flat:
             fields["unlit"] = True  # what an unlit surface emits is its base colour
         fields.pop("cutout")

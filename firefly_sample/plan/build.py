@@ -88,7 +88,8 @@ class Planner:
         lens, camera, planes = eye.lens, eye.camera, eye.planes
         instances = snapshot.instances
         seen = self._seen.get(
-            (instances, instances.revisions(), eye), lambda: Visible(instances, camera.world_to_view, planes)
+            (instances, instances.revisions(), eye, settings.look == "panda3d"),
+            lambda: Visible(instances, camera.world_to_view, planes, settings.look == "panda3d"),
         )
         exposure = _exposure(scene, to_number(settings.exposure))
         blended = seen.blended if settings.look != "classic" else (False,) * len(seen.parts)
@@ -148,6 +149,7 @@ class Planner:
             gradient=background.horizon != background.zenith,
             looks=seen.looks(not each for each in blended),
             blended_looks=seen.looks(blended),
+            depth_offsets=seen.depth_offsets(not each for each in blended),
             orthographic=not view.lens.perspective,
             reverse=reverse,
         )

@@ -61,7 +61,7 @@ class ExposureMeter:
         points = self._points.get(instances, lambda: sample_surfaces(instances, MOST_POINTS))
         level = _bright(largest_channel(_light(snapshot, points, settings, time)), points.areas)
         if level == 0.0:
-            emissions = instances.factors().emissions[points.instances]
+            emissions = instances.factors().scaled().emissions[points.instances]
             level = _bright(largest_channel(emissions), points.areas)
         if level == 0.0:
             return 1.0

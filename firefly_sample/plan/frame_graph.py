@@ -235,6 +235,16 @@ def _colors(needs: Needs) -> Shape:
     return {"format": form, "encoding": encoding}
 
 
+def _tint(needs: Needs) -> Shape:
+    if needs.modulates:  # by scales above 1 as well
+        return {"format": "rgba16f", "encoding": "linear"}
+    return _colors(needs)
+
+
+def _specular(needs: Needs) -> Shape:
+    return {"format": "rgba16", "encoding": "local" if needs.local_viewers else ""}
+
+
 def _radiance(needs: Needs) -> Shape:
     return {"format": "rgba8" if needs.classic else ACCUMULATION_FORMATS[needs.settings.accumulation_format]}
 
@@ -260,9 +270,9 @@ TARGETS: dict[str, Callable[[Needs], Shape]] = {
     "distance": _shape("r32f"),
     "position": lambda needs: {"format": STORED_POSITIONS[needs.settings.position_method]},
     "ambient_albedo": _colors,
-    "specular": _shape("rgba16"),
+    "specular": _specular,
     "metallic_roughness": _shape("rg16"),
-    "tint": _colors,
+    "tint": _tint,
     "emission": _shape("rgba32f"),
     "id": _shape("r32ui"),
     "visibility": _shape("rg32ui"),
@@ -272,6 +282,7 @@ TARGETS: dict[str, Callable[[Needs], Shape]] = {
     "half_shine": lambda needs: _radiance(needs) | {"half": True},
     "light": _shape("rgba32f"),
     "radiance": _radiance,
+    "gloss": _radiance,
     "particle_light": lambda needs: {
         "format": "rgba32f",
         "per_sample": False,
@@ -317,6 +328,8 @@ def _output_reads(needs: Needs, output: str) -> dict[str, str]:
     if output in ("metallic", "roughness") and not needs.looks.metallic:
         return {}  # nothing has any
     reads = {_output_target(needs, output): f"output {output}"}
+    if output == "albedo" and needs.modulates:
+        reads["tint"] = "output albedo (its textures and colour scales)"
     # a distance marks the background as well: see `mask_target`
     distance = needs.position_target_name == "distance" and not needs.orthographic
     if output == "light":
@@ -335,5 +348,7 @@ def _output_sources(needs: Needs, output: str, targets: Mapping[str, Target]) ->
     target = _output_target(needs, output)
     if target not in targets:
         return ()
+    if output == "albedo" and needs.modulates:
+        return target, "tint"
     mask = mask_target(targets, not needs.orthographic)
     return tuple(dict.fromkeys((target, mask))) if output in MASKED_OUTPUTS else (target,)

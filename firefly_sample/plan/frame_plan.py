@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import PlanError
 from firefly_sample.frame import LightCounts
-from firefly_sample.plan.collect import Factors, Snapshot
+from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.factors import Factors
 from firefly_sample.plan.lights.clusters import Clusters
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
@@ -74,6 +75,7 @@ class Batch:
     surface: SurfaceFeatures
     maps: Maps = NO_MAPS
     render_mode: RenderMode = PLAIN
+    depth_offset: int = 0  # steps by which depths are moved towards the eye
 
 
 @dataclass(frozen=True)

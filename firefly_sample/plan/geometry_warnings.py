@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.collect import Group, Instances
 from firefly_sample.plan.frustum import (
     WIDEST,
     WIDEST_CASTER,
@@ -22,6 +21,7 @@ from firefly_sample.plan.frustum import (
     has_wide,
     spheres_in_frustum,
 )
+from firefly_sample.plan.instances import Group, Instances
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.shadows.maps import ShadowMap
 from firefly_sample.plan.view import Eye, View

@@ -9,9 +9,9 @@ from firefly_sample.plan.frame_plan import Capabilities
 from firefly_sample.plan.lights.light_set import LightKind
 from firefly_sample.plan.particles.shadow import ParticleShadowPlan
 from firefly_sample.plan.targets import STORED_POSITIONS
-from firefly_sample.plan.variants import PositionSource, Transparency
+from firefly_sample.plan.variants import PositionSource, SpecularModel, Transparency
 from firefly_sample.plan.visible import NO_LOOKS, Looks
-from firefly_sample.settings import Settings
+from firefly_sample.settings import PositionMethod, Settings
 
 PICTURES = frozenset(("color", "color_alpha", "radiance"))
 """Outputs that show radiance."""
@@ -50,6 +50,7 @@ class Needs:
     reverse: bool  # True if depth is reversed in the [0, 1] clip range
     blended: int = 0  # instances of blended surfaces; `geometry` does not count them
     blended_looks: Looks = NO_LOOKS
+    depth_offsets: tuple[int, ...] = ()  # of surfaces that are not blended, but for 0
 
     # --- what is drawn ---
 
@@ -109,9 +110,30 @@ class Needs:
         return self.pyrender and lit and self.picture and bool(self.looks.tinted)
 
     @property
+    def modulates(self) -> bool:
+        """True if textures or colour scales multiply what surfaces show, once all light is added up."""
+        shown = self.picture or "albedo" in self.outputs
+        return self.panda3d and self.geometry > 0 and shown and bool(self.looks.modulated)
+
+    @property
+    def gloss(self) -> bool:
+        """True if highlights are added up by themselves: nothing multiplies them then."""
+        return self.modulates and self.picture and self.highlights
+
+    @property
+    def local_viewers(self) -> bool:
+        """True if some highlights, not all, see the eye where it is."""
+        return self.panda3d and self.highlights and bool(self.looks.local_viewer)
+
+    @property
+    def specular_model(self) -> SpecularModel:
+        """The formula of highlights, where there are some."""
+        return "blinn_phong" if self.panda3d else self.settings.specular_model
+
+    @property
     def eye_at_origin(self) -> bool:
-        """True if highlights see the rays of an orthographic camera meet in its position, as in pyrender."""
-        return self.pyrender and self.orthographic and self.metals
+        """True if highlights see the rays of an orthographic camera meet in its position."""
+        return self.orthographic and ((self.pyrender and self.metals) or self.local_viewers)
 
     @property
     def highlights(self) -> bool:
@@ -198,6 +220,11 @@ class Needs:
         return self.settings.look == "pyrender"
 
     @property
+    def panda3d(self) -> bool:
+        """True if surfaces are shaded by the formula of Panda3D's shader generator."""
+        return self.settings.look == "panda3d"
+
+    @property
     def flat(self) -> bool:
         """True if base colours are shown as they are stored, without light."""
         return self.settings.look == "flat"
@@ -220,14 +247,29 @@ class Needs:
     @property
     def tests_volumes(self) -> bool:
         """True if light volumes are tested against the depth buffer."""
-        return self.method == "volumes" and self.settings.volume_depth_test
+        behind = bool(self.depth_offsets) and self.depth_offsets[0] < 0  # perhaps behind their lights
+        return self.method == "volumes" and self.settings.volume_depth_test and not behind
+
+    @property
+    def position_method(self) -> PositionMethod:
+        """The method by which positions are found: a depth buffer that offsets move does not have them."""
+        asked_for = self.settings.position_method
+        return "linear32f" if self.depth_offsets and asked_for not in STORED_POSITIONS else asked_for
+
+    @property
+    def position_reason(self) -> str:
+        """The reason for that method, in words."""
+        chosen = f"position_method={self.position_method}"
+        if self.position_method == self.settings.position_method:
+            return chosen
+        return f"{chosen}, since depth offsets move what a depth buffer holds"
 
     @property
     def position_target_name(self) -> str:
         """The target that positions come from; "depth" is the depth buffer itself."""
-        if self.settings.position_method == "linear32f":
+        if self.position_method == "linear32f":
             return "distance"
-        return "position" if self.settings.position_method in STORED_POSITIONS else "depth"
+        return "position" if self.position_method in STORED_POSITIONS else "depth"
 
     @property
     def needs_positions(self) -> bool:
@@ -250,7 +292,7 @@ class Needs:
     @property
     def position_source(self) -> PositionSource:
         """The way in which shaders get positions."""
-        if self.settings.position_method == "inverse_matrix":
+        if self.position_method == "inverse_matrix":
             return "inverse_matrix"
         sources: dict[str, PositionSource] = {"distance": "distance", "position": "stored", "depth": "depth"}
         return sources[self.position_target_name]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from firefly_sample.memo import Memo
-from firefly_sample.plan.collect import Group, LightNode, Snapshot
+from firefly_sample.plan.collect import LightNode, Snapshot
 from firefly_sample.plan.geometry_warnings import (
     Clipped,
     Extent,
@@ -14,6 +14,7 @@ from firefly_sample.plan.geometry_warnings import (
     find_clipped,
     find_extent,
 )
+from firefly_sample.plan.instances import Group
 from firefly_sample.plan.lights.light_set import LightSet
 from firefly_sample.plan.lights.lighting import Lighting
 from firefly_sample.plan.needs import NORMAL_OUTPUTS, PICTURES, POSITION_OUTPUTS, Needs, asked
@@ -117,7 +118,7 @@ def _is_thick(group: Group) -> bool:
 
 def _driver_warnings(needs: Needs) -> Iterator[str]:
     """Yield lines about settings that the driver cannot follow."""
-    if needs.settings.position_method == "depth32f" and not needs.capabilities.clip_control:
+    if needs.position_method == "depth32f" and not needs.capabilities.clip_control:
         yield (
             "position_method=depth32f: the driver lacks ARB_clip_control, so depth is a standard 24-bit "
             "buffer, as accurate as depth24; use position_method=linear32f, which is accurate here"
@@ -179,7 +180,7 @@ def _classic_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
 def _left_out_warnings(needs: Needs, snapshot: Snapshot) -> Iterator[str]:
     """Yield a line about dots and particles in a look that has none."""
     names = dict.fromkeys(node.name for node, _ in (*snapshot.sprites, *snapshot.particles))
-    if names and needs.picture and (needs.pyrender or needs.flat):
+    if names and needs.picture and (needs.pyrender or needs.flat or needs.panda3d):
         yield f"look {needs.settings.look!r} leaves out dots and particles: {', '.join(names)}"
 
 
@@ -190,7 +191,10 @@ def _darkness_warnings(needs: Needs, snapshot: Snapshot, in_scene: int) -> Itera
     if not (needs.geometry or needs.draws_particles):
         return
     materials = (material for group in snapshot.groups for material in group.materials)
-    if snapshot.sprites or any(any(material.emission) for material in materials):
+    shown = (each.emission.any() or (each.unlit and not needs.classic) for each in materials)
+    if snapshot.sprites or any(shown):
+        return
+    if not needs.draws_particles and not needs.classic and all(group.unlit for group in snapshot.groups):
         return
     nodes = snapshot.root.node().iter_descendants()
     # an empty PointLights that is not hidden is no light either

@@ -138,7 +138,7 @@ def position_warnings(
     """
     if not needs.needs_positions or needs.forward:
         return
-    method, lens = needs.settings.position_method, eye.lens
+    method, lens = needs.position_method, eye.lens
     errors = _Errors(needs, lens, float(np.linalg.norm(eye.camera.view_to_world[3, :3])))
     lamps = _lamps_of(sets, exposure)
     if not len(lamps.ends):
@@ -232,7 +232,7 @@ class _Errors:
         """Return the surface, up to a distance, on which the error of positions shows most."""
         distances = np.maximum(np.minimum(lamps.ends, min(self.lens.get_far(), farthest)), 0.0)
         beside = np.where(np.isfinite(lamps.sizes), lamps.sizes, distances)
-        codes = codes_shown(self.at(self.needs.settings.position_method, distances), beside, lamps.levels)
+        codes = codes_shown(self.at(self.needs.position_method, distances), beside, lamps.levels)
         index = int(np.argmax(np.where(distances > 0.0, codes, -1.0)))
         return _Surface(float(distances[index]), float(beside[index]), float(lamps.levels[index]))
 

@@ -114,7 +114,7 @@ def plan_as_text(plan: FramePlan) -> str:
             grid = plan.clusters[0].grid
             sums += f" in {grid.tiles[0]}x{grid.tiles[1]} tiles of {grid.tile} by {grid.slices} slices"
         sums += f" ({plan.light_method.because})"
-    if plan.settings.look not in ("classic", "flat"):
+    if plan.settings.look not in ("classic", "flat", "panda3d"):
         sums += f"; exposure {plan.settings.exposure:g}"
     unit = "PIXEL" if supersample == 1 else "SAMPLE"
     parts = [

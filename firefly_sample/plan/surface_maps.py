@@ -25,12 +25,13 @@ class Maps(NamedTuple):
     metallic: Map | None = None  # metalness and roughness
     normal: Map | None = None
     occlusion: Map | None = None
+    modulate: Map | None = None  # colour and alpha that multiply those of the base colour's
     normal_scale: float = 1.0
     occlusion_strength: float = 1.0
 
     def named(self) -> Iterator[tuple[str, Map]]:
         """Yield the name and the map of each texture that there is."""
-        for name, entry in zip(self._fields[:4], self[:4], strict=True):
+        for name, entry in zip(self._fields[:5], self[:5], strict=True):
             if isinstance(entry, Map):
                 yield name, entry
 
@@ -43,12 +44,12 @@ class Maps(NamedTuple):
 NO_MAPS = Maps()
 
 
-_NONE = (None, None, None, None)
+_NONE = (None, None, None, None, None)
 
 
 def _textures(material: Material) -> tuple[Texture | None, ...]:
     maps = material.emission_texture, material.metallic_roughness_texture
-    return (*maps, material.normal_texture, material.occlusion_texture)
+    return (*maps, material.normal_texture, material.occlusion_texture, material.modulate_texture)
 
 
 def look_of_maps(material: Material) -> tuple[Any, ...]:
@@ -60,6 +61,7 @@ def look_of_maps(material: Material) -> tuple[Any, ...]:
         (material.metallic_roughness_texture, material.metallic_roughness_texcoord),
         (material.normal_texture, material.normal_texcoord, material.normal_scale),
         (material.occlusion_texture, material.occlusion_texcoord, material.occlusion_strength),
+        (material.modulate_texture, material.modulate_texcoord),
     )
     return tuple(None if texture is None else (id(texture), *how) for texture, *how in textures)
 
@@ -67,18 +69,22 @@ def look_of_maps(material: Material) -> tuple[Any, ...]:
 def maps_of(materials: Sequence[Material], geom: Geom) -> Maps:
     """Return the maps of materials that are drawn together; a texture that changes nothing is left out."""
     first, second = materials[0], geom.texcoords_1 is not None
-    if first.unlit or _textures(first) == _NONE:
+    if _textures(first) == _NONE:
         return NO_MAPS
 
     def made(texture: Texture | None, texcoord: int) -> Map | None:
         return None if texture is None else Map(texture, 2 if texcoord == 1 and second else 1)
 
+    modulate = made(first.modulate_texture, first.modulate_texcoord)
+    if first.unlit:
+        return Maps(modulate=modulate)
     glows = any(material.emission.any() for material in materials)
     return Maps(
         made(first.emission_texture, first.emission_texcoord) if glows else None,
         made(first.metallic_roughness_texture, first.metallic_roughness_texcoord),
         made(first.normal_texture, first.normal_texcoord),
         made(first.occlusion_texture, first.occlusion_texcoord),
+        modulate,
         first.normal_scale,
         first.occlusion_strength,
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.collect import Group, Instances
+from firefly_sample.plan.instances import Group, Instances
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom
 

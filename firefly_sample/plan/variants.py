@@ -24,7 +24,7 @@ AlbedoFormat = Literal["linear", "sqrt8", "sqrt10"]
 Interpolation = Literal["rasterizer", "float64"]
 LightResolution = Literal["full", "half"]
 LightView = Literal["overdraw", "volumes", "wireframe"]
-Look = Literal["correct", "classic", "pyrender", "flat"]
+Look = Literal["correct", "classic", "pyrender", "flat", "panda3d"]
 Transparency = Literal["none", "sorted", "exact", "weighted"]
 Tone = Literal["none", "exponential"]
 ShadowTaps = Literal[0, 1, 4, 16]
@@ -58,6 +58,7 @@ OPTIONAL = frozenset(
         "metallic_map",
         "normal_map",
         "occlusion_map",
+        "modulate_map",
         "metallic_roughness",
         "transparency",
         "sorted",
@@ -65,6 +66,11 @@ OPTIONAL = frozenset(
         "color_alpha",
         "pyrender",
         "tint",
+        "panda3d",
+        "scaled",
+        "local_viewer",
+        "local_viewers",
+        "gloss",
     }
 )
 """Fields that are no define where they are False or 0."""
@@ -91,6 +97,9 @@ class SurfaceFeatures:
     metallic_map: MapCoordinates = 0  # metalness and roughness
     normal_map: MapCoordinates = 0
     occlusion_map: MapCoordinates = 0
+    modulate_map: MapCoordinates = 0  # a second texture of the base colour
+    scaled: bool = False  # True if a colour scale multiplies what is shown, apart from the colours
+    local_viewer: bool = False  # True if highlights see the eye where it is, in a look that asks
 
 
 @cache

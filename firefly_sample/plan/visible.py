@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.plan.collect import Factors, Group, Instances
+from firefly_sample.plan.factors import Factors
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.frustum import spheres_in_frustum
+from firefly_sample.plan.instances import Group, Instances
 from firefly_sample.plan.surface_maps import Maps
 from firefly_sample.plan.variants import SurfaceFeatures
 from firefly_sample.scene.arrays import Float64
@@ -59,6 +60,8 @@ class Looks(NamedTuple):
     metallic: str = ""  # metallic-roughness
     tinted: str = ""  # metallic-roughness, with vertex colours or occlusion
     phong_ambient: str = ""  # as own_ambient, without metallic-roughness
+    modulated: str = ""  # not metallic-roughness, with a texture or a colour scale
+    local_viewer: str = ""  # Phong highlights as the eye sees them, from where it is
 
 
 NO_LOOKS = Looks()
@@ -72,12 +75,14 @@ class Visible:
     nearest, farthest : float
         Of all instances along the view axis; infinity and minus infinity if none is in view.
     factors : Factors
-        Of all instances, part by part.
+        Of all instances, part by part; colours are multiplied by their scales, or not, with `scales_apart`.
     centers, radii : ndarray of float64, shape (n, 3) and (n,)
         Bounding spheres of all n instances in view, in view space, part by part.
     """
 
-    def __init__(self, instances: Instances, world_to_view: Float64, planes: Float64) -> None:
+    def __init__(
+        self, instances: Instances, world_to_view: Float64, planes: Float64, scales_apart: bool = False
+    ) -> None:
         centers = instances.centers @ world_to_view[:3, :3] + world_to_view[3, :3]
         seen = np.flatnonzero(spheres_in_frustum(planes, centers, instances.radii))
         near = centers[seen, 1] - instances.radii[seen]
@@ -88,7 +93,8 @@ class Visible:
         matrices = (instances.model_to_world[chosen].reshape(-1, 4) @ world_to_view).reshape(-1, 4, 4)
         indices = chosen - instances.starts[instances.which[chosen]]
         columns: tuple[Any, ...] = indices, near, far, matrices, instances.ids[chosen]
-        self.factors: Factors = instances.factors().take(chosen)
+        factors = instances.factors().take(chosen)
+        self.factors: Factors = factors if scales_apart else factors.scaled()
         self.nearest, self.farthest = float(near.min(initial=np.inf)), float(far.max(initial=-np.inf))
         bounds = np.searchsorted(instances.which[chosen], np.arange(len(instances.groups) + 1)).tolist()
         self.parts = tuple(
@@ -110,6 +116,10 @@ class Visible:
         """Return the number of instances of the chosen parts."""
         return sum(len(part.ids) for part, mine in zip(self.parts, chosen, strict=True) if mine)
 
+    def depth_offsets(self, chosen: Iterable[bool]) -> tuple[int, ...]:
+        """Return the depth offsets of the chosen parts, each once, but for 0."""
+        return tuple(sorted({part.group.depth_offset for part in compress(self.parts, chosen)} - {0}))
+
     def looks(self, chosen: Iterable[bool]) -> Looks:
         """Return names of materials of the chosen parts that need more than a colour."""
         key = tuple(chosen)
@@ -120,6 +130,7 @@ class Visible:
     def _find_looks(self, chosen: tuple[bool, ...]) -> Looks:
         found: dict[int, Material] = {}
         tinted: dict[int, Material] = {}
+        scaled: dict[int, Material] = {}
         for part in compress(self.parts, chosen):
             materials = part.group.materials
             indices = (0,) if len(materials) == 1 else np.unique(part.group.which[part.chosen])
@@ -127,6 +138,8 @@ class Visible:
             found |= here
             if part.group.geom.colors is not None and part.group.colors is None:
                 tinted |= here
+            if part.group.scales is not None:
+                scaled |= here
         each = found.values()
         lit = [material for material in each if not material.unlit]
         metals = [material for material in lit if material.metallic is not None]
@@ -137,12 +150,22 @@ class Visible:
             _names(metals),
             _names(each for each in metals if id(each) in tinted or each.occlusion_texture is not None),
             _names(each for each in lit if each.metallic is None and _has_own_ambient(each)),
+            _names(
+                each
+                for each in found.values()
+                if (each.unlit or each.metallic is None) and (id(each) in scaled or _is_textured(each))
+            ),
+            _names(each for each in lit if each.specular.any() and each.local_viewer),
         )
 
 
 def _has_own_ambient(material: Material) -> bool:
     occluded = material.occlusion_texture is not None
     return material.ambient is not None or material.metallic is not None or occluded
+
+
+def _is_textured(material: Material) -> bool:
+    return material.texture is not None or material.modulate_texture is not None
 
 
 def _names(materials: Iterable[Material]) -> str:
@@ -153,7 +176,10 @@ def _names(materials: Iterable[Material]) -> str:
 
 
 def blended_batches(visible: Visible, blended: Sequence[bool]) -> tuple[Batch, ...]:
-    """Return a draw for each part that is blended."""
+    """Return a draw for each part that is blended.
+
+    In one plane, what is drawn first lies under the others: those with the least depth offset come first.
+    """
     return tuple(
         Batch(
             key=part.group.key,
@@ -164,16 +190,17 @@ def blended_batches(visible: Visible, blended: Sequence[bool]) -> tuple[Batch, .
             model_to_view=part.model_to_view,
             ids=part.ids,
             factors=visible.factors.take(slice(part.first, part.first + len(part.ids))),
-            surface=_features(part.group, maps, cutout=False),
+            surface=_features(part.group, maps, cutout=False, scaled=visible.factors.scales is not None),
             maps=maps,
             render_mode=part.group.render_mode,
+            depth_offset=part.group.depth_offset,
         )
-        for part in compress(visible.parts, blended)
+        for part in sorted(compress(visible.parts, blended), key=lambda part: part.group.depth_offset)
         for maps in (part.group.maps,)
     )
 
 
-def _features(group: Group, maps: Maps, cutout: bool) -> SurfaceFeatures:
+def _features(group: Group, maps: Maps, cutout: bool, scaled: bool) -> SurfaceFeatures:
     """Return the features that a draw of a group's instances needs."""
     return SurfaceFeatures(
         textured=group.texture is not None,
@@ -188,6 +215,9 @@ def _features(group: Group, maps: Maps, cutout: bool) -> SurfaceFeatures:
         metallic_map=maps.coordinates("metallic"),
         normal_map=maps.coordinates("normal"),
         occlusion_map=maps.coordinates("occlusion"),
+        modulate_map=maps.coordinates("modulate"),
+        scaled=scaled,
+        local_viewer=group.local_viewer,
     )
 
 
@@ -208,7 +238,7 @@ def make_batches(visible: Visible, near: float, blended: Sequence[bool]) -> tupl
         group, around = part.group, bool(part.nearest[0] <= near)
         cutout = group.cutoff is not None
         maps = group.maps
-        surface = _features(group, maps, cutout)
+        surface = _features(group, maps, cutout, scaled=visible.factors.scales is not None)
         cuts = [0, *np.searchsorted(part.nearest, edges, side="right").tolist(), len(part.ids)]
         for zone, (first, end) in enumerate(pairwise(cuts)):
             if first == end:
@@ -226,6 +256,7 @@ def make_batches(visible: Visible, near: float, blended: Sequence[bool]) -> tupl
                 surface=surface,
                 maps=maps,
                 render_mode=group.render_mode,
+                depth_offset=group.depth_offset,
             )
             keyed.append(((cutout, around and zone == 0, zone, float(part.nearest[first]), index), batch))
     return tuple(batch for _, batch in sorted(keyed, key=lambda entry: entry[0]))

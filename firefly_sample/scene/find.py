@@ -24,7 +24,8 @@ import re
 from collections.abc import Callable, Iterator
 
 from firefly_sample.errors import NodeError
-from firefly_sample.scene.node import OVERALL_BIT, PandaNode, PathStep
+from firefly_sample.scene.node import OVERALL_BIT, PandaNode
+from firefly_sample.scene.path_step import PathStep
 
 _Test = Callable[[PandaNode], bool]
 

@@ -20,6 +20,7 @@ from firefly_sample.scene.arrays import (
     outside,
     read_only,
 )
+from firefly_sample.scene.camel_case import CamelCase
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.scene.tangents import TangentGroups
@@ -28,7 +29,7 @@ GeomMode = Literal["triangles", "lines", "points"]
 _CORNERS: dict[GeomMode, int] = {"triangles": 3, "lines": 2, "points": 1}
 
 
-class Geom(ReadOnlyArrays):
+class Geom(CamelCase, ReadOnlyArrays):
     """Indexed triangles in model space, or lines or points. For instancing, one Geom is used by many nodes.
 
     `Geom.lines` and `Geom.points` make those of the other modes. They are lit as surfaces are, cast no
@@ -278,6 +279,18 @@ class GeomNode(PandaNode):
         """Add `geom` with `material`, a plain white one when absent; nodes may override it."""
         self.geoms.append((geom, material if material is not None else Material("default")))
         self.mark_changed()
+
+    def get_num_geoms(self) -> int:
+        """Return the number of Geoms."""
+        return len(self.geoms)
+
+    def get_geom(self, index: int) -> Geom:
+        """Return the Geom number `index`, from 0. IndexError if there is none."""
+        return self.geoms[index][0]
+
+    def get_geoms(self) -> list[Geom]:
+        """Return the Geoms, without their materials."""
+        return [geom for geom, _ in self.geoms]
 
     def remove_all_geoms(self) -> None:
         """Remove all Geoms."""

@@ -11,9 +11,11 @@ import math
 from typing import Self
 
 from firefly_sample.errors import LensError
+from firefly_sample.scene.camel_case import attribute
 from firefly_sample.scene.intrinsics import Intrinsics
 from firefly_sample.scene.lens_base import Lens
-from firefly_sample.scene.lens_numbers import finite, number
+from firefly_sample.scene.lens_constants import Pair
+from firefly_sample.scene.lens_numbers import finite, number, one_or_two
 from firefly_sample.scene.lens_shape import Shape
 
 
@@ -51,6 +53,8 @@ class PerspectiveLens(Lens):
     _EXCLUSIVE = ("fov", "min_fov", "vfov")
     _min_ratio = 1.0
     """Width over height of the rectangle that "min_fov" keeps in view; the angle is its vertical one."""
+    fov, min_fov = attribute("fov", numbers=True), attribute("min_fov", numbers=True)
+    focal_length = attribute("focal_length")
 
     def __init__(
         self,
@@ -124,14 +128,18 @@ class PerspectiveLens(Lens):
         lens._shape = _calibrated(lens, given)
         return lens
 
-    def set_fov(self, horizontal: float, vertical: float | None = None) -> None:
-        """Set the horizontal field of view in degrees and, with `vertical`, fix the aspect ratio too."""
-        a = _cot_half("the horizontal field of view", horizontal)
+    def set_fov(self, horizontal: float | Pair, vertical: float | None = None) -> None:
+        """Set the horizontal field of view in degrees and, with `vertical`, fix the aspect ratio too.
+
+        The two may be one pair.
+        """
+        across, upright = one_or_two("field of view", horizontal, vertical)
+        a = _cot_half("the horizontal field of view", across)
         shape = None
-        if vertical is not None:
-            ratio = _cot_half("the vertical field of view", vertical) / a
-            shape = Shape(ratio, f"field of view of {horizontal:g} x {vertical:g} degrees", measure="fov")
-        self._set_measure("fov", float(horizontal), shape)
+        if upright is not None:
+            ratio = _cot_half("the vertical field of view", upright) / a
+            shape = Shape(ratio, f"field of view of {across:g} x {upright:g} degrees", measure="fov")
+        self._set_measure("fov", float(across), shape)
 
     def set_vfov(self, vertical: float) -> None:
         """Set the vertical field of view in degrees, kept for every aspect ratio; not in Panda3D."""

@@ -1,32 +1,32 @@
 """The base of both kinds of lens: film, planes, the projection matrix, and points to and from the film.
 
 View space is right-handed, X right, Y forward, Z up, in scene units; film size, film offset and focal length
-share one unit of their own. NDC run from -1 to 1, x to the right and y up. The formulas are in
-`firefly_sample.scene.lens_constants`.
+share one unit of their own. The formulas are in `firefly_sample.scene.lens_constants`.
 """
 
 from __future__ import annotations
 
 import copy
 import math
-from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Self
+from abc import abstractmethod
+from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LensError
-from firefly_sample.scene.arrays import Float64, as_numbers
+from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.camel_case import CamelCase, attribute
 from firefly_sample.scene.intrinsics import Intrinsics
-from firefly_sample.scene.lens_constants import Clip, LensConstants
-from firefly_sample.scene.lens_numbers import finite, number, pixels, planes
+from firefly_sample.scene.lens_constants import Clip, LensConstants, Pair
+from firefly_sample.scene.lens_numbers import finite, number, one_or_two, pair, pixels, planes
+from firefly_sample.scene.lens_points import LensPoints
 from firefly_sample.scene.lens_shape import Shape, lens_for_picture
 
 _SAME_SHAPE = 1e-5
 """Relative difference up to which a lens keeps its aspect ratio: two angles may have been rounded."""
 
 
-class Lens(ABC):
+class Lens(CamelCase, LensPoints):
     """The base of both kinds of lens.
 
     All setters raise LensError if a value is impossible, and then leave the lens as it was.
@@ -42,6 +42,8 @@ class Lens(ABC):
     _PERSPECTIVE: ClassVar[bool]
     _EXCLUSIVE: ClassVar[tuple[str, ...]]
     """The measures that replace each other."""
+    near, far, aspect_ratio = attribute("near"), attribute("far"), attribute("aspect_ratio")
+    film_size, film_offset = attribute("film_size", numbers=True), attribute("film_offset", numbers=True)
 
     def __init__(self, **measures: float) -> None:
         self.revision = 0
@@ -70,8 +72,8 @@ class Lens(ABC):
                 "or single numbers and the ratio"
             )
         for name, value in given.items():
-            getattr(self, f"set_{name}")(*(_pair(name, value) if name in pairs else (value,)))
-        self.set_film_offset(*_pair("film_offset", film_offset))
+            getattr(self, f"set_{name}")(*(pair(name, value) if name in pairs else (value,)))
+        self.set_film_offset(*pair("film_offset", film_offset))
         self._set_planes(near, far)
 
     @property
@@ -89,13 +91,14 @@ class Lens(ABC):
 
     # --- Film and shape ---
 
-    def set_film_size(self, width: float, height: float | None = None) -> None:
-        """Set the film's width and, with `height`, fix the aspect ratio too."""
-        width, shape = finite("film width", width, above=0.0), None
-        if height is not None:
-            ratio = width / finite("film height", height, above=0.0)
-            shape = Shape(ratio, f"film size of {width:g} x {height:g}", measure="film_width")
-        self._set_measure("film_width", width, shape)
+    def set_film_size(self, width: float | Pair, height: float | None = None) -> None:
+        """Set the film's width and, with `height`, fix the aspect ratio too; the two may be one pair."""
+        across, upright = one_or_two("film size", width, height)
+        across, shape = finite("film width", across, above=0.0), None
+        if upright is not None:
+            ratio = across / finite("film height", upright, above=0.0)
+            shape = Shape(ratio, f"film size of {across:g} x {upright:g}", measure="film_width")
+        self._set_measure("film_width", across, shape)
 
     def get_film_size(self) -> tuple[float, float]:
         """Return the width and height of the film."""
@@ -107,9 +110,10 @@ class Lens(ABC):
             width = 2.0 * measures["focal_length"] / self._scales()[0]
         return width, width / ratio
 
-    def set_film_offset(self, x: float, y: float) -> None:
+    def set_film_offset(self, x: float | Pair, y: float | None = None) -> None:
         """Move the film's centre off the view axis, right and up, in units of the film size."""
-        self._film_offset = (finite("film offset x", x), finite("film offset y", y))
+        right, up = pair("film offset", x if y is None else (x, y))
+        self._film_offset = (finite("film offset x", right), finite("film offset y", up))
         self.revision += 1
 
     def get_film_offset(self) -> tuple[float, float]:
@@ -141,16 +145,17 @@ class Lens(ABC):
 
         The lens takes the picture's aspect ratio and keeps the measure that was set for one side, as in
         Panda3D's window. If the lens's shape is fixed, the picture must have that shape, to the nearest whole
-        pixel; then this very lens is returned. The LensError for a different shape names both.
+        pixel; then this very lens is returned, unless its near plane is at infinity. The LensError for a
+        different shape names both.
         """
         if self._shape.fixed_by:
             if not self._shape.fits(width, height):
                 raise LensError(self._shape.refusal(width, height))
-            return self
+            return self.near_first()
         ratio = width / height
         if abs(self._shape.ratio / ratio - 1.0) < _SAME_SHAPE:
-            return self
-        lens = self.make_copy()
+            return self.near_first()
+        lens = self.near_first().make_copy()
         lens._commit(lens._measures, Shape(ratio))
         return lens
 
@@ -195,6 +200,9 @@ class Lens(ABC):
 
         `far` is beyond `near`. `near` is above 0 for a perspective lens, whose `far` may be ``math.inf``; an
         orthographic lens takes any finite numbers.
+
+        As in Panda3D, a perspective lens with an infinite `near` has the same view as with the two exchanged
+        and the opposite depth: `get_projection_mat` is for a reversed depth buffer. Pictures are the same.
         """
         self._set_planes(number("near", near), number("far", far))
 
@@ -210,19 +218,31 @@ class Lens(ABC):
         """Set the planes that are given; None leaves one as it is."""
         near = self._near if near_given is None else near_given
         far = self._far if far_given is None else far_given
-        near, far = planes(self._PERSPECTIVE, near, far)
+        if self._PERSPECTIVE and near == math.inf:
+            far, near = planes(True, far, near)
+        else:
+            near, far = planes(self._PERSPECTIVE, near, far)
         self._near, self._far = near, far
         self.near_given |= near_given is not None
         self.far_given |= far_given is not None
         self.revision += 1
 
     def get_near(self) -> float:
-        """Return the distance of the near plane."""
+        """Return the distance of the near plane, which may be ``math.inf``; see `set_near_far`."""
         return self._near
 
     def get_far(self) -> float:
         """Return the distance of the far plane, which may be ``math.inf``."""
         return self._far
+
+    def near_first(self) -> Self:
+        """Return the lens, or a copy with the planes exchanged if the near one is at infinity."""
+        if self._near < self._far:
+            return self
+        lens = self.make_copy()
+        lens._near, lens._far = self._far, self._near
+        lens.near_given, lens.far_given = self.far_given, self.near_given
+        return lens
 
     # --- Projection ---
 
@@ -234,7 +254,7 @@ class Lens(ABC):
         clip : {"gl", "zero_to_one"}
             Range of z_ndc: -1..1, or 0..1 as with glClipControl(GL_ZERO_TO_ONE).
         reverse : bool
-            Depth 1 at the near plane and 0 at the far plane.
+            Depth 1 at the near plane and 0 at the far plane, which are `get_near` and `get_far`.
 
         Raises
         ------
@@ -251,7 +271,8 @@ class Lens(ABC):
             )
         # `0.0 -` keeps a centred film at +0, not -0.
         offsets = (0.0 - 2.0 * x / width, 0.0 - 2.0 * y / height)
-        planes = self._near, self._far
+        planes = min(self._near, self._far), max(self._near, self._far)
+        reverse = reverse != (self._near > self._far)
         return LensConstants.of(self._PERSPECTIVE, self._scales(), offsets, planes, clip, reverse)
 
     def intrinsics(self, size: tuple[int, int], pixel_center: float = 0.0) -> Intrinsics:
@@ -265,52 +286,14 @@ class Lens(ABC):
         pixel_center : float
             Image coordinate of the first pixel's centre: 0 in OpenCV, 0.5 in COLMAP, OpenGL and pyrender.
         """
-        width, height = _pair("size", size)
+        width, height = pair("size", size)
         size = pixels("width", width), pixels("height", height)
         lens, _ = lens_for_picture(self, size)
-        return Intrinsics.of(lens.constants(), size, (self._near, self._far), pixel_center)
+        return Intrinsics.of(lens.constants(), size, (lens._near, lens._far), pixel_center)
 
     def get_projection_mat(self, clip: Clip = "gl", reverse: bool = False) -> Float64:
         """Return the 4x4 matrix from view to clip space for row vectors; the default is Panda3D's."""
         return self.constants(clip, reverse).matrix()
-
-    def project(self, point: ArrayLike) -> Any:
-        """Return the NDC of view-space points of shape (3,) or (..., 3).
-
-        One point gives a tuple of two floats, or None if it is off the film; many give an array of shape
-        (..., 2), with NaN for those that are off the film. As in Panda3D, near and far do not matter: a point
-        is off the film only behind the eye or outside its edges.
-        """
-        p = _points(point, 3)
-        in_front = p[..., 1] > 0.0 if self._PERSPECTIVE else np.ones(p.shape[:-1], dtype=bool)
-        safe = np.where(in_front[..., None], p, (0.0, 1.0, 0.0))
-        ndc = self.constants().ndc_from_view(safe)[..., :2]
-        seen = in_front & (np.abs(ndc) <= 1.0).all(axis=-1)
-        if p.ndim == 1:
-            return (float(ndc[0]), float(ndc[1])) if seen else None
-        return np.where(seen[..., None], ndc, np.nan)
-
-    def extrude(self, point: ArrayLike) -> tuple[Float64, Float64]:
-        """Return the view-space points on the near and the far plane at NDC of shape (2,) or (..., 2).
-
-        Raise LensError if the far plane is at infinity.
-        """
-        if math.isinf(self._far):
-            raise LensError(
-                "a lens whose far plane is at infinity has no far point: set a finite far, or use "
-                "constants().view_from_distance(x, y, distance)"
-            )
-        x, y = np.moveaxis(_points(point, 2), -1, 0)
-        k = self.constants()
-        return k.view_from_distance(x, y, self._near), k.view_from_distance(x, y, self._far)
-
-    def extrude_depth(self, point: ArrayLike) -> Float64:
-        """Return the view-space points at NDC (x, y, z) of shape (3,) or (..., 3), z -1 at near and 1 at far.
-
-        The inverse of `get_projection_mat` followed by the division by w.
-        """
-        x, y, z = np.moveaxis(_points(point, 3), -1, 0)
-        return self.constants().view_from_depth(x, y, 0.5 * z + 0.5)
 
     def frustum_planes(self) -> Float64:
         """Return the view volume's planes: left, right, bottom, top, near and, unless infinite, far.
@@ -318,9 +301,10 @@ class Lens(ABC):
         Rows (nx, ny, nz, d), shape (6, 4) or (5, 4), with a unit normal; inside, in view space,
         nx*x + ny*y + nz*z + d >= 0.
         """
-        found = [*self.constants().side_planes(), (0.0, 1.0, 0.0, -self._near)]
-        if math.isfinite(self._far):
-            found.append((0.0, -1.0, 0.0, self._far))
+        near, far = sorted((self._near, self._far))
+        found = [*self.constants().side_planes(), (0.0, 1.0, 0.0, -near)]
+        if math.isfinite(far):
+            found.append((0.0, -1.0, 0.0, far))
         return np.array(found)
 
     def make_copy(self) -> Self:
@@ -330,19 +314,3 @@ class Lens(ABC):
 
 def _ratio_shape(ratio: float) -> Shape:
     return Shape(ratio, f"aspect ratio of {ratio:.5g}")
-
-
-def _points(value: ArrayLike, size: int) -> Float64:
-    points = as_numbers("points", value, LensError)
-    if points.ndim == 0 or points.shape[-1] != size:
-        raise LensError(f"points must have shape ({size},) or (..., {size}), got {points.shape}")
-    return points
-
-
-def _pair(name: str, value: Any) -> tuple[Any, Any]:
-    """Return `value` as two numbers, still unchecked."""
-    try:
-        first, second = value
-    except (TypeError, ValueError):
-        raise LensError(f"{name} must be two numbers, got {value!r}") from None
-    return first, second

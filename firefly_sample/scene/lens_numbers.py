@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from firefly_sample.errors import LensError
 from firefly_sample.settings import number_or_none
@@ -24,6 +25,22 @@ def finite(name: str, value: float, above: float = -math.inf) -> float:
     if found <= above:
         raise LensError(f"{name} must be above {above:g}, got {found:g}")
     return found
+
+
+def pair(name: str, value: Any) -> tuple[Any, Any]:
+    """Return `value` as two numbers, still unchecked."""
+    try:
+        first, second = value
+    except (TypeError, ValueError):
+        raise LensError(f"{name} must be two numbers, got {value!r}") from None
+    return first, second
+
+
+def one_or_two(name: str, first: Any, second: float | None) -> tuple[Any, Any]:
+    """Return the two arguments of a setter; the first may be a pair of both, or the second None."""
+    if second is None and hasattr(first, "__len__") and not isinstance(first, str):
+        return pair(name, first)
+    return first, second
 
 
 def pixels(name: str, value: int) -> int:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LightError
 from firefly_sample.scene.arrays import LARGEST, Float64, as_color, as_colors, as_numbers
+from firefly_sample.scene.camel_case import attribute
 from firefly_sample.scene.node import ALL_CAMERAS, PandaNode
 from firefly_sample.settings import SHADOW_RESOLUTIONS, to_number, to_whole
 
@@ -98,12 +99,17 @@ class ShadowCaster(PandaNode):
     _casts = False
     _resolution = 1024
 
-    def set_shadow_caster(self, caster: bool, resolution: int | None = None) -> None:
+    def set_shadow_caster(
+        self, caster: bool, resolution: int | None = None, height: int | None = None
+    ) -> None:
         """Choose whether the light casts shadows.
 
         `resolution` is the number of texels along each side of the shadow map, 16 to 16384; unchanged when
-        absent, 1024 at first. A point light has six such maps.
+        absent, 1024 at first. A point light has six such maps. They are square: `height`, Panda3D's second
+        number, must be the same.
         """
+        if height is not None and height != resolution:
+            raise self._error(f"a shadow map is square, got {resolution!r} x {height!r} texels")
         if resolution is not None:
             low, high = SHADOW_RESOLUTIONS
             texels = to_whole(resolution)
@@ -154,6 +160,8 @@ class _Colored(PandaNode):
         alpha, is ignored.
     """
 
+    color = attribute("color")
+
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0)) -> None:
         super().__init__(name)
         self._color = light_color(name, color)
@@ -172,6 +180,7 @@ class Light(_Colored, ShadowCaster):
     """One light, which has a position or a direction. `_Colored` has its parameters."""
 
     _specular: Float64 | None = None
+    specular_color = attribute("specular_color")
 
     def set_specular_color(self, color: ArrayLike) -> None:
         """Set the linear colour of highlights, which otherwise have the light's colour."""
@@ -204,6 +213,9 @@ class FadingLight(Light, _Fading):
     radius : float, optional
         Reach in scene units, finite and 0 or more.
     """
+
+    attenuation = attribute("attenuation")
+    max_distance = attribute("max_distance")
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0), radius: float | None = None) -> None:
         super().__init__(name, color)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from firefly_sample.errors import LightError
 from firefly_sample.scene.arrays import Float64, as_colors, as_numbers, read_only
+from firefly_sample.scene.camel_case import attribute
 from firefly_sample.scene.lens import PerspectiveLens
 from firefly_sample.scene.light import (
     FadingLight,
@@ -130,6 +131,7 @@ class DirectionalLight(Light):
     kind = "directional"
     _direction: Float64 = read_only(np.array([0.0, 1.0, 0.0]))
     _shadow_distance = math.inf
+    direction = attribute("direction")
 
     def set_direction(self, direction: ArrayLike) -> None:
         """Set the direction in which the light shines, in the node's space; of any length but 0."""
@@ -202,6 +204,7 @@ class Spotlight(FadingLight):
 
     kind = "spot"
     _exponent = 50.0
+    exponent = attribute("exponent")
     _edge: tuple[float, float] | None = None
 
     def __init__(self, name: str, color: ArrayLike = (1.0, 1.0, 1.0), radius: float | None = None) -> None:

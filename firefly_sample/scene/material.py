@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import LARGEST, Float64, ReadOnlyArrays, as_color, as_colors
+from firefly_sample.scene.camel_case import CamelCase
 from firefly_sample.scene.texture import Texture
 from firefly_sample.settings import to_number
 
@@ -20,7 +21,7 @@ LARGEST_SCALE = 1e3
 """Of a normal map, either way."""
 
 
-class Material(ReadOnlyArrays):
+class Material(CamelCase, ReadOnlyArrays):
     """The light that a surface reflects and emits, by one of two models, or by none.
 
     A Phong material's radiance is ambient + diffuse + specular + emission: ambient light times `ambient` and
@@ -78,6 +79,14 @@ class Material(ReadOnlyArrays):
     metallic_roughness_texcoord, normal_texcoord, occlusion_texcoord : {0, 1}
         As `emission_texcoord`.
     unlit : bool
+    modulate_texture : Texture, optional
+        Its colour and its alpha multiply those of `texture`, such as a light map does; alone, they take their
+        place.
+    modulate_texcoord : {0, 1}
+        As `emission_texcoord`.
+    local_viewer : bool
+        In the look "panda3d", see highlights from where the eye is, not along the view axis: Panda3D's
+        `Material.set_local`. Other looks always do.
 
     Raises
     ------
@@ -111,6 +120,9 @@ class Material(ReadOnlyArrays):
         normal_texcoord: int = 0,
         occlusion_texcoord: int = 0,
         unlit: bool = False,
+        modulate_texture: Texture | None = None,
+        modulate_texcoord: int = 0,
+        local_viewer: bool = False,
     ) -> None:
         self.name = name
         self.texture = self._texture("texture", texture)
@@ -120,15 +132,18 @@ class Material(ReadOnlyArrays):
         )
         self.normal_texture = self._texture("normal_texture", normal_texture)
         self.occlusion_texture = self._texture("occlusion_texture", occlusion_texture)
+        self.modulate_texture = self._texture("modulate_texture", modulate_texture)
         self.emission_texcoord = self._texcoord("emission_texcoord", emission_texcoord)
         self.metallic_roughness_texcoord = self._texcoord(
             "metallic_roughness_texcoord", metallic_roughness_texcoord
         )
         self.normal_texcoord = self._texcoord("normal_texcoord", normal_texcoord)
         self.occlusion_texcoord = self._texcoord("occlusion_texcoord", occlusion_texcoord)
+        self.modulate_texcoord = self._texcoord("modulate_texcoord", modulate_texcoord)
         self.normal_scale = self._number("normal_scale", normal_scale, -LARGEST_SCALE, LARGEST_SCALE)
         self.occlusion_strength = self._number("occlusion_strength", occlusion_strength)
         self.unlit = bool(unlit)
+        self.local_viewer = bool(local_viewer)
         self.double_sided = double_sided
         if alpha_mode not in ("opaque", "mask", "blend"):
             raise SceneError(
@@ -195,6 +210,15 @@ class Material(ReadOnlyArrays):
         self._check_model(self.metallic, exponent > 0.0)
         self.shininess = exponent
         self.revision += 1
+
+    def set_local(self, local: bool) -> None:
+        """Set `local_viewer`, by Panda3D's name."""
+        self.local_viewer = bool(local)
+        self.revision += 1
+
+    def get_local(self) -> bool:
+        """Return `local_viewer`, by Panda3D's name."""
+        return self.local_viewer
 
     def set_metallic(self, metallic: float | None) -> None:
         """Set the share of a metal; None makes a Phong material."""

@@ -1,4 +1,4 @@
-"""PandaNode, a node of the scene graph, and PathStep, one way to reach it from a root.
+"""PandaNode, a node of the scene graph.
 
 Users handle nodes through `firefly_sample.scene.nodepath.NodePath`.
 """
@@ -13,11 +13,17 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.camel_case import CamelCase
 from firefly_sample.scene.material import Material
+from firefly_sample.scene.tags import Tags
 from firefly_sample.scene.transform_state import IDENTITY, TransformState
 
 if TYPE_CHECKING:
+    from firefly_sample.scene.color_scale import ColorScale
+    from firefly_sample.scene.depth_offset import DepthOffset
+    from firefly_sample.scene.path_step import PathStep
     from firefly_sample.scene.render_mode import RenderMode
+    from firefly_sample.scene.surface_overrides import SurfaceOverrides
 
 Color = tuple[float, float, float, float]
 
@@ -31,7 +37,7 @@ _LINKS = {"_children", "_sorts", "_parents", "_steps", "_ranks"}
 _Value = TypeVar("_Value")
 
 
-class PandaNode:
+class PandaNode(Tags, CamelCase):
     """A node with a name, which need not be unique, a transform, attributes, and any number of parents.
 
     Attributes
@@ -40,13 +46,20 @@ class PandaNode:
         To the space of each parent; change it with `set_transform`.
     flat_color, flat_color_priority : (r, g, b, a) or None, int
         Linear colour that replaces those of this node and below; see `NodePath.set_color`.
+    color_scale : ColorScale or None
+        See `firefly_sample.scene.color_scale`.
     material, material_priority : Material or None, int
         A material that replaces those of the Geoms at this node and below.
     render_mode, render_mode_priority : RenderMode or None, int
         See `firefly_sample.scene.render_mode`.
+    depth_offset : DepthOffset or None
+        See `firefly_sample.scene.depth_offset`.
+    overrides : SurfaceOverrides or None
+        Parts of materials that this node replaces; see `firefly_sample.scene.surface_overrides`.
     draw_control, draw_show : int
         Camera bits that this node decides, and of those the ones that see it; see `NodePath.hide`.
     tags : dict of str to str
+    python_tags : dict of str to any value
     warnings : tuple of str
         A line for each thing about this node that is not drawn, which every frame with the node repeats.
     revision, subtree_revision : int
@@ -68,6 +81,7 @@ class PandaNode:
     """
 
     warnings: tuple[str, ...] = ()
+    overrides: SurfaceOverrides | None = None
     _parents: list[weakref.ref[PandaNode]]
     _steps: weakref.WeakSet[PathStep]
 
@@ -87,13 +101,16 @@ class PandaNode:
         self.transform: TransformState = IDENTITY
         self.flat_color: Color | None = None
         self.flat_color_priority = 0
+        self.color_scale: ColorScale | None = None
         self.material: Material | None = None
         self.material_priority = 0
         self.render_mode: RenderMode | None = None
         self.render_mode_priority = 0
+        self.depth_offset: DepthOffset | None = None
         self.draw_control = 0
         self.draw_show = _ALL_BITS
         self.tags: dict[str, str] = {}
+        self.python_tags: dict[str, Any] = {}
         self.revision = 0
         self.subtree_revision = 0
         self._children: list[PandaNode] = []
@@ -111,6 +128,45 @@ class PandaNode:
     def parents(self) -> list[PandaNode]:
         """The parents, oldest first; several if the node is instanced."""
         return [parent for reference in self._parents if (parent := reference()) is not None]
+
+    def get_name(self) -> str:
+        """Return the name."""
+        return self.name
+
+    def set_name(self, name: str) -> None:
+        """Rename the node. NodeError if the name is not text."""
+        if not isinstance(name, str):
+            raise NodeError(f"node {self.name!r}: set_name takes text, got {name!r}")
+        self.name = name
+        self.mark_changed()
+
+    def get_children(self) -> tuple[PandaNode, ...]:
+        """Return the children, in order."""
+        return tuple(self._children)
+
+    def get_num_children(self) -> int:
+        """Return the number of children."""
+        return len(self._children)
+
+    def get_child(self, index: int) -> PandaNode:
+        """Return the child number `index`, from 0. IndexError if there is none."""
+        return self._children[index]
+
+    def find_child(self, child: PandaNode) -> int:
+        """Return the number of a child among the children, -1 if it is none."""
+        return self._children.index(child) if child in self._children else -1
+
+    def get_parents(self) -> tuple[PandaNode, ...]:
+        """Return the parents, oldest first."""
+        return tuple(self.parents)
+
+    def get_num_parents(self) -> int:
+        """Return the number of parents."""
+        return len(self.parents)
+
+    def get_parent(self, index: int) -> PandaNode:
+        """Return the parent number `index`, from 0, oldest first. IndexError if there is none."""
+        return self.parents[index]
 
     def get_child_sort(self, child: PandaNode) -> int:
         """Return the sort number with which `child` was added."""
@@ -143,6 +199,11 @@ class PandaNode:
                 step.move_below(None)
         self.mark_changed()
 
+    def remove_all_children(self) -> None:
+        """Remove all children."""
+        for child in list(self._children):
+            self.remove_child(child)
+
     def _unlink(self, child: PandaNode) -> None:
         index = self._index_of(child)
         del self._children[index], self._sorts[index]
@@ -161,6 +222,22 @@ class PandaNode:
     def iter_descendants(self) -> Iterator[PandaNode]:
         """Return an iterator over every node at and below this one, depth first, each once."""
         return _each_once([self], lambda node: reversed(node._children))
+
+    def count_num_descendants(self) -> int:
+        """Return the number of nodes at and below this one, each as often as paths lead to it."""
+        count, waiting = 0, [self]
+        while waiting:
+            count += 1
+            waiting.extend(waiting.pop()._children)
+        return count
+
+    def get_transform(self) -> TransformState:
+        """Return the transform to the parents' space."""
+        return self.transform
+
+    def clear_transform(self) -> None:
+        """Reset the transform to the identity."""
+        self.set_transform(IDENTITY)
 
     def set_transform(self, transform: TransformState) -> None:
         """Set the transform to the parents' space."""
@@ -285,72 +362,6 @@ def _each_once(
             seen.add(node)
             yield node
             waiting.extend(following(node))
-
-
-class PathStep:
-    """A node as reached through a parent step, or as the root of a path.
-
-    There is one step for each (parent step, node), so every NodePath to it follows when the node is moved.
-    """
-
-    __slots__ = ("__weakref__", "_below", "node", "parent")
-
-    def __init__(self, node: PandaNode, parent: PathStep | None) -> None:
-        self.node = node
-        self.parent: PathStep | None = None
-        self._below: weakref.WeakValueDictionary[PandaNode, PathStep] | None = None
-        node._steps.add(self)
-        if parent is not None:
-            self.move_below(parent)
-
-    def move_below(self, parent: PathStep | None) -> None:
-        """Make `parent` the step above this one; None makes this one a root."""
-        siblings = self.parent._below if self.parent is not None else None
-        if siblings is not None and siblings.get(self.node) is self:
-            del siblings[self.node]
-        self.parent = parent
-        if parent is not None:
-            if parent._below is None:
-                parent._below = weakref.WeakValueDictionary()
-            parent._below[self.node] = self
-
-    def known_child(self, node: PandaNode) -> PathStep | None:
-        """Return the step from here to a child node, if a path has needed it already."""
-        return self._below.get(node) if self._below is not None else None
-
-    def child(self, node: PandaNode) -> PathStep:
-        """Return the step from here to a child node."""
-        step = self.known_child(node)
-        return step if step is not None else PathStep(node, self)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle all steps above too, so that paths into one tree lead into one copy of it."""
-        return step_at, (self.node, self.parent)
-
-    def upwards(self) -> Iterator[PathStep]:
-        """Yield this step, the one above it, and so on up to the root."""
-        step: PathStep | None = self
-        while step is not None:
-            yield step
-            step = step.parent
-
-
-def step_at(node: PandaNode, parent: PathStep | None = None) -> PathStep:
-    """Return the step to a node from a parent step, or that of a path which begins at the node."""
-    if parent is not None:
-        return parent.child(node)
-    return next((step for step in node._steps if step.parent is None), None) or PathStep(node, None)
-
-
-def step_to(node: PandaNode) -> PathStep:
-    """Return the path down to `node`, through the oldest parent wherever there are several."""
-    nodes = [node]
-    while parents := nodes[-1].parents:
-        nodes.append(parents[0])
-    step = step_at(nodes.pop())
-    while nodes:
-        step = step.child(nodes.pop())
-    return step
 
 
 def inherit(

@@ -38,7 +38,7 @@ def focus_of(scene: Scene) -> Float64 | None:
 
 def pivot_distance(scene: Scene, focus: Float64 | None, eye: Float64, forward: Float64) -> float:
     """Return the distance of a focus along a view axis, or a guess by the lens if it is not in front."""
-    lens = scene.lens
+    lens = scene.lens.near_first()
     near, far = lens.get_near(), lens.get_far()
     if focus is not None:
         ahead = float((focus - eye) @ forward)

@@ -6,13 +6,15 @@ thickness replace both of those above, unless these have a higher priority.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, Protocol, get_args
+from typing import Literal, NamedTuple, Protocol
 
 from firefly_sample.errors import NodeError
 from firefly_sample.scene.node import PandaNode
 from firefly_sample.settings import to_number, to_whole
 
 Mode = Literal["filled", "wireframe"]
+_NUMBERS: dict[int, Mode] = {1: "filled", 2: "wireframe"}
+"""Panda3D's, of its RenderModeAttrib."""
 
 LARGEST_THICKNESS = 2048.0
 """Pixels; drivers draw smaller points where they have a limit of their own."""
@@ -43,13 +45,13 @@ class _HasNode(Protocol):
 class RenderModes:
     """The methods of a `NodePath` that set its node's render mode, by Panda3D's names."""
 
-    def set_render_mode(self: _HasNode, mode: Mode, thickness: float, priority: int = 0) -> None:
+    def set_render_mode(self: _HasNode, mode: Mode | int, thickness: float, priority: int = 0) -> None:
         """Set both parts of the render mode of this node and those below it.
 
         Parameters
         ----------
-        mode : {"filled", "wireframe"}
-            Panda3D's numbers for these are `RenderModeAttrib.M_filled` and `M_wireframe`.
+        mode : {"filled", "wireframe"} or {1, 2}
+            The numbers are Panda3D's `RenderModeAttrib.M_filled` and `M_wireframe`.
         thickness : float
             Width and height of points in pixels: above 0, up to 2048. Lines are one pixel wide; a warning
             names those for which another thickness is set.
@@ -61,11 +63,13 @@ class RenderModes:
         NodeError
             If there is no such mode, or a number is wrong.
         """
-        if mode not in get_args(Mode):
+        found = next((name for number, name in _NUMBERS.items() if mode in (number, name)), None)
+        if found is None:
             raise NodeError(
-                f"node {self.node().name!r}: a render mode must be 'filled' or 'wireframe', got {mode!r}"
+                f"node {self.node().name!r}: a render mode must be 'filled' or 'wireframe', or 1 or 2, "
+                f"got {mode!r}"
             )
-        _set(self.node(), mode, thickness, priority)
+        _set(self.node(), found, thickness, priority)
 
     def set_render_mode_wireframe(self: _HasNode, priority: int = 0) -> None:
         """Draw only the edges of triangles at this node and below it, as lines of one pixel."""

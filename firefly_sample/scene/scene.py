@@ -51,6 +51,29 @@ class Camera(PandaNode):
         self.lens: Lens = lens if lens is not None else PerspectiveLens()
         self.camera_mask = camera_mask
 
+    def get_lens(self) -> Lens:
+        """Return the lens."""
+        return self.lens
+
+    def set_lens(self, lens: Lens) -> None:
+        """Change the lens. NodeError if it is none."""
+        if not isinstance(lens, Lens):
+            raise NodeError(f"camera {self.name!r}: set_lens takes a Lens, got {lens!r}")
+        self.lens = lens
+
+    def copy_lens(self, lens: Lens) -> None:
+        """Look through a copy of a lens; NodeError if it is none."""
+        self.set_lens(lens)
+        self.lens = lens.make_copy()
+
+    def get_camera_mask(self) -> int:
+        """Return the bits of `camera_mask`."""
+        return self.camera_mask
+
+    def set_camera_mask(self, mask: int) -> None:
+        """Set the bits of `camera_mask`."""
+        self.camera_mask = mask
+
     def set_transform(self, transform: TransformState) -> None:
         """Set the transform to the parents' space."""
         if self._children:  # a camera itself is not drawn, so without children nothing above it changes

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from firefly_sample.errors import SceneError
 from firefly_sample.scene.arrays import ReadOnlyArrays, as_codes, new_serial, read_only
+from firefly_sample.scene.camel_case import CamelCase
 
 Wrap = Literal["repeat", "clamp", "mirror"]
 MagFilter = Literal["nearest", "linear"]
@@ -34,7 +35,7 @@ class Sampling(NamedTuple):
     magfilter: MagFilter
 
 
-class Texture(ReadOnlyArrays):
+class Texture(CamelCase, ReadOnlyArrays):
     """An image for a material, and how it is sampled.
 
     Parameters

@@ -6,8 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from firefly_sample.scene.arrays import Float64, read_only
+from firefly_sample.errors import NodeError
+from firefly_sample.scene.arrays import Float64, as_numbers, read_only
+from firefly_sample.scene.camel_case import CamelCase
 from firefly_sample.scene.transforms import (
     Quat,
     Vec3,
@@ -33,7 +36,7 @@ class SingularTransformError(ArithmeticError):
     """The transform flattens space, so it has no inverse. Callers that know the node raise a NodeError."""
 
 
-class TransformState:
+class TransformState(CamelCase):
     """Position, rotation, scale and shear; see `firefly_sample.scene.transforms` for the conventions.
 
     As in Panda3D, a state remembers how it was made. Made from components, it returns exactly those, and
@@ -42,15 +45,15 @@ class TransformState:
     """
 
     __slots__ = (
+        "_given",
         "_hpr",
+        "_identity",
         "_mat",
         "_pos",
         "_quat",
+        "_quat_given",
         "_scale",
         "_shear",
-        "components_given",
-        "is_identity",
-        "quat_given",
     )
 
     def __init__(
@@ -65,11 +68,11 @@ class TransformState:
         """Take components, or a position and a matrix; the class methods below are plainer."""
         self._pos, self._hpr, self._quat = pos, hpr, quat
         self._scale, self._shear, self._mat = scale, shear, mat
-        self.components_given, self.quat_given = mat is None, quat is not None
+        self._given, self._quat_given = mat is None, quat is not None
         if mat is not None:
-            self.is_identity = bool((mat == _IDENTITY_MATRIX).all())
+            self._identity = bool((mat == _IDENTITY_MATRIX).all())
         else:
-            self.is_identity = (
+            self._identity = (
                 pos == _ZERO
                 and scale == _ONE
                 and shear == _ZERO
@@ -87,6 +90,41 @@ class TransformState:
             setattr(self, name, value)
         if self._mat is not None:
             read_only(self._mat)
+
+    @classmethod
+    def make_identity(cls) -> TransformState:
+        """Return the state that changes nothing."""
+        return IDENTITY
+
+    @classmethod
+    def make_pos(cls, pos: ArrayLike) -> TransformState:
+        """Return a translation (x, y, z)."""
+        return cls(_vec3("pos", pos), _ZERO, None, _ONE, _ZERO)
+
+    @classmethod
+    def make_hpr(cls, hpr: ArrayLike) -> TransformState:
+        """Return a rotation (heading, pitch, roll), in degrees."""
+        return cls(_ZERO, _vec3("hpr", hpr), None, _ONE, _ZERO)
+
+    @classmethod
+    def make_scale(cls, scale: ArrayLike) -> TransformState:
+        """Return a scale, one number or one for each axis."""
+        return cls(_ZERO, _ZERO, None, _scale(scale), _ZERO)
+
+    @classmethod
+    def make_shear(cls, shear: ArrayLike) -> TransformState:
+        """Return a shear (xy, xz, yz)."""
+        return cls(_ZERO, _ZERO, None, _ONE, _vec3("shear", shear))
+
+    @classmethod
+    def make_pos_hpr(cls, pos: ArrayLike, hpr: ArrayLike) -> TransformState:
+        """Return a state from a position and a rotation in degrees."""
+        return cls(_vec3("pos", pos), _vec3("hpr", hpr), None, _ONE, _ZERO)
+
+    @classmethod
+    def make_pos_hpr_scale(cls, pos: ArrayLike, hpr: ArrayLike, scale: ArrayLike) -> TransformState:
+        """Return a state from a position, a rotation in degrees, and a scale."""
+        return cls(_vec3("pos", pos), _vec3("hpr", hpr), None, _scale(scale), _ZERO)
 
     @classmethod
     def make_pos_hpr_scale_shear(
@@ -146,9 +184,56 @@ class TransformState:
         """Return the 4x4 float64 matrix, child to parent; read-only, computed once."""
         if self._mat is None:
             # from the rotation as it was given: reading the other form before must not change a digit
-            rows = rows_from_quat(self.get_quat()) if self.quat_given else rows_from_hpr(self.get_hpr())
+            rows = rows_from_quat(self.get_quat()) if self._quat_given else rows_from_hpr(self.get_hpr())
             self._mat = read_only(compose_matrix(self._pos, rows, self.get_scale(), self._shear))
         return self._mat
+
+    def is_identity(self) -> bool:
+        """Return whether the state changes nothing."""
+        return self._identity
+
+    def has_components(self) -> bool:
+        """Return True, as Panda3D does of all states but its invalid one, which is not here."""
+        return True
+
+    has_pos = has_hpr = has_quat = has_scale = has_shear = has_mat = has_components
+
+    def components_given(self) -> bool:
+        """Return whether the state was made from components, not from a matrix; False of the identity."""
+        return self._given and not self._identity
+
+    def hpr_given(self) -> bool:
+        """Return whether the state was made from components, with angles."""
+        return self.components_given() and not self._quat_given
+
+    def quat_given(self) -> bool:
+        """Return whether the state was made from components, with a quaternion."""
+        return self.components_given() and self._quat_given
+
+    def has_uniform_scale(self) -> bool:
+        """Return whether the scale is the same along all axes."""
+        sx, sy, sz = self.get_scale()
+        return sx == sy == sz
+
+    def has_identity_scale(self) -> bool:
+        """Return whether the scale is 1 along all axes."""
+        return self.get_scale() == _ONE
+
+    def has_nonzero_shear(self) -> bool:
+        """Return whether there is a shear."""
+        return self.get_shear() != _ZERO
+
+    def is_singular(self) -> bool:
+        """Return whether the state flattens space, so that it has no inverse."""
+        try:
+            self.invert()
+        except SingularTransformError:
+            return True
+        return False
+
+    def get_inverse(self) -> TransformState:
+        """Return the inverse, or raise SingularTransformError if this state flattens space."""
+        return self.invert()
 
     def _decompose(self) -> None:
         assert self._mat is not None
@@ -157,7 +242,7 @@ class TransformState:
 
     def set_pos(self, pos: Vec3) -> TransformState:
         """Return the state with a different position."""
-        if self.components_given:
+        if self._given:
             return TransformState(pos, *self._rotation(), self.get_scale(), self._shear)
         matrix = np.array(self.get_mat())
         matrix[3, :3] = pos
@@ -181,20 +266,18 @@ class TransformState:
 
     def _rotation(self) -> tuple[Vec3 | None, Quat | None]:
         """Return the rotation in the form in which it was given."""
-        return (None, self._quat) if self.quat_given else (self.get_hpr(), None)
+        return (None, self._quat) if self._quat_given else (self.get_hpr(), None)
 
     def _is_uniform(self) -> bool:
         """Return whether it was made from components with one scale for all axes and no shear."""
-        if not self.components_given:
+        if not self._given:
             return False
         sx, sy, sz = self.get_scale()
         return sx == sy == sz and self._shear == _ZERO
 
     def _is_unsheared(self) -> bool:
         """Return whether its components define it, without a shear that Panda3D would notice."""
-        return max(map(abs, self.get_shear())) < _PANDA_ZERO and (
-            self.components_given or 0.0 not in self.get_scale()
-        )
+        return max(map(abs, self.get_shear())) < _PANDA_ZERO and (self._given or 0.0 not in self.get_scale())
 
     def compose(self, child: TransformState) -> TransformState:
         """Return `child`, a transform to this state's space, as one to the space that this state leads to.
@@ -203,9 +286,9 @@ class TransformState:
         shear, components are composed one by one, which keeps signs and round numbers in the scale; otherwise
         the result may have shear.
         """
-        if self.is_identity:
+        if self._identity:
             return child
-        if child.is_identity:
+        if child._identity:
             return self
         if self._is_uniform() and child._is_unsheared():
             scale = self.get_scale()[0]
@@ -225,7 +308,7 @@ class TransformState:
 
     def invert(self) -> TransformState:
         """Return the inverse, or raise SingularTransformError if this state flattens space."""
-        if self.is_identity:
+        if self._identity:
             return self
         if self._is_uniform():
             scale = self.get_scale()[0]
@@ -254,19 +337,35 @@ class TransformState:
     def __hash__(self) -> int:
         return hash(self._pos)
 
-    def __repr__(self) -> str:
+    def described(self) -> str:
+        """Return the components that are not those of the identity, as text."""
+        scale = self.get_scale()
         parts = (
             ("pos", self._pos, _ZERO),
             ("hpr", self.get_hpr(), _ZERO),
-            ("scale", self.get_scale(), _ONE),
+            ("scale", scale[:1] if self.has_uniform_scale() else scale, _ONE[:1]),
             ("shear", self.get_shear(), _ZERO),
         )
-        shown = [
+        return " ".join(
             f"{name} " + " ".join(f"{number:g}" for number in value)
             for name, value, default in parts
             if value != default
-        ]
-        return f"TransformState({', '.join(shown) or 'identity'})"
+        )
+
+    def __repr__(self) -> str:
+        return f"TransformState({self.described() or 'identity'})"
+
+
+def _vec3(what: str, numbers: ArrayLike) -> Vec3:
+    array = as_numbers(f"a transform's {what}", numbers, NodeError, "three finite numbers")
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise NodeError(f"a transform's {what} must be three finite numbers, got {numbers!r}")
+    x, y, z = array.tolist()
+    return x, y, z
+
+
+def _scale(numbers: ArrayLike) -> Vec3:
+    return _vec3("scale", np.repeat(numbers, 3) if np.ndim(numbers) == 0 else numbers)
 
 
 def invert_matrix(matrix: Float64) -> Float64:

@@ -6,10 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.color_scale import UNSCALED, ColorScale, scaled_further
+from firefly_sample.scene.depth_offset import DepthOffset, combined
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, Color, PandaNode, inherit
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.render_mode import PLAIN, RenderMode
+from firefly_sample.scene.surface_overrides import SurfaceOverrides, composed
 from firefly_sample.scene.transform_state import IDENTITY
 
 CATEGORY = "category"
@@ -19,10 +22,10 @@ CATEGORY = "category"
 class Visit(NamedTuple):
     """A node that a camera sees, once for each path down to it.
 
-    Colour and material are those after inheriting; the material, if any, replaces those of the node's Geoms.
-    The path is the names from the root down, joined by slashes. If several children of one parent have the
-    same name, "#2" is added to the second, "#3" to the third, so that paths differ (unless names contain
-    slashes). Hidden nodes are counted, so hiding one renames no other.
+    Colour, colour scale and material are those after inheriting; the material, if any, replaces those of the
+    node's Geoms. The path is the names from the root down, joined by slashes. If several children of one
+    parent have the same name, "#2" is added to the second, "#3" to the third, so that paths differ (unless
+    names contain slashes). Hidden nodes are counted, so hiding one renames no other.
     """
 
     node: PandaNode
@@ -31,6 +34,9 @@ class Visit(NamedTuple):
     material: Material | None
     path: str
     render_mode: RenderMode
+    depth_offset: int
+    color_scale: Color
+    overrides: SurfaceOverrides | None = None  # of the material that is drawn
 
 
 class InstanceRoot(NamedTuple):
@@ -54,6 +60,9 @@ class _State(NamedTuple):
     path: str
     render_mode: RenderMode | None
     render_mode_priority: int
+    depth_offset: DepthOffset | None
+    color_scale: ColorScale | None
+    overrides: SurfaceOverrides | None
 
 
 class _Tagged(NamedTuple):
@@ -64,7 +73,9 @@ class _Tagged(NamedTuple):
     instance: InstanceRoot | None
 
 
-_START = _State(IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "", None, 0)
+_START = _State(
+    IDENTITY.get_mat(), OVERALL_BIT | ALL_CAMERAS, None, 0, None, 0, "", None, 0, None, None, None
+)
 _Here = TypeVar("_Here", _State, _Tagged)
 _Result = TypeVar("_Result")
 
@@ -102,7 +113,8 @@ def _walk(
     while waiting:
         node, above, label = waiting.pop()
         here = enter(above, node, label)
-        if here.mask & OVERALL_BIT and here.mask & camera_mask & ALL_CAMERAS:
+        mask = here.mask
+        if mask & OVERALL_BIT and mask & camera_mask & ALL_CAMERAS:
             yield result(node, here)
         elif not any(below.draw_control & below.draw_show for below in node.iter_descendants()):
             continue  # `show_through` was called for none of them
@@ -112,7 +124,18 @@ def _walk(
 
 
 def _visit(node: PandaNode, here: _State) -> Visit:
-    return Visit(node, here.net, here.color, here.material, here.path, here.render_mode or PLAIN)
+    net, _, color, _, material, _, path, mode, _, offset, scale, overrides = here
+    return Visit(
+        node,
+        net,
+        color,
+        material,
+        path,
+        mode or PLAIN,
+        0 if offset is None else offset.bias,
+        UNSCALED if scale is None else scale.scale,
+        overrides,
+    )
 
 
 def _instance(node: PandaNode, here: _Tagged) -> tuple[PandaNode, InstanceRoot]:
@@ -127,21 +150,26 @@ def _enter_tagged(above: _Tagged, node: PandaNode, label: str) -> _Tagged:
 
 
 def _enter(above: _State, node: PandaNode, label: str) -> _State:
-    net, mask, color, color_priority, material, material_priority, path, mode, mode_priority = above
-    if not node.transform.is_identity:
+    net, mask, color, color_rank, material, material_rank, path, mode, mode_rank, offset, scale, parts = above
+    if not node.transform.is_identity():
         net = node.transform.get_mat() @ net
     if node.draw_control:
         mask = (mask & ~node.draw_control) | (node.draw_show & node.draw_control)
     if node.flat_color is not None:
-        color, color_priority = inherit(color, color_priority, node.flat_color, node.flat_color_priority)
+        color, color_rank = inherit(color, color_rank, node.flat_color, node.flat_color_priority)
     if node.material is not None:
-        material, material_priority = inherit(
-            material, material_priority, node.material, node.material_priority
-        )
+        material, material_rank = inherit(material, material_rank, node.material, node.material_priority)
     if node.render_mode is not None:
-        mode, mode_priority = inherit(mode, mode_priority, node.render_mode, node.render_mode_priority)
+        mode, mode_rank = inherit(mode, mode_rank, node.render_mode, node.render_mode_priority)
+    if node.depth_offset is not None:
+        offset = combined(offset, node.depth_offset)
+    if node.color_scale is not None:
+        scale = scaled_further(scale, node.color_scale)
+    if node.overrides is not None:
+        parts = composed(parts, node.overrides)
     path = f"{path}/{label}" if path else label
-    return _State(net, mask, color, color_priority, material, material_priority, path, mode, mode_priority)
+    here = net, mask, color, color_rank, material, material_rank, path, mode, mode_rank, offset, scale, parts
+    return tuple.__new__(_State, here)  # one for each node: `_State(...)` takes twice as long
 
 
 def _labels(children: Sequence[PandaNode]) -> list[str]:

@@ -22,10 +22,11 @@ _ABSENT = ("specular", "emission", "shadow_atlas", "particle_shadow_atlas")
 MISSING = {
     "classic": _ABSENT,
     "pyrender": ("particle_shadow_atlas",),
+    "panda3d": ("particle_shadow_atlas",),
     "flat": (*_ABSENT, "light", "overdraw", "volumes", "wireframe"),
 }
 """The look "classic" has no highlights, emission, shadows and particles; the look "flat" no lights either;
-"pyrender" has no particles."""
+"pyrender" and "panda3d" have no particles."""
 
 DARKEST = 0.1
 """The grey of the farthest surface, which distinguishes it from black, where nothing was drawn."""
@@ -48,7 +49,7 @@ def picture_of(plan: FramePlan, frame: Frame, output: str) -> Picture:
         return shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
     if output == "particle_shadow_atlas":
         return particle_shadow_atlas_picture(np.asarray(image, dtype=np.float32), plan, frame.size)
-    if plan.settings.look == "flat" and output == "albedo":
+    if plan.settings.look in ("flat", "panda3d") and output == "albedo":
         return codes(image), "base colour as stored"
     return buffer_picture(output, image, classic=plan.settings.look == "classic", exposure=plan.exposure)
 

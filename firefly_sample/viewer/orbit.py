@@ -37,8 +37,8 @@ class OrbitCamera:
 
     def __init__(self, scene: Scene) -> None:
         net = scene.camera.get_net_transform()
-        self._lens = scene.lens.make_copy()
-        self._first_lens = scene.lens.make_copy()
+        self._lens = scene.lens.near_first().make_copy()
+        self._first_lens = self._lens.make_copy()
         self.path = NodePath(Camera("orbit camera", self._lens))
         self._heading, self._pitch, self._roll = net.get_hpr()
         eye, forward = np.array(net.get_pos()), self._axes()[1]

@@ -1,4 +1,4 @@
-// Provides encode_ and decode_ of albedo, normal and specular, and pack_color, unpack_color.
+// Provides encode_ and decode_ of albedo, normal, specular and viewer, and pack_color, unpack_color.
 // ALBEDO_FORMAT_LINEAR: the colour itself. _SQRT8: square roots. _SQRT10: square roots, ten bits each of an integer, which
 // every driver stores exactly; for a normalised target of ten bits, llvmpipe takes a sixth of the geometry pass to convert.
 // NORMAL_FORMAT_OCT16, _OCT16_UNORM, _OCT8: octahedral, in signed 16, unsigned 16 and unsigned 8 bits (Cigolle et al.,
@@ -64,6 +64,21 @@ vec3 unpack_color(vec4 texel)
 vec4 encode_specular(vec3 color, float shininess)
 {
     return vec4(sqrt(clamp(color, 0.0, 1.0)), log2(1.0 + shininess) / 20.0);
+}
+
+const float LARGEST_HALF = 65504.0;
+
+// Stores whether highlights see the eye where it is in the highest of 16 bits, and a number of 0 to 1 in the others.
+float encode_viewer(float value, bool local)
+{
+    return (floor(value * 32767.0 + 0.5) + (local ? 32768.0 : 0.0)) / 65535.0;
+}
+
+float decode_viewer(float stored, out bool local)
+{
+    float code = floor(stored * 65535.0 + 0.5);
+    local = code >= 32768.0;
+    return (code - (local ? 32768.0 : 0.0)) / 32767.0;
 }
 
 vec4 decode_specular(vec4 stored)

@@ -10,7 +10,7 @@ const int INSTANCE_TEXELS = 10;
 const int ROW = 256;  // instances in a row of texels
 
 vec4 in_view_x, in_view_y, in_view_z;
-vec3 in_normal_x, in_normal_y, in_normal_z;
+vec4 in_normal_x, in_normal_y, in_normal_z;  // the fourth ones are the colour scale, with SCALED
 vec4 in_base_color;
 vec3 in_ambient;
 vec4 in_specular;
@@ -23,9 +23,9 @@ void load_instance()
     in_view_x = texelFetch(u_instances, at, 0);
     in_view_y = texelFetch(u_instances, at + ivec2(1, 0), 0);
     in_view_z = texelFetch(u_instances, at + ivec2(2, 0), 0);
-    in_normal_x = texelFetch(u_instances, at + ivec2(3, 0), 0).xyz;
-    in_normal_y = texelFetch(u_instances, at + ivec2(4, 0), 0).xyz;
-    in_normal_z = texelFetch(u_instances, at + ivec2(5, 0), 0).xyz;
+    in_normal_x = texelFetch(u_instances, at + ivec2(3, 0), 0);
+    in_normal_y = texelFetch(u_instances, at + ivec2(4, 0), 0);
+    in_normal_z = texelFetch(u_instances, at + ivec2(5, 0), 0);
     in_base_color = texelFetch(u_instances, at + ivec2(6, 0), 0);
     in_ambient = texelFetch(u_instances, at + ivec2(7, 0), 0).xyz;
     in_specular = texelFetch(u_instances, at + ivec2(8, 0), 0);

@@ -10,6 +10,9 @@
 #if RADIANCE
 out vec4 o_radiance;
 #endif
+#ifdef GLOSS
+out vec4 o_gloss;
+#endif
 #if LIGHT
 out vec4 o_light;
 #endif
@@ -34,6 +37,9 @@ void main()
     radiance_sum *= unpack_color(texelFetch(u_tint, ivec2(gl_FragCoord.xy), 0));
 #endif
     o_radiance = vec4(radiance_sum, 0.0);
+#endif
+#ifdef GLOSS
+    o_gloss = vec4(gloss_sum, 0.0);
 #endif
 #if LIGHT
     o_light = vec4(light_sum, 0.0);

@@ -1,5 +1,5 @@
 // Provides light_surface, which adds one light to radiance_sum and light_sum. Include it after arrives.glsl.
-// PYRENDER: a light also reaches metallic-roughness surfaces that face away from it.
+// PYRENDER: a light also reaches metallic-roughness surfaces that face away from it. PANDA3D: so do highlights.
 #include "include/shine.glsl"
 #if SHADOW_TAPS
 #include "include/shadow.glsl"
@@ -17,6 +17,9 @@ void light_surface(Surface s, Light light)
     float n_dot_l = dot(s.normal, to_light);
 #if defined(PYRENDER) && defined(METALLIC_ROUGHNESS) && RADIANCE
     if (n_dot_l <= 0.0 && s.metallic.x < 0.0)
+        return;
+#elif defined(PANDA3D) && SPECULAR_MODEL != SPECULAR_MODEL_NONE && RADIANCE
+    if (n_dot_l <= 0.0 && s.specular.rgb == vec3(0.0))
         return;
 #else
     if (n_dot_l <= 0.0)

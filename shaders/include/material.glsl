@@ -1,7 +1,7 @@
 // Provides Sample; sample_material: the material of a triangle at a pixel, which discards what alpha cuts out;
 // surface_view and surface_normal.
 // PYRENDER: textures hold codes of sRGB. BY_PYRENDER: emission is squared, and vertex colours and occlusion multiply what a
-// surface shows.
+// surface shows. BY_PANDA3D: the texture and the colour scale multiply what is shown, once all light is added up.
 #include "include/lens.glsl"
 #include "include/surface_maps.glsl"
 #include "include/unit_normal.glsl"
@@ -37,6 +37,9 @@ flat in vec3 v_emission;
 #if TEXCOORDS_1
 in vec2 v_texcoord_1;
 #endif
+#ifdef SCALED
+flat in vec3 v_color_scale;
+#endif
 
 #if CUTOUT
 uniform float u_alpha_cutoff;
@@ -59,6 +62,9 @@ uniform float u_handedness;  // -1 if the instances are mirrored
 uniform sampler2D u_occlusion_texture;
 uniform float u_occlusion_strength;
 #endif
+#if MODULATE_MAP
+uniform sampler2D u_modulate_texture;
+#endif
 
 struct Sample {
     vec3 albedo;
@@ -66,8 +72,8 @@ struct Sample {
     float alpha;
 #endif
     vec3 ambient;  // reflectance of ambient light
-#ifdef PYRENDER
-    vec3 tint;     // multiplies all light that is reflected
+#if defined(PYRENDER) || defined(PANDA3D)
+    vec3 tint;     // multiplies all light that is reflected; PANDA3D: all that is shown but highlights
 #endif
 #if EMISSION
     vec3 emission;
@@ -151,8 +157,36 @@ Sample sample_material()
     tint.rgb = srgb_to_linear(tint.rgb);
 #endif
 #endif
+#if MODULATE_MAP == 2
+    vec4 second = texture(u_modulate_texture, v_texcoord_1);
+#elif MODULATE_MAP
+    vec4 second = texture(u_modulate_texture, v_texcoord);
+#endif
+#if MODULATE_MAP && defined(PYRENDER)
+    second.rgb = srgb_to_linear(second.rgb);
+#endif
+#if MODULATE_MAP
+    tint *= second;
+#endif
 #ifdef PYRENDER
     made.tint = vec3(1.0);
+#endif
+#ifdef PANDA3D
+#ifdef SCALED
+    vec3 scale = v_color_scale;
+#else
+    const vec3 scale = vec3(1.0);
+#endif
+#if BY_PANDA3D
+    made.tint = tint.rgb * scale;
+    tint.rgb = vec3(1.0);
+#else
+    made.tint = vec3(1.0);
+    tint.rgb *= scale;
+#if EMISSION
+    made.emission *= scale;
+#endif
+#endif
 #endif
 #if VERTEX_COLOR && BY_PYRENDER
     made.tint = v_color;
@@ -209,7 +243,8 @@ vec3 surface_view()
 #endif
 }
 
-// Panda3D's sample, NORMAL_FORMAT_CLASSIC, and pyrender leave normals as they are where the back of a surface is seen.
+// Panda3D, also its sample, NORMAL_FORMAT_CLASSIC, and pyrender leave normals as they are where the back of a surface is
+// seen.
 // BY_PYRENDER: a normal map lies along the texture coordinates, as if these were not mirrored.
 vec3 surface_normal(vec3 view, Sample made)
 {
@@ -228,7 +263,7 @@ vec3 surface_normal(vec3 view, Sample made)
     return n;
 #endif
 #else
-    const bool two_sided = DOUBLE_SIDED != 0 && NORMAL_FORMAT != NORMAL_FORMAT_CLASSIC;
+    const bool two_sided = DOUBLE_SIDED != 0 && NORMAL_FORMAT != NORMAL_FORMAT_CLASSIC && BY_PANDA3D == 0;
 #if NORMAL_MAP
     // tangent, bitangent and normal are unit vectors; the back of a surface has all three turned
     vec3 n = unit_normal(v_normal, view, false);

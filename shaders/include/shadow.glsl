@@ -69,7 +69,7 @@ float shadow(Surface s, vec3 to_light, float n_dot_l, vec4 entry)
         depth = (q.y - lift) / scale.z - scale.w;
         slope = -n.xz / side / scale.z / scale.xy;
     }
-#ifdef PYRENDER
+#if defined(PYRENDER) || defined(PANDA3D)
     if (n_dot_l <= 0.0)
         slope = vec2(0.0);  // what faces away from the light stays behind what faces it
 #endif

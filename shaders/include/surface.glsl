@@ -45,6 +45,9 @@ struct Surface {
     vec3 normal;    // unit
     vec3 albedo;
     vec4 specular;  // colour, shininess
+#ifdef LOCAL_VIEWERS
+    bool local;     // highlights see the eye where it is
+#endif
 #ifdef METALLIC_ROUGHNESS
     vec2 metallic;  // metalness, roughness; the first below 0 for other models; else the albedo is the base colour
 #endif
@@ -93,7 +96,11 @@ Surface read_surface(ivec2 texel)
     s.albedo = vec3(0.0);
 #endif
 #if SPECULAR_MODEL != SPECULAR_MODEL_NONE
-    s.specular = decode_specular(texelFetch(u_specular, texel, 0));
+    vec4 stored = texelFetch(u_specular, texel, 0);
+#ifdef LOCAL_VIEWERS
+    stored.a = decode_viewer(stored.a, s.local);
+#endif
+    s.specular = decode_specular(stored);
 #else
     s.specular = vec4(0.0);
 #endif

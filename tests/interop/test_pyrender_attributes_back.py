@@ -93,6 +93,9 @@ CASES: dict[type, dict[str, Any]] = {
         "metallic_roughness_texcoord": Nothing(1),  # of textures that it has not
         "normal_texcoord": Nothing(1),
         "occlusion_texcoord": Nothing(1),
+        "modulate_texture": Named(Texture(PIXELS), "pyrender has no second texture", "clay"),
+        "modulate_texcoord": Nothing(1),
+        "local_viewer": Nothing(True),  # of highlights, which are left out
         "unlit": Named(True, "pyrender has no unlit materials and lights them", "clay"),
     },
 }

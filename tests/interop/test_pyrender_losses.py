@@ -69,6 +69,18 @@ def with_second_texcoords():
     return geom_node("wall", geom, Material("glow", **look))
 
 
+def with_depth_offset():
+    node = geom_node("decal", wall())
+    NodePath(node).set_depth_offset(1)
+    return node
+
+
+def with_color_scale():
+    node = geom_node("glow", wall())
+    NodePath(node).set_color_scale(0.5, 1.0, 1.0, 1.0)
+    return node
+
+
 def with_tangents():
     geom = wall()
     geom.set_tangents(np.tile([1.0, 0.0, 0.0, 1.0], (len(geom.vertices), 1)))
@@ -116,6 +128,12 @@ def shiny_light(light):
         ),
         (scene_with(ball_of(emission=(0.5, 0, 0))), "draws the square of emission: 'clay'"),
         (scene_with(ball_of(unlit=True)), "has no unlit materials and lights them: 'clay'"),
+        (
+            scene_with(ball_of(modulate_texture=Texture(np.zeros((1, 1, 4), np.uint8)))),
+            "no second texture .* leaves it out: 'clay'",
+        ),
+        (scene_with(with_depth_offset()), "depth offsets, .*, are left out: 'decal'"),
+        (scene_with(with_color_scale()), "colour scales, .*, are left out: 'glow'"),
         (
             scene_with(ball_of(normal_texture=Texture(np.full((1, 1, 4), 128, np.uint8)), normal_scale=2.0)),
             "scales of normal maps, .*, become 1: 'clay'",

@@ -185,8 +185,8 @@ def draw_windings_as_they_are(monkeypatch):
     monkeypatch.setattr(
         MeshWriter,
         "mesh",
-        lambda self, node, material, color, wireframe, mirrored, visible: mesh(
-            self, node, material, color, wireframe, False, visible
+        lambda self, node, material, overrides, color, wireframe, mirrored, visible: mesh(
+            self, node, material, overrides, color, wireframe, False, visible
         ),
     )
 

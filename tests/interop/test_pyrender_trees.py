@@ -142,6 +142,24 @@ def test_backgrounds_come_back(color):
     np.testing.assert_allclose(there_and_back(scene).background, color, rtol=4 * SINGLE, atol=4e-8)
 
 
+def test_parts_of_materials_that_nodes_replace_are_written():
+    scene, shared = Scene(), Material("paper")
+    bark = Texture(np.full((1, 1, 4), 90, np.uint8), "bark")
+    for name in ("plain", "covered"):
+        scene.root.attach_new_node(name).attach_new_node(geom_node("card", ball(1.0), shared))
+    covered = scene.root.find("covered")
+    covered.set_texture(bark)
+    covered.set_transparency(True)
+    covered.hide()
+    covered.get_child(0).set_two_sided(True)
+    written = [mesh.primitives[0].material for mesh in to_pyrender(scene).meshes]
+    looks = {(each.baseColorTexture is None, each.alphaMode, each.doubleSided) for each in written}
+    assert looks == {(True, "OPAQUE", False), (False, "BLEND", True)}
+    returned = there_and_back(scene).root.find("covered/card").node().geoms[0][1]
+    assert returned.texture.pixels.tolist() == bark.pixels.tolist()
+    assert (returned.alpha_mode, returned.double_sided) == ("blend", True)
+
+
 def test_wireframes_go_there_and_back_by_the_net_render_mode():
     scene = Scene()
     above = scene.root.attach_new_node("above")

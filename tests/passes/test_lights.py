@@ -358,3 +358,12 @@ def test_more_lights_than_a_shaders_loop_has_turns(render, lights):
     one, many = picture(1), picture(100_000)
     assert one.max() > 0.1
     assert np.abs(one - many).max() <= (2e-8 * 100_000 + 1e-6) * one.max()
+
+
+def test_emission_without_ambient_light_stays_beside_an_output_of_light(render):
+    """The lights then begin the light, and add to the radiance that emission began."""
+    scene = wall_scene(material=Material("m", (0.5, 0.5, 0.5, 1.0), emission=(0.3, 0.2, 0.1)))
+    scene.root.attach_new_node(DirectionalLight("sun", (0.4, 0.4, 0.4)))
+    frame = render(scene, Settings(albedo_format="rgba32f"), (8, 6), ("radiance", "light"))
+    assert frame.radiance[3, 4] == pytest.approx([0.5, 0.4, 0.3], abs=1e-6)
+    assert frame.light[3, 4] == pytest.approx([0.4] * 3, abs=1e-6)

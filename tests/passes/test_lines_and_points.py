@@ -147,10 +147,18 @@ def test_marks_cast_no_shadow_and_break_no_sum_over_surfaces():
     assert np.isfinite(frame.depth).sum() == 1
 
 
-@pytest.mark.parametrize("share", [{"base_color": (1.0, 1.0, 1.0, 0.2)}, {"texture": CLEAR}])
-def test_marks_that_let_through_are_opaque_and_named(share):
+@pytest.mark.parametrize(
+    ("share", "colors"),
+    [
+        ({"base_color": (1.0, 1.0, 1.0, 0.2)}, None),
+        ({"texture": CLEAR}, None),
+        ({"modulate_texture": CLEAR}, None),
+        ({}, [(1.0, 1.0, 1.0, 0.5)]),
+    ],
+)
+def test_marks_that_let_through_are_opaque_and_named(share, colors):
     clear = Material("glass", alpha_mode="blend", **share)
-    scene, _ = scene_of(Geom.points([(10.5, 10, 12.5)], name="dust"), clear)
+    scene, _ = scene_of(Geom.points([(10.5, 10, 12.5)], name="dust", colors=colors), clear)
     with borrow_renderer(SIZE, Settings(albedo_format="rgba32f")) as renderer:
         frame = renderer.render(scene, outputs=("radiance", "depth"))
     assert frame.warnings == ("lines and points are drawn opaque, not blended: dust",)

@@ -1,7 +1,7 @@
-"""The looks "pyrender" and "flat": what they show of a surface, in closed form and against float64.
+"""The looks "pyrender", "flat" and "panda3d": what they show of surfaces, in closed form and against float64.
 
-Both mix blended surfaces, average samples and filter textures as values of the display. The look "pyrender"
-encodes radiance by the power 1/2.2; the look "flat" shows base colours as they are stored.
+All mix blended surfaces, average samples and filter textures as values of the display. The look "pyrender"
+encodes radiance by the power 1/2.2; the others show base colours as they are stored.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from tests.lit_scenes import lit_scene
 from tests.scenes import geom_node, wall, wall_scene
 from tests.unit.test_plan import cost
 
-LOOKS = "pyrender", "flat"
+LOOKS = "pyrender", "flat", "panda3d"
 each_look = pytest.mark.parametrize("look", LOOKS)
 BACKGROUND = (0.1, 0.35, 0.6)
 
@@ -73,15 +73,15 @@ def test_radiance_is_shown_by_the_power_of_its_inverse_gamma(render, exposure):
 
 @each_look
 def test_every_code_of_a_texture_is_shown(render, look):
-    """The look "flat" shows the code itself; pyrender decodes it by sRGB and encodes it by another power."""
+    """Others show the code itself; pyrender decodes it by sRGB and encodes it by another power."""
     codes = np.arange(256, dtype=np.uint8)
     pixels = np.stack([codes, codes[::-1], codes, np.full(256, 255, np.uint8)], axis=1)[None]
     material = unlit((1, 1, 1, 1), texture=Texture(pixels, magfilter="nearest"))
     color = render(card_scene(material), Settings(look=look), (256, 4)).color
-    if look == "flat":
-        assert (color == pixels[..., :3]).all()
-    else:
+    if look == "pyrender":
         assert_codes(color, power_encoded(srgb_to_linear(pixels[..., :3] / 255.0)))
+    else:
+        assert (color == pixels[..., :3]).all()
 
 
 @each_look
@@ -95,14 +95,14 @@ def test_textures_are_filtered_as_codes_and_then_decoded(render, look):
         kind = {"emission": (1, 1, 1), "emission_texture": texture} if emits else {"texture": texture}
         output = "emission" if emits else "albedo"
         frame = render(card_scene(Material("card", **kind)), Settings(**settings), (64, 4), (output,))
-        values = frame[output] if look == "flat" else linear_to_srgb(frame[output])
+        values = linear_to_srgb(frame[output]) if look == "pyrender" else frame[output]
         exact = np.interp((np.arange(64) + 0.5) / 32, [0.5, 1.5], [0, 1])
         # a texel has eight bits, and so has a weight
         assert np.abs(values - exact[:, None]).max() <= 1.5 / 255
     board = np.full((64, 64, 4), 255, dtype=np.uint8)
     board[np.add.outer(np.arange(64), np.arange(64)) % 2 == 0, :3] = 0
     color = render(card_scene(unlit((1, 1, 1, 1), texture=Texture(board))), Settings(look=look), (8, 8)).color
-    grey = 127.5 / 255 if look == "flat" else power_encoded(srgb_to_linear(127.5 / 255))
+    grey = power_encoded(srgb_to_linear(127.5 / 255)) if look == "pyrender" else 127.5 / 255
     assert np.abs(color - 255 * grey).max() <= 1.1
 
 
@@ -241,7 +241,7 @@ def test_panes_are_what_rays_see(renderer, look, method, orthographic):
     kinds = {"unlit": True}, {"unlit": True, "texture": even_texture(153)}
     scene = add_panes(add_lights(backdrop(orthographic)), 7, crossing=method == "exact", kinds=kinds)
     scene.background = (0.2, 0.4, 0.9)
-    formats = {"albedo_format": "sqrt10"} if look == "flat" else {"exposure": 1.3}
+    formats = {"exposure": 1.3} if look == "pyrender" else {"albedo_format": "sqrt10"}
     assert held(renderer, scene, look=look, transparency=method, **formats).codes() <= 1
 
 
@@ -256,12 +256,13 @@ def test_lit_scenes_and_textures_are_those_of_float64(renderer, look):
     path.set_pos(0, 8, 0)
     path.set_hpr(35, 20, 10)
     settings = reference_settings(Settings(look=look))
-    if look == "pyrender":
+    if look != "flat":
         settings = settings.with_changes(albedo_format="rgba32f", normal_format="rgba32f")
     renderer.settings = settings
     plan = renderer.plan(scene, 0.0, ("color", "visibility", "albedo"))
     frame = renderer.draw(plan)
-    given = render_reference(plan, frame.visibility, albedo=frame.albedo)
+    tint = renderer.surface(plan).tint() if look == "panda3d" else None
+    given = render_reference(plan, frame.visibility, albedo=frame.albedo, tint=tint)
     assert np.abs(frame.color.astype(int) - given.color).max() <= 1
     exact = render_reference(plan, frame.visibility)
     apart = np.abs(frame.color.astype(int) - exact.color).max(axis=-1)

@@ -286,6 +286,25 @@ def test_occlusion_dims_ambient_light_alone(render, metallic):
     assert (render(scene, None, (9, 9), ("radiance",)).radiance == lit).all()
 
 
+@pytest.mark.parametrize("look", ["correct", "pyrender", "panda3d"])
+@pytest.mark.parametrize("method", ["auto", "forward"])
+@pytest.mark.parametrize("alpha_mode", ["opaque", "blend"])
+def test_an_unlit_surface_has_no_highlights_beside_surfaces_that_have(render, look, method, alpha_mode):
+    base = np.array([0.4, 0.3, 0.1])
+    shine = {"specular": (0.5, 0.5, 0.5), "shininess": 2.0}
+    scene = wall_scene(material=Material("shiny", **shine))
+    for x, kind in ((-2.0, shine), (2.0, {"metallic": 0.5, "roughness": 0.7})):
+        made = Material("sign", (*base, 1.0), alpha_mode=alpha_mode, **kind)
+        scene.root.attach_new_node(geom_node("sign", wall(3.0), made)).set_pos(x, 9, 0)
+    for path in scene.root.find_all_matches("sign"):
+        path.set_light_off(1)
+    scene.root.attach_new_node(DirectionalLight("sun", (0.5, 0.5, 0.5)))
+    settings = Settings(tone="none", look=look, light_method=method)
+    row = render(scene, settings, (9, 9), ("radiance",)).radiance[4]
+    assert row[[3, 5]] == pytest.approx(np.array([base, base]), abs=2e-3)
+    assert row[0].min() > 0.5  # with a highlight
+
+
 @pytest.mark.parametrize("metallic", [None, 0.5])
 @pytest.mark.parametrize("method", ["auto", "forward"])
 def test_an_unlit_surface_shows_its_base_color(render, metallic, method):

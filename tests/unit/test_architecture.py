@@ -62,7 +62,7 @@ HOMES = {
     "OpenGL": set(),
     "trimesh": {"model", "interop", "lab"},
     "glfw": {"viewer"},
-    "panda3d": set(),
+    "panda3d": {"interop", "model", "lab"},
     "pyrender": {"interop"},
     "cyclopts": {"cli", "commands"},
     "rich": {"commands"},

@@ -162,7 +162,7 @@ def test_a_plain_copy_has_its_own_attributes_and_shares_children_as_in_panda3d(n
     assert type(twin) is type(node)
     assert list(twin.children) == [child.node()]
     assert twin.get_child_sort(child.node()) == 3
-    assert (twin.tags, twin.transform.is_identity, twin.flat_color) == ({}, True, None)
+    assert (twin.tags, twin.transform.is_identity(), twin.flat_color) == ({}, True, None)
 
 
 def test_a_plain_copy_of_a_geom_node_has_its_own_list():

@@ -72,6 +72,13 @@ def test_what_shines_needs_no_light():
     assert build_plan(scene, Settings()).warnings == ()
 
 
+def test_what_is_unlit_needs_no_light():
+    scene = dark_scene(material=Material("sign", unlit=True))
+    for look in ("correct", "panda3d"):
+        assert build_plan(scene, Settings(look=look)).warnings == ()
+    assert NONE in build_plan(scene, Settings(look="classic")).warnings  # which lights it
+
+
 def test_hidden_and_detached_lights_do_not_count():
     scene = dark_scene(PointLight("lamp"), AmbientLight("sky"))
     scene.root.find("lamp").hide()

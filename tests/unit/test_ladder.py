@@ -173,6 +173,10 @@ def test_a_map_is_sampled_only_where_something_shows_it():
     assert names_of(scene) == set()
 
 
+def test_a_second_texture_costs_its_define():
+    assert names_of(metal_scene(modulate_texture=image(9, 9, 9, 255))) == {"modulate_map"}
+
+
 def test_unlit_surfaces_cost_what_emission_costs():
     scene = wall_scene(material=Material("sign", unlit=True))
     expected = {"depth": 4, "albedo": 4, "emission": 16, "radiance": 16, "color": 4}

@@ -27,6 +27,7 @@ LOCKS = {
     "requirements-video.lock": [*BASE, *EXTRAS["video"]],
     "requirements-exr.lock": [*BASE, *EXTRAS["exr"]],
     "requirements-datasets.lock": [*BASE, *EXTRAS["datasets"]],
+    "requirements-panda3d.lock": [*BASE, *EXTRAS["panda3d"]],
     "requirements-test.lock": [
         *BASE,
         *EXTRAS["window"],
@@ -36,6 +37,7 @@ LOCKS = {
         *EXTRAS["video"],
         *EXTRAS["exr"],
         *EXTRAS["datasets"],
+        *EXTRAS["panda3d"],
         *PROJECT["dependency-groups"]["test"],
     ],
 }
@@ -76,6 +78,7 @@ def test_there_is_no_other_lock() -> None:
         ("requirements.lock", "requirements-video.lock"),
         ("requirements.lock", "requirements-exr.lock"),
         ("requirements.lock", "requirements-datasets.lock"),
+        ("requirements.lock", "requirements-panda3d.lock"),
         ("requirements-window.lock", "requirements-test.lock"),
         ("requirements-measure.lock", "requirements-test.lock"),
         ("requirements-cluster.lock", "requirements-test.lock"),
@@ -83,6 +86,7 @@ def test_there_is_no_other_lock() -> None:
         ("requirements-video.lock", "requirements-test.lock"),
         ("requirements-exr.lock", "requirements-test.lock"),
         ("requirements-datasets.lock", "requirements-test.lock"),
+        ("requirements-panda3d.lock", "requirements-test.lock"),
     ],
 )
 def test_versions_are_the_same_in_every_lock(smaller: str, larger: str) -> None:
@@ -104,6 +108,7 @@ def test_drawing_installs_nothing_for_windows_measuring_or_tests() -> None:
                 *EXTRAS["cluster"],
                 *EXTRAS["formats"],
                 *EXTRAS["pyrender"],
+                *EXTRAS["panda3d"],
                 "scipy",
                 "fonttools",
             )

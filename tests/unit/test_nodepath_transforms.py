@@ -100,7 +100,7 @@ def test_single_components(vector, index, name):
     np.testing.assert_allclose(get_all(other), expected, atol=1e-12)
     assert get_one(other) == pytest.approx(0.75, abs=1e-12)
     for method, does in ((get_one, "Return the "), (set_one, "Set the ")):
-        assert method.__qualname__ == f"NodePath.{method.__name__}"
+        assert method.__qualname__ == f"PathNumbers.{method.__name__}"
         assert method.__doc__.startswith(does)
     with pytest.raises(NodeError, match=f"set_{name} takes 1 number, got 'far'"):
         set_one("far")

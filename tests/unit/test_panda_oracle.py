@@ -126,34 +126,43 @@ def test_relative_components(up, down):
     assert_near(components(up + down), expected, bound)
 
 
+quats = st.tuples(*[float32s(-1, 1)] * 4).filter(lambda quat: np.linalg.norm(quat) > 0.1)
 SETTERS = {
     "set_pos": vectors(-10, 10),
     "set_hpr": vectors(-80, 80),
     "set_scale": positive_scales,
     "set_shear": vectors(-1, 1),
-    "set_quat": st.tuples(*[float32s(-1, 1)] * 4).filter(lambda quat: np.linalg.norm(quat) > 0.1),
+    "set_quat": quats,
     "set_x": float32s(-10, 10),
     "set_h": float32s(-80, 80),
     "set_sz": float32s(0.25, 4),
     "set_shxz": float32s(-1, 1),
 }
-settings_ = st.sampled_from(sorted(SETTERS)).flatmap(lambda name: st.tuples(st.just(name), SETTERS[name]))
+PAIRS = {
+    "set_pos_hpr": (vectors(-10, 10), vectors(-80, 80)),
+    "set_hpr_scale": (vectors(-80, 80), positive_scales),
+    "set_pos_quat": (vectors(-10, 10), quats),
+}
+setters = {name: (values,) for name, values in SETTERS.items()} | PAIRS
+settings_ = st.sampled_from(sorted(setters)).flatmap(
+    lambda name: st.tuples(st.just(name), st.tuples(*setters[name]))
+)
 
 
 @given(chains, chains, settings_, st.booleans())
 def test_setters(up, down, setting, relative):
-    name, value = setting
+    name, values = setting
 
     def matrix_after(given_):
         other, path = our_branches(given_[: len(up)], given_[len(up) :])
-        getattr(path, name)(*([other] if relative else []), value)
+        getattr(path, name)(*([other] if relative else []), *values)
         return columns(path.get_mat())
 
     bound = first_order_bound(matrix_after, up + down)
     assume(bound.max() < 0.1)
     twins, a, b = Twins.branches(up, down)
-    argument = panda.LQuaternionf(*value) if name == "set_quat" else value
-    getattr(twins.theirs[b], name)(*([twins.theirs[a]] if relative else []), argument)
+    arguments = [panda.LQuaternionf(*value) if np.size(value) == 4 else value for value in values]
+    getattr(twins.theirs[b], name)(*([twins.theirs[a]] if relative else []), *arguments)
     assert_near(matrix_after(up + down), columns(twins.theirs[b].get_mat()), bound)
 
 

@@ -36,7 +36,7 @@ OUTPUT_SETS = (
     ("overdraw", "volumes", "wireframe", "shadow_atlas"),
 )
 PLACES = {
-    "look": ("correct", "classic", "pyrender", "flat"),
+    "look": ("correct", "classic", "pyrender", "flat", "panda3d"),
     "position_method": ("linear32f", "depth32f", "depth24"),
     "light_method": ("volumes", "fullscreen", "loop"),
     "supersample": (1, 2),
@@ -73,7 +73,9 @@ def lit_by_all(make, name):
     for light in (PointLight("p"), Spotlight("t"), DirectionalLight("d")):
         light.set_shadow_caster(True, 16)
         scene.root.attach_new_node(light).set_pos(0, 5, 0)
-    scene.root.attach_new_node(geom_node("near", wall(0.5), near)).set_pos(0, 7, 0)
+    path = scene.root.attach_new_node(geom_node("near", wall(0.5), near))
+    path.set_pos(0, 7, 0)
+    path.set_color_scale(0.5, 1.0, 2.0, 1.0)
     scene.root.attach_new_node(AmbientLight("a", (1, 1, 1)))
     scene.root.attach_new_node(Sprites("s", [(0, 8, 0)]))
     scene.background = VerticalGradient((0, 0, 0), (0, 0, 1))

@@ -55,7 +55,7 @@ def test_a_setting_that_does_not_exist_lists_those_that_do():
 
 def test_the_look_brings_its_tone_curve():
     assert Settings().tone_curve == "exponential"
-    assert {Settings(look=look).tone_curve for look in ("classic", "pyrender", "flat")} == {"none"}
+    assert {Settings(look=look).tone_curve for look in ("classic", "pyrender", "flat", "panda3d")} == {"none"}
     assert Settings(tone="none").as_dict()["tone"] == "none"
 
 

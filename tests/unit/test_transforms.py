@@ -173,7 +173,7 @@ def test_compose_is_the_product_of_matrices(parent, child):
     bound = 64 * EPS * np.linalg.norm(parent.get_mat()) * np.linalg.norm(child.get_mat())
     composed = parent.compose(child)
     assert np.abs(composed.get_mat() - child.get_mat() @ parent.get_mat()).max() <= bound
-    if parent.is_identity:
+    if parent.is_identity():
         assert composed is child
 
 
@@ -225,7 +225,7 @@ def test_a_state_cannot_be_changed_through_its_matrix():
     assert state.get_mat()[0, 0] == 1
     with pytest.raises(ValueError, match="read-only"):
         state.get_mat()[0, 0] = 2
-    assert state.is_identity
+    assert state.is_identity()
 
 
 def test_equal_states_are_equal_however_they_were_made():

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from panda3d import core as panda
 
 from firefly_sample.errors import NodeError
+from firefly_sample.scene.color_scale import scaled_further
+from firefly_sample.scene.depth_offset import DepthOffset
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT
 from firefly_sample.scene.nodepath import NodePath
@@ -29,9 +31,18 @@ EDITS = {
     "show": masks,
     "show_through": masks,
     "set_color": st.tuples(st.tuples(*[st.floats(0, 1)] * 3), st.integers(0, 2)),
+    "set_color_scale": st.tuples(st.tuples(*[st.floats(0, 2)] * 4), st.integers(0, 2)),
     "set_material": st.tuples(st.sampled_from(MATERIALS), st.integers(0, 2)),
     "set_render_mode_thickness": st.tuples(st.integers(1, 9), st.integers(0, 2)),
+    "set_depth_offset": st.tuples(st.integers(-3, 3), st.integers(0, 2)),
 }
+CALLED_WITH_MORE = (
+    "set_color",
+    "set_color_scale",
+    "set_material",
+    "set_render_mode_thickness",
+    "set_depth_offset",
+)
 edits = st.sampled_from(sorted(EDITS)).flatmap(lambda what: st.tuples(picks, st.just(what), EDITS[what]))
 
 
@@ -45,7 +56,7 @@ def grown(steps) -> list[NodePath]:
             other = paths[value % len(paths)]
             if other.node() is not path.node() and path.node() not in other.node().iter_ancestors():
                 paths.append(path.instance_to(other))
-        elif what in ("set_color", "set_material", "set_render_mode_thickness"):
+        elif what in CALLED_WITH_MORE:
             getattr(path, what)(*value)
         elif value is None:
             getattr(path, what)()
@@ -56,17 +67,24 @@ def grown(steps) -> list[NodePath]:
 
 def plain_walk(path: NodePath, camera: int) -> list[Visit]:
     """The definition: each place by itself, all that it inherits looked up from the root."""
-    mask, mode, priority = OVERALL_BIT | ALL_CAMERAS, PLAIN, -(2**31)
+    mask, mode, priority, offset = OVERALL_BIT | ALL_CAMERAS, PLAIN, -(2**31), DepthOffset(0, -(2**31))
+    scale = None
     for place in reversed(path.get_ancestors()):
         node = place.node()
         mask = (mask & ~node.draw_control) | (node.draw_control & node.draw_show)
         if node.render_mode is not None and node.render_mode_priority >= priority:
             mode, priority = node.render_mode, node.render_mode_priority
+        own = node.depth_offset
+        if own is not None and own.priority >= offset.priority:
+            offset = DepthOffset(offset.bias + own.bias, own.priority)
+        if node.color_scale is not None:
+            scale = scaled_further(scale, node.color_scale)
     seen = []
     if mask & OVERALL_BIT and mask & camera & ALL_CAMERAS:
         net = path.get_net_mat()
         look = path.get_net_color(), path.get_net_material()
-        seen.append(Visit(path.node(), net, *look, str(path), mode))
+        look = *look, str(path), mode, offset.bias, scale.scale if scale else (1, 1, 1, 1)
+        seen.append(Visit(path.node(), net, *look))
     for child in path.get_children():
         seen += plain_walk(child, camera)
     return seen
@@ -81,7 +99,8 @@ def test_it_is_the_plain_walk(steps, start, camera):
     for ours, plain in zip(found, expected, strict=True):
         assert ours.node is plain.node
         assert (ours.color, ours.material) == (plain.color, plain.material)
-        assert ours.render_mode == plain.render_mode
+        assert (ours.render_mode, ours.depth_offset) == (plain.render_mode, plain.depth_offset)
+        assert ours.color_scale == plain.color_scale
         # The same product in another order of brackets.
         bound = 64 * 2.0**-52 * max(1.0, np.abs(plain.net).max()) * 10.0 ** len(plain.path.split("/"))
         assert np.abs(ours.net - plain.net).max() <= bound

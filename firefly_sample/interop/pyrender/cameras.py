@@ -55,6 +55,7 @@ def camera_to_pyrender(
             if main:
                 raise LensError(f"camera {name!r}: {error}") from None
             losses.add(f"a camera that is not drawn would be stretched to the picture: {error}", name)
+    lens = lens.near_first()
     k, near, far = lens.constants(), lens.get_near(), lens.get_far()
     if not k.perspective:
         # pyrender needs a near distance above 0; moving by the depth of the view suits every scale

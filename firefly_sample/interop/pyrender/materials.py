@@ -31,6 +31,7 @@ _NO_HIGHLIGHTS = "highlights (specular, shininess) are left out of pyrender's ma
 _NO_AMBIENT = "ambient colours of materials, which pyrender lacks, are left out"
 _LIT = "pyrender has no unlit materials and lights them"
 _NO_SCALE = "scales of normal maps, which pyrender lacks, become 1"
+_NO_SECOND = "pyrender has no second texture that multiplies the first and leaves it out"
 _OCCLUSION = "pyrender's occlusion darkens all light by its full strength, and ours ambient light alone"
 _CUT_OUT = "pyrender ignores the alpha cut-off of materials and draws their surfaces whole"
 _SQUARED_EMISSION = "pyrender draws the square of emission"
@@ -59,6 +60,8 @@ class MaterialWriter:
             self._losses.add(_LIT, material.name)
         if material.normal_texture is not None and material.normal_scale != 1.0:
             self._losses.add(_NO_SCALE, material.name)
+        if material.modulate_texture is not None:
+            self._losses.add(_NO_SECOND, material.name)
         _note_differences(material, self._losses)
         matt = material.metallic is None
         return pyrender.MetallicRoughnessMaterial(

@@ -29,6 +29,7 @@ from firefly_sample.losses import Losses
 from firefly_sample.scene.geom import Geom, GeomMode, GeomNode
 from firefly_sample.scene.material import Material
 from firefly_sample.scene.node import Color
+from firefly_sample.scene.surface_overrides import SurfaceOverrides, overridden
 from firefly_sample.scene.transforms import vectors_from_gltf, vectors_to_gltf
 
 Float64 = NDArray[np.float64]
@@ -61,6 +62,7 @@ class MeshWriter:
         self,
         node: GeomNode,
         material: Material | None,
+        overrides: SurfaceOverrides,
         color: Color | None,
         wireframe: bool,
         mirrored: bool,
@@ -68,14 +70,17 @@ class MeshWriter:
     ) -> Any:
         """Return a pyrender Mesh of a node's Geoms, shared by nodes that look alike; None without vertices.
 
-        A material replaces those of the Geoms; a colour multiplies base colours and replaces vertex colours.
+        A material replaces those of the Geoms, and overrides replace its parts; a colour multiplies base
+        colours and replaces vertex colours.
         `mirrored` is True if the node's net transform mirrors.
         """
         for geom, _ in node.geoms:
             if not len(geom.vertices):
                 self._losses.add("geometry without vertices is left out", f"{node.name}/{geom.name}")
         parts = tuple(
-            (geom, own if material is None else material) for geom, own in node.geoms if len(geom.vertices)
+            (geom, overridden(own if material is None else material, overrides))
+            for geom, own in node.geoms
+            if len(geom.vertices)
         )
         return self._mesh(parts, color, wireframe, mirrored, visible) if parts else None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from itertools import count
 from typing import Any
 
@@ -17,6 +18,7 @@ from firefly_sample.interop.pyrender.lights import (
 from firefly_sample.interop.pyrender.meshes import MeshReader, MeshWriter
 from firefly_sample.losses import Losses
 from firefly_sample.plan.view import camera_matrices
+from firefly_sample.scene.color_scale import UNSCALED
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.light import FadingLight, Light
 from firefly_sample.scene.lights import AmbientLight, DirectionalLight, PointLights
@@ -26,6 +28,7 @@ from firefly_sample.scene.particles import ParticleNode
 from firefly_sample.scene.points import Sprites
 from firefly_sample.scene.render_mode import PLAIN, RenderMode
 from firefly_sample.scene.scene import Camera, Scene, VerticalGradient
+from firefly_sample.scene.surface_overrides import NOTHING, SurfaceOverrides, composed
 from firefly_sample.scene.transforms import matrix_from_gltf, matrix_to_gltf
 from firefly_sample.scene.traversal import iter_visible
 from firefly_sample.srgb import linear_to_srgb, srgb_to_linear
@@ -70,7 +73,7 @@ class SceneWriter:
     def _write_node(self, path: NodePath, parent: Any, local: Float64) -> Any:
         """Add a node and its contents below `parent`; contents with a matrix get a node of their own."""
         node = path.node()
-        if node.tags:
+        if node.has_tags():
             self._losses.add("tags are left out", node.name)
         contents = self._contents(path)
         held = {kind: content for kind, content, matrix in contents if matrix is None}
@@ -105,8 +108,12 @@ class SceneWriter:
                 mode = _net_render_mode(path)
                 if mode.thickness != 1.0 and any(geom.mode == "points" for geom, _ in node.geoms):
                     self._losses.add(_NO_SIZES, node.name)
-                look = path.get_net_material(), path.get_net_color(), mode.mode == "wireframe"
-                mesh = self._meshes.mesh(node, *look, mirrored, visible)
+                if first is not None and visible and first.depth_offset:
+                    self._losses.add("depth offsets, which pyrender lacks, are left out", node.name)
+                if first is not None and visible and first.color_scale != UNSCALED:
+                    self._losses.add("colour scales, which pyrender lacks, are left out", node.name)
+                look = path.get_net_material(), _net_overrides(path), path.get_net_color()
+                mesh = self._meshes.mesh(node, *look, mode.mode == "wireframe", mirrored, visible)
                 return [] if mesh is None else [("mesh", mesh, None)]
             case Sprites():
                 self._losses.add("sprites, which pyrender lacks, are left out", node.name)
@@ -259,6 +266,12 @@ def _net_render_mode(path: NodePath) -> RenderMode:
         node = step.node()
         mode, priority = inherit(mode, priority, node.render_mode, node.render_mode_priority)
     return mode or PLAIN
+
+
+def _net_overrides(path: NodePath) -> SurfaceOverrides:
+    """Return what replaces parts of the materials at a node after inheriting."""
+    own = [step.node().overrides for step in reversed(path.get_ancestors())]
+    return reduce(composed, [overrides for overrides in own if overrides is not None], NOTHING)
 
 
 def _matrix(given: Any) -> Float64:

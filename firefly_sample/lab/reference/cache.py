@@ -137,6 +137,8 @@ def _sampled_outputs(plan: FramePlan) -> tuple[str, ...]:
 def _sampled(surface: Surface, outputs: tuple[str, ...]) -> dict[str, Any]:
     """Return arguments of `render_reference`: the albedo, and these outputs, in float64."""
     sampled = {"albedo": surface.albedo()}
+    if surface.has_modulation():
+        sampled["tint"] = surface.tint()
     if "emission" in outputs:
         sampled["emission"] = np.asarray(surface.image("emission"), dtype=np.float64)
     if "normal" in outputs:
@@ -160,6 +162,7 @@ def _parts(plan: FramePlan) -> Iterator[object]:
             yield from _texture_parts(found.texture)
         yield from (batch.maps.normal_scale, batch.maps.occlusion_strength)
         yield from (batch.alpha_cutoff, batch.mirrored, batch.model_to_view, batch.surface)
+        yield batch.depth_offset
         yield from _columns(batch.factors)
     yield len(blended)
     for lights in plan.lights:
@@ -172,6 +175,9 @@ def _parts(plan: FramePlan) -> Iterator[object]:
         yield from (shadow.lens, shadow.world_to_light)
         for caster in shadow.casters or ():
             yield from _model_parts(caster.geom, caster.texture)
+            if caster.modulate is not None:
+                yield from ("modulate", caster.modulate.coordinates)
+                yield from _texture_parts(caster.modulate.texture)
             yield from (caster.cutoff, caster.alphas, caster.vertex_alpha, caster.model_to_world)
 
 

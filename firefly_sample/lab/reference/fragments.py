@@ -4,7 +4,8 @@ The twin of ``shaders/geometry.vert``, of what a rasteriser makes of its outputs
 ``shaders/include/material.glsl``. In the look "pyrender", metallic-roughness surfaces are as pyrender has
 them: unit normals are interpolated, backs keep the normals of their fronts, normal maps lie along the texture
 coordinates, the emissive factor is squared, and vertex colours multiply all that is seen instead of the base
-colour.
+colour. In the look "panda3d", other surfaces are as Panda3D has them: the same of normals, but for normal
+maps, and the texture multiplies all that is seen but highlights.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.normal_map import mapped_normal, unit_or_zero
+from firefly_sample.lab.reference.panda3d import BEHIND
 from firefly_sample.lab.reference.rays import Intersections, RayCorners, Rays, intersect
 from firefly_sample.lab.reference.texture import Sampler, Samplers, level_of_detail
-from firefly_sample.plan.collect import Factors
+from firefly_sample.plan.factors import Factors
 from firefly_sample.plan.frame_plan import Batch
 from firefly_sample.plan.surface_maps import Map
 
@@ -41,6 +43,8 @@ class Fragments:
         View space: on the ray, or on the triangle where that is edge-on.
     by_pyrender : bool
         True if the surfaces are as pyrender has them.
+    by_panda3d : bool
+        True if they are as Panda3D has them.
     """
 
     def __init__(
@@ -53,6 +57,7 @@ class Fragments:
     ) -> None:
         self.batch, self.rays, self.instance = batch, rays, instance
         self.by_pyrender: bool = samplers.look == "pyrender" and batch.surface.metallic
+        self.by_panda3d: bool = samplers.look == "panda3d" and not batch.surface.metallic
         self._samplers = samplers
         self._corners = batch.geom.triangles[triangle]
         matrix = batch.model_to_view[instance]
@@ -71,9 +76,15 @@ class Fragments:
         return np.asarray(np.einsum("ni,nik->nk", self.hits.shares, values[self._corners]))
 
     def to_eye(self) -> Float64:
-        """Return unit vectors to the eye, shape (n, 3): for pyrender to the camera, whatever its lens."""
-        if self.by_pyrender and not self.rays.perspective:
+        """Return unit vectors to the eye that highlights see, shape (n, 3).
+
+        For pyrender, and for Panda3D's local viewers, it is the camera, whatever its lens.
+        """
+        local = self.by_panda3d and self.batch.surface.local_viewer
+        if (self.by_pyrender or local) and not self.rays.perspective:
             return -unit_or_zero(self.position)[0]
+        if self.by_panda3d and not local:
+            return np.broadcast_to(BEHIND, self.position.shape)
         return self.rays.to_eye()
 
     def normal(self, turned: bool = True, mapped: bool = True) -> Float64:
@@ -83,16 +94,17 @@ class Fragments:
         the map does not. A normal of length 0 faces the eye.
         """
         matrices = normal_matrices(self.batch.model_to_view)[self.instance]
-        if self.by_pyrender:
+        if self.by_pyrender or self.by_panda3d:
             corners = np.einsum("nki,nij->nkj", self.batch.geom.normals[self._corners], matrices)
             units = unit_or_zero(corners.reshape(-1, 3))[0].reshape(corners.shape)
             seen, length = unit_or_zero(np.einsum("nk,nki->ni", self.hits.shares, units))
         else:
             own = self.interpolated(self.batch.geom.normals)
             seen, length = unit_or_zero(np.einsum("ni,nij->nj", own, matrices))
-        unit = np.where(length > 0.0, seen, self.to_eye())
+        unit = np.where(length > 0.0, seen, self.rays.to_eye() if self.by_panda3d else self.to_eye())
         found = self._mapped(unit) if mapped else unit
-        if turned and self.batch.surface.double_sided and not self.by_pyrender:
+        as_they_are = self.by_pyrender or self.by_panda3d
+        if turned and self.batch.surface.double_sided and not as_they_are:
             away = self.position if self.rays.perspective else self.rays.direction
             found = np.where((np.einsum("ni,ni->n", unit, away) > 0.0)[:, None], -found, found)
         return np.asarray(found)
@@ -129,12 +141,19 @@ class Fragments:
         return np.asarray(self.hits.front != self.batch.mirrored)
 
     def texture(self) -> Float64:
-        """Return colour and alpha of the texture, shape (n, 4); ones without a texture."""
-        surface, texture = self.batch.surface, self.batch.texture
-        if not surface.textured or texture is None:
-            return np.ones((len(self.rays), 4))
-        sampler = self._samplers.of(texture, self.batch.alpha_cutoff if surface.cutout else None)
-        texel = self._sampled(sampler, self.batch.geom.texcoords)
+        """Return colour and alpha of the base colour's textures, shape (n, 4); ones without a texture."""
+        surface, texture, modulate = self.batch.surface, self.batch.texture, self.batch.maps.modulate
+        product = np.ones((len(self.rays), 4))
+        if surface.textured and texture is not None:
+            sampler = self._samplers.of(texture, self.batch.alpha_cutoff if surface.cutout else None)
+            product *= self._decoded(self._sampled(sampler, self.batch.geom.texcoords))
+        if modulate is not None:
+            sampler = self._samplers.of(modulate.texture, None)
+            product *= self._decoded(self._sampled(sampler, self._texcoords_of(modulate)))
+        return product
+
+    def _decoded(self, texel: Float64) -> Float64:
+        """Return colours and alphas of texels, shape (n, 4)."""
         return np.concatenate([self._samplers.decoded(texel[:, :3]), texel[:, 3:]], axis=1)
 
     def emission(self, factors: Factors) -> Float64:
@@ -179,13 +198,16 @@ class Fragments:
 
     def tint(self) -> Float64:
         """Return the factor of a material's colours: texture times vertex colour, shape (n, 3); see above."""
+        if self.by_panda3d:
+            return self._vertex_color()
         color = self.texture()[:, :3]
         return color if self.by_pyrender else np.asarray(color * self._vertex_color())
 
-    def light_tint(self) -> Float64:
-        """Return the colour that multiplies all reflected light, shape (n, 3): pyrender's; else ones."""
-        if not self.by_pyrender:
-            return np.ones((len(self.rays), 3))
+    def light_tint(self, factors: Factors) -> Float64:
+        """Return the colour that multiplies all reflected light, shape (n, 3): pyrender's, or Panda3D's."""
+        if self.by_panda3d:
+            color = self.texture()[:, :3]
+            return color if factors.scales is None else np.asarray(color * factors.scales)
         return np.asarray(self._vertex_color() * self.occlusion())
 
     def _vertex_color(self) -> Float64:

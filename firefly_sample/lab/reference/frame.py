@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import SceneError, SettingsError
 from firefly_sample.lab.reference.chunks import Progress
-from firefly_sample.lab.reference.layer_rays import cast_layers
+from firefly_sample.lab.reference.layer_rays import cast_layers, surface_distance
 from firefly_sample.lab.reference.layers import add_layers, add_layers_as_codes, shade_layers
 from firefly_sample.lab.reference.particles import (
     add_particles,
@@ -37,7 +37,7 @@ from firefly_sample.lab.reference.particles import (
     transmittance,
 )
 from firefly_sample.lab.reference.rays import pixel_rays
-from firefly_sample.lab.reference.shade import OneLight, Shadows, each_light, shade_lights
+from firefly_sample.lab.reference.shade import OneLight, Shadows, each_light, shade_apart
 from firefly_sample.lab.reference.shading import power_encoded, tone_curve
 from firefly_sample.lab.reference.shadow import ShadowRays
 from firefly_sample.lab.reference.surfaces import Surfaces, see_surfaces
@@ -60,7 +60,7 @@ class ReferenceFrame:
     ----------
     radiance : ndarray of float64
         Linear, before exposure and tone curve, with background, blended surfaces, particles and dots. In the
-        look "flat", the display values of base colours.
+        look "flat", the display values of base colours; in the look "panda3d", display values.
     light : ndarray of float64
         The radiance of white surfaces without highlights, opaque ones alone; 0 where there is none.
     display : ndarray of float64
@@ -99,6 +99,7 @@ def render_reference(
     emission: Float64 | None = None,
     metallic_roughness: Float64 | None = None,
     normal: Float64 | None = None,
+    tint: Float64 | None = None,
     shadows: bool = True,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -118,6 +119,8 @@ def render_reference(
         when absent.
     metallic_roughness : ndarray, shape (height, width, 2), optional
         The same of metallic and roughness.
+    tint : ndarray, shape (height, width, 3), optional
+        The same of textures times colour scales, in the look "panda3d".
     shadows : bool
         Whether lights that have shadow maps cast shadows, by rays.
     threads, progress : optional
@@ -150,23 +153,27 @@ def render_reference(
         emission=emission,
         metallic_roughness=metallic_roughness,
         normal=normal,
+        tint=tint,
         threads=threads,
     )
     rays = ShadowRays(plan) if shadows and any(lights.shadowed for lights in plan.lights) else None
     lookup = _shadows(plan, surfaces.gbuffer.position.reshape(-1, 3), rays)
-    radiance, light = shade_lights(
+    matt, gloss, light = shade_apart(
         surfaces.gbuffer, plan.lights, plan.settings, lookup, threads=threads, progress=progress
     )
     covered = surfaces.covered[..., None]
     light = np.where(covered, light + plan.ambient, 0.0)
-    radiance = surfaces.radiance(radiance, plan.ambient)
+    look = plan.settings.look
+    radiance = surfaces.radiance(matt, gloss, plan.ambient, look)
     radiance = np.where(covered, radiance, background(plan.background, plan.view))
+    if look == "panda3d":
+        radiance = np.clip(radiance, 0.0, 1.0)
     distance = np.where(surfaces.covered, surfaces.gbuffer.position[..., 1], np.inf)
     own_light = particle_light(plan, rays.lit if rays is not None else None)
     if plan.blended is not None:
-        layers = cast_layers(plan, distance)
+        layers = cast_layers(plan, surface_distance(plan, visibility, pixel_rays(plan.view)))
         shown = shade_layers(plan, layers, lambda places: _shadows(plan, places, rays), threads=threads)
-        add = add_layers_as_codes if plan.settings.look == "pyrender" else add_layers
+        add = add_layers_as_codes if look == "pyrender" else add_layers
         add(radiance, plan, distance, layers, shown, own_light)
     else:
         add_particles(radiance, plan, distance, own_light)
@@ -176,12 +183,10 @@ def render_reference(
 def finished(plan: FramePlan, radiance: Float64, light: Float64, position: Float64) -> ReferenceFrame:
     """Return a frame made from its radiance: exposure, tone curve, codes rounded to the nearest."""
     look = plan.settings.look
-    exposure = plan.exposure if look != "flat" else 1.0
-    display = tone_curve(radiance * exposure, plan.settings.tone_curve)
-    if look == "flat":
-        shown = display
-    else:
-        shown = power_encoded(display) if look == "pyrender" else linear_to_srgb(display)
+    codes = look in ("flat", "panda3d")
+    display = tone_curve(radiance * (1.0 if codes else plan.exposure), plan.settings.tone_curve)
+    encode = power_encoded if look == "pyrender" else linear_to_srgb
+    shown = display if codes else encode(display)
     color = np.rint(shown * 255.0).astype(np.uint8)
     return ReferenceFrame(radiance, light, display, color, position)
 

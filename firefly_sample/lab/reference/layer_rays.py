@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.lab.reference.chunks import chunks_of
+from firefly_sample.lab.reference.depth_offset import moved_distance
 from firefly_sample.lab.reference.fragments import Fragments
 from firefly_sample.lab.reference.rays import RayCorners, Rays, pixel_rays
 from firefly_sample.lab.reference.surfaces import CHUNK, numbered_batches
@@ -44,7 +45,7 @@ class Layers:
     pixel : ndarray of int, shape (n,)
         Row by row, the first row on top.
     place : ndarray of int, shape (n,)
-        0 for the nearest one of a pixel, 1 for the next one, and so on.
+        0 for the nearest one of a pixel, 1 for the next one, and so on; nearer as depth offsets move them.
     distance : ndarray of float64, shape (n,)
         Along the view axis.
     batch, instance, triangle : ndarray of int, shape (n,)
@@ -84,25 +85,26 @@ def cast_layers(plan: FramePlan, distance: Float64, rays: Rays | None = None) ->
     Parameters
     ----------
     distance : ndarray of float64, shape (height, width)
-        Of the opaque surfaces along the view axis, infinite where there is none.
+        Of the opaque surfaces, as `surface_distance` returns it.
     rays : Rays, optional
         Those through the pixels' centres when absent.
     """
     rays = pixel_rays(plan.view) if rays is None else rays
     behind = distance.reshape(-1) + ROUNDING * np.abs(distance.reshape(-1))
     samplers, none = Samplers(), np.zeros(0, dtype=np.intp)
-    parts = [(none, np.zeros(0), none, none, none)]
+    parts = [(none, np.zeros(0), np.zeros(0), none, none, none)]
     for number, batch in enumerate(plan.blended.batches if plan.blended is not None else ()):
         for pixel, instance, triangle in _candidates(batch, plan.view, rays):
             mine = rays.take(pixel)
             found = Fragments(batch, mine, instance, triangle, samplers)
             y = found.hits.along
             kept = _owns(batch, mine, instance, triangle) & found.is_front()
-            kept &= (y >= plan.view.near) & (y <= plan.view.far) & (y <= behind[pixel])
+            moved = moved_distance(plan, batch, mine, instance, triangle, y)
+            kept &= (y >= plan.view.near) & (y <= plan.view.far) & (moved <= behind[pixel])
             which = np.full(np.count_nonzero(kept), number)
-            parts.append((pixel[kept], y[kept], which, instance[kept], triangle[kept]))
-    pixel, y, which, instance, triangle = (np.concatenate(each) for each in zip(*parts, strict=True))
-    order = np.lexsort((triangle, instance, which, y, pixel))
+            parts.append((pixel[kept], y[kept], moved[kept], which, instance[kept], triangle[kept]))
+    pixel, y, moved, which, instance, triangle = (np.concatenate(each) for each in zip(*parts, strict=True))
+    order = np.lexsort((triangle, instance, which, moved, pixel))
     pixel = pixel[order]
     place = np.arange(len(order)) - np.searchsorted(pixel, pixel)
     return Layers(pixel, place, y[order], which[order], instance[order], triangle[order])
@@ -127,15 +129,19 @@ def steady_layers(plan: FramePlan, visibility: NDArray[np.int32]) -> NDArray[np.
 
 
 def surface_distance(plan: FramePlan, visibility: NDArray[np.int32], rays: Rays) -> Float64:
-    """Return the distance of the opaque surfaces along rays, shape (height, width), infinite without one."""
+    """Return the distances at which opaque surfaces are compared along rays, shape (height, width).
+
+    They are distances along the view axis, moved by depth offsets; infinite where there is no surface.
+    """
     seen = visibility.reshape(-1, 2)
     result, samplers = np.full(len(seen), np.inf), Samplers()
     for first, batch in numbered_batches(plan):
         chosen = np.flatnonzero((seen[:, 0] >= first) & (seen[:, 0] < first + len(batch.ids)))
         for pixels in chunks_of(chosen, CHUNK):
             instance, triangle = seen[pixels].T
-            found = Fragments(batch, rays.take(pixels), instance - first, triangle, samplers)
-            result[pixels] = found.position[:, 1]
+            met = rays.take(pixels), instance - first, triangle
+            found = Fragments(batch, *met, samplers)
+            result[pixels] = moved_distance(plan, batch, *met, found.position[:, 1])
     return result.reshape(visibility.shape[:2])
 
 

@@ -20,7 +20,7 @@ from firefly_sample.lab.reference.fragments import Fragments
 from firefly_sample.lab.reference.layer_rays import Layers
 from firefly_sample.lab.reference.particles import add_particles, share_before, square_of
 from firefly_sample.lab.reference.rays import pixel_rays
-from firefly_sample.lab.reference.shade import Shadows, shade_lights
+from firefly_sample.lab.reference.shade import Shadows, shade_apart
 from firefly_sample.lab.reference.shading import power_decoded, power_encoded
 from firefly_sample.lab.reference.surfaces import CHUNK, Surfaces
 from firefly_sample.lab.reference.texture import Samplers
@@ -74,8 +74,8 @@ def shade_layers(
         surfaces = Surfaces.none(own.to_eye())
         surfaces.fill(slice(None), found, look=look)
         gbuffer = surfaces.gbuffer
-        lit, _ = shade_lights(gbuffer, plan.lights, plan.settings, shadows(gbuffer.position))
-        shown.radiance[chosen] = surfaces.radiance(lit, plan.ambient)
+        matt, gloss, _ = shade_apart(gbuffer, plan.lights, plan.settings, shadows(gbuffer.position))
+        shown.radiance[chosen] = surfaces.radiance(matt, gloss, plan.ambient, look)
         shown.alpha[chosen] = np.clip(found.alpha(), 0.0, 1.0)
 
     run_all(work, parts, threads)

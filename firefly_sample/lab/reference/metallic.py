@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firefly_sample.plan.collect import SMOOTHEST
+from firefly_sample.plan.instances import SMOOTHEST
 
 Float64 = NDArray[np.float64]
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from firefly_sample.errors import MissingPackageError
 from firefly_sample.extras import install_command
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
+from firefly_sample.lab.reference.depth_offset import moved_distance
 from firefly_sample.lab.reference.fragments import Fragments
 from firefly_sample.lab.reference.rays import Rays, pixel_rays
 from firefly_sample.lab.reference.surfaces import numbered_batches
@@ -54,7 +55,10 @@ class RayScene:
         vertices = np.cumsum([0, *(len(geom.vertices) for geom in unique)])
         triangles = np.cumsum([0, *(len(geom.triangles) for geom in unique)])
         self._vertices = np.concatenate([np.zeros((0, 3)), *(geom.vertices for geom in unique)])
-        self._texcoords = np.concatenate([np.zeros((0, 2)), *(geom.texcoords for geom in unique)])
+        self._texcoords = [
+            np.concatenate([np.zeros((0, 2)), *(_texcoords(geom, number) for geom in unique)])
+            for number in (1, 2)
+        ]
         self._alphas = np.concatenate([np.zeros(0), *map(_alphas, unique)])
         parts = (geom.triangles + first for geom, first in zip(unique, vertices, strict=False))
         self._triangles = np.concatenate([np.zeros((0, 3), dtype=np.intp), *parts])
@@ -106,9 +110,9 @@ class RayScene:
         positions = self._vertices[self._corner_rows(number)]
         return np.asarray(positions @ matrix[:, :3, :3] + matrix[:, None, 3, :3])
 
-    def texcoords(self, number: NDArray[np.intp]) -> Float64:
-        """Return the texture coordinates of the corners of triangles, shape (n, 3, 2)."""
-        return np.asarray(self._texcoords[self._corner_rows(number)])
+    def texcoords(self, number: NDArray[np.intp], coordinates: int = 1) -> Float64:
+        """Return the first (1) or the second (2) texture coordinates of triangles' corners, (n, 3, 2)."""
+        return np.asarray(self._texcoords[coordinates - 1][self._corner_rows(number)])
 
     def alphas(self, number: NDArray[np.intp]) -> Float64:
         """Return the vertex alpha of the corners of triangles, shape (n, 3)."""
@@ -117,6 +121,10 @@ class RayScene:
     def _corner_rows(self, number: NDArray[np.intp]) -> NDArray[np.intp]:
         instance, triangle = self.owner(number)
         return np.asarray(self._triangles[self._first_triangle[instance] + triangle])
+
+
+def _texcoords(geom: Geom, number: int) -> Float64:
+    return geom.texcoords if number == 1 or geom.texcoords_1 is None else geom.texcoords_1
 
 
 def _alphas(geom: Geom) -> Float64:
@@ -160,33 +168,45 @@ def cast_visibility(
         If embreex is not installed.
     """
     width, height = plan.view.size
-    caster = _Caster(plan)
+    rays = pixel_rays(plan.view)
+    offsets = sorted({batch.depth_offset for batch in plan.batches})
+    casters = [_Caster(plan, offset) for offset in offsets]
     result = np.full((height * width, 2), -1, dtype=np.int32)
 
     def work(pixels: NDArray[np.intp]) -> None:
-        result[pixels] = caster.see(caster.rays.take(pixels))
+        own = rays.take(pixels)
+        nearest = np.full(len(pixels), np.inf)
+        for caster in casters:
+            seen, distance = caster.see(own)
+            nearer = distance < nearest
+            nearest[nearer] = distance[nearer]
+            result[pixels[nearer]] = seen[nearer]
 
     run_all(work, tiles_of((height, width), TILE), threads, progress)
     return result.reshape(height, width, 2)
 
 
 class _Caster:
-    """A plan's triangles, ready for rays from its camera."""
+    """A plan's triangles of one depth offset, ready for rays from its camera."""
 
-    def __init__(self, plan: FramePlan) -> None:
-        self._near, self._far = plan.view.near, plan.view.far
-        self.rays = pixel_rays(plan.view)
-        self._batches = list(numbered_batches(plan))
-        self._first = np.array([first for first, _ in self._batches], dtype=np.intp)
+    def __init__(self, plan: FramePlan, offset: int) -> None:
+        self._plan, self._near, self._far = plan, plan.view.near, plan.view.far
+        self._batches = [pair for pair in numbered_batches(plan) if pair[1].depth_offset == offset]
+        counts = [len(batch.ids) for _, batch in self._batches]
+        self._first = np.cumsum([0, *counts[:-1]], dtype=np.intp)  # among this caster's instances
         geoms = [batch.geom for _, batch in self._batches for _ in batch.ids]
         matrices = [np.zeros((0, 4, 4)), *(batch.model_to_view for _, batch in self._batches)]
         lens = plan.view.lens
         self._scene = RayScene(geoms, np.concatenate(matrices), (lens.a, 1.0, lens.c))
         self._samplers = Samplers()
 
-    def see(self, rays: Rays) -> NDArray[np.int32]:
-        """Return instance and triangle for each ray, shape (n, 2)."""
+    def see(self, rays: Rays) -> tuple[NDArray[np.int32], Float64]:
+        """Return instance and triangle for each ray, shape (n, 2), and the distances that are compared, (n,).
+
+        Where there is none, -1 and infinity.
+        """
         result = np.full((len(rays), 2), -1, dtype=np.int32)
+        compared = np.full(len(rays), np.inf)
         begin = np.full(len(rays), self._near - STEP * abs(self._near))
         step = np.full(len(rays), STEP)
         before = np.full(len(rays), -1)
@@ -198,11 +218,12 @@ class _Caster:
             hit = number >= 0
             waiting, number = waiting[hit], number[hit]
             instance, triangle = self._scene.owner(number)
-            shown, distance = self._look(rays.take(waiting), instance, triangle)
+            shown, distance, moved, numbers = self._look(rays.take(waiting), instance, triangle)
             shown &= distance >= self._near
             beyond = distance > self._far
             kept = shown & ~beyond
-            result[waiting[kept]] = np.stack([instance[kept], triangle[kept]], axis=1)
+            result[waiting[kept]] = np.stack([numbers[kept], triangle[kept]], axis=1)
+            compared[waiting[kept]] = moved[kept]
             on = ~(kept | beyond)
             waiting, number, distance = waiting[on], number[on], distance[on]
             # the same triangle again: along it, float32 has not left it yet
@@ -210,21 +231,23 @@ class _Caster:
             before[waiting] = number
             behind = np.maximum(distance, begin[waiting])
             begin[waiting] = behind + step[waiting] * np.maximum(np.abs(behind), abs(self._near))
-        return result
+        return result, compared
 
     def _look(
         self, rays: Rays, instance: NDArray[np.intp], triangle: NDArray[np.intp]
-    ) -> tuple[NDArray[np.bool_], Float64]:
-        """Return whether rays see triangles, and the triangles' distances, in float64."""
-        shown, distance = np.zeros(len(rays), dtype=bool), np.zeros(len(rays))
+    ) -> tuple[NDArray[np.bool_], Float64, Float64, NDArray[np.intp]]:
+        """Return whether rays see triangles, their distances and moved ones, and the plan's instances."""
+        shown, distance, moved = np.zeros(len(rays), dtype=bool), np.zeros(len(rays)), np.zeros(len(rays))
+        numbers = np.zeros(len(rays), dtype=np.intp)
         owner = np.searchsorted(self._first, instance, side="right") - 1
         for index in np.unique(owner):
             chosen = np.flatnonzero(owner == index)
             first, batch = self._batches[index]
-            found = Fragments(
-                batch, rays.take(chosen), instance[chosen] - first, triangle[chosen], self._samplers
-            )
+            met = rays.take(chosen), instance[chosen] - self._first[index], triangle[chosen]
+            found = Fragments(batch, *met, self._samplers)
             distance[chosen] = found.hits.along
+            moved[chosen] = moved_distance(self._plan, batch, *met, found.hits.along)
+            numbers[chosen] = first + met[1]
             front = found.is_front()
             shown[chosen] = front & found.is_there() if front.any() else False
-        return shown, distance
+        return shown, distance, moved, numbers

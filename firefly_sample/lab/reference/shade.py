@@ -6,7 +6,8 @@ Each light that a surface faces adds
 
 or, with a metallic-roughness material, what `firefly_sample.lab.reference.metallic` reflects of its colour.
 In the look "pyrender", such materials reflect light by `firefly_sample.lab.reference.pyrender`, also of
-lights that they do not face.
+lights that they do not face; in the look "panda3d", other materials have the highlights of
+`firefly_sample.lab.reference.panda3d`.
 The lighting passes must agree with `shade_lights`. `count_pairs` counts the (pixel, light) pairs in range,
 which is the least that any method must shade.
 """
@@ -19,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firefly_sample.lab.reference import metallic, pyrender
+from firefly_sample.lab.reference import metallic, panda3d, pyrender
 from firefly_sample.lab.reference.chunks import Progress, run_all, tiles_of
 from firefly_sample.lab.reference.shading import cone_strength, falloff, highlight_of_cosines, opening
 from firefly_sample.plan.lights.light_set import LightSet
@@ -101,6 +102,8 @@ class _LitTile:
         self._any_metal = bool(self._metal.any())
         self._shiny = np.asarray(self._specular.any(axis=0))
         self._by_pyrender = settings.look == "pyrender" and self._any_metal
+        self._by_panda3d = settings.look == "panda3d"
+        self._model = panda3d.HIGHLIGHTS if self._by_panda3d else settings.specular_model
         if self._any_metal:
             self._shiny &= ~self._metal
             self._reflected = np.zeros((3, len(pixels)))
@@ -140,8 +143,8 @@ class _LitTile:
         self, one: OneLight, chosen: NDArray[np.intp], to_light: Float64, n_dot_l: Float64, strength: Float64
     ) -> None:
         l_dot_e = _dot(to_light, self._eye[:, chosen])
-        model = self._settings.specular_model
-        shine = highlight_of_cosines(n_dot_l, self._n_dot_e[chosen], l_dot_e, self._shininess[chosen], model)
+        cosines = n_dot_l, self._n_dot_e[chosen], l_dot_e
+        shine = highlight_of_cosines(*cosines, self._shininess[chosen], self._model)
         for channel, color in enumerate(one.lights.specular_colors[one.row].tolist()):
             if color > 0.0 and self._settings.clamp_light:
                 glint = np.minimum(color * shine * self._specular[channel][chosen], 1.0)
@@ -191,15 +194,17 @@ class _LitTile:
 
     def _lit(self, cosine: Float64) -> NDArray[np.bool_]:
         """Return which pixels a light lights at these cosines, of any factor above 0."""
-        return np.asarray((cosine > 0.0) | self._metal) if self._by_pyrender else np.asarray(cosine > 0.0)
+        if self._by_pyrender:
+            return np.asarray((cosine > 0.0) | self._metal)
+        return np.asarray((cosine > 0.0) | self._shiny) if self._by_panda3d else np.asarray(cosine > 0.0)
 
-    def sums(self) -> tuple[Float64, Float64]:
-        """Return radiance, and the light on white surfaces, shapes (n, 3)."""
+    def sums(self) -> tuple[Float64, Float64, Float64]:
+        """Return radiance without Phong highlights, these, and the light on white surfaces, shapes (n, 3)."""
         glint = self._glint if self._settings.clamp_light else self._glint * self._specular
-        radiance = self._albedo * self._light + glint
+        matt = self._albedo * self._light
         if self._any_metal:
-            radiance = np.where(self._metal, self._reflected, radiance)
-        return radiance.T, self._light.T
+            matt = np.where(self._metal, self._reflected, matt)
+        return matt.T, glint.T, self._light.T
 
 
 def _only(
@@ -255,10 +260,24 @@ def shade_lights(
         Linear; the second is the radiance of white surfaces without highlights. Pixels without a position
         get 0.
     """
+    matt, gloss, light = shade_apart(gbuffer, sets, settings, shadows, threads=threads, progress=progress)
+    return matt + gloss, light
+
+
+def shade_apart(
+    gbuffer: GBuffer,
+    sets: Iterable[LightSet],
+    settings: Settings,
+    shadows: Shadows | None = None,
+    *,
+    threads: int | None = 1,
+    progress: Progress | None = None,
+) -> tuple[Float64, Float64, Float64]:
+    """Return what `shade_lights` does, but radiance in two parts: without Phong highlights, and these."""
     sets = tuple(sets)
     shape = gbuffer.position.shape
     flat = GBuffer(*(image.reshape(-1, *image.shape[len(shape) - 1 :]) for image in vars(gbuffer).values()))
-    radiance, light = np.zeros_like(flat.position), np.zeros_like(flat.position)
+    matt, gloss, light = np.zeros((3, *flat.position.shape))
     known = np.asarray(np.isfinite(flat.position).all(axis=1))
 
     def work(pixels: NDArray[np.intp]) -> None:
@@ -266,11 +285,11 @@ def shade_lights(
         for lights in sets:
             for row in tile.rows_in_reach(lights):
                 tile.add(OneLight(lights, row))
-        radiance[pixels], light[pixels] = tile.sums()
+        matt[pixels], gloss[pixels], light[pixels] = tile.sums()
 
     parts = (tile[known[tile]] for tile in tiles_of(shape[:-1], TILE))
     run_all(work, [pixels for pixels in parts if len(pixels)], threads, progress)
-    return radiance.reshape(shape), light.reshape(shape)
+    return matt.reshape(shape), gloss.reshape(shape), light.reshape(shape)
 
 
 def count_pairs(position: Float64, sets: Iterable[LightSet]) -> int:

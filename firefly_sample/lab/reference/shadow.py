@@ -128,24 +128,23 @@ class ShadowRays:
         drawn: list[set[tuple[object, ...]]] = [set() for _ in self._maps]
         for shadow, keys in zip(self._maps, drawn, strict=True):
             for batch in shadow.casters or ():
-                texture, cutoff = batch.texture, batch.cutoff
-                serials = batch.geom.serial, None if texture is None else texture.serial
-                sampler = None if texture is None else samplers.of(texture, cutoff)
+                cutoff = batch.cutoff
+                own = tuple(
+                    (samplers.of(found.texture, cutoff), found.coordinates) for found in batch.textures()
+                )
                 for matrix, alpha in zip(batch.model_to_world, batch.alphas.tolist(), strict=True):
-                    key = (*serials, cutoff, batch.vertex_alpha, alpha, matrix.tobytes())
+                    key = (batch.geom.serial, own, cutoff, batch.vertex_alpha, alpha, matrix.tobytes())
                     keys.add(key)
                     if key not in casters:
                         moved = matrix @ plan.view.world_to_view
-                        casters[key] = batch.geom, moved, sampler, alpha, cutoff, batch.vertex_alpha
+                        casters[key] = batch.geom, moved, own, alpha, cutoff, batch.vertex_alpha
         drawn_rows = [[key in keys for key in casters] for keys in drawn]
         self._drawn = np.array(drawn_rows, dtype=bool).reshape(len(drawn), len(casters))
         columns = zip(*casters.values(), strict=True) if casters else [()] * 6
-        geoms, matrices, sampler_of, alphas, cutoffs, vertex_alpha = columns
-        self._samplers: list[Sampler] = list(dict.fromkeys(filter(None, sampler_of)))
-        self._sampler_of = np.array(
-            [-1 if sampler is None else self._samplers.index(sampler) for sampler in sampler_of],
-            dtype=np.intp,
-        )
+        geoms, matrices, sampled, alphas, cutoffs, vertex_alpha = columns
+        self._sampled: dict[tuple[Sampler, int], NDArray[np.bool_]] = {
+            one: np.array([one in own for own in sampled]) for own in sampled for one in own
+        }
         self._alphas, self._cutoffs = np.array(alphas), np.array(cutoffs)
         self._vertex_alpha = np.array(vertex_alpha, dtype=bool)
         self._scene = RayScene(geoms, np.array(matrices).reshape(-1, 4, 4))
@@ -210,9 +209,10 @@ class ShadowRays:
         alpha = self._alphas[instance]
         rows = np.flatnonzero(stops & self._vertex_alpha[instance])
         alpha[rows] *= np.einsum("ni,ni->n", hits.shares[rows], self._scene.alphas(number[rows]))
-        for index, sampler in enumerate(self._samplers):
-            rows = np.flatnonzero(stops & (self._sampler_of[instance] == index))
-            texcoords = np.einsum("ni,nik->nk", hits.shares[rows], self._scene.texcoords(number[rows]))
+        for (sampler, coordinates), casters in self._sampled.items():
+            rows = np.flatnonzero(stops & casters[instance])
+            corners = self._scene.texcoords(number[rows], coordinates)
+            texcoords = np.einsum("ni,nik->nk", hits.shares[rows], corners)
             alpha[rows] *= sampler.sample(texcoords, np.zeros(len(rows)))[:, 3]
         return np.asarray(stops & (alpha >= self._cutoffs[instance]))
 

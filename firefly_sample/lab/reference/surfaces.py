@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.errors import OutputError
+from firefly_sample.lab.reference import panda3d
 from firefly_sample.lab.reference.chunks import chunks_of, run_all
 from firefly_sample.lab.reference.fragments import Fragments
 from firefly_sample.lab.reference.metallic import ambient_reflectance
 from firefly_sample.lab.reference.rays import pixel_rays
 from firefly_sample.lab.reference.texture import Samplers
-from firefly_sample.plan.collect import Factors
+from firefly_sample.plan.factors import Factors
 from firefly_sample.plan.frame_plan import Batch, FramePlan
 from firefly_sample.readback import GBuffer
 
@@ -34,7 +35,7 @@ class Surfaces:
     ambient_albedo : ndarray of float64
         Reflectance of ambient light, times its occlusion.
     tint : ndarray of float64
-        Multiplies all light that is reflected; ones, but in the look "pyrender".
+        Multiplies all light that is reflected, or in the look "panda3d" what is shown of it; mostly ones.
     emission : ndarray of float64
         Linear radiance that surfaces give off.
     covered : ndarray of bool
@@ -58,9 +59,14 @@ class Surfaces:
         )
         return cls(gbuffer, ambient, np.ones_like(ambient), emission, np.zeros(shape, dtype=bool))
 
-    def radiance(self, lit: Float64, ambient: Float64) -> Float64:
-        """Return radiance in ambient light, by what lights alone add, before their tint."""
-        return np.asarray((lit + self.ambient_albedo * ambient) * self.tint + self.emission)
+    def radiance(self, matt: Float64, gloss: Float64, ambient: Float64, look: str) -> Float64:
+        """Return radiance in ambient light, by what lights alone add, before their tint.
+
+        That is without Phong highlights, and these. In the look "panda3d", it is display values.
+        """
+        if look == "panda3d":
+            return panda3d.shown(matt + self.ambient_albedo * ambient + self.emission, self.tint, gloss)
+        return np.asarray((matt + gloss + self.ambient_albedo * ambient) * self.tint + self.emission)
 
     def fill(
         self, at: Any, found: Fragments, sampled: Mapping[str, Float64] = NOTHING, look: str = "correct"
@@ -68,16 +74,24 @@ class Surfaces:
         """Set the pixels at an index to n fragments, of which a GPU may have sampled something."""
         gbuffer, batch, classic = self.gbuffer, found.batch, look == "classic"
         factors = batch.factors.take(found.instance)
+        if not found.by_panda3d:
+            factors = factors.scaled()
         self.covered[at] = True
         gbuffer.position[at] = found.position
-        if found.by_pyrender:
+        if found.by_pyrender or found.by_panda3d:
             gbuffer.to_eye[at] = found.to_eye()
+        if found.by_panda3d:
+            self.tint[at] = _of_map(
+                batch.texture or batch.maps.modulate, sampled.get("tint"), lambda: found.light_tint(factors)
+            )
         if classic:
             gbuffer.normal[at] = found.normal(turned=False, mapped=False)
         else:
             gbuffer.normal[at] = _of_map(batch.maps.normal, sampled.get("normal"), found.normal)
         if (batch.surface.unlit and not classic) or look == "flat":
-            texture = batch.texture if batch.surface.textured else None
+            texture = (batch.texture if batch.surface.textured else None) or batch.maps.modulate
+            if found.by_panda3d:
+                texture = None  # it is in the tint
             given = sampled.get("albedo" if look == "flat" else "emission")
             self.emission[at] = _of_map(texture, given, lambda: _shown(found, factors))
             return
@@ -93,7 +107,8 @@ class Surfaces:
         elif not (batch.surface.metallic or batch.surface.unlit):
             gbuffer.specular[at] = factors.speculars[:, :3]
             gbuffer.shininess[at] = factors.speculars[:, 3]
-        self.tint[at] = found.light_tint()
+        if found.by_pyrender:
+            self.tint[at] = found.light_tint(factors)
         gbuffer.albedo[at], self.ambient_albedo[at] = _reflectances(
             found, factors, gbuffer.metallic[at], sampled.get("albedo"), sampled.get("ambient albedo")
         )
@@ -116,6 +131,7 @@ def see_surfaces(
     emission: Float64 | None = None,
     metallic_roughness: Float64 | None = None,
     normal: Float64 | None = None,
+    tint: Float64 | None = None,
     threads: int | None = None,
 ) -> Surfaces:
     """Return the surfaces seen through the pixels' centres.
@@ -130,12 +146,15 @@ def see_surfaces(
         As `firefly_sample.lab.reference.raycast.cast_visibility` returns it.
     albedo, ambient_albedo : ndarray, shape (height, width, 3), optional
         Linear reflectances as a GPU sampled them, which leaves its filtering out of a comparison; sampled
-        here when absent. If only the first is given, the second is derived from it.
+        here when absent. If only the first is given, the second is derived from it. In the look "panda3d"
+        they count for metallic-roughness materials alone.
     emission, normal : ndarray, shape (height, width, 3), optional
         Linear emission, and normals in view space, as a GPU sampled them; taken where they have a texture,
         and sampled here when absent. An unlit surface emits the texture of its base colour.
     metallic_roughness : ndarray, shape (height, width, 2), optional
         The same of metallic and roughness.
+    tint : ndarray, shape (height, width, 3), optional
+        The same of the colours of textures, times colour scales, in the look "panda3d".
 
     Raises
     ------
@@ -152,6 +171,7 @@ def see_surfaces(
         "ambient albedo": ambient_albedo,
         "emission": emission,
         "normal": normal,
+        "tint": tint,
         "metallic and roughness": metallic_roughness,
     }
     given = {
@@ -192,6 +212,8 @@ def _reflectances(
     found: Fragments, factors: Factors, metallic: Float64, albedo: Float64 | None, ambient: Float64 | None
 ) -> tuple[Float64, Float64]:
     """Return albedo and ambient albedo, shapes (n, 3), of which the given ones were sampled by a GPU."""
+    if found.by_panda3d:  # nothing of it is sampled
+        albedo = ambient = None
     base, metals = factors.base_colors[:, :3], found.batch.surface.metallic
     derived = ambient is None and not (base.all() or metals)
     tint = found.tint() if albedo is None or derived else np.ones(3)

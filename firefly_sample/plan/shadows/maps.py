@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from firefly_sample.plan.collect import Group
 from firefly_sample.plan.frustum import has_wide_caster, spheres_in_frustum
+from firefly_sample.plan.instances import Group
 from firefly_sample.plan.shadows.views import ShadowView
+from firefly_sample.plan.surface_maps import Map
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import Geom
 from firefly_sample.scene.lens_constants import LensConstants
@@ -44,6 +45,14 @@ class CasterBatch:
     model_to_world: Float64  # (n, 4, 4), for the reference, which traces rays
     model_to_clip: Float64  # (n, 4, 4)
     vertex_alpha: bool = False  # True if the alpha of vertex colours also cuts out
+    modulate: Map | None = None  # whose alpha also cuts out
+
+    def textures(self) -> Iterator[Map]:
+        """Yield the textures whose alphas cut out."""
+        if self.texture is not None:
+            yield Map(self.texture, 1)
+        if self.modulate is not None:
+            yield self.modulate
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,26 +122,39 @@ def _casters(
             chosen &= np.linalg.norm(centers, axis=1) - group.radii < reach
         if not chosen.any():
             continue
-        texture, cutoff, alphas = None, 0.0, np.ones(len(chosen))
+        texture, modulate, cutoff, alphas = None, None, 0.0, np.ones(len(chosen))
         if group.cutoff is not None:
             alphas, cutoff, texture = group.factors().base_colors[:, 3], group.cutoff, group.texture
+            modulate = group.maps.modulate
             chosen &= alphas >= cutoff
             if not chosen.any():
                 continue
         to_world = group.model_to_world[chosen]
         matrices = to_world @ view.world_to_light @ project
-        yield CasterBatch(group.geom, texture, cutoff, alphas[chosen], to_world, matrices, group.vertex_alpha)
+        yield CasterBatch(
+            group.geom,
+            texture,
+            cutoff,
+            alphas[chosen],
+            to_world,
+            matrices,
+            group.vertex_alpha,
+            modulate,
+        )
 
 
 def _digest(tile: Tile, lens: LensConstants, casters: Iterable[CasterBatch]) -> bytes:
     """Return a digest of everything that a map's texels depend on."""
     state = hashlib.blake2b(repr((tile, lens)).encode(), digest_size=16)
     for batch in casters:
-        texture = batch.texture
         parts = (
             batch.geom.serial,
             batch.geom.revision,
-            None if texture is None else (texture.serial, texture.revision),
+            batch.texture is None,
+            *(
+                (found.texture.serial, found.texture.revision, found.coordinates)
+                for found in batch.textures()
+            ),
             batch.cutoff,
             batch.vertex_alpha,
             len(batch.alphas),

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from firefly_sample.errors import LightError
 from firefly_sample.memo import Memo
-from firefly_sample.plan.collect import Instances, Snapshot
+from firefly_sample.plan.collect import Snapshot
+from firefly_sample.plan.instances import Instances
 from firefly_sample.plan.lights.light_set import LightSet, LightSource
 from firefly_sample.plan.shadows.maps import ShadowMap, ShadowPlan, Tile, make_map, pack_atlas
 from firefly_sample.plan.shadows.views import (

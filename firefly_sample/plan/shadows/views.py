@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from firefly_sample.plan.collect import Instances
+from firefly_sample.plan.instances import Instances
 from firefly_sample.plan.view import Eye
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.lens import OrthographicLens, PerspectiveLens
