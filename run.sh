@@ -5,10 +5,10 @@
 # The locks are made with uv; hatchling and editables are what an editable install is built with:
 #   lock="uv pip compile --universal --generate-hashes --no-header --no-annotate --python-version 3.11"
 #   printf 'hatchling>=1.27\neditables\n' | $lock pyproject.toml - -o requirements.lock
-#   for extra in window measure cluster formats video exr datasets; do
+#   for extra in window measure cluster formats video exr datasets panda3d; do
 #       $lock --extra $extra pyproject.toml requirements.lock -o requirements-$extra.lock
 #   done
-#   extras="--extra window --extra measure --extra cluster --extra formats --extra video --extra exr --extra datasets"
+#   extras="--extra window --extra measure --extra cluster --extra formats --extra video --extra exr --extra datasets --extra panda3d"
 #   $lock $extras --group test pyproject.toml $(ls requirements*.lock | grep -v test) -o requirements-test.lock
 set -eu
 
@@ -40,7 +40,7 @@ Usage: sh run.sh COMMAND [OPTIONS]
 
 What is missing is installed first: Debian packages, then Python packages into .venv. `run` needs one more
 than `capture`; `measure`, --max-error, --max-codes, --budget-ms, --cluster, films (.mp4, .webm), .exr, --dataset
-and models such as .dae, .3mf and .step need more, and `test` needs most.
+and models such as .dae, .3mf, .step, .bam and .egg need more, and `test` needs most.
 sh run.sh COMMAND --help lists a command's options.
 END
 }
@@ -160,13 +160,14 @@ contents() {
     video) echo "for films: av (about 104 MB)" ;;
     exr) echo "for OpenEXR: OpenEXR (about 5 MB)" ;;
     datasets) echo "for data sets: pycocotools (about 2 MB)" ;;
+    panda3d) echo "to read .bam and .egg: panda3d (about 167 MB)" ;;
     test) echo "to test: panda3d, scipy, mypy and others (about 750 MB, less what is there already)" ;;
     esac
 }
 
 # Sees to it that .venv has requirements.lock ("base"), or requirements-NAME.lock for another name; the lock of the
 # tests holds all others.
-need_venv() { # base | window | measure | cluster | formats | video | exr | datasets | test ...
+need_venv() { # base | window | measure | cluster | formats | video | exr | datasets | panda3d | test ...
     ! is_whole "$@" || return 0
     has_python || die "needs Python 3.11 or newer with venv; if it is not python3, say which: PYTHON=/path/to/python3 sh run.sh"
     take_turn
@@ -275,6 +276,9 @@ test)
     esac
     case " $* " in # models that need more packages
     *.dae\ * | *.zae\ * | *.3mf\ * | *.3dxml\ * | *.xaml\ * | *.step\ * | *.stp\ * | *.ctm\ *) locks="$locks formats" ;;
+    esac
+    case " $* " in # of Panda3D
+    *.bam[\ ,.]* | *.egg[\ ,.]* | *" panda3d "*) locks="$locks panda3d" ;;
     esac
     case " $* " in
     *" --help "* | *" -h "*) locks=base ;;

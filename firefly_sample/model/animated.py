@@ -19,8 +19,10 @@ from firefly_sample.scene.node import PandaNode
 
 
 def geom_arguments(made: GeomData) -> dict[str, Any]:
-    """Return the arguments for a `Geom`: the name, and the arrays without those that deform it."""
-    return {"name": made.name} | {what: made.arrays[what] for what in made.arrays.keys() - DEFORMING}
+    """Return the arguments for a `Geom`: its name and mode, and the arrays that do not deform it."""
+    return {"name": made.name, "mode": made.mode} | {
+        what: made.arrays[what] for what in made.arrays.keys() - DEFORMING
+    }
 
 
 def is_posed(data: ModelData, node: int, geom: int) -> bool:

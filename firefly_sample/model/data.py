@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.geom import GeomMode
 from firefly_sample.scene.material import AlphaMode
 from firefly_sample.scene.texture import MagFilter, MinFilter, Wrap
 
@@ -70,9 +71,10 @@ class MaterialData:
 
 @dataclass
 class GeomData:
-    """Triangles, and the index of their material.
+    """Triangles, lines or points, and the index of their material.
 
-    `arrays` holds "vertices" (n, 3) and "triangles" (m, 3) of int32, and of these what there is: "normals"
+    `arrays` holds "vertices" (n, 3) and "triangles" (m, 3) of int32, of the mode "lines" (m, 2) and of
+    "points" (m, 1), and of these what there is: "normals"
     (n, 3), unit vectors; of a normal map "tangents" (n, 4), see `Geom`; "texcoords" and "texcoords_1" (n, 2);
     "colors" (n, 4); of a mesh with k morph targets "morph_vertices", "morph_normals" and "morph_tangents"
     (k, n, 3), which are added with their weights; of a skinned mesh "joints" (n, j) of int32, indices into
@@ -86,6 +88,7 @@ class GeomData:
     material: int
     arrays: dict[str, NDArray[Any]]
     flat: bool = False
+    mode: GeomMode = "triangles"
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""The table of model formats other than glTF: their suffixes, up axes and packages."""
+"""The tables of model formats other than glTF: their suffixes, up axes and packages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from firefly_sample.extras import install_command
 Up = Literal["x", "y", "z"]
 
 EXTRA = "formats"
-"""The extra of this package that names the packages of the formats."""
+"""The extra of this package that names the packages of the formats that trimesh reads."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,9 @@ class Format:
     up: Up = "z"
     """The axis that points up unless the user, or a file of this format, says otherwise."""
     packages: dict[str, str] | None = None
-    """The packages that its reader imports, as {module: package}; the extra "formats" installs them."""
+    """The packages that its reader imports, as {module: package}."""
+    extra: str = EXTRA
+    """The extra of this package that installs them."""
     undrawable: str = ""
     """The content of every file of a format without triangles, and the way out."""
 
@@ -57,6 +59,15 @@ FORMATS = {
 }
 """Formats by suffix, which is also trimesh's name of them."""
 
+PANDA3D_FORMATS = {
+    f"{suffix}{packed}": Format(title, packages={"panda3d": "panda3d"}, extra="panda3d")
+    for suffix, title in (("egg", "Panda3D, text"), ("bam", "Panda3D, binary"))
+    for packed in ("", ".pz", ".gz")
+}
+"""The formats that Panda3D reads, by suffix."""
+
+_ALL = FORMATS | PANDA3D_FORMATS
+
 ARCHIVES = ("zae", "zip", "tar.gz", "tar.bz2", "bz2")
 """Suffixes of files that hold other files."""
 
@@ -64,8 +75,13 @@ ARCHIVES = ("zae", "zip", "tar.gz", "tar.bz2", "bz2")
 def suffix_of(path: Path) -> str:
     """Return a file's suffix in small letters and without its dot, such as "stl" or "tar.gz"."""
     name = path.name.lower()
-    double = [suffix for suffix in FORMATS if "." in suffix and name.endswith(f".{suffix}")]
+    double = [suffix for suffix in _ALL if "." in suffix and name.endswith(f".{suffix}")]
     return double[0] if double else path.suffix.lower()[1:]
+
+
+def is_panda3d(path: Path) -> bool:
+    """Return whether a file's suffix is one of Panda3D's formats."""
+    return suffix_of(path) in PANDA3D_FORMATS
 
 
 def find_format(path: Path) -> Format:
@@ -79,9 +95,9 @@ def find_format(path: Path) -> Format:
         If the format needs a package that is not installed.
     """
     suffix = suffix_of(path)
-    found = FORMATS.get(suffix) or _format_of_trimesh(suffix)
+    found = _ALL.get(suffix) or _format_of_trimesh(suffix)
     if found is None:
-        drawn = sorted({"glb", "gltf"} | {known for known, made in FORMATS.items() if not made.undrawable})
+        drawn = sorted({"glb", "gltf"} | {known for known, made in _ALL.items() if not made.undrawable})
         hint = did_you_mean(suffix, drawn)
         listed = ", ".join(f".{known}" for known in drawn)
         what = f"the suffix .{suffix} is unknown{hint}" if suffix else "its name has no suffix"
@@ -92,7 +108,7 @@ def find_format(path: Path) -> Format:
     if missing:
         raise MissingPackageError(
             f"model {path}: .{suffix} files ({found.title}) need {' and '.join(missing)} of the extra "
-            f"{EXTRA!r}: run {install_command(EXTRA)}"
+            f"{found.extra!r}: run {install_command(found.extra)}"
         )
     return found
 

@@ -25,7 +25,7 @@ from firefly_sample.model.data import ImageData, ModelData
 from firefly_sample.model.tree import make_tree
 from firefly_sample.scene.nodepath import NodePath
 
-VERSION = 7
+VERSION = 8
 """Version of the readers and of the cached form; counts up when either changes."""
 
 _PACKAGES = "pillow", "DracoPy", "meshoptimizer", "trimesh"

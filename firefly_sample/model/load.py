@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from firefly_sample.disk_cache import fingerprint
 from firefly_sample.errors import ModelError, SceneError
+from firefly_sample.model.conventions import turn
 from firefly_sample.model.data import ModelData
+from firefly_sample.model.formats import find_format, is_panda3d, up_axis
 from firefly_sample.model.gltf.document import Document
 from firefly_sample.model.gltf.reader import read_gltf
 from firefly_sample.model.kept import load_kept, model_key, save_kept
@@ -32,7 +36,10 @@ def load_model(
     axes are turned so that Z is up. Nodes keep their names, order and transforms. Primitives of one mesh
     become Geoms of one node, and nodes with the same mesh share Geoms. Cameras and lights are nodes too.
 
-    Files are cached and not parsed twice: see `firefly_sample.disk_cache`.
+    Panda3D itself reads its own files, .bam and .egg, which keep their numbers: they are drawn as Panda3D
+    draws them by ``Settings(look="panda3d")``.
+
+    Files of other formats are cached and not parsed twice: see `firefly_sample.disk_cache`.
 
     Parameters
     ----------
@@ -58,6 +65,15 @@ def load_model(
     if path.suffix.lower() not in GLTF_SUFFIXES:
         if scene is not None:
             raise ModelError(f"model {path}: there is no scene {scene!r}: only glTF files have scenes")
+        if is_panda3d(path):
+            find_format(path)
+            from firefly_sample.model.panda3d.files import read_panda3d
+
+            matrix = np.eye(4)
+            matrix[:3, :3] = turn(up_axis(path, up, "z"))
+            made = NodePath(read_panda3d(path, limit))
+            made.set_mat(matrix)
+            return made
         from firefly_sample.model.trimesh_files import read_with_trimesh
 
         return _make(path, read_with_trimesh(path, up, limit), None)

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Self
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from firefly_sample.errors import NodeError, did_you_mean
 from firefly_sample.scene.node import PandaNode, copy_nodes
 
 if TYPE_CHECKING:
-    from firefly_sample.model.animation import Clip
     from firefly_sample.model.pose import Pose
+    from firefly_sample.scene.nodepath import NodePath
 
 ALL = "all"
 """The name by which `ModelRoot.play` plays all animations at once."""
+
+
+class Animation(Protocol):
+    """An animation of a file."""
+
+    @property
+    def duration(self) -> float:
+        """Seconds until it starts again; 0 if nothing moves."""
 
 
 class ModelRoot(PandaNode):
@@ -46,12 +54,12 @@ class ModelRoot(PandaNode):
     def __init__(self, name: str, warnings: Iterable[str] = ()) -> None:
         super().__init__(name)
         self.warnings: tuple[str, ...] = tuple(warnings)
-        self._clips: dict[str, Clip] = {}
+        self._clips: dict[str, Any] = {}
         self._playing: str | None = None
         self._pose: Pose | None = None
 
     @property
-    def animations(self) -> Mapping[str, Clip]:
+    def animations(self) -> Mapping[str, Animation]:
         """The animations of the file by name, in its order; each has a `duration` in seconds."""
         return dict(self._clips)
 
@@ -60,7 +68,7 @@ class ModelRoot(PandaNode):
         """The name of the animation that plays, "all", or None."""
         return self._playing
 
-    def bind_pose(self, pose: Pose | None, clips: Mapping[str, Clip]) -> None:
+    def bind_pose(self, pose: Pose | None, clips: Mapping[str, Animation]) -> None:
         """Take over a pose and the animations by name, play the first one, and move to time 0.
 
         `firefly_sample.model.animated.bind` calls this once, when the model is made.
@@ -80,6 +88,7 @@ class ModelRoot(PandaNode):
         NodeError
             If there is no animation of that name; the message lists those there are.
         """
+        clips: list[Any]
         if name is None:
             clips = []
         elif name in self._clips:
@@ -92,6 +101,10 @@ class ModelRoot(PandaNode):
                 f"it has {', '.join(map(repr, self._clips)) or 'none'}"
             )
         self._playing = name
+        self.choose(clips)
+
+    def choose(self, clips: Sequence[Any]) -> None:
+        """Make `update` show these of the animations, for `play`."""
         if self._pose is not None:
             self._pose.choose(clips)
 
@@ -102,6 +115,16 @@ class ModelRoot(PandaNode):
         """
         if self._pose is not None:
             self._pose.update(time)
+
+    def light(self, lit: bool | None) -> None:
+        """Choose whether surfaces are lit, where the file's format leaves that to its lights."""
+
+    def look_from(self, camera: NodePath) -> None:
+        """Show what depends on where it is seen from as `camera` sees it, if the file has such parts."""
+
+    def borrow(self, other: ModelRoot) -> bool:
+        """Take over the animations of a file that has nothing else; return whether any fits."""
+        return False
 
     def animate(self, time: float) -> None:
         """Move the model to its pose at `time`: see `update`."""

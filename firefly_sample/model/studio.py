@@ -65,21 +65,26 @@ BACKDROP = VerticalGradient(horizon=tuple((_level_light() * GROUND).tolist()), z
 """At and below the horizon it has the colour of the lit ground."""
 
 
-def add_default_lights(scene: Scene) -> NodePath:
+def add_default_lights(scene: Scene, factor: float = 1.0) -> NodePath:
     """Add a key light with a shadow, a fill and ambient light, and a neutral backdrop.
 
     Call it after the camera was placed: the lights stand relative to its heading. Returns the path of a new
-    node below the root that holds the lights, to hide or to remove them.
+    node below the root that holds the lights, to hide or to remove them. `factor` dims lights and backdrop.
     """
     lights = scene.root.attach_new_node("default lights")
     heading = scene.camera.get_net_transform().get_hpr()[0]
     for made in (KEY, FILL):
-        light = DirectionalLight(made.name, made.color)
+        light = DirectionalLight(made.name, _times(made.color, factor))
         light.set_shadow_caster(made is KEY, SHADOW_MAP)
         lights.attach_new_node(light).set_hpr(heading + made.azimuth, -made.elevation, 0.0)
-    lights.attach_new_node(AmbientLight("ambient light", AMBIENT))
-    scene.background = BACKDROP
+    lights.attach_new_node(AmbientLight("ambient light", _times(AMBIENT, factor)))
+    scene.background = VerticalGradient(_times(BACKDROP.horizon, factor), _times(BACKDROP.zenith, factor))
     return lights
+
+
+def _times(color: Color, factor: float) -> Color:
+    red, green, blue = color
+    return (red * factor, green * factor, blue * factor)
 
 
 def add_ground(

@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 
 from firefly_sample.errors import ModelError, did_you_mean
-from firefly_sample.model.formats import FORMATS, suffix_of
+from firefly_sample.model.formats import FORMATS, PANDA3D_FORMATS, suffix_of
 
-_SUFFIXES = {"glb", "gltf", *FORMATS}
+_SUFFIXES = {"glb", "gltf", *FORMATS, *PANDA3D_FORMATS}
 """Suffixes by which a name is that of a model file, even if there is no such file."""
 _LISTED = 8
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from firefly_sample.errors import ModelError, SceneError, did_you_mean
 from firefly_sample.model.conventions import turn
+from firefly_sample.model.formats import is_panda3d
 from firefly_sample.model.framing import frame_camera, visible_bounds
 from firefly_sample.model.load import GLTF_SUFFIXES, load_model
 from firefly_sample.model.root import ModelRoot
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from firefly_sample.model.formats import Up
 
 NAME = "model"
+PANDA3D_GREY = (0.41, 0.41, 0.41)
+"""The background of Panda3D's windows by default, as codes."""
+CODES = 0.67
+"""A factor of the default lights for models that are lit in codes: with it, they nearly fill the range."""
 POSES = 16
 """Moments of an animation at which the model is framed."""
 
@@ -92,7 +97,8 @@ _PARAMETERS = (
         "lights",
         str,
         "auto",
-        "The lights of the file, default ones, or both; auto: the file's if it has any.",
+        "The lights of the file, default ones, or both; auto: the file's if it has any. Files of Panda3D "
+        "without any show their colours unlit, as in Panda3D.",
         choices=("auto", "file", "default", "both"),
         keys=(KeyStep("l", help="next choice of lights"),),
     ),
@@ -132,6 +138,8 @@ class ModelScene(LiveScene):
         for file in files:
             check_file(file)
             self._load(file).reparent_to(self._turning)
+        self._lend_animations()
+        self._is_panda3d = all(is_panda3d(Path(file)) for file in files)
         self._play(self.values["animation"])
         self._check_visible()
         self._file_camera = self._find_camera(self.values["camera"])
@@ -149,7 +157,7 @@ class ModelScene(LiveScene):
         for light in self._file_lights:
             for child in light.get_children():
                 child.show_through()  # a light may be hidden, but not what the file has below it
-        self._default_lights = add_default_lights(self)
+        self._default_lights = add_default_lights(self, CODES if self._is_panda3d else 1.0)
         self._backdrop = self.background
         self._ground = add_ground(self, self._turning, turns=True, times=self._poses())
         self.update(0.0)
@@ -159,10 +167,13 @@ class ModelScene(LiveScene):
         if name == "turntable":
             return  # `update` reads it
         lights, own = self.values["lights"], bool(self._file_lights)
-        by_default = lights in ("default", "both") or (lights == "auto" and not own)
+        by_default = lights in ("default", "both") or (lights == "auto" and not own and not self._is_panda3d)
         for path in self._file_lights:
             set_visible(path, lights != "default")
-        self.background = self._backdrop if by_default else (0.0, 0.0, 0.0)  # a studio's, or a night's
+        night = PANDA3D_GREY if self._is_panda3d else (0.0, 0.0, 0.0)
+        self.background = self._backdrop if by_default else night
+        for model in self._models():
+            model.light(True if by_default else None)
         set_visible(self._default_lights, by_default)
         set_visible(self._ground, by_default and self.values["ground"])
 
@@ -176,6 +187,8 @@ class ModelScene(LiveScene):
             # where it is in the file, without scale: the camera stays while the model turns
             place = self._file_camera.get_transform(self._turning)
             self.camera.set_transform(place.set_scale((1.0, 1.0, 1.0)).set_shear((0.0, 0.0, 0.0)))
+        for model in self._models():
+            model.look_from(self.camera)
 
     def _turn(self, degrees: float) -> None:
         """Turn the models about the vertical axis through the focus."""
@@ -195,10 +208,21 @@ class ModelScene(LiveScene):
             path.set_mat(matrix)
         return path
 
+    def _models(self) -> list[ModelRoot]:
+        """Return the roots of the files' models."""
+        nodes = [path.node() for path in self._turning.get_children()]
+        return [node for node in nodes if isinstance(node, ModelRoot)]
+
+    def _lend_animations(self) -> None:
+        """Give the animations of files that have nothing else to the models that can play them."""
+        for path in self._turning.get_children():
+            lender = path.node()
+            if isinstance(lender, ModelRoot) and sum(model.borrow(lender) for model in self._models()):
+                path.remove_node()
+
     def _play(self, animation: str) -> None:
         """Let every model play the animation, if it has it; those that lack it rest."""
-        roots = [path.node() for path in self._turning.get_children()]
-        models = [node for node in roots if isinstance(node, ModelRoot)]
+        models = self._models()
         if animation in ("first", "all"):
             for model in models:
                 model.play("all" if animation == "all" else next(iter(model.animations), None))
@@ -212,9 +236,8 @@ class ModelScene(LiveScene):
     def _poses(self) -> tuple[float, ...]:
         """Return the times at which the models are framed: those of the longest animation that plays."""
         longest = 0.0
-        for path in self._turning.get_children():
-            model = path.node()
-            if isinstance(model, ModelRoot) and model.playing is not None:
+        for model in self._models():
+            if model.playing is not None:
                 clips = model.animations
                 playing = clips.values() if model.playing not in clips else [clips[model.playing]]
                 longest = max([longest, *(clip.duration for clip in playing)])
@@ -225,8 +248,7 @@ class ModelScene(LiveScene):
         seen = (visit.node for visit in iter_visible(self._turning))
         if any(isinstance(node, GeomNode) and node.geoms for node in seen):
             return
-        models = [path.node() for path in self._turning.get_children()]
-        losses = [line for model in models if isinstance(model, ModelRoot) for line in model.warnings]
+        losses = [line for model in self._models() for line in model.warnings]
         because = f": {'; '.join(losses)}" if losses else ""
         raise ModelError(f"model {self.values['file']}: no visible triangles, so nothing to draw{because}")
 
@@ -272,15 +294,18 @@ scene = Plugin(
 
 def file_plugin(files: str) -> Plugin:
     """Return the plugin for files, see `split_files`; raise a ModelError if one is missing."""
-    for file in split_files(files):
+    names = split_files(files)
+    for file in names:
         check_file(file)
     first, *others = _PARAMETERS
+    by_panda3d = bool(names) and all(is_panda3d(Path(file)) for file in names)
     return replace(
         scene,
         name=files,
         parameters=(replace(first, default=files), *others),
         build=partial(_build_file, files),
         folder=files_stem(files),
+        settings={"look": "panda3d"} if by_panda3d else scene.settings,
     )
 
 

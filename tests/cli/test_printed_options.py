@@ -12,6 +12,7 @@ import pytest
 import firefly_sample
 from firefly_sample import cli
 from firefly_sample.commands.options import COMMAND_OPTIONS, scene_options
+from firefly_sample.model.formats import is_panda3d
 from firefly_sample.scenes import find_scene, list_scenes
 from tests.tabletop import installed
 
@@ -103,8 +104,13 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize("line", COMMANDS)
-def test_commands_on_the_pages_can_be_understood(line):
+def test_commands_on_the_pages_can_be_understood(line, tmp_path, monkeypatch):
     tokens = shlex.split(line)[1:]
+    files = [Path(file) for token in tokens for file in token.split(",") if is_panda3d(Path(file))]
+    if files:  # this project has none: they are the user's own
+        monkeypatch.chdir(tmp_path)
+        for file in files:
+            file.touch()
     words = next(words for words in cli.COMMANDS if tuple(tokens[: len(words)]) == words)
     plugin = cli.scene_of(words, tokens, []) if words in cli.WITH_SCENE else None
     assert callable(cli.parse(words, tokens, [], plugin))

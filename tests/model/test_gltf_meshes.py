@@ -90,15 +90,50 @@ def test_the_mode_is_a_list_unless_the_file_says_otherwise() -> None:
     assert triangles(POSITION=CORNERS) == indexed(LISTED[4])
 
 
-@pytest.mark.parametrize("mode", [0, 1, 2, 3])
-def test_points_and_lines_are_named(mode: int) -> None:
-    found = read(POSITION=CORNERS, mode=mode)
-    assert found.arrays is None
-    assert found.losses == ("points are not drawn" if mode == 0 else "lines are not drawn",)
+MARKS = {
+    0: [(0,), (1,), (2,), (3,), (4,), (5,)],
+    1: [(0, 1), (2, 3), (4, 5)],
+    2: [(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 0)],
+    3: [(0, 1), (1, 2), (2, 3), (3, 4), (4, 5)],
+}
 
 
-def test_triangles_without_positions_are_named() -> None:
-    assert read(NORMAL=UP).losses == ("triangles without positions are not drawn",)
+@pytest.mark.parametrize("mode", MARKS)
+@pytest.mark.parametrize("more", [{}, {"NORMAL": UP}], ids=["plain", "normals"])
+def test_points_and_lines_with_and_without_indices(mode: int, more: dict[str, Any]) -> None:
+    found = read(POSITION=CORNERS, mode=mode, **more)
+    assert found.arrays is not None
+    assert found.arrays["triangles"].tolist() == [list(row) for row in MARKS[mode]]
+    assert (found.mode, found.flat, found.losses) == ("points" if mode == 0 else "lines", False, ())
+    assert ("normals" in found.arrays) == bool(more)
+    for dtype in (np.uint8, np.uint16, np.uint32):
+        again = arrays(POSITION=CORNERS, indices=dtype(ORDER), mode=mode, **more)
+        assert again["triangles"].tolist() == [[ORDER[i] for i in row] for row in MARKS[mode]]
+
+
+@settings(max_examples=40)
+@given(st.sampled_from([0, 1, 2, 3]), st.lists(st.integers(0, 5), min_size=1, max_size=9))
+def test_numbers_of_points_and_lines(mode: int, chosen: list[int]) -> None:
+    """A loop of two is one line; vertices that nothing uses are left out."""
+    n = len(chosen)
+    expected = {0: n, 1: n // 2, 2: n if n > 2 else n - 1, 3: n - 1}[mode]
+    found = read(POSITION=CORNERS, indices=np.uint16(chosen), mode=mode)
+    if not expected:
+        assert found.arrays is None
+        assert found.losses == ()
+        return
+    made = found.arrays
+    assert made is not None
+    assert len(made["triangles"]) == expected
+    used = chosen[: expected * 2] if mode == 1 else chosen
+    assert len(made["vertices"]) == len(set(used))
+    first = made["vertices"][made["triangles"][0, 0]]
+    assert first.tolist() == (CORNERS[chosen[0]][[0, 2, 1]] * (1, -1, 1)).tolist()
+
+
+@pytest.mark.parametrize(("mode", "kind"), [(0, "points"), (3, "lines"), (4, "triangles")])
+def test_what_has_no_positions_is_named(mode: int, kind: str) -> None:
+    assert read(NORMAL=UP, mode=mode).losses == (f"{kind} without positions are not drawn",)
 
 
 @pytest.mark.parametrize("mode", [7, -1, 4.5, "4", True])

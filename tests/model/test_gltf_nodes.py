@@ -232,7 +232,7 @@ def test_lights(tmp_path):
     assert (spot.inner, spot.outer) == (pytest.approx(30.0, rel=1e-15), 90.0)
     assert (plain.inner, plain.outer) == (0.0, 45.0)
     assert [node.light for node in model.nodes] == [0, 1, 2, 3]
-    assert model.losses == ["the file has no triangles, so that there is nothing to draw"]
+    assert model.losses == ["the file has no triangles, lines or points, so that there is nothing to draw"]
 
 
 @pytest.mark.parametrize(

@@ -315,13 +315,14 @@ def test_damaged_texture(tmp_path: Path, damage: str) -> None:
         load_model(path)
 
 
-def test_without_triangles(tmp_path: Path) -> None:
+def test_a_cloud_of_points(tmp_path: Path) -> None:
     scene = trimesh.Scene([trimesh.PointCloud(VERTICES)])
     root = load_model(write(tmp_path / "points.glb", scene))
-    assert root.get_tight_bounds() is None
-    points, nothing = root.node().warnings
-    assert points.startswith("points are not drawn, of meshes: ")
-    assert "no triangles" in nothing
+    assert root.node().warnings == ()
+    (node,) = (path.node() for path in root.find_all_matches("**/+GeomNode"))
+    ((geom, material),) = node.geoms
+    assert (geom.mode, material.unlit) == ("points", True)
+    assert len(geom.indices) == len(VERTICES)
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, float("nan"), "many"])

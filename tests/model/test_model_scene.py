@@ -323,10 +323,12 @@ class TestFiles:
 
     def test_nothing_to_draw_names_what_the_file_has(self, tmp_path):
         file = GltfFile()
-        points = file.mesh({**file.primitive(POSITION=np.eye(3, dtype=np.float32)), "mode": 0})
+        points = file.mesh(file.primitive(NORMAL=np.eye(3, dtype=np.float32), mode=0))
         file.node(mesh=points)
         path = file.write(tmp_path / "points.glb")
-        with pytest.raises(ModelError, match=r"points\.glb: .*nothing to draw.*points are not drawn"):
+        with pytest.raises(
+            ModelError, match=r"points\.glb: .*nothing to draw.*points without positions are not drawn"
+        ):
             model_scene(path)
 
     def test_a_parameter_that_does_not_exist(self, box):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from firefly_sample.losses import Losses
 from firefly_sample.model.data import MaterialData
 from firefly_sample.model.gltf.document import Document
@@ -44,6 +46,7 @@ class Materials:
         self._document, self._losses = document, losses
         self._places: dict[int | None, int] = {}
         self._uv_sets: list[tuple[UvSet, ...]] = []
+        self._of_marks: dict[tuple[int, bool], int] = {}
 
     def add(self, index: int | None) -> tuple[int, tuple[UvSet, ...]]:
         """Return the place in `found` of a material, and the texture coordinates that it needs, at most two.
@@ -60,6 +63,36 @@ class Materials:
             self._uv_sets.append(uv_sets)
         place = self._places[index]
         return place, self._uv_sets[place]
+
+    def of_marks(self, place: int, normals: bool, tangents: bool) -> int:
+        """Return the place of a material as points and lines have it, which may lack normals and tangents.
+
+        Without normals, they show their colour without light. Without tangents, they have no normal map (glTF
+        2.0, section 3.9.7).
+        """
+        made = self.found[place]
+        if not normals and not made.unlit:
+            if any(made.emission):
+                self._losses.add("points and lines without normals do not emit, of materials", made.name)
+            found = MaterialData(
+                made.name,
+                made.base_color,
+                made.texture,
+                made.alpha_mode,
+                made.alpha_cutoff,
+                made.double_sided,
+                unlit=True,
+            )
+        elif normals and not tangents and made.normal_texture is not None:
+            found = replace(made, normal_texture=None)
+        else:
+            return place
+        key = place, found.unlit
+        if key not in self._of_marks:
+            self._of_marks[key] = len(self.found)
+            self.found.append(found)
+            self._uv_sets.append(self._uv_sets[place])
+        return self._of_marks[key]
 
     def _read(self, index: int) -> tuple[MaterialData, tuple[UvSet, ...]]:
         source = self._document.item("materials", index, "material")

@@ -1,4 +1,4 @@
-"""Primitives of a mesh as arrays of vertices and triangles, with Z up (glTF 2.0, section 3.7.2)."""
+"""Primitives of a mesh as arrays of vertices and what they make up, with Z up (glTF 2.0, section 3.7.2)."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from firefly_sample.model.gltf.primitives import (
     Arrays,
     Indices,
     flat_normals,
+    marks_of,
     numbers_in,
     pick,
     triangles_of,
@@ -28,6 +29,7 @@ from firefly_sample.model.gltf.primitives import (
     without_unused,
 )
 from firefly_sample.scene.arrays import Float64
+from firefly_sample.scene.geom import GeomMode
 from firefly_sample.scene.tangents import TangentGroups, split_at_tangents
 from firefly_sample.scene.transforms import vectors_from_gltf
 
@@ -40,7 +42,7 @@ _TARGETS = {"POSITION": "vertices", "NORMAL": "normals", "TANGENT": "tangents"}
 
 @dataclass
 class Primitive:
-    """The arrays and the flag `flat` of a primitive's `GeomData`; the arrays are None if nothing is drawn.
+    """The arrays, `flat` and `mode` of a primitive's `GeomData`; the arrays are None if nothing is drawn.
 
     `losses` say what is not drawn, each as a line that can be followed by the name of the mesh.
     """
@@ -48,6 +50,7 @@ class Primitive:
     arrays: Arrays | None
     flat: bool
     losses: tuple[str, ...] = ()
+    mode: GeomMode = "triangles"
 
 
 def read_primitive(
@@ -59,8 +62,8 @@ def read_primitive(
 ) -> Primitive:
     """Return a primitive's arrays, with the names, types and conventions of `GeomData`.
 
-    Without normals in the file each triangle gets its own three vertices, and the result is `flat`. Vertices
-    that no triangle uses are left out.
+    Without normals in the file each triangle gets its own three vertices, and the result is `flat`; lines and
+    points then have no normals either. Vertices that nothing uses are left out.
 
     Parameters
     ----------
@@ -85,6 +88,13 @@ def read_primitive(
     return _Reader(found, uv_sets, normal_set).read()
 
 
+def kind_of(mode: int) -> GeomMode:
+    """Return what a mode of primitives (section 3.7.2.1) draws."""
+    if mode >= TRIANGLES:
+        return "triangles"
+    return "points" if mode == POINTS else "lines"
+
+
 def count_targets(mesh: JsonObject) -> int:
     """Return the number of morph targets of a mesh, which all its primitives share."""
     counts = [len(primitive.objects("targets")) for primitive in mesh.objects("primitives")]
@@ -104,6 +114,7 @@ class _Reader:
         self.uv_sets = uv_sets
         self.normal_set = normal_set
         self.mode = primitive.whole("mode", TRIANGLES, most=TRIANGLE_FAN)
+        self.kind = kind_of(self.mode)
         self.accessors = primitive.required_object("attributes").accessors()
         self.place = f"{primitive.place('attributes')}."
         self.losses: list[str] = []
@@ -111,12 +122,13 @@ class _Reader:
         self.count = 0
 
     def read(self) -> Primitive:
-        if self.mode < TRIANGLES:
-            kind = "points" if self.mode == POINTS else "lines"
-            return Primitive(None, False, (f"{kind} are not drawn",))
         if "POSITION" not in self.accessors:
-            return Primitive(None, False, ("triangles without positions are not drawn",))
+            return Primitive(None, False, (f"{self.kind} without positions are not drawn",))
         self.draco = decode_draco(self.primitive)
+        if self.draco is not None and self.kind != "triangles":
+            raise self.primitive.error(
+                "mode", f"must be one of triangles with Draco, but it is of {self.kind}"
+            )
         arrays: Arrays = {"vertices": self._vectors("POSITION")}
         self.count = len(arrays["vertices"])
         triangles = self._triangles()
@@ -133,8 +145,8 @@ class _Reader:
         return self._finished(arrays, triangles)
 
     def _finished(self, arrays: Arrays, triangles: Indices) -> Primitive:
-        """Return the vertices that triangles use; for flat normals a vertex for each corner."""
-        flat = "normals" not in arrays
+        """Return the vertices that are used; for flat normals a vertex for each corner of a triangle."""
+        flat = "normals" not in arrays and self.kind == "triangles"
         if flat:
             used, triangles = triangles.ravel(), np.arange(triangles.size).reshape(-1, 3)
         else:
@@ -145,14 +157,14 @@ class _Reader:
         if flat:
             faces = flat_normals(arrays["vertices"].reshape(-1, 3, 3))
             arrays["normals"] = np.repeat(faces, 3, axis=0)
-        else:
+        elif "normals" in arrays:
             arrays["normals"] = unit_or_up(arrays["normals"])
         if "tangents" in arrays:
             arrays["tangents"] = unit_tangents(arrays["tangents"], arrays["normals"])
-        elif self.normal_set is not None:
+        elif self.normal_set is not None and self.kind == "triangles":
             arrays, triangles = self._with_tangents(arrays, triangles, flat)
         arrays["triangles"] = triangles.astype(np.int32)
-        return Primitive(arrays, flat, tuple(self.losses))
+        return Primitive(arrays, flat, tuple(self.losses), self.kind)
 
     def _with_tangents(self, arrays: Arrays, triangles: Indices, flat: bool) -> tuple[Arrays, Indices]:
         """Return arrays and triangles with computed tangents, also of each morph target unless flat."""
@@ -278,16 +290,17 @@ class _Reader:
                         row[:] = vectors_from_gltf(self._checked(where, values))
                 yield kind, moved
 
-    # triangles
+    # indices
 
     def _triangles(self) -> Indices:
-        """Return the triangles (m, 3), whose indices are checked."""
+        """Return the triangles (m, 3), lines (m, 2) or points (m, 1), whose indices are checked."""
+        rows_of = triangles_of if self.kind == "triangles" else marks_of
         if self.draco is not None:
             triangles = self.draco.triangles
             self._check_range(triangles, self.primitive.where)
             return triangles
         if "indices" not in self.primitive:
-            return triangles_of(self.mode, np.arange(self.count))
+            return rows_of(self.mode, np.arange(self.count))
         where = self.primitive.place("indices")
         stored = read_accessor(self.document, self.primitive.json["indices"], where, ("SCALAR",))
         if stored.dtype not in (COMPONENTS[5121], COMPONENTS[5123], COMPONENTS[5125]):
@@ -298,7 +311,7 @@ class _Reader:
             )
         indices = stored.astype(np.int64)
         self._check_range(indices, where)
-        return triangles_of(self.mode, indices)
+        return rows_of(self.mode, indices)
 
     def _check_range(self, indices: Indices, where: str) -> None:
         if indices.size and indices.max() >= self.count:

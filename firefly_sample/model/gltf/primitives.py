@@ -1,4 +1,4 @@
-"""Triangles of each mode of primitive, and arrays of vertices that fit them."""
+"""Triangles, lines and points of each mode of primitive, and arrays of vertices that fit them."""
 
 from __future__ import annotations
 
@@ -35,6 +35,17 @@ def triangles_of(mode: int, indices: Indices) -> Indices:
     return indices[corners]
 
 
+def marks_of(mode: int, indices: Indices) -> Indices:
+    """Return the points (m, 1) or the lines (m, 2) of indices; an incomplete last line is left out."""
+    if mode == POINTS:
+        return indices[:, None]
+    if mode == LINES:
+        return indices[: len(indices) // 2 * 2].reshape(-1, 2)
+    steps = np.stack([indices, np.roll(indices, -1)], axis=1)
+    closed = mode == LINE_LOOP and len(indices) > 2  # a loop of two is a line
+    return steps if closed else steps[:-1]
+
+
 def pick(arrays: Arrays, vertices: Indices) -> Arrays:
     """Return arrays that hold only these vertices, in this order."""
     return {
@@ -54,7 +65,7 @@ def numbers_in(arrays: Arrays, vertices: int) -> int:
 
 
 def without_unused(triangles: Indices, count: int) -> tuple[Indices, Indices]:
-    """Return the vertices that triangles use, ascending, and the triangles as indices into those."""
+    """Return the vertices that triangles, lines or points use, ascending, and these as indices into those."""
     used = np.zeros(count, bool)
     used[triangles] = True
     places = np.cumsum(used) - 1

@@ -11,7 +11,7 @@ from firefly_sample.model.gltf.extensions import check_extensions
 from firefly_sample.model.gltf.images import Images
 from firefly_sample.model.gltf.json_object import JsonObject
 from firefly_sample.model.gltf.materials import Materials
-from firefly_sample.model.gltf.meshes import UvSet, count_targets, read_primitive
+from firefly_sample.model.gltf.meshes import count_targets, read_primitive
 from firefly_sample.model.gltf.nodes import (
     Place,
     drawn_nodes,
@@ -20,7 +20,6 @@ from firefly_sample.model.gltf.nodes import (
     read_skin,
     with_transform,
 )
-from firefly_sample.model.gltf.primitives import TRIANGLES
 
 
 def read_gltf(
@@ -72,7 +71,7 @@ class _Reader:
         model.materials, model.images = self.materials.found, self.images.found
         model.textures = self.materials.textures.found
         if not model.geoms:
-            self.losses.add("the file has no triangles, so that there is nothing to draw")
+            self.losses.add("the file has no triangles, lines or points, so that there is nothing to draw")
         model.losses = self.losses.lines()
         return model
 
@@ -124,16 +123,18 @@ class _Reader:
         return self.geoms[index]
 
     def _primitive(self, primitive: JsonObject, mesh: int, number: int, name: str) -> None:
-        material, uv_sets, normal_set = 0, tuple[UvSet, ...](), None
-        if primitive.whole("mode", TRIANGLES) >= TRIANGLES:  # the material of points is not drawn either
-            material, uv_sets = self.materials.add(primitive.index("material", "materials"))
-            made = self.materials.found[material]
-            normal_set = None if made.normal_texture is None else made.normal_texcoord
+        material, uv_sets = self.materials.add(primitive.index("material", "materials"))
+        made = self.materials.found[material]
+        normal_set = None if made.normal_texture is None else made.normal_texcoord
         read = read_primitive(self.document, mesh, number, uv_sets, normal_set)
         for loss in read.losses:
             self.losses.add(f"{loss}, of meshes", name)
         if read.arrays is not None:
-            self.model.geoms.append(GeomData(name, material, read.arrays, read.flat))
+            if read.mode != "triangles":
+                material = self.materials.of_marks(
+                    material, "normals" in read.arrays, "tangents" in read.arrays
+                )
+            self.model.geoms.append(GeomData(name, material, read.arrays, read.flat, read.mode))
 
     def _weights(self, node: JsonObject, index: int) -> tuple[float, ...]:
         """Return the weights of a node's morph targets: its own, or else the mesh's defaults."""

@@ -1,0 +1,1 @@
+"""Panda3D's graphs and files as nodes of ours."""
