@@ -37,6 +37,8 @@ COMMANDS: dict[Words, str] = {
     ("measure", "speed"): "Time frames with more and more lights, by each method of drawing them.",
     ("measure", "start"): "Time how soon the first picture is drawn, with a cache and without.",
     ("measure", "pyrender"): "Time frames of pyrender's scenes, drawn here and by pyrender.",
+    ("measure", "panda3d"): "Time frames of a live Panda3D program, and of its scene alone.",
+    ("measure", "fireflies"): "Draw Panda3D's sample fireflies by Panda3D and here, side by side.",
     ("measure", "captures"): "Time captures by one process, by workers, and by a cluster.",
     ("measure", "trade"): "Measure what each setting costs in time and in accuracy.",
     ("measure", "stability"): "Draw numerically extreme scenes, and compare each error with its bound.",
@@ -50,6 +52,7 @@ WITH_SCENE = (("capture",), ("run",), ("plan",), ("measure", "speed"), ("measure
 _OPERANDS: dict[Words, str] = {
     **dict.fromkeys((*WITH_SCENE, ("measure", "start"), ("measure", "captures")), "[SCENE | FILE...] "),
     ("verify",): "FOLDER [OTHER] ",
+    ("measure", "fireflies"): "FOLDER ",
     ("measure", "numerics"): "[TABLE...] ",
     ("completion",): "SHELL ",
 }

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from firefly_sample.lab.captures_growth import measure_growth
     from firefly_sample.lab.choice import choose
     from firefly_sample.lab.experiments import measure_numerics
+    from firefly_sample.lab.fireflies import measure_fireflies
+    from firefly_sample.lab.panda3d_speed import measure_panda3d
     from firefly_sample.lab.pyrender_speed import measure_pyrender
     from firefly_sample.lab.reference.cache import reference_frame
     from firefly_sample.lab.reference.frame import render_classic, render_reference
@@ -26,8 +28,10 @@ __all__ = [
     "cast_visibility",
     "choose",
     "measure_captures",
+    "measure_fireflies",
     "measure_growth",
     "measure_numerics",
+    "measure_panda3d",
     "measure_pyrender",
     "measure_speed",
     "measure_stability",
@@ -42,8 +46,10 @@ _MODULES = {
     "cast_visibility": "reference.raycast",
     "choose": "choice",
     "measure_captures": "captures",
+    "measure_fireflies": "fireflies",
     "measure_growth": "captures_growth",
     "measure_numerics": "experiments",
+    "measure_panda3d": "panda3d_speed",
     "measure_pyrender": "pyrender_speed",
     "measure_speed": "speed",
     "measure_stability": "stability",

@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from threading import Timer
 from time import perf_counter
 from typing import IO, Any
 
@@ -20,6 +21,23 @@ class FreshProcess:
 
     def __init__(self, process: subprocess.Popen[str], errors: IO[str]) -> None:
         self._process, self._errors = process, errors
+        self._late = ""
+
+    @contextmanager
+    def within(self, seconds: float) -> Iterator[None]:
+        """Kill the process if it takes longer than this; `answer` then raises an error that says so."""
+
+        def kill() -> None:
+            self._late = f"a process was ended because it took longer than {seconds:g} s"
+            self._process.kill()
+
+        timer = Timer(seconds, kill)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
 
     def tell(self, job: dict[str, Any]) -> None:
         """Write a job to its stdin, as a line of JSON."""
@@ -34,6 +52,8 @@ class FreshProcess:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
+            if self._late:
+                raise FireflyError(self._late)
             self._errors.seek(0)
             said = self._errors.read().strip().splitlines()
             raise FireflyError(

@@ -76,7 +76,17 @@ def _camera(scene):
     scene.camera.set_pos(0, -4, 3.0000000001)
 
 
-CHANGES = {"light": _light, "vertex": _vertex, "exposure": _exposure, "camera": _camera}
+def _depth_offset(scene):
+    scene.root.find("floor").set_depth_offset(1)
+
+
+CHANGES = {
+    "light": _light,
+    "vertex": _vertex,
+    "exposure": _exposure,
+    "camera": _camera,
+    "depth offset": _depth_offset,
+}
 
 
 @pytest.mark.parametrize("change", list(CHANGES))
@@ -140,6 +150,7 @@ NEW_STATE = {  # pairs of floors that look alike to a renderer of this picture, 
         {"tangents": np.tile([1.0, 0.0, 0.0, 1.0 if one else -1.0], (4, 1))},
     ),
     "occlusion texture": lambda one: ({"occlusion_texture": Texture(PIXELS if one else PIXELS // 2)}, {}),
+    "modulating texture": lambda one: ({"modulate_texture": Texture(PIXELS if one else PIXELS // 2)}, {}),
     "occlusion strength": lambda one: (
         {"occlusion_texture": Texture(PIXELS), "occlusion_strength": 0.5 if one else 0.5000000001},
         {},
