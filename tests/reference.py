@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firefly_sample.lab.reference.shade import each_light, nearest_light, shade_lights
+from firefly_sample.lab.reference import panda3d
+from firefly_sample.lab.reference.shade import each_light, nearest_light, shade_apart
 from firefly_sample.lab.reference.shadow import cube_faces, shadow
 from tests.conftest import borrow_renderer, make_renderer
 
@@ -70,9 +71,13 @@ def compare(scene, settings, size=(112, 84), time=0.0, capabilities=None, shadow
         ambient_albedo, tint = surface.ambient_albedo(), surface.tint()
         atlas = surface.image("shadow_atlas")[::-1].astype(np.float64)
     lookup = _lookup(plan, gbuffer, atlas) if shadows else None
-    radiance, light = shade_lights(gbuffer, plan.lights, plan.settings, lookup)
+    matt, gloss, light = shade_apart(gbuffer, plan.lights, plan.settings, lookup)
     covered = np.isfinite(gbuffer.position).all(axis=-1)
-    radiance = (radiance + ambient_albedo * plan.ambient) * tint + frame["emission"].astype(np.float64)
+    emission = frame["emission"].astype(np.float64)
+    if plan.settings.look == "panda3d":
+        radiance = panda3d.shown(matt + ambient_albedo * plan.ambient + emission, tint, gloss)
+    else:
+        radiance = (matt + gloss + ambient_albedo * plan.ambient) * tint + emission
     light = np.where(covered[..., None], light + plan.ambient, 0.0)
     chosen = covered & ~(nearest_light(gbuffer.position, plan.lights, LONGEST) < 0.01)
     return Compared(plan, frame, gbuffer, radiance, light, covered, chosen & ~_jumps(plan, gbuffer))
