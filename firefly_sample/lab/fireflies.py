@@ -186,7 +186,7 @@ def side_by_side(
 
 
 class Shown(NamedTuple):
-    """What the sample shows.
+    """The sample's picture and its scene at one time.
 
     Attributes
     ----------

@@ -71,7 +71,7 @@ def test_with_normals_they_are_lit_and_with_tangents_bumped(tmp_path: Path, tang
 
 
 def seen(model: NodePath) -> np.ndarray:
-    """Where a picture of 4 x 4 pixels shows red."""
+    """The mask of the pixels that are red in a picture of 4 x 4 pixels."""
     scene = Scene()
     model.reparent_to(scene.root)
     scene.camera.set_y(-5)

@@ -125,7 +125,9 @@ def _sort(root: Any, cameras: Cameras, losses: Losses) -> _Found:
 
 
 def find_cameras(root: Any) -> Cameras:
-    """Return the cameras of a graph, told apart by their initial states.
+    """Return the models', the lights' and the plain camera of a graph.
+
+    A camera's initial state decides which one it is.
 
     The lights' camera has a shader and blends colours. The models' camera has a shader and does not. The
     plain camera has no shader. Cameras that are not active do not count. Of several of a kind, the first one

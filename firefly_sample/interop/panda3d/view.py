@@ -250,7 +250,7 @@ class FireflyView:
 
 _NAMES = r"'[^']*'(?:,? (?:and )?(?:'[^']*'|[\d,]+ more))*"
 _DETAIL = re.compile(rf"\([^()]*\)|{_NAMES}|[\d.,]+")
-"""What differs between warnings of a kind: details in parentheses, names, numbers."""
+"""Matches the parts of a warning that may differ within one kind: parentheses, names and numbers."""
 _TAG = "firefly_sample.FireflyView"
 
 

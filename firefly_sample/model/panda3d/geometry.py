@@ -17,7 +17,7 @@ from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.render_mode import PLAIN
 
 Lit = Literal["nothing", "everything", "as set"]
-"""What is lit: "everything" without `set_light_off`; "as set": what has a light by `set_light`."""
+"""Which Geoms are lit: none; all without `set_light_off`; or those that `set_light` gives a light."""
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 FIRST = -1
 """Sorts nodes that Panda3D does not have before its own, so that the order is the same after any change."""

@@ -44,7 +44,7 @@ class Surface(NamedTuple):
 
 
 class _Changing(Protocol):
-    """What a surface was made from and may change."""
+    """A source of a surface that may change later."""
 
     def is_current(self) -> bool: ...
 
