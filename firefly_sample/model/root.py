@@ -10,7 +10,7 @@ from firefly_sample.scene.node import PandaNode, copy_nodes
 
 if TYPE_CHECKING:
     from firefly_sample.model.pose import Pose
-    from firefly_sample.scene.nodepath import NodePath
+    from firefly_sample.scene.arrays import Float64
 
 ALL = "all"
 """The name by which `ModelRoot.play` plays all animations at once."""
@@ -119,8 +119,11 @@ class ModelRoot(PandaNode):
     def light(self, lit: bool | None) -> None:
         """Choose whether surfaces are lit, where the file's format leaves that to its lights."""
 
-    def look_from(self, camera: NodePath) -> None:
-        """Show what depends on where it is seen from as `camera` sees it, if the file has such parts."""
+    def look_from(self, eye: Float64) -> None:
+        """Show what depends on the camera as it is seen from there, if the file has such parts.
+
+        `eye` is the matrix from the camera to this node's space, shape (4, 4), for row vectors.
+        """
 
     def borrow(self, other: ModelRoot) -> bool:
         """Take over the animations of a file that has nothing else; return whether any fits."""

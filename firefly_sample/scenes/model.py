@@ -187,8 +187,10 @@ class ModelScene(LiveScene):
             # where it is in the file, without scale: the camera stays while the model turns
             place = self._file_camera.get_transform(self._turning)
             self.camera.set_transform(place.set_scale((1.0, 1.0, 1.0)).set_shear((0.0, 0.0, 0.0)))
-        for model in self._models():
-            model.look_from(self.camera)
+        for path in self._turning.get_children():
+            model = path.node()
+            if isinstance(model, ModelRoot):
+                model.look_from(self.camera.get_mat(path))
 
     def _turn(self, degrees: float) -> None:
         """Turn the models about the vertical axis through the focus."""

@@ -15,8 +15,9 @@ from firefly_sample import load_model
 from firefly_sample import model_scene as our_scene
 from firefly_sample.cli import main
 from firefly_sample.errors import ModelError
+from firefly_sample.model.panda3d.graph import GraphTree
 from tests.panda.agreement import agreement
-from tests.panda.scenes import framed, model_scene
+from tests.panda.scenes import card, framed, model_scene
 
 MODELS = Path(panda3d.__file__).parent / "models"
 OPTIONS = "--size", "160x120", "--supersample", 1, "--outputs", "color_alpha"
@@ -93,6 +94,24 @@ def test_an_actor_is_where_time_puts_it_and_loops():
     scene.update(0.5)
     rest = our_scene(MODELS / "panda-model.egg.pz")
     assert np.allclose(vertices(scene), vertices(rest), rtol=0.0, atol=1e-4)  # of about 1,000; float32
+
+
+def test_billboards_face_the_camera_while_the_model_turns(tmp_path, monkeypatch):
+    root = core.NodePath("root")
+    for name in ("turned", "fixed"):
+        card(name).reparent_to(root)
+    root.find("turned").set_billboard_point_eye()
+    root.write_bam_file(core.Filename.from_os_specific(str(tmp_path / "cards.bam")))
+    scene = our_scene(tmp_path / "cards.bam", turntable=8.0)
+    for time in (0.0, 1.0, 3.0):
+        scene.update(time)
+        turned, camera = (path.get_net_mat() for path in (scene.root.find("**/turned"), scene.camera))
+        assert np.allclose(turned[:3, :3], camera[:3, :3], rtol=0.0, atol=1e-6)
+    walks = []
+    update = GraphTree.update
+    monkeypatch.setattr(GraphTree, "update", lambda *given: walks.append(given) or update(*given))
+    scene.update(3.0)
+    assert len(walks) == 1
 
 
 def test_default_lights_light_what_has_none():

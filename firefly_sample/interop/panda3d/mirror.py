@@ -10,11 +10,10 @@ import numpy as np
 from firefly_sample.losses import Losses
 from firefly_sample.model.panda3d.followed import Followed
 from firefly_sample.model.panda3d.graph import GraphTree
-from firefly_sample.model.panda3d.transforms import affine_matrix
+from firefly_sample.model.panda3d.transforms import affine_matrix, local_transform
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.nodepath import NodePath
 from firefly_sample.scene.scene import Camera, Scene
-from firefly_sample.scene.transform_state import TransformState
 
 
 class GraphMirror:
@@ -67,10 +66,8 @@ class GraphMirror:
             self.losses.add("states that a camera gives to tags are not used", self._camera.get_name())
         chosen = self._choose(cameras)
         for followed in cameras:
-            if followed.fault is not None and followed is not chosen:
-                self.losses.add(
-                    f"a camera keeps an ordinary lens ({followed.fault})", followed.source.get_name()
-                )
+            if followed is not chosen:
+                followed.note_fault(self.losses)
         if chosen is None:
             if not self._spare.has_parent():
                 self._spare.reparent_to(self._tree.path)
@@ -102,8 +99,6 @@ class GraphMirror:
         top = self._tree.path
         if self._far is None:
             self._far = Followed(node, top.attach_new_node(Camera(node.get_name())))
-        local = self._eye() @ np.linalg.inv(top.node().transform.get_mat())
-        local[:, 3] = 0.0, 0.0, 0.0, 1.0
-        self._far.path.node().set_transform(TransformState.make_mat(local))
+        self._far.path.node().set_transform(local_transform(self._eye(), top.node().transform.get_mat()))
         self._tree.follow_lens(self._far)
         return self._far

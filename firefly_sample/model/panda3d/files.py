@@ -16,7 +16,7 @@ from firefly_sample.losses import Losses
 from firefly_sample.model.panda3d.graph import GraphTree
 from firefly_sample.model.panda3d.package import import_panda3d
 from firefly_sample.model.root import ModelRoot
-from firefly_sample.scene.nodepath import NodePath
+from firefly_sample.scene.arrays import Float64
 
 _MISSING_IMAGE = re.compile(r'Unable to find texture "(.+?)" on model-path')
 """Panda3D's words for an image that is not there or is none."""
@@ -49,7 +49,7 @@ class PandaModel(ModelRoot):
         self._graph = graph
         self._losses = Losses()
         self._tree = GraphTree(graph, self._losses)
-        self._viewer: NodePath | None = None
+        self._eye: Float64 | None = None
         self._chosen: tuple[PandaClip, ...] = ()
         self.add_child(self._tree.path.node())
         self._sequences = [path.node() for path in graph.find_all_matches("**/+SequenceNode")]
@@ -61,10 +61,11 @@ class PandaModel(ModelRoot):
             self._tree.lit = lit
             self._follow()
 
-    def look_from(self, camera: NodePath) -> None:
-        """Show levels of detail and billboards as a camera of ours sees them."""
-        self._viewer = camera
-        self._follow()
+    def look_from(self, eye: Float64) -> None:
+        """Show levels of detail and billboards as a camera of ours sees them; see `ModelRoot.look_from`."""
+        if self._eye is None or not np.array_equal(eye, self._eye):
+            self._eye = eye
+            self._follow()
 
     def borrow(self, other: ModelRoot) -> bool:
         """Take over the animations of a file that has nothing else; return whether it had any that fit."""
@@ -77,7 +78,7 @@ class PandaModel(ModelRoot):
 
     @property
     def has_only_animations(self) -> bool:
-        """Whether the file has animations and no geometry."""
+        """True if the file has animations and no geometry."""
         has_animations = not self._graph.find("**/+AnimBundleNode").is_empty()
         return has_animations and self._graph.find("**/+GeomNode").is_empty()
 
@@ -127,14 +128,8 @@ class PandaModel(ModelRoot):
 
     def _follow(self) -> None:
         """Bring our nodes to the state of Panda3D's."""
-        eye = None
-        if self._viewer is not None:
-            eye = self._viewer.get_net_mat() @ np.linalg.inv(self._tree.path.get_parent().get_net_mat())
-        for camera in self._tree.update(eye):
-            if camera.fault is not None:
-                self._losses.add(
-                    f"a camera keeps an ordinary lens ({camera.fault})", camera.source.get_name()
-                )
+        for camera in self._tree.update(self._eye):
+            camera.note_fault(self._losses)
         self.warnings = (*self._read, *self._losses.lines())
 
 

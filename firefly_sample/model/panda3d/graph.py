@@ -15,7 +15,12 @@ from firefly_sample.model.panda3d.geometry import FIRST, Drawn, Geometry, Lit, g
 from firefly_sample.model.panda3d.lenses import read_lens
 from firefly_sample.model.panda3d.lights import light_state, read_light
 from firefly_sample.model.panda3d.selection import selected_children
-from firefly_sample.model.panda3d.transforms import affine_matrix, node_transform, read_transform
+from firefly_sample.model.panda3d.transforms import (
+    affine_matrix,
+    local_transform,
+    node_transform,
+    read_transform,
+)
 from firefly_sample.scene.arrays import Float64
 from firefly_sample.scene.geom import GeomNode
 from firefly_sample.scene.node import ALL_CAMERAS, OVERALL_BIT, PandaNode
@@ -181,9 +186,7 @@ class GraphTree:
             note_effects(node, self._losses)
             adjusted = adjusted_net(node, net, eye)
             if adjusted is not None:
-                local = adjusted @ np.linalg.inv(net)
-                local[:, 3] = 0.0, 0.0, 0.0, 1.0
-                path.node().set_transform(TransformState.make_mat(local))
+                path.node().set_transform(local_transform(adjusted, net))
                 followed.transform = None
                 return adjusted
         if followed is self._top:  # what is above the root counts, too
@@ -321,16 +324,15 @@ class GraphTree:
             self._losses.add("lights that are set on a part of the graph light all of it", path.get_name())
         for node in [node for node in self._far_lights if node not in far]:
             self._far_lights.pop(node).path.remove_node()
-        back = np.linalg.inv(self._top.path.node().transform.get_mat())
+        top = self._top.path.node().transform.get_mat()
         for node, path in far.items():
             if node not in self._far_lights:
                 made = self._top.path.attach_new_node(PandaNode(node.get_name()), _LAST + path.get_key())
                 self._far_lights[node] = Followed(node, made)
             followed = self._far_lights[node]
             self._light(followed, node, 0)  # whatever hides it or the root
-            local = affine_matrix(path.get_net_transform().get_mat()) @ back
-            local[:, 3] = 0.0, 0.0, 0.0, 1.0
-            followed.path.node().set_transform(TransformState.make_mat(local))
+            net = affine_matrix(path.get_net_transform().get_mat())
+            followed.path.node().set_transform(local_transform(net, top))
         return lit
 
 

@@ -43,6 +43,13 @@ def read_transform(transform: Any, name: str) -> TransformState:
     return TransformState.make_pos_quat_scale_shear(pos, (w, x, y, z), scale, shear)
 
 
+def local_transform(net: Float64, above: Float64) -> TransformState:
+    """Return the transform of a node with one net matrix below a node with another, shapes (4, 4)."""
+    local = net @ np.linalg.inv(above)
+    local[:, 3] = 0.0, 0.0, 0.0, 1.0
+    return TransformState.make_mat(local)
+
+
 def affine_matrix(matrix: Any) -> Float64:
     """Return an LMatrix4 of Panda3D as float64, shape (4, 4), for row vectors."""
     return np.array([tuple(matrix.get_row(row)) for row in range(4)], dtype=np.float64)
