@@ -278,7 +278,7 @@ test)
     *.dae\ * | *.zae\ * | *.3mf\ * | *.3dxml\ * | *.xaml\ * | *.step\ * | *.stp\ * | *.ctm\ *) locks="$locks formats" ;;
     esac
     case " $* " in # of Panda3D
-    *.bam[\ ,.]* | *.egg[\ ,.]* | *" panda3d "*) locks="$locks panda3d" ;;
+    *.bam[\ ,.]* | *.egg[\ ,.]* | *" measure panda3d "* | *" measure fireflies "*) locks="$locks panda3d" ;;
     esac
     case " $* " in
     *" --help "* | *" -h "*) locks=base ;;
